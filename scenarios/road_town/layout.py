@@ -1,0 +1,101 @@
+"""The map of a town: streets as a graph of curves, and what stands beside them. Plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROAD, OTHER, BUILDING = 0, 1, 2
+"""Ground classes of ``Layout.class_map`` (paper A.3: road, other, building)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Street:
+    """One edge of the road graph: a smooth curve between two nodes.
+
+    Attributes:
+        start, end: node indices.
+        centre_m: (M, 2) points of the centre line, at most 1 m apart, from start to end.
+        width_m: kerb to kerb, two lanes; traffic keeps right (lane centres are width / 4 right of the centre line).
+    """
+
+    start: int
+    end: int
+    centre_m: NDArray[np.float64]
+    width_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class RoadGraph:
+    """Crossings and the streets between them.
+
+    Attributes:
+        nodes_m: (K, 2).
+        streets: edges; every street may be driven both ways.
+    """
+
+    nodes_m: NDArray[np.float64]
+    streets: tuple[Street, ...]
+
+
+@dataclass(frozen=True)
+class Building:
+    """A box with a roof.
+
+    Attributes:
+        centre_m: ground-plan centre (x, y).
+        size_m: length, width, height to the eaves.
+        yaw_rad: of the length axis.
+        roof: ``flat``, ``gable`` or ``hip``.
+        wall_rgb, roof_rgb: sRGB 0-255.
+    """
+
+    centre_m: tuple[float, float]
+    size_m: tuple[float, float, float]
+    yaw_rad: float
+    roof: str
+    wall_rgb: tuple[int, int, int]
+    roof_rgb: tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A tree: crown of ``radius_m`` on a trunk, ``height_m`` in all."""
+
+    centre_m: tuple[float, float]
+    radius_m: float
+    height_m: float
+
+
+@dataclass(frozen=True)
+class CarPark:
+    """A paved rectangle beside a street, with marked bays and perhaps parked cars.
+
+    Attributes:
+        centre_m, size_m, yaw_rad: the rectangle.
+        bays: (x, y, yaw) of every bay; ``taken`` says where a car stands.
+    """
+
+    centre_m: tuple[float, float]
+    size_m: tuple[float, float]
+    yaw_rad: float
+    bays: tuple[tuple[float, float, float], ...]
+    taken: tuple[bool, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A whole town, centred on the origin.
+
+    Attributes:
+        extent_m: side of the square ground.
+        graph, buildings, trees, car_parks: what is there.
+    """
+
+    extent_m: float
+    graph: RoadGraph
+    buildings: tuple[Building, ...]
+    trees: tuple[Tree, ...]
+    car_parks: tuple[CarPark, ...]

@@ -1,0 +1,77 @@
+"""The contract of a scenario: what it offers by name, and how an episode of it is lived through."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.truth import Truth
+from trackers.types import CameraCommand, Observation
+
+RendererName = Literal["raster", "pybullet"]
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One instant: what trackers are told, and what is so."""
+
+    observation: Observation
+    truth: Truth
+
+
+class Episode(Protocol):
+    """One run through a scenario, frame by frame. Byte-identical for the same (scenario, preset, seed, renderer).
+
+    Attributes:
+        frame_count: number of frames.
+        rate_hz: frames a second.
+        closed_loop: True if ``step`` needs a command, False if the camera flies a set path.
+        target_box_xyxy: (4,) the target's box in the first frame, which a tracker is given.
+    """
+
+    frame_count: int
+    rate_hz: float
+    closed_loop: bool
+    target_box_xyxy: NDArray[np.float64]
+
+    def step(self, command: CameraCommand | None = None) -> Frame:
+        """Return the next frame; the first call returns frame 0. ``command`` moves the camera in closed loop."""
+        ...
+
+    def map_of(self) -> Any:
+        """Return the scenario's own map (road network …), for references with unfair knowledge and for pictures."""
+        ...
+
+    def larger_view(self, scale: float) -> NDArray[np.uint8]:
+        """Return the current instant as seen by the same camera with ``scale`` times the field (pixel for pixel the same
+        in the middle, up to noise): what the figures of the papers draw around the observed picture."""
+        ...
+
+    def close(self) -> None:
+        """Free the world."""
+        ...
+
+
+class Scenario(Protocol):
+    """A kind of world.
+
+    Attributes:
+        id: catalogue id with version, e.g. ``road-town-v1``.
+        summary: one line.
+        presets: name → the frozen dataclass that configures an episode.
+        start: what a tracker is given, one line.
+    """
+
+    id: str
+    summary: str
+    presets: dict[str, Any]
+    start: str
+
+    def episode(
+        self, preset: str, seed: int, *, renderer: RendererName = "raster", closed_loop: bool | None = None
+    ) -> Episode:
+        """Build one episode. ``closed_loop`` None means as the preset says."""
+        ...

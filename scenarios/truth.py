@@ -1,0 +1,88 @@
+"""What is really so. It is scored with and looked at; no tracker, controller or observation space ever gets it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+VisibilityState = Literal["in", "partial", "occluded", "out"]
+Side = Literal["left", "right", "top", "bottom"]
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """The light of one instant.
+
+    Attributes:
+        sun_direction: (3,) unit vector from the scene towards the sun, world frame.
+        sun_illuminance_lx, sky_illuminance_lx: on a surface square to the sun, and from the sky on the ground.
+    """
+
+    sun_direction: NDArray[np.float64]
+    sun_illuminance_lx: float
+    sky_illuminance_lx: float
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Truth of one frame. N objects are followed; ``target`` is the one that matters. All arrays are per object.
+
+    Boxes are amodal: of the whole object, also where it is hidden or outside the picture.
+
+    Attributes:
+        frame: index from 0.
+        time_s: seconds since frame 0.
+        T_world_camera: (4, 4), the true pose.
+        target: index of the target among the N objects.
+        names: (N,) e.g. ``target``, ``traffic-3``.
+        kinds: (N,) kind of each, e.g. the vehicle's model.
+        T_world_object: (N, 4, 4), origin on the ground under the object's centre, x forward, z up.
+        size_m: (N, 3) length, width, height.
+        speed_mps: (N,).
+        position_px: (N, 2) projection of the objects' centres (half their height up), also outside the picture; NaN behind
+            the camera.
+        box_xyxy: (N, 4) amodal box in pixels, also outside; NaN where any corner is behind the camera.
+        instance_id: (N,) id of each object in ``instance_map``.
+        visible_fraction: (N,) share of the object's own pixels (drawn alone on an unbounded picture) that are seen.
+        state: ``in`` (whole and seen), ``partial`` (cut by the border), ``occluded`` (inside, less than half of it seen),
+            ``out`` (nothing of its box inside).
+        side: side the target left by, while it is out or since its last exit; None before the first.
+        frames_since_exit: 0 on the first frame that the target is out; -1 while it is not out.
+        on_road: whether the target's centre is on a road.
+        instance_map: (H, W) int32, see ``GBuffer.instance_id``.
+        depth_m: (H, W) float32.
+        flow_px: (H, W, 2) float32, where each pixel's surface point of *this* frame lies in the *next* one minus where it
+            lies now; NaN for sky; zeros on the last frame of an episode.
+        background_motion: (3, 3) homography that takes ground pixels (z = 0) of the previous frame to this one; identity on
+            frame 0.
+        light: the light.
+        exposure_s, gain, exposure_value: camera's true settings.
+    """
+
+    frame: int
+    time_s: float
+    T_world_camera: NDArray[np.float64]
+    target: int
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    T_world_object: NDArray[np.float64]
+    size_m: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    position_px: NDArray[np.float64]
+    box_xyxy: NDArray[np.float64]
+    instance_id: NDArray[np.int64]
+    visible_fraction: NDArray[np.float64]
+    state: VisibilityState
+    side: Side | None
+    frames_since_exit: int
+    on_road: bool
+    instance_map: NDArray[np.int32]
+    depth_m: NDArray[np.float32]
+    flow_px: NDArray[np.float32]
+    background_motion: NDArray[np.float64]
+    light: Light
+    exposure_s: float
+    gain: float

@@ -1,0 +1,28 @@
+"""What there is to see, straight from geometry, with no light in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+SKY = -1
+"""Instance id of a pixel that shows no body."""
+
+
+@dataclass(frozen=True, slots=True)
+class GBuffer:
+    """One view of a world, per pixel. Both renderers make the same one.
+
+    Attributes:
+        base_colour_rgb: (H, W, 3) uint8, unlit surface colour (sRGB encoded); 0 where there is no body.
+        depth_m: (H, W) float32, z in the camera frame; inf where there is no body.
+        instance_id: (H, W) int32, index into ``World.bodies``; ``SKY`` where there is no body.
+        normal_world: (H, W, 3) float32 unit vectors; 0 where there is no body.
+    """
+
+    base_colour_rgb: NDArray[np.uint8]
+    depth_m: NDArray[np.float32]
+    instance_id: NDArray[np.int32]
+    normal_world: NDArray[np.float32]

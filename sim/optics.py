@@ -1,0 +1,121 @@
+"""Camera geometry: intrinsics, projection, rays and where they meet a horizontal plane.
+
+Frames: *world* is in metres, z up. *camera* follows OpenCV: x right, y down, z forward.
+``T_world_camera`` (4, 4) takes camera coordinates to world coordinates.
+Pixels: pixel (row i, column j) covers ``[j, j+1) x [i, i+1)``; its centre is at ``(j + 0.5, i + 0.5)``
+and the picture's centre at ``(width / 2, height / 2)``. Pixel coordinates go on beyond the borders.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class PinholeCamera:
+    """Intrinsics of a camera with square pixels and its principal point in the middle.
+
+    Attributes:
+        width_px, height_px: size of the picture.
+        focal_px: focal length in pixels, > 0.
+        radial_distortion: (k1, k2) of the Brown model that the *sensor* applies to the finished picture;
+            truth and geometry here are those of the undistorted picture.
+    """
+
+    width_px: int
+    height_px: int
+    focal_px: float
+    radial_distortion: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def from_field_of_view(cls, width_px: int, height_px: int, horizontal_rad: float) -> PinholeCamera:
+        """Return the camera whose picture is ``horizontal_rad`` wide."""
+        return cls(width_px, height_px, 0.5 * width_px / float(np.tan(0.5 * horizontal_rad)))
+
+    @property
+    def centre_px(self) -> NDArray[np.float64]:
+        """Principal point (2,), pixels."""
+        return np.array([0.5 * self.width_px, 0.5 * self.height_px])
+
+    @property
+    def intrinsic_matrix(self) -> NDArray[np.float64]:
+        """K (3, 3) with ``pixel ~ K @ point_camera``."""
+        cx, cy = self.centre_px
+        return np.array([[self.focal_px, 0.0, cx], [0.0, self.focal_px, cy], [0.0, 0.0, 1.0]])
+
+
+def invert_pose(T_a_b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return T_b_a of a rigid T_a_b (4, 4)."""
+    T_b_a = np.eye(4)
+    T_b_a[:3, :3] = T_a_b[:3, :3].T
+    T_b_a[:3, 3] = -T_a_b[:3, :3].T @ T_a_b[:3, 3]
+    return T_b_a
+
+
+def project(
+    camera: PinholeCamera, T_world_camera: NDArray[np.float64], points_world_m: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Project world points into the (unbounded) picture.
+
+    Args:
+        points_world_m: (..., 3).
+
+    Returns:
+        pixels (..., 2), NaN for points not in front of the camera, and depth_m (...), the z coordinate in the
+        camera frame.
+    """
+    points_camera = (points_world_m - T_world_camera[:3, 3]) @ T_world_camera[:3, :3]
+    depth_m = points_camera[..., 2]
+    in_front = depth_m > 1e-6
+    scale = np.where(in_front, camera.focal_px / np.where(in_front, depth_m, 1.0), np.nan)
+    return points_camera[..., :2] * scale[..., None] + camera.centre_px, depth_m
+
+
+def rays(
+    camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixels: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return world directions (..., 3) of the given pixels (..., 2), scaled to unit camera depth."""
+    xy = (np.asarray(pixels, dtype=float) - camera.centre_px) / camera.focal_px
+    return np.concatenate([xy, np.ones_like(xy[..., :1])], axis=-1) @ T_world_camera[:3, :3].T
+
+
+def intersect_plane(
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    pixels: NDArray[np.float64],
+    plane_height_m: float,
+) -> NDArray[np.float64]:
+    """Return where the rays of ``pixels`` (..., 2) meet the plane z = ``plane_height_m``: (..., 2) world metres.
+
+    NaN where a ray does not meet the plane in front of the camera (at or above the horizon).
+    """
+    directions = rays(camera, T_world_camera, pixels)
+    drop = plane_height_m - T_world_camera[2, 3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        depth = drop / directions[..., 2]
+    depth = np.where(depth > 0, depth, np.nan)
+    return T_world_camera[:2, 3] + directions[..., :2] * depth[..., None]
+
+
+def look_down_pose(
+    position_m: NDArray[np.float64], yaw_rad: float, pitch_rad: float, roll_rad: float
+) -> NDArray[np.float64]:
+    """Return T_world_camera (4, 4) of a camera strapped under an aircraft, looking down.
+
+    With pitch = roll = 0 the camera looks straight down; the top of the picture points along the heading
+    ``yaw_rad`` (counter-clockwise from world x). Positive pitch (nose up) swings the view ahead, positive roll
+    (right side down) swings it to the left.
+    """
+    cy, sy, cp, sp, cr, sr = (f(a) for a in (yaw_rad, pitch_rad, roll_rad) for f in (np.cos, np.sin))
+    # Body frame: x ahead, y left, z up. Positive pitch here turns x towards z (nose up).
+    R_yaw = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1.0]])
+    R_pitch = np.array([[cp, 0, -sp], [0, 1, 0], [sp, 0, cp]])
+    R_roll = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    R_body_camera = np.array([[0, -1.0, 0], [-1.0, 0, 0], [0, 0, -1.0]])
+    T = np.eye(4)
+    T[:3, :3] = R_yaw @ R_pitch @ R_roll @ R_body_camera
+    T[:3, 3] = position_m
+    return T

@@ -1,0 +1,206 @@
+"""The world: textured bodies at poses, owned by PyBullet. The only module that knows PyBullet."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+import cv2
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from sim.mesh import Texture, TexturedMesh
+from sim.optics import PinholeCamera, invert_pose
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One rigid body of a world.
+
+    Attributes:
+        index: its instance id in every picture, = its place in ``World.bodies``.
+        name: for people, e.g. ``"target"``.
+        category: ``ground``, ``building``, ``tree``, ``kerb``, ``vehicle`` …
+        mesh: its shape.
+        movable: False for what never changes its pose (renderers may cache it).
+    """
+
+    index: int
+    name: str
+    category: str
+    mesh: TexturedMesh
+    movable: bool
+
+
+class World:
+    """Bodies and their poses. Use as a context manager, or call ``close``.
+
+    PyBullet holds every body's shape and pose. Its textures go through files, which is slow and only its own
+    renderer needs them, so they are handed over at the first call of ``camera_image``.
+    """
+
+    def __init__(self) -> None:
+        self._client = pybullet.connect(pybullet.DIRECT)
+        self._handles: list[int] = []
+        self._poses = np.empty((0, 4, 4))
+        self._textured = 0
+        self._texture_handles: dict[Texture, int] = {}
+        self.bodies: list[Body] = []
+
+    def add(
+        self,
+        mesh: TexturedMesh,
+        T_world_body: NDArray[np.float64],
+        *,
+        name: str,
+        category: str,
+        movable: bool = False,
+    ) -> Body:
+        """Add a body and return it."""
+        visual = pybullet.createVisualShape(
+            pybullet.GEOM_MESH,
+            vertices=mesh.vertices_m.tolist(),
+            normals=mesh.normals.tolist(),
+            # PyBullet's v grows upwards.
+            uvs=np.column_stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]]).tolist(),
+            indices=mesh.faces.ravel().tolist(),
+            rgbaColor=(1, 1, 1, 1),
+            physicsClientId=self._client,
+        )
+        position, quaternion = _to_bullet(T_world_body)
+        handle = pybullet.createMultiBody(
+            baseMass=0,
+            baseVisualShapeIndex=visual,
+            basePosition=position,
+            baseOrientation=quaternion,
+            physicsClientId=self._client,
+        )
+        body = Body(len(self.bodies), name, category, mesh, movable)
+        self.bodies.append(body)
+        self._handles.append(handle)
+        self._poses = np.concatenate([self._poses, np.asarray(T_world_body, dtype=float)[None]])
+        return body
+
+    def move(self, body: Body, T_world_body: NDArray[np.float64]) -> None:
+        """Put a movable body somewhere else."""
+        if not body.movable:
+            raise ValueError(
+                f"body: expected a movable one, got {body.name!r}, which was added with movable=False"
+            )
+        position, quaternion = _to_bullet(T_world_body)
+        pybullet.resetBasePositionAndOrientation(
+            self._handles[body.index], position, quaternion, physicsClientId=self._client
+        )
+        self._poses[body.index] = T_world_body
+
+    @property
+    def poses(self) -> NDArray[np.float64]:
+        """T_world_body of every body (B, 4, 4), in the order of ``bodies``; a view, not to be written to."""
+        return self._poses
+
+    def camera_image(
+        self,
+        camera: PinholeCamera,
+        T_world_camera: NDArray[np.float64],
+        *,
+        near_m: float,
+        far_m: float,
+        shadows: bool = False,
+        light_direction: tuple[float, float, float] = (0.0, 0.0, 1.0),
+        lit: bool = False,
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.int32]]:
+        """Draw with PyBullet's own renderer.
+
+        Args:
+            near_m, far_m: clipping depths.
+            shadows, lit: PyBullet's own shadows and shading; with both False the colours are those of the surfaces.
+            light_direction: from the scene towards the light.
+
+        Returns:
+            rgb (H, W, 3) uint8; depth buffer (H, W) float32 in [0, 1]; body index (H, W) int32, -1 = none.
+        """
+        self._hand_over_textures()
+        _, _, rgba, depth_buffer, segmentation = pybullet.getCameraImage(
+            camera.width_px,
+            camera.height_px,
+            _opengl_view(T_world_camera),
+            _opengl_projection(camera, near_m, far_m),
+            lightDirection=light_direction,
+            lightAmbientCoeff=0.6 if lit else 1.0,
+            lightDiffuseCoeff=0.35 if lit else 0.0,
+            lightSpecularCoeff=0.05 if lit else 0.0,
+            shadow=int(shadows),
+            renderer=pybullet.ER_TINY_RENDERER,
+            physicsClientId=self._client,
+        )
+        index_of_handle = np.full(max(self._handles, default=0) + 2, -1, dtype=np.int32)
+        index_of_handle[self._handles] = np.arange(len(self._handles))
+        return (
+            np.ascontiguousarray(rgba[..., :3]),
+            np.asarray(depth_buffer, dtype=np.float32),
+            index_of_handle[segmentation],
+        )
+
+    def close(self) -> None:
+        """Free PyBullet's memory. The world is of no use afterwards."""
+        if self._client >= 0:
+            pybullet.disconnect(self._client)
+            self._client = -1
+
+    def __enter__(self) -> World:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _hand_over_textures(self) -> None:
+        for body in self.bodies[self._textured :]:
+            texture = body.mesh.texture
+            if texture not in self._texture_handles:
+                with tempfile.TemporaryDirectory() as folder:
+                    path = str(Path(folder) / "texture.png")
+                    cv2.imwrite(path, texture.rgb[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 1])
+                    self._texture_handles[texture] = pybullet.loadTexture(path, physicsClientId=self._client)
+            pybullet.changeVisualShape(
+                self._handles[body.index],
+                -1,
+                textureUniqueId=self._texture_handles[texture],
+                physicsClientId=self._client,
+            )
+        self._textured = len(self.bodies)
+
+
+def _to_bullet(T: NDArray[np.float64]) -> tuple[list[float], list[float]]:
+    """Return position and PyBullet's (x, y, z, w) quaternion of a pose."""
+    R = np.asarray(T)[:3, :3]
+    # Shepperd's method: divide by the largest component.
+    trace = np.array([R.trace(), R[0, 0], R[1, 1], R[2, 2]])
+    k = int(np.argmax(trace))
+    if k == 0:
+        q = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + R.trace()])
+    elif k == 1:
+        q = np.array([1 + 2 * R[0, 0] - R.trace(), R[0, 1] + R[1, 0], R[0, 2] + R[2, 0], R[2, 1] - R[1, 2]])
+    elif k == 2:
+        q = np.array([R[0, 1] + R[1, 0], 1 + 2 * R[1, 1] - R.trace(), R[1, 2] + R[2, 1], R[0, 2] - R[2, 0]])
+    else:
+        q = np.array([R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], 1 + 2 * R[2, 2] - R.trace(), R[1, 0] - R[0, 1]])
+    return list(map(float, np.asarray(T)[:3, 3])), list(map(float, q / np.linalg.norm(q)))
+
+
+def _opengl_view(T_world_camera: NDArray[np.float64]) -> list[float]:
+    """Return OpenGL's column-major view matrix (camera frame there: x right, y up, z back)."""
+    return (np.diag([1.0, -1.0, -1.0, 1.0]) @ invert_pose(T_world_camera)).T.ravel().tolist()
+
+
+def _opengl_projection(camera: PinholeCamera, near_m: float, far_m: float) -> list[float]:
+    """Return OpenGL's column-major projection matrix."""
+    x = 2.0 * camera.focal_px / camera.width_px
+    y = 2.0 * camera.focal_px / camera.height_px
+    a = (near_m + far_m) / (near_m - far_m)
+    b = 2.0 * near_m * far_m / (near_m - far_m)
+    return [x, 0, 0, 0, 0, y, 0, 0, 0, 0, a, -1, 0, 0, b, 0]

@@ -1,0 +1,135 @@
+"""Every tracker by name: how the command line, the benchmarks and users find one.
+
+A tracker registers where it is defined::
+
+    @dataclass(frozen=True)
+    class Parameters:
+        particles: int = 500
+        colour_sharpness: float = tunable(20.0, 1.0, 200.0, log=True)
+
+    @register("colour_pf", role="as-written", summary="plain colour particle filter")
+    class ColourParticleFilter:
+        Parameters = Parameters
+        def __init__(self, parameters: Parameters, rng: np.random.Generator): ...
+
+Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the place of the defaults.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+
+from trackers.protocols import Tracker
+
+Role = Literal["ours", "variant", "as-written", "baseline", "oracle", "external"]
+
+_MODULES = (
+    "trackers.baselines",
+    "trackers.colour_pf",
+    "trackers.road_shape_pf",
+    "trackers.background_pf",
+    "trackers.mosaic_graph_pf",
+)
+"""Modules that define trackers. Add yours here."""
+
+_ENTRIES: dict[str, TrackerEntry] = {}
+_T = TypeVar("_T", bound=type)
+
+
+@dataclass(frozen=True)
+class TrackerEntry:
+    """One registered tracker.
+
+    Attributes:
+        name: what users type.
+        role: see DESIGN; exactly one tracker is ``ours``.
+        summary: one line.
+        tracker: class with ``Parameters`` and ``__init__(parameters, rng)``.
+        overrides: parameter values that make this entry a variant of ``tracker``.
+        tuned_as: name whose tuned values it starts from.
+        reproducible: False where the method itself draws numbers that no seed reaches.
+    """
+
+    name: str
+    role: Role
+    summary: str
+    tracker: Callable[[Any, np.random.Generator], Tracker]
+    overrides: dict[str, Any]
+    tuned_as: str
+    reproducible: bool
+
+    def parameters(self, **changes: Any) -> Any:
+        """Return the parameters: defaults, then tuned values, then overrides, then ``changes``."""
+        values = {**tuned_values(self.tuned_as), **self.overrides, **changes}
+        kind = self.tracker.Parameters  # type: ignore[attr-defined]
+        known = {f.name for f in dataclasses.fields(kind)}
+        for name in values:
+            if name not in known:
+                raise ValueError(
+                    f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter"
+                )
+        return kind(**values)
+
+    def create(self, rng: np.random.Generator, **changes: Any) -> Tracker:
+        """Return a fresh tracker that draws from ``rng``."""
+        return self.tracker(self.parameters(**changes), rng)
+
+
+def tunable(default: float, low: float, high: float, *, log: bool = False) -> Any:
+    """Declare a parameter that tuning may set within [low, high] (both included; whole numbers stay whole)."""
+    return dataclasses.field(default=default, metadata={"low": low, "high": high, "log": log})
+
+
+def register(name: str, *, role: Role, summary: str, reproducible: bool = True) -> Callable[[_T], _T]:
+    """Class decorator: make a tracker known under ``name``."""
+
+    def add(tracker: _T) -> _T:
+        _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible))
+        return tracker
+
+    return add
+
+
+def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> None:
+    """Make an ablation of a registered tracker known: the same code and tuned values, with ``overrides``."""
+    base = _ENTRIES[of]
+    _add(TrackerEntry(name, "variant", summary, base.tracker, overrides, base.tuned_as, base.reproducible))
+
+
+def entries() -> dict[str, TrackerEntry]:
+    """Return all trackers by name, in order of registration."""
+    for module in _MODULES:
+        importlib.import_module(module)
+    return dict(_ENTRIES)
+
+
+def entry(name: str) -> TrackerEntry:
+    """Return one tracker's entry.
+
+    Raises:
+        ValueError: for an unknown name; lists the known ones.
+    """
+    known = entries()
+    if name not in known:
+        raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}")
+    return known[name]
+
+
+def tuned_values(name: str) -> dict[str, Any]:
+    """Return the values that tuning wrote for ``name``, empty if it never ran."""
+    file = resources.files("trackers").joinpath("tuned", f"{name}.json")
+    return json.loads(file.read_text())["parameters"] if file.is_file() else {}
+
+
+def _add(new: TrackerEntry) -> None:
+    if new.name in _ENTRIES and _ENTRIES[new.name].tracker is not new.tracker:
+        raise ValueError(f"tracker: the name {new.name!r} is taken")
+    _ENTRIES[new.name] = new

@@ -1,0 +1,111 @@
+"""What flows into and out of a tracker. Plain data; nothing here knows where pictures come from.
+
+Pixels: pixel (row i, column j) covers ``[j, j+1) x [i, i+1)``; coordinates are (x right, y down) from the top left
+corner of the picture and go on beyond its borders. Boxes are ``(x_min, y_min, x_max, y_max)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class CameraModel:
+    """Pinhole camera with square pixels and its principal point in the middle of the picture.
+
+    Attributes:
+        width_px, height_px: size of the picture.
+        focal_px: focal length in pixels.
+    """
+
+    width_px: int
+    height_px: int
+    focal_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    """What the camera reports of its own automatic settings.
+
+    Attributes:
+        exposure_s: exposure time in seconds.
+        gain: analogue gain, 1 = none.
+    """
+
+    exposure_s: float
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class EgoPose:
+    """Pose of the camera as *measured* on board, with the errors of its instruments.
+
+    Attributes:
+        T_world_camera: (4, 4), camera frame (x right, y down, z forward) to the carrier's navigation frame (metres,
+            z up, ground at about z = 0).
+    """
+
+    T_world_camera: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """Everything a tracker is told about one instant.
+
+    Attributes:
+        image_rgb: (H, W, 3) uint8.
+        time_s: seconds since the first picture.
+        camera: geometry of the camera.
+        settings: automatic settings in use, or None if the camera does not report them.
+        ego: measured pose of the camera, or None if it carries no instruments.
+    """
+
+    image_rgb: NDArray[np.uint8]
+    time_s: float
+    camera: CameraModel
+    settings: CameraSettings | None = None
+    ego: EgoPose | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What a tracker says of its target, in pixels of the current picture, inside it or not.
+
+    The posterior of the position is ``particles_px`` with ``weights``, or a Gaussian ``covariance_px`` about
+    ``position_px``, or not given.
+
+    Attributes:
+        position_px: (2,) centre of the target; NaN where the tracker says nothing.
+        box_xyxy: (4,) or None.
+        heading_rad: direction of travel in the picture, from +x towards +y (clockwise as seen), or None.
+        in_view_probability: probability in [0, 1] that the target's centre is inside the picture and not hidden, or None.
+        particles_px: (N, 2) or None.
+        weights: (N,) non-negative, sum 1; None with particles means equal weights.
+        covariance_px: (2, 2) or None.
+    """
+
+    position_px: NDArray[np.float64]
+    box_xyxy: NDArray[np.float64] | None = None
+    heading_rad: float | None = None
+    in_view_probability: float | None = None
+    particles_px: NDArray[np.float64] | None = None
+    weights: NDArray[np.float64] | None = None
+    covariance_px: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CameraCommand:
+    """What a controller tells the camera's carrier, in the carrier's own frame (heading = top of the picture).
+
+    Attributes:
+        forward_mps, right_mps, climb_mps: velocity.
+        yaw_rate_rad_s: turn rate, positive counter-clockwise seen from above.
+    """
+
+    forward_mps: float = 0.0
+    right_mps: float = 0.0
+    climb_mps: float = 0.0
+    yaw_rate_rad_s: float = 0.0
