@@ -1,0 +1,58 @@
+# The two commands of the README, and the developers' check. Everything happens in .venv, made here.
+#
+# uv installs where it is on PATH, otherwise venv and pip do. Stamp files in .venv make a second call quick.
+
+.PHONY: demo test check format lint types layers clean
+
+# The first interpreter of version 3.11, or nothing. A name on PATH may be a shim that fails, so it is asked.
+PYTHON := $(shell for name in python3.11 python3; do \
+	if "$$name" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null; \
+	then command -v "$$name"; break; fi; done)
+UV := $(shell command -v uv)
+WRONG_PYTHON = frameout needs Python 3.11, because the last wheels of PyBullet are for it: \
+	install python3.11 (or uv, which brings it)
+
+# What uv takes if it may choose an interpreter itself.
+INTERPRETER = $(or $(PYTHON),3.11)
+INSTALL = $(if $(UV),uv pip install --python .venv/bin/python,.venv/bin/python -m pip install) --quiet -c constraints.txt
+
+demo: .venv/installed
+	.venv/bin/frameout bench frame-out --quick --out results/demo
+
+test: .venv/installed-dev
+	.venv/bin/pytest -n 2 --dist loadfile
+
+check: format lint types layers test
+
+format: .venv/installed-dev
+	.venv/bin/ruff format --check .
+
+lint: .venv/installed-dev
+	.venv/bin/ruff check .
+
+types: .venv/installed-dev
+	.venv/bin/mypy
+
+layers: .venv/installed-dev
+	.venv/bin/lint-imports
+
+clean:
+	rm -rf .venv results build dist *.egg-info
+
+.venv/made:
+	$(if $(PYTHON)$(UV),,$(error $(WRONG_PYTHON)))
+	@echo "making .venv with $(if $(PYTHON),$(PYTHON),uv)"
+	@$(if $(UV),uv venv --quiet --allow-existing --python $(INTERPRETER) .venv,$(PYTHON) -m venv .venv)
+	@touch $@
+
+# setuptools builds the package itself; installed beforehand it is the pinned one.
+.venv/installed: .venv/made constraints.txt pyproject.toml
+	@echo "installing the pinned packages of constraints.txt"
+	@$(INSTALL) setuptools
+	@$(INSTALL) --no-build-isolation -e .
+	@touch $@
+
+.venv/installed-dev: .venv/installed
+	@echo "installing what tests and tuning need"
+	@$(INSTALL) --no-build-isolation -e '.[dev,tune]'
+	@touch $@

@@ -1,0 +1,97 @@
+"""Who may know whom: the import-linter contracts of pyproject.toml hold, and each of them can fail."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("sim", "trackers", "scenarios", "benchmarks")
+VAGUE_NAMES = {"utils", "util", "common", "helpers", "helper", "base", "misc"}
+SEEDED = {"Generator", "PCG64", "Philox", "SeedSequence", "default_rng"}
+
+
+def lint_imports(folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run import-linter on the packages in ``folder`` with our contracts."""
+    program = Path(sys.executable).with_name("lint-imports")
+    command = [str(program), "--no-cache", "--config", str(ROOT / "pyproject.toml")]
+    # Without PYTHONPATH it would look at the installed packages instead.
+    return subprocess.run(
+        command, cwd=folder, env={"PYTHONPATH": str(folder)}, capture_output=True, text=True, check=False
+    )
+
+
+def write_tree(folder: Path, module: str, source: str) -> None:
+    """Write four packages that keep the contracts, but for ``source`` in ``module``."""
+    files = {f"{package}/__init__.py": "" for package in PACKAGES}
+    files |= {"sim/world.py": "import pybullet\n", "trackers/types.py": "", "trackers/protocols.py": ""}
+    files |= {"trackers/registry.py": "", "scenarios/town.py": "import sim.world\nimport trackers.types\n"}
+    files |= {"benchmarks/cli.py": "import scenarios.town\nimport trackers.registry\n"}
+    files[module] = source
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+
+
+def test_the_contracts_hold() -> None:
+    result = lint_imports(ROOT)
+    assert result.returncode == 0, result.stdout + result.stderr
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    assert f"Contracts: {len(contracts)} kept, 0 broken" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "contract"),
+    [
+        ("sim/camera.py", "import trackers.types", "sim imports nothing of ours"),
+        ("trackers/cheat.py", "import sim.world", "trackers imports nothing of ours"),
+        ("trackers/cheat.py", "from scenarios import town", "trackers imports nothing of ours"),
+        ("scenarios/env.py", "import trackers.registry", "scenarios sees sim and, of trackers"),
+        ("scenarios/env.py", "import benchmarks.cli", "nobody imports benchmarks"),
+        ("scenarios/env.py", "import pybullet", "only sim.world imports pybullet"),
+        ("benchmarks/speed.py", "import pybullet", "only sim.world imports pybullet"),
+        ("scenarios/env.py", "import gymnasium", "gymnasium is imported by env modules alone"),
+    ],
+)
+def test_a_contract_can_fail(tmp_path: Path, module: str, source: str, contract: str) -> None:
+    write_tree(tmp_path, module, source + "\n")
+    result = lint_imports(tmp_path)
+    broken = [line for line in result.stdout.splitlines() if " BROKEN" in line]
+    assert any(line.startswith(contract) for line in broken), result.stdout + result.stderr
+
+
+def test_a_tree_that_keeps_them_passes(tmp_path: Path) -> None:
+    write_tree(tmp_path, "benchmarks/speed.py", "import sim.world\n")
+    result = lint_imports(tmp_path)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def our_modules() -> list[Path]:
+    return [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
+
+
+def test_modules_are_short_and_named_for_what_they_hold() -> None:
+    for path in our_modules():
+        assert len(path.read_text().splitlines()) <= 300, f"{path}: longer than 300 lines"
+        assert path.stem not in VAGUE_NAMES, f"{path}: the name says nothing of what it holds"
+        if path.name == "__init__.py":
+            assert path.read_text() == "", f"{path}: expected an empty file"
+
+
+def test_randomness_is_always_passed_in() -> None:
+    """No module draws from NumPy's global state, makes an unseeded generator, or has one as a default."""
+    for path in our_modules():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if not isinstance(node, ast.Call):
+                continue
+            library, _, name = ast.unparse(node.func).rpartition(".")
+            if library in {"np.random", "numpy.random", "random"}:
+                where = f"{path}:{node.lineno}"
+                assert name in SEEDED, f"{where}: {library}.{name} draws from a state that no seed reaches"
+                assert node.args or node.keywords, f"{where}: {name}() without a seed"
