@@ -1,0 +1,37 @@
+"""Boxes ``(x_min, y_min, x_max, y_max)`` in pixels, inside the picture or not."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def box_centre(box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the centre (2,) of a box (4,)."""
+    return 0.5 * (box_xyxy[:2] + box_xyxy[2:])
+
+
+def box_size(box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (width, height) of a box (4,), each at least one pixel.
+
+    Raises:
+        ValueError: if the box is not four finite numbers with x_min < x_max and y_min < y_max.
+    """
+    box_xyxy = np.asarray(box_xyxy, dtype=float)
+    if box_xyxy.shape != (4,) or not np.isfinite(box_xyxy).all() or not (box_xyxy[:2] < box_xyxy[2:]).all():
+        raise ValueError(
+            "box_xyxy: expected four finite numbers (x_min, y_min, x_max, y_max) with x_min < x_max and "
+            f"y_min < y_max, got {box_xyxy.tolist()}"
+        )
+    return np.maximum(box_xyxy[2:] - box_xyxy[:2], 1.0)
+
+
+def box_around(centre_px: NDArray[np.float64], size_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the box (4,) of size (width, height) about a centre (2,)."""
+    return np.concatenate([centre_px - 0.5 * size_px, centre_px + 0.5 * size_px])
+
+
+def inside_picture(points_px: NDArray[np.float64], width_px: int, height_px: int) -> NDArray[np.bool_]:
+    """Return for each of the points (..., 2) whether it lies in ``[0, width) x [0, height)``; NaN does not."""
+    x, y = points_px[..., 0], points_px[..., 1]
+    return (x >= 0) & (x < width_px) & (y >= 0) & (y < height_px)

@@ -1,0 +1,112 @@
+"""Hue x saturation histograms of rectangles and how alike they are (paper A, equations 2.7, 2.8, 3.13)."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+HUE_BINS = 16
+SATURATION_BINS = 8
+BINS = HUE_BINS * SATURATION_BINS
+
+# OpenCV's 8-bit HSV: hue 0-179 (two degrees a step), saturation 0-255.
+_HUE_OFFSET = (np.minimum(np.arange(256) * HUE_BINS // 180, HUE_BINS - 1) * SATURATION_BINS).astype(np.uint8)
+_SATURATION_OFFSET = (np.arange(256) * SATURATION_BINS // 256).astype(np.uint8)
+
+
+def hs_bins(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return for each pixel of a picture (H, W, 3) the index of its bin (H, W): ``hue bin * 8 + saturation bin``."""
+    return _combine(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2HSV), _HUE_OFFSET, _SATURATION_OFFSET)
+
+
+@njit(cache=True)
+def _combine(
+    image_hsv: NDArray[np.uint8], hue_offset: NDArray[np.uint8], saturation_offset: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    height, width, _ = image_hsv.shape
+    bins = np.empty((height, width), np.uint8)
+    for i in range(height):
+        for j in range(width):
+            bins[i, j] = hue_offset[image_hsv[i, j, 0]] + saturation_offset[image_hsv[i, j, 1]]
+    return bins
+
+
+def rectangle_histogram(
+    bins: NDArray[np.uint8], centre_px: NDArray[np.float64], size_px: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the histogram (128,), sum 1, of the visible part of one rectangle; zeros if none of it is visible.
+
+    The rectangle is placed as in ``rectangle_similarities``.
+    """
+    left, top = np.floor(centre_px - 0.5 * np.rint(size_px) + 0.5).astype(int)
+    width, height = np.rint(size_px).astype(int)
+    visible = bins[max(top, 0) : max(top + height, 0), max(left, 0) : max(left + width, 0)]
+    counts = np.bincount(visible.ravel(), minlength=BINS).astype(float)
+    return counts / max(counts.sum(), 1.0)
+
+
+def bhattacharyya(p: NDArray[np.float64], q: NDArray[np.float64]) -> float:
+    """Return the coefficient ``L = sum sqrt(p q)`` of two histograms (B,) of sum 1: 0 disjoint, 1 the same."""
+    return float(np.sqrt(p * q).sum())
+
+
+def rectangle_similarities(
+    bins: NDArray[np.uint8],
+    centres_px: NDArray[np.float64],
+    size_px: NDArray[np.float64],
+    template: NDArray[np.float64],
+    outside_similarity: float,
+) -> NDArray[np.float64]:
+    """Return ``L_n = sum_b sqrt(p_b q_b(x_n))`` for a rectangle about each of N positions (equation 2.7).
+
+    Args:
+        bins: (H, W) from ``hs_bins``.
+        centres_px: (N, 2), inside the picture or not; NaN counts as outside.
+        size_px: (2,) width and height, rounded to whole pixels; the rectangle's corner goes to the nearest pixel corner.
+        template: (128,) histogram p, sum 1.
+        outside_similarity: L where no pixel of a rectangle is visible (equation 3.13).
+
+    Returns:
+        (N,) in [0, 1]. Where a rectangle is cut by the border its missing pixels are filled in proportion to its
+        visible ones, which is the histogram of the visible ones.
+    """
+    width, height = (max(int(side), 1) for side in np.rint(size_px))
+    return _similarities(
+        bins, np.ascontiguousarray(centres_px), width, height, np.sqrt(template), outside_similarity
+    )
+
+
+@njit(cache=True, fastmath={"nsz", "contract", "reassoc"})
+def _similarities(bins, centres_px, width, height, root_template, outside_similarity):  # type: ignore[no-untyped-def]
+    rows, columns = bins.shape
+    similarities = np.empty(len(centres_px))
+    counts = np.empty(2 * root_template.size, np.int32)
+    half = root_template.size
+    for n in range(len(centres_px)):
+        x, y = centres_px[n]
+        if not (-1e6 < x < 1e6 and -1e6 < y < 1e6):
+            similarities[n] = outside_similarity
+            continue
+        left = int(np.floor(x - 0.5 * width + 0.5))
+        top = int(np.floor(y - 0.5 * height + 0.5))
+        first_column, last_column = max(left, 0), min(left + width, columns)
+        first_row, last_row = max(top, 0), min(top + height, rows)
+        if first_column >= last_column or first_row >= last_row:
+            similarities[n] = outside_similarity
+            continue
+        counts[:] = 0
+        # Two counters in turn: neighbours share a bin, and one counter would wait for its own last store.
+        even_end = first_column + (last_column - first_column) // 2 * 2
+        for i in range(first_row, last_row):
+            for j in range(first_column, even_end, 2):
+                counts[bins[i, j]] += 1
+                counts[half + bins[i, j + 1]] += 1
+            if even_end < last_column:
+                counts[bins[i, even_end]] += 1
+        total = 0.0
+        for b in range(half):
+            total += np.sqrt(np.float64(counts[b] + counts[half + b])) * root_template[b]
+        similarities[n] = total / np.sqrt((last_row - first_row) * (last_column - first_column))
+    return similarities
