@@ -1,0 +1,150 @@
+"""How the picture of the ground moves between two frames: measured on board, or estimated from pixels (paper A.3.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.flow import corner_flow, flow_misfits
+from trackers.particle_filter import ParticleFilter
+from trackers.types import CameraModel, EgoPose
+
+
+@dataclass(frozen=True)
+class PictureMotion:
+    """Rigid motion of the picture of the ground from one frame to the next (paper: hVx, hVy, hω or hx, hy, hθ).
+
+    A ground point at p, in pixels *from the image centre*, comes to ``p' = Rot(-rotation) p - translation``; for small
+    turns its flow is ``u = -Vx + ω Y, v = -Vy - ω X``.
+
+    Attributes:
+        translation_px: (2,) (Vx, Vy), motion of the camera over the picture.
+        rotation_rad: ω, turn of the camera from +x towards +y (clockwise as seen).
+    """
+
+    translation_px: NDArray[np.float64]
+    rotation_rad: float
+
+    def move(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where points (..., 2) of the previous frame lie in this one, both from the image centre."""
+        cosine, sine = np.cos(self.rotation_rad), np.sin(self.rotation_rad)
+        rotation = np.array([[cosine, sine], [-sine, cosine]])
+        return points_px @ rotation.T - self.translation_px
+
+
+STILL = PictureMotion(np.zeros(2), 0.0)
+
+
+def measured_motion(previous: EgoPose | None, current: EgoPose | None, camera: CameraModel) -> PictureMotion:
+    """Return the motion {hx, hy, hθ} that two measured poses give to the picture of flat ground (z = 0).
+
+    The ground under a 5 x 5 grid of the previous picture is projected into the current one; the three numbers are the
+    least-squares rigid motion of the grid. Without poses, or with the ground out of sight, the motion is zero.
+    """
+    if previous is None or current is None:
+        return STILL
+    before = _grid(camera)
+    after = _through_ground(before, previous.T_world_camera, current.T_world_camera, camera.focal_px)
+    seen = np.isfinite(after).all(axis=1)
+    return rigid_motion(before[seen], after[seen]) if seen.sum() >= 3 else STILL
+
+
+def rigid_motion(before_px: NDArray[np.float64], after_px: NDArray[np.float64]) -> PictureMotion:
+    """Return the motion that takes points (M, 2) to points (M, 2) with the least sum of squares, M >= 2."""
+    mean_before, mean_after = before_px.mean(axis=0), after_px.mean(axis=0)
+    a, b = before_px - mean_before, after_px - mean_after
+    rotation_rad = -float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
+    turned = PictureMotion(np.zeros(2), rotation_rad).move(mean_before)
+    return PictureMotion(turned - mean_after, rotation_rad)
+
+
+def _grid(camera: CameraModel) -> NDArray[np.float64]:
+    x = np.linspace(-0.5, 0.5, 5) * camera.width_px
+    y = np.linspace(-0.5, 0.5, 5) * camera.height_px
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+
+
+def _through_ground(
+    pixels: NDArray[np.float64], T_world_a: NDArray[np.float64], T_world_b: NDArray[np.float64], focal_px: float
+) -> NDArray[np.float64]:
+    """Return where camera b sees the ground points (z = 0) under pixels (M, 2) of camera a; NaN where it does not."""
+    rays = np.column_stack([pixels / focal_px, np.ones(len(pixels))]) @ T_world_a[:3, :3].T
+    falls = rays[:, 2] < 0
+    depth_m = np.where(falls, -T_world_a[2, 3] / np.where(falls, rays[:, 2], -1.0), np.nan)
+    ground = T_world_a[:3, 3] + rays * depth_m[:, None]
+    seen = (ground - T_world_b[:3, 3]) @ T_world_b[:3, :3]
+    ahead = seen[:, 2] > 1e-6
+    return np.where(ahead[:, None], seen[:, :2] * focal_px / np.where(ahead, seen[:, 2], 1.0)[:, None], np.nan)
+
+
+@dataclass(frozen=True)
+class BackgroundMotionParameters:
+    """Setting of the motion filter.
+
+    Attributes:
+        particles: number of particles.
+        translation_noise_px, rotation_noise_rad: standard deviations of the random walk, a frame.
+        corners: most corners used; border_px: corners nearer to the border are dropped.
+    """
+
+    particles: int = 1000
+    translation_noise_px: float = 3.0
+    rotation_noise_rad: float = 0.006
+    corners: int = 150
+    border_px: int = 24
+
+
+@dataclass(frozen=True)
+class CornerFlow:
+    """Corners (M, 2), in pixels from the image centre, and their flow (M, 2) in pixels."""
+
+    corners_px: NDArray[np.float64]
+    flow_px: NDArray[np.float64]
+
+
+class _MotionModel:
+    """Random walk of (hVx, hVy, hω), equations 4.10-4.12; weight exp(-sum |V - V(hx)|), equation 4.18."""
+
+    def __init__(self, parameters: BackgroundMotionParameters) -> None:
+        noise = parameters.translation_noise_px
+        self._noise = np.array([noise, noise, parameters.rotation_noise_rad])
+
+    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        return rng.normal(size=(count, 3)) * self._noise
+
+    def predict(
+        self, states: NDArray[np.float64], observed: CornerFlow, rng: np.random.Generator
+    ) -> NDArray[np.float64]:
+        return states + rng.normal(size=states.shape) * self._noise
+
+    def log_weights(self, states: NDArray[np.float64], observed: CornerFlow) -> NDArray[np.float64]:
+        return -flow_misfits(states, observed.corners_px, observed.flow_px)
+
+
+class BackgroundMotionFilter:
+    """Estimates the picture's motion from pixels alone (paper A.3.2).
+
+    Readings: the weight's sum runs over all corners, as of independent errors; the estimate is the weighted mean; a
+    frame without a corner that can be followed leaves the random walk alone.
+    """
+
+    def __init__(
+        self, parameters: BackgroundMotionParameters, image_rgb: NDArray[np.uint8], rng: np.random.Generator
+    ) -> None:
+        """Start on the first picture (H, W, 3)."""
+        self._parameters = parameters
+        self._filter = ParticleFilter[CornerFlow](_MotionModel(parameters), parameters.particles, rng)
+        self._grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
+
+    def update(self, image_rgb: NDArray[np.uint8]) -> PictureMotion:
+        """Take in the next picture and return how the ground moved since the last one."""
+        grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
+        corners, flow = corner_flow(self._grey, grey, self._parameters.corners, self._parameters.border_px)
+        self._grey = grey
+        centre = 0.5 * np.array([grey.shape[1], grey.shape[0]])
+        posterior = self._filter.step(CornerFlow(corners - centre, flow))
+        x, y, rotation = posterior.weights @ posterior.states
+        return PictureMotion(np.array([x, y]), float(rotation))

@@ -1,0 +1,79 @@
+"""The car in the picture, as all three of paper A's filters know it: x = (x, y, V, θ)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.background_motion import PictureMotion
+from trackers.kernels.boxes import box_around, inside_picture
+from trackers.kernels.weights import circular_mean
+from trackers.particle_filter import Posterior
+from trackers.types import CameraModel, Estimate
+
+X, Y, SPEED, HEADING = range(4)
+"""Columns of a state: position in pixels from the image centre, speed in pixels a frame, heading in radians from +x
+towards +y."""
+
+POSITION = slice(0, 2)
+
+
+def image_centre(camera: CameraModel) -> NDArray[np.float64]:
+    """Return the image centre (2,) in pixels from the top left corner."""
+    return 0.5 * np.array([camera.width_px, camera.height_px])
+
+
+def initial_states(
+    count: int,
+    position_px: NDArray[np.float64],
+    position_noise_px: float,
+    fastest_px: float,
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """Draw states (N, 4): normal about the position (2,), speed uniform in [0, fastest], heading uniform.
+
+    A reading: the paper does not say how it starts. A box in one picture tells neither speed nor heading.
+    """
+    states = np.empty((count, 4))
+    states[:, POSITION] = rng.normal(position_px, position_noise_px, (count, 2))
+    states[:, SPEED] = rng.uniform(0.0, fastest_px, count)
+    states[:, HEADING] = rng.uniform(-np.pi, np.pi, count)
+    return states
+
+
+def move_on(
+    states: NDArray[np.float64], motion: PictureMotion, speed_noise_px: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return states (N, 4) one frame on: by their own velocity, then with the picture; the heading's noise is not added.
+
+    ``(x, y)' = Rot(-ω) ((x, y) + V (cos θ, sin θ)) - (Vx, Vy)``, ``V' = |V + N(0, τV²)|``, ``θ' = θ - ω``
+    (paper A, equations 2.2-2.4 and 4.19-4.21). Reading: a speed is never negative (it would turn the heading round),
+    so the walk is reflected at zero.
+    """
+    moved = np.empty_like(states)
+    heading = states[:, HEADING]
+    step = states[:, SPEED, None] * np.column_stack([np.cos(heading), np.sin(heading)])
+    moved[:, POSITION] = motion.move(states[:, POSITION] + step)
+    moved[:, SPEED] = np.abs(states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states)))
+    moved[:, HEADING] = heading - motion.rotation_rad
+    return moved
+
+
+def car_estimate(posterior: Posterior, camera: CameraModel, size_px: NDArray[np.float64]) -> Estimate:
+    """Return the estimate of a posterior over car states: weighted means before resampling.
+
+    The box keeps its first size (2,) as the paper's rectangle does. The papers' methods do not say whether the car is in
+    view; the share of the weight inside the picture stands in.
+    """
+    particles_px = posterior.states[:, POSITION] + image_centre(camera)
+    weights = posterior.weights
+    position_px = weights @ particles_px
+    inside = inside_picture(particles_px, camera.width_px, camera.height_px)
+    return Estimate(
+        position_px=position_px,
+        box_xyxy=box_around(position_px, size_px),
+        heading_rad=circular_mean(posterior.states[:, HEADING], weights),
+        in_view_probability=float(min(weights[inside].sum(), 1.0)),
+        particles_px=particles_px,
+        weights=weights,
+    )

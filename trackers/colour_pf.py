@@ -1,0 +1,108 @@
+"""The plain colour particle filter of paper A, section 2 (A.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.background_motion import PictureMotion, measured_motion
+from trackers.car_state import HEADING, POSITION, car_estimate, image_centre, initial_states, move_on
+from trackers.colour_template import ColourTemplate
+from trackers.kernels.boxes import box_centre
+from trackers.kernels.histogram import hs_bins
+from trackers.particle_filter import ParticleFilter
+from trackers.registry import register, tunable
+from trackers.types import EgoPose, Estimate, Observation
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Setting of ``colour_pf``; the paper gives no values.
+
+    Attributes:
+        particles: N.
+        colour_sharpness: λ of the weight.
+        speed_noise_px: τV, pixels a frame.
+        heading_noise_rad: τθ.
+        start_noise_px: standard deviation of the first position.
+        fastest_start_px: highest speed at the start, pixels a frame.
+    """
+
+    particles: int = 500
+    colour_sharpness: float = tunable(30.0, 3.0, 300.0, log=True)
+    speed_noise_px: float = tunable(1.0, 0.1, 5.0, log=True)
+    heading_noise_rad: float = tunable(0.15, 0.02, 1.0, log=True)
+    start_noise_px: float = tunable(2.0, 0.5, 10.0, log=True)
+    fastest_start_px: float = tunable(12.0, 2.0, 40.0, log=True)
+
+
+@dataclass(frozen=True)
+class ColourInstant:
+    """What the model needs of one picture: its bins (H, W), its centre (2,), and how the ground moved since the last."""
+
+    bins: NDArray[np.uint8]
+    centre_px: NDArray[np.float64]
+    motion: PictureMotion
+
+
+class ColourModel:
+    """State x = (x, y, V, θ) in pixels from the image centre.
+
+    ``x' = x + V cos θ, y' = y + V sin θ`` (2.2, 2.3), then moved with the picture of the ground;
+    ``V' = V + N(0, τV²)`` (2.4), ``θ' = θ + N(0, τθ²)`` (2.5); weight ``exp{-λ (1 - L)}`` (2.8).
+    """
+
+    def __init__(
+        self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]
+    ) -> None:
+        self._parameters = parameters
+        self._template = template
+        self._start_px = start_px
+
+    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        p = self._parameters
+        return initial_states(count, self._start_px, p.start_noise_px, p.fastest_start_px, rng)
+
+    def predict(
+        self, states: NDArray[np.float64], observed: ColourInstant, rng: np.random.Generator
+    ) -> NDArray[np.float64]:
+        moved = move_on(states, observed.motion, self._parameters.speed_noise_px, rng)
+        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
+        return moved
+
+    def log_weights(self, states: NDArray[np.float64], observed: ColourInstant) -> NDArray[np.float64]:
+        similarity = self._template.similarities(observed.bins, states[:, POSITION] + observed.centre_px)
+        return -self._parameters.colour_sharpness * (1.0 - similarity)
+
+
+@register("colour_pf", role="as-written", summary="plain colour particle filter (paper A.1)")
+class ColourParticleFilter:
+    """Paper A.1, moved with the *measured* motion of the helicopter (zero motion where none is measured).
+
+    Readings: the helicopter's motion is the rigid motion {hx, hy, hθ} of the picture of flat ground, as in A.2, so that
+    in the comparison the road is the only difference; for the same reason a rectangle outside the picture or cut by its
+    border is weighted as A.2 says. The rectangle keeps the size of the first box and does not turn.
+    """
+
+    Parameters = Parameters
+
+    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._rng = rng
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Take the template from the box and scatter the particles about it."""
+        self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
+        start_px = box_centre(box_xyxy) - image_centre(observation.camera)
+        model = ColourModel(self._parameters, self._template, start_px)
+        self._filter = ParticleFilter[ColourInstant](model, self._parameters.particles, self._rng)
+        self._ego: EgoPose | None = observation.ego
+
+    def update(self, observation: Observation) -> Estimate:
+        """Move, weight and resample the particles by the next picture."""
+        motion = measured_motion(self._ego, observation.ego, observation.camera)
+        self._ego = observation.ego
+        instant = ColourInstant(hs_bins(observation.image_rgb), image_centre(observation.camera), motion)
+        return car_estimate(self._filter.step(instant), observation.camera, self._template.size_px)

@@ -1,0 +1,50 @@
+"""How a place in the picture looks like the car's first rectangle (paper A, equations 2.7, 2.8 and section 3.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.boxes import box_centre, box_size
+from trackers.kernels.histogram import BINS, bhattacharyya, hs_bins, rectangle_histogram, rectangle_similarities
+
+
+@dataclass(frozen=True)
+class ColourTemplate:
+    """HS histogram of the car's box in the first picture.
+
+    Attributes:
+        histogram: (128,), sum 1: p.
+        size_px: (2,) width and height of the rectangle, the same ever after.
+    """
+
+    histogram: NDArray[np.float64]
+    size_px: NDArray[np.float64]
+
+    @classmethod
+    def from_box(cls, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> ColourTemplate:
+        """Take the template from a box (4,) of a picture (H, W, 3).
+
+        Raises:
+            ValueError: if nothing of the box lies inside the picture.
+        """
+        size_px = box_size(box_xyxy)
+        histogram = rectangle_histogram(hs_bins(image_rgb), box_centre(box_xyxy), size_px)
+        if histogram.sum() == 0.0:
+            raise ValueError(
+                f"box_xyxy: expected a box that overlaps the picture of {image_rgb.shape[1]} x {image_rgb.shape[0]} "
+                f"pixels, got {np.asarray(box_xyxy).tolist()}"
+            )
+        return cls(histogram, size_px)
+
+    def similarities(self, bins: NDArray[np.uint8], centres_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the Bhattacharyya coefficient L (N,) of the rectangles about positions (N, 2) of a binned picture.
+
+        The three cases of section 3.2: fully outside, the whole picture's histogram stands in (3.13); partly outside,
+        missing pixels are filled from the visible ones; inside, L = sum sqrt(p q) (2.7).
+        """
+        whole = np.bincount(bins.ravel(), minlength=BINS) / bins.size
+        outside = bhattacharyya(whole, self.histogram)
+        return rectangle_similarities(bins, centres_px, self.size_px, self.histogram, outside)
