@@ -1,0 +1,125 @@
+"""The ground as it has been seen so far, stitched into one growing picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.blend import blend_into
+from trackers.mosaic_graph_pf.ground_camera import GroundCamera
+
+SHRINK = 2
+"""Pictures are laid down at 1 / SHRINK of their resolution."""
+_GROW_CELLS = 256
+_SLOWEST_RATE = 0.06
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Rows and columns of the mosaic, half open."""
+
+    top: int
+    left: int
+    bottom: int
+    right: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Index of the window's cells in the mosaic's arrays."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+
+class Mosaic:
+    """Running mean of what was seen at every cell of the ground.
+
+    Cell (row i, column j) covers the map from ``origin_m + cell_m * (j, i)`` to one cell further in x and y.
+
+    Attributes:
+        cell_m: side of a cell.
+        origin_m: (2,) map position of the corner of cell (0, 0).
+        rgb: (H, W, 3) uint8.
+        count: (H, W) uint8, how often each cell was seen (255 = at least that often); 0 = never.
+    """
+
+    def __init__(self, cell_m: float) -> None:
+        self.cell_m = cell_m
+        self.origin_m = np.zeros(2)
+        self.rgb = np.zeros((0, 0, 3), np.uint8)
+        self.count = np.zeros((0, 0), np.uint8)
+        self._mean = np.zeros((0, 0, 3), np.float32)
+
+    def add(
+        self, picture_rgb: NDArray[np.uint8], camera: GroundCamera, weight: NDArray[np.uint8] | None = None
+    ) -> Window:
+        """Lay down a picture that was shrunk by ``SHRINK``.
+
+        Args:
+            picture_rgb: (H, W, 3).
+            camera: of the picture at full size.
+            weight: (H, W) 1-255, how far each pixel shows the standing ground (cars do not); 255 everywhere if None.
+
+        Returns:
+            the window of cells that the picture lies in.
+        """
+        window = self._window(camera)
+        H = picture_from_cells(camera, self.cell_m, self.origin_m + self.cell_m * np.array([window.left, window.top]))
+        size = (window.right - window.left, window.bottom - window.top)
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        patch = cv2.warpPerspective(picture_rgb, H, size, flags=flags)
+        if weight is None:
+            weight = np.full(picture_rgb.shape[:2], 255, np.uint8)
+        inside = weight.copy()
+        # The outermost pixels would blend with the black beyond the border.
+        inside[[0, -1], :] = inside[:, [0, -1]] = 0
+        patch_weight = cv2.warpPerspective(inside, H, size, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP)
+        cells = window.slices
+        blend_into(self._mean[cells], self.rgb[cells], self.count[cells], patch, patch_weight, _SLOWEST_RATE)
+        return window
+
+    def render(self, camera: GroundCamera) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Return what ``camera`` would see of the mosaic, shrunk by ``SHRINK``: rgb (H, W, 3) and how often it was seen
+        (H, W), 0 = never."""
+        H = picture_from_cells(camera, self.cell_m, self.origin_m)
+        size = (camera.model.width_px // SHRINK, camera.model.height_px // SHRINK)
+        rgb = cv2.warpPerspective(self.rgb, H, size, flags=cv2.INTER_LINEAR)
+        count = cv2.warpPerspective(self.count, H, size, flags=cv2.INTER_NEAREST)
+        return rgb, count
+
+    def cells_of(self, map_m: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return (column, row) (N, 2) of the cells that hold map points (N, 2); may lie outside the mosaic."""
+        return np.floor((map_m - self.origin_m) / self.cell_m).astype(np.int64)
+
+    def _window(self, camera: GroundCamera) -> Window:
+        """Return the bounding cells of the camera's view, after growing the mosaic to hold them."""
+        corners = camera.footprint_m()
+        low = np.floor((corners.min(axis=0) - self.origin_m) / self.cell_m).astype(int)
+        high = np.ceil((corners.max(axis=0) - self.origin_m) / self.cell_m).astype(int) + 1
+        height, width = self.count.shape
+        if (low < 0).any() or high[0] > width or high[1] > height:
+            before = np.where(low < 0, -low + _GROW_CELLS, 0)
+            after = np.maximum(high - [width, height] + _GROW_CELLS, 0) * (high > [width, height])
+            self._grow(before, after)
+            low, high = low + before, high + before
+        return Window(low[1], low[0], high[1], high[0])
+
+    def _grow(self, before: NDArray[np.int64], after: NDArray[np.int64]) -> None:
+        pad = ((before[1], after[1]), (before[0], after[0]))
+        self.rgb = np.pad(self.rgb, (*pad, (0, 0)))
+        self._mean = np.pad(self._mean, (*pad, (0, 0)))
+        self.count = np.pad(self.count, pad)
+        self.origin_m = self.origin_m - self.cell_m * before
+
+
+def picture_from_cells(
+    camera: GroundCamera, cell_m: float, origin_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the homography (3, 3) from indices (column, row) of a grid on the map, whose first cell begins at ``origin_m``, to
+    indices of the picture shrunk by ``SHRINK`` (OpenCV's reading: whole numbers are centres)."""
+    map_from_cells = np.array(
+        [[cell_m, 0.0, origin_m[0] + 0.5 * cell_m], [0.0, cell_m, origin_m[1] + 0.5 * cell_m], [0.0, 0.0, 1.0]]
+    )
+    shrunk = np.array([[1.0 / SHRINK, 0.0, -0.5], [0.0, 1.0 / SHRINK, -0.5], [0.0, 0.0, 1.0]])
+    return shrunk @ camera.H_picture_map() @ map_from_cells
