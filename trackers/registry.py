@@ -12,7 +12,8 @@ A tracker registers where it is defined::
         Parameters = Parameters
         def __init__(self, parameters: Parameters, rng: np.random.Generator): ...
 
-Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the place of the defaults.
+Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the
+place of the defaults.
 """
 
 from __future__ import annotations

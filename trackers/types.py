@@ -1,6 +1,7 @@
 """What flows into and out of a tracker. Plain data; nothing here knows where pictures come from.
 
-Pixels: pixel (row i, column j) covers ``[j, j+1) x [i, i+1)``; coordinates are (x right, y down) from the top left
+Pixels: pixel (row i, column j) covers ``[j, j+1) x [i, i+1)``; coordinates are (x right, y down) from the
+    top left
 corner of the picture and go on beyond its borders. Boxes are ``(x_min, y_min, x_max, y_max)``.
 """
 
@@ -44,7 +45,8 @@ class EgoPose:
     """Pose of the camera as *measured* on board, with the errors of its instruments.
 
     Attributes:
-        T_world_camera: (4, 4), camera frame (x right, y down, z forward) to the carrier's navigation frame (metres,
+        T_world_camera: (4, 4), camera frame (x right, y down, z forward) to the carrier's navigation
+            frame (metres,
             z up, ground at about z = 0).
     """
 
@@ -81,7 +83,8 @@ class Estimate:
         position_px: (2,) centre of the target; NaN where the tracker says nothing.
         box_xyxy: (4,) or None.
         heading_rad: direction of travel in the picture, from +x towards +y (clockwise as seen), or None.
-        in_view_probability: probability in [0, 1] that the target's centre is inside the picture and not hidden, or None.
+        in_view_probability: probability in [0, 1] that the target's centre is inside the picture and not
+            hidden, or None.
         particles_px: (N, 2) or None.
         weights: (N,) non-negative, sum 1; None with particles means equal weights.
         covariance_px: (2, 2) or None.

@@ -18,7 +18,8 @@ class Street:
     Attributes:
         start, end: node indices.
         centre_m: (M, 2) points of the centre line, at most 1 m apart, from start to end.
-        width_m: kerb to kerb, two lanes; traffic keeps right (lane centres are width / 4 right of the centre line).
+        width_m: kerb to kerb, two lanes; traffic keeps right (lane centres are width / 4 right of the
+            centre line).
     """
 
     start: int

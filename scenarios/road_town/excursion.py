@@ -1,0 +1,114 @@
+"""Ways off the road: a route bent aside over grass or paving, clear of houses, trees and parked cars."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.road_town.layout import Layout
+from scenarios.road_town.route import POINT_SPACING_M, Passage, Route, resample, smooth_heading
+
+_CLEARANCE_M = 1.8
+_LEAVE_OVER_M = 13.0
+_TRIES = 300
+
+
+@dataclass(frozen=True, slots=True)
+class Excursion:
+    """A stretch of a route that is off the road.
+
+    Attributes:
+        leave_m, return_m: arc lengths on the bent route where it starts to leave, and is back.
+    """
+
+    leave_m: float
+    return_m: float
+
+
+def with_excursion(
+    route: Route,
+    layout: Layout,
+    rng: np.random.Generator,
+    *,
+    between_m: tuple[float, float],
+    aside_m: tuple[float, float],
+    along_m: tuple[float, float],
+) -> tuple[Route, Excursion | None]:
+    """Bend a route off the road somewhere.
+
+    Args:
+        between_m: arc lengths between which it may leave.
+        aside_m: range of the sideways distance from the lane.
+        along_m: range of the distance driven off the road.
+
+    Returns:
+        The bent route and where it is off the road, or the same route and None where there is no room.
+    """
+    obstacles = _Obstacles(layout)
+    for _ in range(_TRIES):
+        leave = rng.uniform(*between_m)
+        along = rng.uniform(*along_m)
+        aside = rng.uniform(*aside_m) * (1 if rng.integers(2) else -1)
+        # To the left the opposite lane has to be crossed first.
+        aside += 3.5 if aside > 0 else 0.0
+        if leave + along > between_m[1] or any(
+            p.enter_m - 2 < leave + along and p.leave_m + 2 > leave for p in route.passages
+        ):
+            continue
+        arc = np.arange(len(route.points_m)) * POINT_SPACING_M
+        share = _smooth_step((arc - leave) / _LEAVE_OVER_M) - _smooth_step(
+            (arc - leave - along + _LEAVE_OVER_M) / _LEAVE_OVER_M
+        )
+        left = np.column_stack([-np.sin(route.heading_rad), np.cos(route.heading_rad)])
+        bent = route.points_m + (aside * share)[:, None] * left
+        off = share > 0.05
+        if obstacles.clear(bent[off]) and np.abs(bent[off]).max() < 0.45 * layout.extent_m:
+            return _rebuilt(route, bent, leave, leave + along)
+    return route, None
+
+
+def _smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    t = np.clip(t, 0, 1)
+    return t * t * t * (10 - 15 * t + 6 * t * t)
+
+
+def _rebuilt(
+    route: Route, bent: NDArray[np.float64], leave_m: float, return_m: float
+) -> tuple[Route, Excursion]:
+    points, arc = resample(bent)
+
+    def moved(old_m: float) -> float:
+        return float(np.interp(old_m, np.arange(len(bent)) * POINT_SPACING_M, arc))
+
+    passages = tuple(Passage(p.node, moved(p.enter_m), moved(p.leave_m), p.turn_rad) for p in route.passages)
+    return Route(points, smooth_heading(points), passages), Excursion(moved(leave_m), moved(return_m))
+
+
+class _Obstacles:
+    """What a car must not drive into."""
+
+    def __init__(self, layout: Layout) -> None:
+        boxes = [(b.centre_m, b.size_m[:2], b.yaw_rad) for b in layout.buildings]
+        for park in layout.car_parks:
+            for (x, y, yaw), taken in zip(park.bays, park.taken, strict=True):
+                if taken:
+                    boxes.append(((x, y), (5.0, 2.2), yaw))
+        self._centre = np.array([box[0] for box in boxes]).reshape(-1, 2)
+        self._half = 0.5 * np.array([box[1] for box in boxes]).reshape(-1, 2)
+        yaw = np.array([box[2] for box in boxes])
+        self._axis = np.column_stack([np.cos(yaw), np.sin(yaw)])
+        self._trees = np.array([tree.centre_m for tree in layout.trees]).reshape(-1, 2)
+
+    def clear(self, points_m: NDArray[np.float64]) -> bool:
+        """Return whether all points (M, 2) keep their distance from every obstacle."""
+        offset = points_m[:, None] - self._centre[None]
+        along = np.einsum("mbk,bk->mb", offset, self._axis)
+        across = offset[..., 1] * self._axis[:, 0] - offset[..., 0] * self._axis[:, 1]
+        outside = np.maximum(np.abs(np.stack([along, across], axis=-1)) - self._half, 0.0)
+        if len(self._centre) and np.linalg.norm(outside, axis=-1).min() < _CLEARANCE_M:
+            return False
+        if not len(self._trees):
+            return True
+        return bool(np.linalg.norm(points_m[:, None] - self._trees[None], axis=-1).min() > _CLEARANCE_M)

@@ -1,0 +1,191 @@
+"""How the helicopter flies: set paths that lose the car on purpose, rough air, gusts, the closed loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, signal
+
+from scenarios.road_town.presets import RoadTown
+from sim.optics import PinholeCamera, look_down_pose
+from trackers.types import CameraCommand
+
+MAXIMUM_SPEED_MPS = 25.0
+MAXIMUM_CLIMB_MPS = 5.0
+MAXIMUM_YAW_RATE_RAD_S = 1.0
+ALTITUDE_RANGE_M = (40.0, 100.0)
+_ATTITUDE_TIME_CONSTANT_S = 0.6
+_RESPONSE_TIME_S = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """One swing of the view away from the car and back.
+
+    Attributes:
+        start_frame, rise_frames, hold_frames, fall_frames: its timing.
+        offset_m: (ahead, left) displacement of the aim on the ground at full swing, in the helicopter's
+            frame.
+        tilts: True for a gust that tilts the helicopter, False for its drifting away.
+    """
+
+    start_frame: int
+    rise_frames: int
+    hold_frames: int
+    fall_frames: int
+    offset_m: tuple[float, float]
+    tilts: bool
+
+    def share(self, frame_count: int) -> NDArray[np.float64]:
+        """Return how far the swing is carried out (T,), 0-1."""
+        t = np.arange(frame_count) - self.start_frame
+        back = t - self.rise_frames - self.hold_frames
+        return _smooth_step(t / self.rise_frames) - _smooth_step(back / self.fall_frames)
+
+
+@dataclass(frozen=True, eq=False)
+class AirState:
+    """What the air does to the helicopter, whoever flies it; decided before the episode starts.
+
+    Attributes:
+        altitude_m: height to be held.
+        attitude_rad: (T, 3) roll, pitch and yaw deviations of rough air.
+        wander_m: (T, 2) slow deviation of a set path from the car's.
+        yaw_rad: (T,) heading of a set path; its first value is where the closed loop starts.
+    """
+
+    altitude_m: float
+    attitude_rad: NDArray[np.float64]
+    wander_m: NDArray[np.float64]
+    yaw_rad: NDArray[np.float64]
+
+
+def draw_air(
+    preset: RoadTown,
+    car_position_m: NDArray[np.float64],
+    car_heading_rad: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> AirState:
+    """Draw one episode's air: attitude noise is white noise through a second-order low pass."""
+    frames, dt = len(car_position_m), 1.0 / preset.rate_hz
+    deviation = np.deg2rad(preset.attitude_noise_deg) * np.array([1.0, 1.0, 1.5])
+    altitude = rng.uniform(*preset.altitude_m)
+    attitude = _coloured_noise(rng, frames, 3, _ATTITUDE_TIME_CONSTANT_S / dt) * deviation
+    wander = _coloured_noise(rng, frames, 2, 2.5 / dt) * 0.06 * altitude
+    heading = np.unwrap(car_heading_rad)
+    yaw = ndimage.gaussian_filter1d(heading, 2.0 / dt, mode="nearest") + rng.normal(0, 0.3)
+    return AirState(float(altitude), attitude, wander, yaw)
+
+
+def set_path(
+    preset: RoadTown, air: AirState, car_position_m: NDArray[np.float64], pulses: list[Pulse]
+) -> NDArray[np.float64]:
+    """Return T_world_camera (T, 4, 4) of a flight along the car's path that swings away as ``pulses`` say."""
+    frames = len(car_position_m)
+    smooth = ndimage.gaussian_filter1d(car_position_m, 0.8 * preset.rate_hz, axis=0, mode="nearest")
+    position = smooth + air.wander_m
+    attitude = air.attitude_rad + gust_attitude_rad(pulses, air.altitude_m, frames)
+    for pulse in pulses:
+        if not pulse.tilts:
+            ahead, left = pulse.offset_m
+            # The direction is that of the moment it starts, or a turn of the helicopter would whirl the
+            view about.
+            yaw = air.yaw_rad[np.clip(pulse.start_frame, 0, frames - 1)]
+            direction = np.array(
+                [ahead * np.cos(yaw) - left * np.sin(yaw), ahead * np.sin(yaw) + left * np.cos(yaw)]
+            )
+            position = position + pulse.share(frames)[:, None] * direction
+    return np.stack(
+        [
+            look_down_pose(np.array([*position[k], air.altitude_m]), air.yaw_rad[k] + yaw, pitch, roll)
+            for k, (roll, pitch, yaw) in enumerate(attitude)
+        ]
+    )
+
+
+def gust_attitude_rad(pulses: list[Pulse], altitude_m: float, frame_count: int) -> NDArray[np.float64]:
+    """Return roll, pitch and yaw (T, 3) by which gusts tilt the helicopter."""
+    attitude = np.zeros((frame_count, 3))
+    for pulse in pulses:
+        if pulse.tilts:
+            ahead, left = pulse.offset_m
+            share = pulse.share(frame_count)
+            attitude[:, 0] += share * np.arctan2(left, altitude_m)
+            attitude[:, 1] += share * np.arctan2(ahead, altitude_m)
+    return attitude
+
+
+class Helicopter:
+    """Closed loop: flies as commanded, with a first-order response, while air and gusts tilt it."""
+
+    def __init__(
+        self, preset: RoadTown, air: AirState, pulses: list[Pulse], start_m: NDArray[np.float64]
+    ) -> None:
+        frames = len(air.attitude_rad)
+        self._dt_s = 1.0 / preset.rate_hz
+        self._attitude_rad = air.attitude_rad + gust_attitude_rad(pulses, air.altitude_m, frames)
+        self._position_m = np.array([*start_m, air.altitude_m])
+        self._yaw_rad = float(air.yaw_rad[0])
+        self._velocity_mps = np.zeros(3)
+        self._yaw_rate_rad_s = 0.0
+
+    def fly(self, command: CameraCommand) -> None:
+        """Move on by one frame.
+
+        Raises:
+            ValueError: if the command is not finite.
+        """
+        wanted = np.array([command.forward_mps, command.right_mps, command.climb_mps, command.yaw_rate_rad_s])
+        if not np.isfinite(wanted).all():
+            raise ValueError(f"command: expected finite numbers, got {command}")
+        c, s = np.cos(self._yaw_rad), np.sin(self._yaw_rad)
+        horizontal = np.array([c * wanted[0] + s * wanted[1], s * wanted[0] - c * wanted[1]])
+        horizontal *= min(1.0, MAXIMUM_SPEED_MPS / max(float(np.linalg.norm(horizontal)), 1e-9))
+        climb = np.clip(wanted[2], -MAXIMUM_CLIMB_MPS, MAXIMUM_CLIMB_MPS)
+        response = 1 - np.exp(-self._dt_s / _RESPONSE_TIME_S)
+        self._velocity_mps += response * (np.array([*horizontal, climb]) - self._velocity_mps)
+        yaw_rate = np.clip(wanted[3], -MAXIMUM_YAW_RATE_RAD_S, MAXIMUM_YAW_RATE_RAD_S)
+        self._yaw_rate_rad_s += response * (yaw_rate - self._yaw_rate_rad_s)
+        self._position_m = self._position_m + self._velocity_mps * self._dt_s
+        self._position_m[2] = np.clip(self._position_m[2], *ALTITUDE_RANGE_M)
+        self._yaw_rad += self._yaw_rate_rad_s * self._dt_s
+
+    def pose(self, frame: int) -> NDArray[np.float64]:
+        """Return T_world_camera (4, 4) of the given frame."""
+        roll, pitch, yaw = self._attitude_rad[frame]
+        return look_down_pose(self._position_m, self._yaw_rad + yaw, pitch, roll)
+
+
+def swing_out(
+    preset: RoadTown, camera: PinholeCamera, altitude_m: float, direction_rad: float, margin_m: float
+) -> tuple[float, float]:
+    """Return the aim's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
+
+    ``direction_rad`` is that of the displacement, 0 = ahead, counter-clockwise.
+    """
+    half_ahead = 0.5 * camera.height_px / camera.focal_px * altitude_m
+    half_left = 0.5 * camera.width_px / camera.focal_px * altitude_m
+    c, s = np.cos(direction_rad), np.sin(direction_rad)
+    # A tilted camera sees less towards its own foot: the near border of the picture comes closer to it.
+    border = min(half_ahead / max(abs(c), 1e-6), half_left / max(abs(s), 1e-6))
+    distance = border + margin_m
+    return float(distance * c), float(distance * s)
+
+
+def _smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    t = np.clip(t, 0, 1)
+    return t * t * t * (10 - 15 * t + 6 * t * t)
+
+
+def _coloured_noise(
+    rng: np.random.Generator, frames: int, channels: int, time_constant_frames: float
+) -> NDArray[np.float64]:
+    """Return noise (T, channels) of unit variance: white noise through two equal low passes."""
+    warm_up = int(8 * time_constant_frames) + 1
+    pole = np.exp(-1.0 / time_constant_frames)
+    white = rng.normal(size=(frames + warm_up, channels))
+    smooth = signal.lfilter([1.0], np.convolve([1, -pole], [1, -pole]), white, axis=0)[warm_up:]
+    # Variance of a second-order autoregression with the double pole p: (1 + p²) / (1 - p²)³.
+    return smooth / np.sqrt((1 + pole**2) / (1 - pole**2) ** 3)

@@ -1,0 +1,190 @@
+"""When the target leaves the picture: swings of the view, tuned until their lengths are as wanted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.road_town.flight import AirState, Pulse, set_path, swing_out
+from scenarios.road_town.presets import RoadTown
+from sim.optics import PinholeCamera
+
+_SETTLE_FRAMES = 25
+"""The target is whole in the picture this long at least, at both ends and between frame-outs."""
+_WISHES, _PLACEMENTS, _FITS = 40, 400, 6
+"""Lengths are drawn anew only after that many placements, or fits of likely ones, have failed."""
+_DRIFT_FROM_FRAMES = 45
+"""Longer frame-outs may come from the helicopter's drifting away; no gust is that long, no drift that short."""
+_DRIFT_SPEED_MPS = 16.0
+
+IN, PARTIAL, OUT = 0, 1, 2
+
+
+def picture_states(
+    camera: PinholeCamera, poses: NDArray[np.float64], corners_world_m: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return for each frame whether the box around ``corners_world_m`` (T, K, 3) is IN, PARTIAL or OUT (T,)."""
+    points_camera = np.einsum("tkj,tji->tki", corners_world_m - poses[:, None, :3, 3], poses[:, :3, :3])
+    behind = (points_camera[..., 2] <= 1e-6).any(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pixels = camera.focal_px * points_camera[..., :2] / points_camera[..., 2:] + camera.centre_px
+    low, high = pixels.min(axis=1), pixels.max(axis=1)
+    size = (camera.width_px, camera.height_px)
+    out = behind | (high <= 0).any(axis=1) | (low >= size).any(axis=1)
+    whole = (low >= 0).all(axis=1) & (high <= size).all(axis=1)
+    return np.where(out, OUT, np.where(whole, IN, PARTIAL))
+
+
+def frame_out_spans(states: NDArray[np.int64]) -> list[tuple[int, int]]:
+    """Return (first frame out, first frame after it that is not out) of every stretch of OUT."""
+    out = np.concatenate([[False], states == OUT, [False]])
+    edges = np.flatnonzero(out[1:] != out[:-1])
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def draw_pulses(
+    preset: RoadTown,
+    camera: PinholeCamera,
+    air: AirState,
+    car_position_m: NDArray[np.float64],
+    car_corners_m: NDArray[np.float64],
+    events: dict[str, list[int]],
+    closed_loop: bool,
+    rng: np.random.Generator,
+) -> list[Pulse]:
+    """Return swings of the view that lose the car as often and as long as the preset wants.
+
+    Args:
+        car_position_m: (T, 2). car_corners_m: (T, 8, 3) of its bounding box.
+        events: frames at which the car starts a ``turn`` or an ``excursion``; frame-outs are laid over them.
+
+    Raises:
+        RuntimeError: if no schedule fits, which a test over many seeds excludes for the presets.
+    """
+    # An excursion too near either end cannot happen outside the picture; it is then seen to happen.
+    first, last = (
+        _SETTLE_FRAMES + 22,
+        preset.frame_count - _SETTLE_FRAMES - min(25, preset.frame_outs.frames[1]) - 8,
+    )
+    events = {**events, "excursion": [frame for frame in events["excursion"] if first <= frame <= last]}
+    for _ in range(_WISHES):
+        lengths = _draw_lengths(preset, events, rng)
+        schedules = (_place(preset, events, lengths, rng) for _ in range(_PLACEMENTS))
+        for wanted in islice((schedule for schedule in schedules if schedule), _FITS):
+            pulses = [_draw_pulse(preset, camera, air, *span, closed_loop, rng) for span in wanted]
+            pulses = _fit(preset, camera, air, car_position_m, car_corners_m, pulses, wanted)
+            states = picture_states(camera, set_path(preset, air, car_position_m, pulses), car_corners_m)
+            if _acceptable(preset, states, wanted):
+                return pulses
+    raise RuntimeError(
+        f"frame_outs: found no schedule for {preset.frame_outs} in {preset.frame_count} frames"
+    )
+
+
+def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random.Generator) -> list[int]:
+    """Return the frames outside of every frame-out; the first ones are for the excursions."""
+    wish = preset.frame_outs
+    low, high = np.log(wish.frames[0]), np.log(wish.frames[1] + 1)
+    count = int(rng.integers(wish.count[0], wish.count[1] + 1))
+    lengths = np.exp(rng.uniform(low, high, count)).astype(int).tolist()
+    for k in range(min(count, len(events["excursion"]))):
+        # Long enough for the car to be well off the road before it is back in the picture.
+        lengths[k] = max(lengths[k], min(25, wish.frames[1]))
+    return lengths
+
+
+def _place(
+    preset: RoadTown, events: dict[str, list[int]], lengths: list[int], rng: np.random.Generator
+) -> list[tuple[int, int]] | None:
+    """Return (first frame out, frames out) of every frame-out in order, or None if they come too close."""
+    wish, excursions, turns = preset.frame_outs, events["excursion"], events["turn"]
+    spans: list[tuple[int, int]] = []
+    for k, frames in enumerate(lengths):
+        if wish.start_frame is not None and k == 0:
+            start = wish.start_frame
+        elif k < len(excursions):
+            start = excursions[k] - int(rng.integers(0, 8))
+        elif turns and rng.random() < wish.turn_share:
+            start = turns[int(rng.integers(len(turns)))] - int(rng.integers(0, max(2, frames // 2)))
+        else:
+            start = int(rng.integers(_SETTLE_FRAMES, max(preset.frame_count - frames, _SETTLE_FRAMES + 1)))
+        spans.append((start, frames))
+    spans.sort()
+    ends = [-10] + [start + frames for start, frames in spans]
+    starts = [start for start, _ in spans] + [preset.frame_count + 10]
+    apart = all(start - end >= _SETTLE_FRAMES + 14 for start, end in zip(starts, ends, strict=True))
+    return spans if apart else None
+
+
+def _draw_pulse(
+    preset: RoadTown,
+    camera: PinholeCamera,
+    air: AirState,
+    start: int,
+    frames: int,
+    closed_loop: bool,
+    rng: np.random.Generator,
+) -> Pulse:
+    wish = preset.frame_outs
+    direction = 0.0 if wish.aim == "ahead" else float(rng.uniform(-np.pi, np.pi))
+    margin = float(rng.uniform(5.0, 9.0)) if frames < 15 else float(rng.uniform(6.0, 16.0))
+    offset = swing_out(preset, camera, air.altitude_m, direction, margin)
+    tilts = closed_loop or wish.gusts_only or frames < _DRIFT_FROM_FRAMES or rng.random() < 0.3
+    if tilts:
+        rise, fall = (int(rng.integers(5, 11)) for _ in range(2))
+    else:
+        rise = fall = int(1.875 * np.hypot(*offset) / _DRIFT_SPEED_MPS * preset.rate_hz)
+    return Pulse(start - rise // 2, rise, max(frames - rise // 2, 1), fall, offset, tilts)
+
+
+def _fit(
+    preset: RoadTown,
+    camera: PinholeCamera,
+    air: AirState,
+    car_position_m: NDArray[np.float64],
+    car_corners_m: NDArray[np.float64],
+    pulses: list[Pulse],
+    wanted: list[tuple[int, int]],
+) -> list[Pulse]:
+    """Shift and stretch the swings until first frame and length of each frame-out are as wanted, or nearly."""
+    for _ in range(6):
+        states = picture_states(camera, set_path(preset, air, car_position_m, pulses), car_corners_m)
+        spans = frame_out_spans(states)
+        fitted = []
+        for pulse, (start, frames) in zip(pulses, wanted, strict=True):
+            middle = pulse.start_frame + pulse.rise_frames + pulse.hold_frames // 2
+            span = min(spans, key=lambda s: abs(0.5 * (s[0] + s[1]) - middle), default=None)
+            if span is None:
+                return pulses
+            fitted.append(
+                replace(
+                    pulse,
+                    start_frame=pulse.start_frame + start - span[0],
+                    hold_frames=max(pulse.hold_frames + frames - (span[1] - span[0]), 0),
+                )
+            )
+        if fitted == pulses:
+            break
+        pulses = fitted
+    return pulses
+
+
+def _acceptable(preset: RoadTown, states: NDArray[np.int64], wanted: list[tuple[int, int]]) -> bool:
+    spans = frame_out_spans(states)
+    if len(spans) != len(wanted):
+        return False
+    low, high = preset.frame_outs.frames
+    if not all(low <= end - start <= high + 2 for start, end in spans):
+        return False
+    if not (states[:_SETTLE_FRAMES] == IN).all():
+        return False
+    ends = [end for _, end in spans]
+    nexts = [start for start, _ in spans[1:]] + [len(states)]
+    for end, following in zip(ends, nexts, strict=True):
+        back = np.flatnonzero(states[end:following] == IN)
+        if len(back) == 0 or following - (end + int(back[0])) < _SETTLE_FRAMES:
+            return False
+    return True

@@ -1,0 +1,246 @@
+"""Everything about an episode that is decided before its first picture: town, traffic, air, swings of the view, sun.
+
+Cheap (no picture is drawn), so that surveys over many seeds and searches over schedules need nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.road_town.blocks import fill_blocks
+from scenarios.road_town.excursion import Excursion, with_excursion
+from scenarios.road_town.flight import AirState, Pulse, draw_air, set_path
+from scenarios.road_town.frame_outs import draw_pulses
+from scenarios.road_town.layout import Layout
+from scenarios.road_town.palette import draw_paint
+from scenarios.road_town.patterns import make_streets
+from scenarios.road_town.presets import RoadTown
+from scenarios.road_town.route import Route, random_route
+from scenarios.road_town.traffic import Driver, Motion, simulate
+from sim.meshes.vehicle import VEHICLES, vehicle
+from sim.optics import PinholeCamera
+from sim.rng import generator
+
+TARGET = 0
+"""Index of the target among the cars."""
+_NEAR_TARGET_M = 110.0
+_SPAWN_GAP_M = 14.0
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What a car looks like: a registered vehicle model and its paint (sRGB 0-255)."""
+
+    model: str
+    paint_rgb: tuple[int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """One episode, decided. The target is car 0.
+
+    Attributes:
+        sun_azimuth_rad, sun_elevation_rad: where the sun stands.
+        sizes_m: (N, 3) length, width, height of the cars.
+        excursions: where the target's route is off the road.
+    """
+
+    preset: RoadTown
+    seed: int
+    closed_loop: bool
+    camera: PinholeCamera
+    layout: Layout
+    looks: tuple[Look, ...]
+    sizes_m: NDArray[np.float64]
+    routes: tuple[Route, ...]
+    motion: Motion
+    excursions: tuple[Excursion, ...]
+    air: AirState
+    pulses: tuple[Pulse, ...]
+    sun_azimuth_rad: float
+    sun_elevation_rad: float
+
+    @property
+    def camera_poses(self) -> NDArray[np.float64]:
+        """T_world_camera (T, 4, 4) of the set path."""
+        return set_path(self.preset, self.air, self.motion.position_m[:, TARGET], list(self.pulses))
+
+    def target_corners_m(self) -> NDArray[np.float64]:
+        """Corners (T, 8, 3) of the target's bounding box."""
+        return _corners(self.motion, self.sizes_m[TARGET])
+
+    def turning(self, frame: int) -> bool:
+        """Whether the target turns at a crossing in the given frame."""
+        arc = self.motion.arc_m[frame, TARGET]
+        return any(p.is_turn and p.enter_m <= arc <= p.leave_m for p in self.routes[TARGET].passages)
+
+
+def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
+    """Decide an episode. The same arguments always give the same plan."""
+    streams = {
+        name: generator(seed, name) for name in ("streets", "blocks", "looks", "traffic", "air", "sun")
+    }
+    pattern = str(streams["streets"].choice(preset.street_patterns))
+    graph = make_streets(pattern, streams["streets"], preset.extent_m)
+    layout = fill_blocks(graph, streams["blocks"], preset.extent_m)
+    looks = _draw_looks(preset, streams["looks"])
+    sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
+    target, excursions = _target_driver(preset, layout, streams["traffic"])
+    drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
+    motion = simulate(drivers, preset.frame_count, preset.rate_hz)
+    air = draw_air(preset, motion.position_m[:, TARGET], motion.heading_rad[:, TARGET], streams["air"])
+    camera = PinholeCamera.from_field_of_view(
+        preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
+    )
+    pulses = draw_pulses(
+        preset,
+        camera,
+        air,
+        motion.position_m[:, TARGET],
+        _corners(motion, sizes[TARGET]),
+        _events(target.route, excursions, motion),
+        closed_loop,
+        streams["air"],
+    )
+    return Plan(
+        preset,
+        seed,
+        closed_loop,
+        camera,
+        layout,
+        looks,
+        sizes,
+        tuple(driver.route for driver in drivers),
+        motion,
+        excursions,
+        air,
+        tuple(pulses),
+        float(streams["sun"].uniform(-np.pi, np.pi)),
+        float(np.deg2rad(streams["sun"].uniform(*preset.sun_elevation_deg))),
+    )
+
+
+def _draw_looks(preset: RoadTown, rng: np.random.Generator) -> tuple[Look, ...]:
+    models = list(VEHICLES)
+    target = Look(models[int(rng.integers(len(models)))], draw_paint(rng))
+    looks = [target]
+    for k in range(preset.traffic_cars):
+        if preset.traffic_looks == "twins" and k % 2 == 0:
+            looks.append(target)
+            continue
+        paint = draw_paint(rng)
+        while paint == target.paint_rgb:
+            paint = draw_paint(rng)
+        looks.append(Look(models[int(rng.integers(len(models)))], paint))
+    return tuple(looks)
+
+
+def _target_driver(
+    preset: RoadTown, layout: Layout, rng: np.random.Generator
+) -> tuple[Driver, tuple[Excursion, ...]]:
+    """Return the target's plan, and where it leaves the road."""
+    cruise = float(rng.uniform(*preset.cruise_mps))
+    needed = 1.15 * cruise * preset.frame_count / preset.rate_hz
+    route = random_route(
+        layout.graph,
+        rng,
+        needed + 150.0,
+        keep_within_m=0.33 * preset.extent_m,
+        turn_preference=preset.turn_preference,
+    )
+    if preset.start_before_bend:
+        start = _start_before_bend(route, needed, cruise)
+    else:
+        start = float(rng.uniform(5.0, 60.0))
+    excursions: list[Excursion] = []
+    wanted = int(rng.integers(preset.excursions[0], preset.excursions[1] + 1))
+    for k in range(wanted):
+        # Bends and stops cost time: the car gets about two thirds of the way that it would at its
+        cruising speed.
+        share = 0.65 * needed / wanted
+        route, excursion = with_excursion(
+            route,
+            layout,
+            rng,
+            between_m=(start + max(k * share, 3.0 * cruise), start + (k + 1) * share + 20.0),
+            aside_m=(7.0, 16.0),
+            along_m=(34.0, 70.0),
+        )
+        if excursion is not None:
+            excursions.append(excursion)
+    return Driver(route, start, cruise, _stops(preset, route, start, rng)), tuple(excursions)
+
+
+def _start_before_bend(route: Route, needed_m: float, cruise_mps: float) -> float:
+    """Return the start from which the car reaches the route's sharpest bend after a straight at about 2.5 s."""
+    lead_m = 2.5 * cruise_mps
+    arcs = np.arange(lead_m, max(route.length_m - needed_m, lead_m + 1.0), 1.0)
+    heading = route.at(arcs)[1]
+    bend = np.abs(route.at(arcs + 32.0)[1] - heading)
+    before = np.abs(heading - route.at(arcs - lead_m)[1])
+    at_crossing = np.zeros(len(arcs), dtype=bool)
+    for passage in route.passages:
+        at_crossing |= passage.is_turn & (arcs > passage.enter_m - 45.0) & (arcs < passage.leave_m + lead_m)
+    return float(arcs[np.argmax(bend - 1.5 * before - 10.0 * at_crossing)] - lead_m)
+
+
+def _stops(
+    preset: RoadTown, route: Route, start_m: float, rng: np.random.Generator
+) -> tuple[tuple[float, float], ...]:
+    """Return halts (arc length, seconds) at the entries of some crossings."""
+    return tuple(
+        (passage.enter_m, float(rng.uniform(0.8, 2.5)))
+        for passage in route.passages
+        if rng.random() < preset.stop_share and passage.enter_m > start_m + 10.0
+    )
+
+
+def _traffic(preset: RoadTown, layout: Layout, target: Driver, rng: np.random.Generator) -> list[Driver]:
+    """Return the other cars' plans; they start near where the target will pass."""
+    span = np.linspace(target.start_m, target.route.length_m, 60)
+    path = target.route.at(span)[0]
+    places = [target.route.at(np.array(target.start_m))[0]]
+    drivers: list[Driver] = []
+    while len(drivers) < preset.traffic_cars:
+        cruise = float(rng.uniform(*preset.cruise_mps))
+        length = 1.15 * cruise * preset.frame_count / preset.rate_hz
+        route = random_route(
+            layout.graph, rng, length + 120.0, keep_within_m=0.42 * preset.extent_m, turn_preference=1.0
+        )
+        start = float(rng.uniform(2.0, 110.0))
+        place = route.at(np.array(start))[0]
+        if np.linalg.norm(np.array(places) - place, axis=1).min() < _SPAWN_GAP_M:
+            continue
+        # The further away, the less likely it is kept: cars that nobody sees are of no use.
+        distance = np.linalg.norm(path - place, axis=1).min()
+        if rng.random() < min(1.0, distance / _NEAR_TARGET_M) ** 2:
+            continue
+        places.append(place)
+        drivers.append(Driver(route, start, cruise, _stops(preset, route, start, rng)))
+    return drivers
+
+
+def _events(route: Route, excursions: tuple[Excursion, ...], motion: Motion) -> dict[str, list[int]]:
+    """Return the frames at which the target starts to turn at a crossing, or to leave the road."""
+    arc = motion.arc_m[:, TARGET]
+
+    def frame_at(place_m: float) -> list[int]:
+        frame = int(np.searchsorted(arc, place_m))
+        return [frame] if 0 < frame < len(arc) else []
+
+    return {
+        "turn": [f for p in route.passages if p.is_turn for f in frame_at(p.enter_m)],
+        "excursion": [f for e in excursions for f in frame_at(e.leave_m + 4.0)],
+    }
+
+
+def _corners(motion: Motion, size_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
+    local = signs * size_m
+    c, s = np.cos(motion.heading_rad[:, TARGET, None]), np.sin(motion.heading_rad[:, TARGET, None])
+    x = motion.position_m[:, TARGET, 0, None] + c * local[:, 0] - s * local[:, 1]
+    y = motion.position_m[:, TARGET, 1, None] + s * local[:, 0] + c * local[:, 1]
+    return np.stack([x, y, np.broadcast_to(local[:, 2], x.shape)], axis=-1)

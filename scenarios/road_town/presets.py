@@ -1,0 +1,161 @@
+"""How an episode of ``road-town`` is configured, and the presets that users name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class EgoErrors:
+    """Errors of the instruments on board.
+
+    Attributes:
+        position_noise_m, position_bias_m: standard deviations, per axis; the bias is drawn once an episode.
+        attitude_noise_deg, attitude_bias_deg: likewise, for roll, pitch and yaw.
+    """
+
+    position_noise_m: float = 0.05
+    position_bias_m: float = 1.0
+    attitude_noise_deg: float = 0.1
+    attitude_bias_deg: float = 0.5
+
+
+@dataclass(frozen=True)
+class FrameOuts:
+    """The times at which the target is made to leave the picture.
+
+    Attributes:
+        count: range of the number an episode, both included.
+        frames: range of their lengths, drawn log-uniformly.
+        turn_share: share that is laid over a turn at a crossing, where the route has one.
+        start_frame: frame of the first one, or None for a random time.
+        aim: where the camera looks meanwhile: ``any`` direction, or ``ahead`` of the car.
+        gusts_only: False lets long ones come from the helicopter's drifting away; True (and always in
+            closed loop)
+            makes all of them gusts that tilt it.
+    """
+
+    count: tuple[int, int] = (2, 4)
+    frames: tuple[int, int] = (5, 120)
+    turn_share: float = 0.5
+    start_frame: int | None = None
+    aim: Literal["any", "ahead"] = "any"
+    gusts_only: bool = False
+
+
+@dataclass(frozen=True)
+class RoadTown:
+    """One configuration of the scenario.
+
+    Attributes:
+        summary: one line for ``frameout list``.
+        width_px, height_px, field_of_view_deg: the camera; the field is horizontal.
+        rate_hz, frame_count: length of an episode.
+        street_patterns: one is drawn an episode.
+        extent_m: side of the town.
+        traffic_cars: number of moving cars beside the target.
+        traffic_looks: ``others`` = any model and any paint but the target's; ``twins`` = half of them are
+            the target's
+            own model and paint.
+        cruise_mps: range of the target's speed on a free straight.
+        turn_preference: weight of turning against going straight on at a crossing.
+        start_before_bend: start a little before the sharpest bend of the route instead of anywhere.
+        stop_share: share of crossings where a car halts first.
+        excursions: range of the number of ways off the road an episode, both included.
+        altitude_m: range.
+        attitude_noise_deg: standard deviation of roll and pitch; yaw has 1.5 times that.
+        frame_outs: see there.
+        sun_elevation_deg: range.
+        ego: errors of the measured pose, or None for no instruments.
+        closed_loop: whether the tracker steers the camera, unless a command line says otherwise.
+    """
+
+    summary: str
+    width_px: int = 640
+    height_px: int = 480
+    field_of_view_deg: float = 50.0
+    rate_hz: float = 15.0
+    frame_count: int = 300
+    street_patterns: tuple[str, ...] = ("grid", "organic", "ring")
+    extent_m: float = 420.0
+    traffic_cars: int = 16
+    traffic_looks: Literal["others", "twins"] = "others"
+    cruise_mps: tuple[float, float] = (7.0, 12.0)
+    turn_preference: float = 1.0
+    start_before_bend: bool = False
+    stop_share: float = 0.25
+    excursions: tuple[int, int] = (0, 1)
+    altitude_m: tuple[float, float] = (50.0, 80.0)
+    attitude_noise_deg: float = 1.5
+    frame_outs: FrameOuts = FrameOuts()
+    sun_elevation_deg: tuple[float, float] = (35.0, 65.0)
+    ego: EgoErrors | None = EgoErrors()
+    closed_loop: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("width_px", "height_px"):
+            value = getattr(self, name)
+            if not 32 <= value <= 4096:
+                raise ValueError(f"{name}: expected a whole number from 32 to 4096, got {value}")
+        if not 10.0 <= self.field_of_view_deg <= 120.0:
+            raise ValueError(f"field_of_view_deg: expected 10 to 120, got {self.field_of_view_deg}")
+        if self.frame_count < 2:
+            raise ValueError(f"frame_count: expected at least 2, got {self.frame_count}")
+
+
+STANDARD = RoadTown("the benchmark: towns, traffic, two to four frame-outs of 5 to 120 frames")
+
+PRESETS: dict[str, RoadTown] = {
+    "paper-a2": RoadTown(
+        "paper A, experiment 1: one winding road, closed loop, a gust while the car rounds a bend",
+        width_px=320,
+        height_px=240,
+        frame_count=110,
+        street_patterns=("winding",),
+        traffic_cars=4,
+        cruise_mps=(9.5, 11.0),
+        turn_preference=0.01,
+        start_before_bend=True,
+        stop_share=0.0,
+        excursions=(0, 0),
+        altitude_m=(42.0, 48.0),
+        attitude_noise_deg=0.8,
+        frame_outs=FrameOuts(count=(1, 1), frames=(40, 45), turn_share=1.0, start_frame=34, aim="ahead"),
+        ego=EgoErrors(0.0, 0.0, 0.0, 0.0),
+        closed_loop=True,
+    ),
+    "paper-a3": RoadTown(
+        "paper A, experiment 2: a town with crossings and traffic, set paths, motion not measured",
+        width_px=320,
+        height_px=240,
+        frame_count=200,
+        street_patterns=("grid", "organic"),
+        traffic_cars=10,
+        cruise_mps=(7.0, 10.0),
+        turn_preference=0.3,
+        stop_share=0.0,
+        excursions=(1, 1),
+        attitude_noise_deg=0.8,
+        frame_outs=FrameOuts(count=(2, 3), frames=(8, 25), turn_share=0.0, gusts_only=True),
+        ego=None,
+    ),
+    "standard": STANDARD,
+    "hard": replace(
+        STANDARD,
+        summary="twins of the target in the traffic, low sun, rough air, more ways off the road",
+        traffic_cars=24,
+        traffic_looks="twins",
+        excursions=(1, 2),
+        attitude_noise_deg=3.0,
+        sun_elevation_deg=(12.0, 25.0),
+    ),
+    "quick": replace(
+        STANDARD,
+        summary="small and short, to try things out",
+        width_px=320,
+        height_px=240,
+        frame_count=120,
+        frame_outs=FrameOuts(count=(1, 2), frames=(5, 30)),
+    ),
+}

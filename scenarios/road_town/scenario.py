@@ -1,0 +1,58 @@
+"""The scenario ``road-town-v1``: a car in a town, seen from a helicopter that loses it from view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from scenarios.road_town.episode import RoadTownEpisode
+from scenarios.road_town.plan import make_plan
+from scenarios.road_town.presets import PRESETS, RoadTown
+from scenarios.scenario import RendererName
+from sim.rng import episode_seed
+
+
+@dataclass(frozen=True)
+class RoadTownScenario:
+    """See ``scenarios.scenario.Scenario``."""
+
+    id: str = "road-town-v1"
+    summary: str = "a car in a town, seen from a helicopter that often loses it from view"
+    start: str = (
+        "the first picture and the car's box in it; measured ego pose where the preset has instruments"
+    )
+    presets: dict[str, RoadTown] = field(default_factory=lambda: dict(PRESETS))
+
+    def configuration(self, preset: str) -> RoadTown:
+        """Return a preset by name.
+
+        Raises:
+            ValueError: for an unknown name; lists the known ones.
+        """
+        if preset not in self.presets:
+            raise ValueError(f"preset: expected one of {', '.join(self.presets)}; got {preset!r}")
+        return self.presets[preset]
+
+    def episode(
+        self,
+        preset: str,
+        seed: int,
+        *,
+        renderer: RendererName = "raster",
+        closed_loop: bool | None = None,
+    ) -> RoadTownEpisode:
+        """Build one episode.
+
+        Args:
+            seed: any whole number >= 0; 10,000 to 19,999 is the test split.
+            closed_loop: whether commands steer the camera; None = as the preset says.
+
+        Raises:
+            ValueError: for an unknown preset or renderer, or a negative seed.
+        """
+        configuration = self.configuration(preset)
+        looped = configuration.closed_loop if closed_loop is None else closed_loop
+        plan = make_plan(configuration, episode_seed(seed, self.id, 0), closed_loop=looped)
+        return RoadTownEpisode(plan, renderer)
+
+
+ROAD_TOWN = RoadTownScenario()

@@ -1,0 +1,68 @@
+"""What a preset holds, measured: frame-outs, their lengths, turns and ways off the road while outside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenarios.road_town.frame_outs import OUT, frame_out_spans, picture_states
+from scenarios.road_town.plan import TARGET, make_plan
+from scenarios.road_town.presets import RoadTown
+from scenarios.road_town.road_map import RoadMap
+from sim.rng import episode_seed
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What the episodes of one preset hold on their set paths.
+
+    Attributes:
+        episodes: how many were looked at.
+        frames: frames an episode.
+        frame_outs_mean, frame_outs_minimum: number an episode.
+        length_frames_minimum, length_frames_median, length_frames_maximum: of a frame-out.
+        share_turning, share_off_road: share of frame-outs in which the target turns at a crossing, or is
+            off the road, while
+            it is outside.
+        share_of_frames_outside: of all frames.
+    """
+
+    episodes: int
+    frames: int
+    frame_outs_mean: float
+    frame_outs_minimum: int
+    length_frames_minimum: int
+    length_frames_median: float
+    length_frames_maximum: int
+    share_turning: float
+    share_off_road: float
+    share_of_frames_outside: float
+
+
+def survey(preset: RoadTown, scenario_id: str, seeds: range) -> Survey:
+    """Look at the episodes of ``seeds`` without drawing a picture."""
+    counts, lengths, turning, off_road, outside = [], [], [], [], []
+    for seed in seeds:
+        plan = make_plan(preset, episode_seed(seed, scenario_id, 0), closed_loop=False)
+        states = picture_states(plan.camera, plan.camera_poses, plan.target_corners_m())
+        on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
+        spans = frame_out_spans(states)
+        counts.append(len(spans))
+        outside.append(float((states == OUT).mean()))
+        for start, end in spans:
+            lengths.append(end - start)
+            turning.append(any(plan.turning(frame) for frame in range(start, end)))
+            off_road.append(not on_road[start:end].all())
+    return Survey(
+        episodes=len(seeds),
+        frames=preset.frame_count,
+        frame_outs_mean=float(np.mean(counts)),
+        frame_outs_minimum=int(np.min(counts)),
+        length_frames_minimum=int(np.min(lengths)),
+        length_frames_median=float(np.median(lengths)),
+        length_frames_maximum=int(np.max(lengths)),
+        share_turning=float(np.mean(turning)),
+        share_off_road=float(np.mean(off_road)),
+        share_of_frames_outside=float(np.mean(outside)),
+    )

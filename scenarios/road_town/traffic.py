@@ -1,0 +1,171 @@
+"""Who drives where: target and traffic move along their routes, keep their distance and take turns at crossings.
+
+Speeds follow the intelligent driver model (Treiber, Hennecke, Helbing 2000), limited by the bends ahead.
+A crossing
+is used by one car at a time, first come, first served; some cars stop there first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.road_town.route import POINT_SPACING_M, Route
+
+LATERAL_ACCELERATION_MPS2 = 2.2
+BRAKING_MPS2 = 2.5
+_ACCELERATION_MPS2 = 1.8
+_HARDEST_BRAKING_MPS2 = 5.0
+_TIME_GAP_S = 1.2
+_STANDSTILL_GAP_M = 2.5
+_CAR_LENGTH_M = 4.8
+_LOOK_AHEAD_M = np.arange(1.0, 42.0, 1.5)
+_SAME_LANE_M = 1.7
+
+
+@dataclass(frozen=True, eq=False)
+class Driver:
+    """One car's plan.
+
+    Attributes:
+        route: the path.
+        start_m: arc length at frame 0.
+        cruise_mps: speed on a free straight.
+        stops: (arc length, seconds) of halts, in order.
+    """
+
+    route: Route
+    start_m: float
+    cruise_mps: float
+    stops: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """How N cars move over T frames.
+
+    Attributes:
+        position_m: (T, N, 2). heading_rad: (T, N). speed_mps: (T, N). arc_m: (T, N), along each car's route.
+    """
+
+    position_m: NDArray[np.float64]
+    heading_rad: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    arc_m: NDArray[np.float64]
+
+    def pose(self, frame: int, car: int) -> NDArray[np.float64]:
+        """Return T_world_car (4, 4): origin on the ground under the car's centre, x forward."""
+        c, s = np.cos(self.heading_rad[frame, car]), np.sin(self.heading_rad[frame, car])
+        x, y = self.position_m[frame, car]
+        return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+
+
+def simulate(drivers: list[Driver], frame_count: int, rate_hz: float) -> Motion:
+    """Let all cars drive for ``frame_count`` frames."""
+    state = _State(drivers)
+    arcs, speeds = np.empty((2, frame_count, len(drivers)))
+    for frame in range(frame_count):
+        arcs[frame], speeds[frame] = state.arc_m, state.speed_mps
+        state.step(1.0 / rate_hz)
+    placed = [driver.route.at(arcs[:, car]) for car, driver in enumerate(drivers)]
+    return Motion(
+        position_m=np.stack([position for position, _ in placed], axis=1),
+        heading_rad=np.stack([heading for _, heading in placed], axis=1),
+        speed_mps=speeds,
+        arc_m=arcs,
+    )
+
+
+def speed_limit_mps(route: Route, cruise_mps: float) -> NDArray[np.float64]:
+    """Return the highest speed (M,) at each point of a route that bends there and ahead allow."""
+    curvature = np.maximum(np.abs(route.curvature_per_m()), 1e-6)
+    limit = np.minimum(cruise_mps, np.sqrt(LATERAL_ACCELERATION_MPS2 / curvature))
+    limit = np.maximum(limit, 2.0)
+    # v² may fall by 2 a ds from point to point: the running minimum of v² + 2 a s, taken from the far end.
+    energy = limit**2 + 2 * BRAKING_MPS2 * POINT_SPACING_M * np.arange(len(limit))
+    energy = np.minimum.accumulate(energy[::-1])[::-1]
+    return np.sqrt(np.maximum(energy - 2 * BRAKING_MPS2 * POINT_SPACING_M * np.arange(len(limit)), 0.0))
+
+
+@dataclass(eq=False)
+class _State:
+    """Where all cars are, and who has which crossing."""
+
+    drivers: list[Driver]
+    arc_m: NDArray[np.float64] = field(init=False)
+    speed_mps: NDArray[np.float64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.limits = [speed_limit_mps(d.route, d.cruise_mps) for d in self.drivers]
+        self.arc_m = np.array([d.start_m for d in self.drivers])
+        self.speed_mps = np.array([self._limit(car) for car in range(len(self.drivers))])
+        self.next_passage = [sum(p.leave_m <= d.start_m for p in d.route.passages) for d in self.drivers]
+        self.stops = [list(d.stops) for d in self.drivers]
+        self.waited_s = np.zeros(len(self.drivers))
+        self.holder: dict[int, int] = {}
+
+    def step(self, dt_s: float) -> None:
+        free_m = self._gap_to_cars()
+        for car in range(len(self.drivers)):
+            free_m[car] = min(free_m[car], self._gap_to_crossing(car), self._gap_to_stop(car, dt_s))
+        limit = np.array([self._limit(car) for car in range(len(self.drivers))])
+        speed = self.speed_mps
+        wanted_gap = _STANDSTILL_GAP_M + speed * _TIME_GAP_S
+        acceleration = _ACCELERATION_MPS2 * (
+            1 - (speed / np.maximum(limit, 0.5)) ** 4 - (wanted_gap / np.maximum(free_m, 0.3)) ** 2
+        )
+        acceleration = np.clip(acceleration, -_HARDEST_BRAKING_MPS2, _ACCELERATION_MPS2)
+        self.speed_mps = np.maximum(speed + acceleration * dt_s, 0.0)
+        lengths = np.array([d.route.length_m for d in self.drivers])
+        self.arc_m = np.minimum(self.arc_m + 0.5 * (speed + self.speed_mps) * dt_s, lengths)
+
+    def _limit(self, car: int) -> float:
+        return float(
+            np.interp(self.arc_m[car] / POINT_SPACING_M, np.arange(len(self.limits[car])), self.limits[car])
+        )
+
+    def _gap_to_cars(self) -> NDArray[np.float64]:
+        """Return the free distance (N,) to the next car that stands or drives on each car's own path."""
+        here = np.stack([d.route.at(np.array(self.arc_m[i]))[0] for i, d in enumerate(self.drivers)])
+        ahead = np.stack([d.route.at(self.arc_m[i] + _LOOK_AHEAD_M)[0] for i, d in enumerate(self.drivers)])
+        distance = np.linalg.norm(ahead[:, :, None] - here[None, None], axis=-1)
+        blocked = distance < _SAME_LANE_M
+        blocked[np.arange(len(here)), :, np.arange(len(here))] = False
+        blocked = blocked.any(axis=2)
+        first = np.where(blocked.any(axis=1), _LOOK_AHEAD_M[np.argmax(blocked, axis=1)], np.inf)
+        return first - _CAR_LENGTH_M
+
+    def _gap_to_crossing(self, car: int) -> float:
+        """Return the distance to a crossing that somebody else has; take or give back crossings on the way."""
+        passages = self.drivers[car].route.passages
+        k = self.next_passage[car]
+        if k >= len(passages):
+            return np.inf
+        passage, arc = passages[k], self.arc_m[car]
+        if arc > passage.leave_m + 0.6 * _CAR_LENGTH_M:
+            if self.holder.get(passage.node) == car:
+                del self.holder[passage.node]
+            self.next_passage[car] = k + 1
+            return self._gap_to_crossing(car)
+        front_gap = passage.enter_m - arc - 0.5 * _CAR_LENGTH_M
+        if front_gap < 8.0 + self.speed_mps[car] ** 2 / (2 * BRAKING_MPS2):
+            if self.holder.setdefault(passage.node, car) == car or front_gap < 0:
+                return np.inf
+            return front_gap + _STANDSTILL_GAP_M
+        return np.inf
+
+    def _gap_to_stop(self, car: int, dt_s: float) -> float:
+        """Return the distance to the next place where the car halts for a while."""
+        if not self.stops[car]:
+            return np.inf
+        place_m, seconds = self.stops[car][0]
+        gap = place_m - self.arc_m[car] - 0.5 * _CAR_LENGTH_M
+        if self.speed_mps[car] < 0.3 and gap < 2 * _STANDSTILL_GAP_M:
+            self.waited_s[car] += dt_s
+        if self.waited_s[car] >= seconds or gap < -2.0:
+            self.stops[car].pop(0)
+            self.waited_s[car] = 0.0
+            return np.inf
+        return max(gap, 0.0) + _STANDSTILL_GAP_M
