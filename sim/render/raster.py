@@ -1,0 +1,95 @@
+"""The default renderer: a z-buffer rasteriser for one core, compiled by numba."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.gbuffer import GBuffer
+from sim.optics import PinholeCamera
+from sim.render.attributes import resolve_picture
+from sim.render.compilation import announce_compilation
+from sim.render.scene import SceneArrays, pack_scene
+from sim.render.textures import TexturePool
+from sim.render.view import camera_view
+from sim.render.visibility import TriangleTable, draw_picture, new_triangle_table
+from sim.world import World
+
+
+class Raster:
+    """Draws a world. Bodies may be added and moved between pictures; shapes and textures are packed once."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._body_count = -1
+        self._nearness = np.empty((0, 0), np.float32)
+        self._triangle = np.empty((0, 0), np.int32)
+        self.scene: SceneArrays
+        self.textures: TexturePool
+        self.table: TriangleTable
+        announce_compilation(draw_picture)
+
+    def gbuffer(
+        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
+    ) -> GBuffer:
+        """Draw the world as it is now.
+
+        Args:
+            T_world_camera: (4, 4) rigid pose.
+            pixel_offset: where in a pixel it is sampled; 0.5 is its centre.
+
+        Returns:
+            Fresh arrays; see ``GBuffer``.
+        """
+        nearness, triangle = self.visible(camera, T_world_camera, pixel_offset=pixel_offset)
+        shape = nearness.shape
+        gbuffer = GBuffer(
+            np.empty((*shape, 3), np.uint8),
+            np.empty(shape, np.float32),
+            np.empty(shape, np.int32),
+            np.empty((*shape, 3), np.float32),
+        )
+        resolve_picture(
+            self.scene,
+            self.textures,
+            self.table,
+            nearness,
+            triangle,
+            gbuffer.base_colour_rgb,
+            gbuffer.depth_m,
+            gbuffer.instance_id,
+            gbuffer.normal_world,
+        )
+        return gbuffer
+
+    def visible(
+        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
+
+        Returns:
+            nearness (H, W), 1 / depth or 0; triangle (H, W), row of ``table`` or -1. Both are overwritten by the
+            next call.
+        """
+        self._pack()
+        shape = (camera.height_px, camera.width_px)
+        if self._nearness.shape != shape:
+            self._nearness = np.empty(shape, np.float32)
+            self._triangle = np.empty(shape, np.int32)
+        draw_picture(
+            self.scene,
+            self._world.poses,
+            camera_view(camera, T_world_camera, pixel_offset),
+            self._projected,
+            self.table,
+            self._nearness,
+            self._triangle,
+        )
+        return self._nearness, self._triangle
+
+    def _pack(self) -> None:
+        if self._body_count != len(self._world.bodies):
+            self.scene, self.textures = pack_scene(self._world)
+            self.table = new_triangle_table(len(self.scene.faces))
+            self._projected = np.empty((int(np.diff(self.scene.first_vertex).max(initial=0)), 4))
+            self._body_count = len(self._world.bodies)

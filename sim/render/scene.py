@@ -1,0 +1,80 @@
+"""A world's shapes as flat arrays, the form in which kernels read them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.mesh import Texture, TexturedMesh
+from sim.render.textures import TexturePool, pack_textures
+from sim.world import World
+
+
+class SceneArrays(NamedTuple):
+    """The shapes of B bodies, in their own frames: V vertices and F faces in all.
+
+    Attributes:
+        vertices_m: (V, 3) float32.
+        normals: (V, 3) float32.
+        uv: (V, 2) float32.
+        faces: (F, 3) int32, indices into the arrays above, counter-clockwise seen from outside.
+        face_is_flat: (F,) bool, all three corners have the same normal.
+        first_vertex, first_face: (B + 1,) int32, where each body's share begins.
+        centre_m: (B, 3) float64, centre of the bounding sphere.
+        radius_m: (B,) float64.
+        texture: (B,) int32, index into the pool.
+    """
+
+    vertices_m: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    uv: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    face_is_flat: NDArray[np.bool_]
+    first_vertex: NDArray[np.int32]
+    first_face: NDArray[np.int32]
+    centre_m: NDArray[np.float64]
+    radius_m: NDArray[np.float64]
+    texture: NDArray[np.int32]
+
+
+def pack_scene(world: World) -> tuple[SceneArrays, TexturePool]:
+    """Return the shapes and textures of all bodies of ``world`` as they are now (poses are not part of it)."""
+    meshes = [body.mesh for body in world.bodies]
+    textures = list(dict.fromkeys(mesh.texture for mesh in meshes))
+    return _pack_meshes(meshes, textures), pack_textures(textures)
+
+
+def _pack_meshes(meshes: list[TexturedMesh], textures: list[Texture]) -> SceneArrays:
+    first_vertex = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes]).astype(np.int32)
+    first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes]).astype(np.int32)
+    normals = _joined([mesh.normals for mesh in meshes], 3, np.float32)
+    faces = _joined(
+        [mesh.faces + start for mesh, start in zip(meshes, first_vertex, strict=False)], 3, np.int32
+    )
+    corners = normals[faces]
+    centre_m = np.array(
+        [0.5 * (mesh.vertices_m.min(0) + mesh.vertices_m.max(0)) for mesh in meshes], dtype=float
+    )
+    radius_m = [
+        np.linalg.norm(mesh.vertices_m - centre, axis=1).max()
+        for mesh, centre in zip(meshes, centre_m, strict=True)
+    ]
+    index_of = {texture: index for index, texture in enumerate(textures)}
+    return SceneArrays(
+        _joined([mesh.vertices_m for mesh in meshes], 3, np.float32),
+        normals,
+        _joined([mesh.uv for mesh in meshes], 2, np.float32),
+        faces,
+        np.abs(corners - corners[:, :1]).max(axis=(1, 2), initial=0.0) < 1e-4,
+        first_vertex,
+        first_face,
+        centre_m.reshape(-1, 3),
+        np.array(radius_m, dtype=float),
+        np.array([index_of[mesh.texture] for mesh in meshes], dtype=np.int32),
+    )
+
+
+def _joined(parts: list[NDArray], columns: int, kind: type) -> NDArray:
+    return np.concatenate([np.empty((0, columns), kind), *parts]).astype(kind)
