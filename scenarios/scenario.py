@@ -23,7 +23,7 @@ class Frame:
 
 
 class Episode(Protocol):
-    """One run through a scenario, frame by frame. Byte-identical for the same (scenario, preset, seed, renderer).
+    """One run through a scenario. Byte-identical for the same scenario, preset, seed and renderer.
 
     Attributes:
         frame_count: number of frames.
@@ -38,16 +38,18 @@ class Episode(Protocol):
     target_box_xyxy: NDArray[np.float64]
 
     def step(self, command: CameraCommand | None = None) -> Frame:
-        """Return the next frame; the first call returns frame 0. ``command`` moves the camera in closed loop."""
+        """Return the next frame, frame 0 at first. ``command`` moves the camera in closed loop."""
         ...
 
     def map_of(self) -> Any:
-        """Return the scenario's own map (road network …), for references with unfair knowledge and for pictures."""
+        """Return the scenario's own map (road network …), for references with unfair knowledge."""
         ...
 
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
-        """Return the current instant as seen by the same camera with ``scale`` times the field (pixel for pixel the same
-        in the middle, up to noise): what the figures of the papers draw around the observed picture."""
+        """Return the current instant by the same camera with a picture ``scale`` times as wide and high.
+
+        Its middle shows what is observed, up to noise: the papers' figures draw what lies around, too.
+        """
         ...
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What is really so. It is scored with and looked at; no tracker, controller or observation space ever gets it."""
+"""What is really so. It is scored with; no tracker, controller or observation space ever gets it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Truth of one frame. N objects are followed; ``target`` is the one that matters. All arrays are per object.
+    """Truth of one frame, of N objects; ``target`` is the one that matters.
 
     Boxes are amodal: of the whole object, also where it is hidden or outside the picture.
 

@@ -90,8 +90,7 @@ def set_path(
     for pulse in pulses:
         if not pulse.tilts:
             ahead, left = pulse.offset_m
-            # The direction is that of the moment it starts, or a turn of the helicopter would whirl the
-            view about.
+            # Of the moment it starts: a turn of the helicopter must not whirl the view about.
             yaw = air.yaw_rad[np.clip(pulse.start_frame, 0, frames - 1)]
             direction = np.array(
                 [ahead * np.cos(yaw) - left * np.sin(yaw), ahead * np.sin(yaw) + left * np.cos(yaw)]

@@ -17,7 +17,7 @@ _SETTLE_FRAMES = 25
 _WISHES, _PLACEMENTS, _FITS = 40, 400, 6
 """Lengths are drawn anew only after that many placements, or fits of likely ones, have failed."""
 _DRIFT_FROM_FRAMES = 45
-"""Longer frame-outs may come from the helicopter's drifting away; no gust is that long, no drift that short."""
+"""Longer frame-outs may come from the helicopter's drifting away; no drift is shorter."""
 _DRIFT_SPEED_MPS = 16.0
 
 IN, PARTIAL, OUT = 0, 1, 2
@@ -26,7 +26,7 @@ IN, PARTIAL, OUT = 0, 1, 2
 def picture_states(
     camera: PinholeCamera, poses: NDArray[np.float64], corners_world_m: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """Return for each frame whether the box around ``corners_world_m`` (T, K, 3) is IN, PARTIAL or OUT (T,)."""
+    """Return IN, PARTIAL or OUT for the box around ``corners_world_m`` (T, K, 3) in each frame (T,)."""
     points_camera = np.einsum("tkj,tji->tki", corners_world_m - poses[:, None, :3, 3], poses[:, :3, :3])
     behind = (points_camera[..., 2] <= 1e-6).any(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -149,7 +149,7 @@ def _fit(
     pulses: list[Pulse],
     wanted: list[tuple[int, int]],
 ) -> list[Pulse]:
-    """Shift and stretch the swings until first frame and length of each frame-out are as wanted, or nearly."""
+    """Shift and stretch the swings until start and length of each frame-out are as wanted, or nearly."""
     for _ in range(6):
         states = picture_states(camera, set_path(preset, air, car_position_m, pulses), car_corners_m)
         spans = frame_out_spans(states)

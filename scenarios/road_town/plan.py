@@ -1,4 +1,4 @@
-"""Everything about an episode that is decided before its first picture: town, traffic, air, swings of the view, sun.
+"""All that is decided before an episode's first picture: town, traffic, air, swings of the view, sun.
 
 Cheap (no picture is drawn), so that surveys over many seeds and searches over schedules need nothing else.
 """
@@ -158,8 +158,7 @@ def _target_driver(
     excursions: list[Excursion] = []
     wanted = int(rng.integers(preset.excursions[0], preset.excursions[1] + 1))
     for k in range(wanted):
-        # Bends and stops cost time: the car gets about two thirds of the way that it would at its
-        cruising speed.
+        # Bends and stops cost time: it gets about two thirds as far as at its cruising speed.
         share = 0.65 * needed / wanted
         route, excursion = with_excursion(
             route,
@@ -175,7 +174,7 @@ def _target_driver(
 
 
 def _start_before_bend(route: Route, needed_m: float, cruise_mps: float) -> float:
-    """Return the start from which the car reaches the route's sharpest bend after a straight at about 2.5 s."""
+    """Return the start from which the car reaches the sharpest bend after a straight at about 2.5 s."""
     lead_m = 2.5 * cruise_mps
     arcs = np.arange(lead_m, max(route.length_m - needed_m, lead_m + 1.0), 1.0)
     heading = route.at(arcs)[1]

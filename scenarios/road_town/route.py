@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,7 +103,7 @@ def route_along(graph: RoadGraph, lanes: list[Lane]) -> Route:
     pieces = [_lane_points(graph, lanes[0])]
     joints: list[tuple[int, int, int]] = []
     count = len(pieces[0])
-    for before, after in zip(lanes[:-1], lanes[1:], strict=True):
+    for before, after in pairwise(lanes):
         following = _lane_points(graph, after)
         connector = _connect(pieces[-1], following)
         joints.append((_end_node(graph, before), count - 1, count + len(connector)))

@@ -1,4 +1,4 @@
-"""Who drives where: target and traffic move along their routes, keep their distance and take turns at crossings.
+"""Who drives where: cars move along their routes, keep their distance and take turns at crossings.
 
 Speeds follow the intelligent driver model (Treiber, Hennecke, Helbing 2000), limited by the bends ahead.
 A crossing
@@ -138,7 +138,7 @@ class _State:
         return first - _CAR_LENGTH_M
 
     def _gap_to_crossing(self, car: int) -> float:
-        """Return the distance to a crossing that somebody else has; take or give back crossings on the way."""
+        """Return the distance to a crossing that somebody else has; take and give back crossings."""
         passages = self.drivers[car].route.passages
         k = self.next_passage[car]
         if k >= len(passages):
