@@ -44,15 +44,16 @@ Rows about one frame-out (suite ``frame-out``):
 ``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
 =================================  =====================================================================
 
-Rows without ``recovered`` … ``reentry`` are those of frame-outs that cannot be judged: no full return to the picture
-before the next exit or the end. (In closed loop the tracker steers: there a car that never returns is not recovered.)
+Frame-outs without a row ``recovered`` are those that cannot be judged: no full return to the picture before the next exit
+or the end. (In closed loop the tracker steers: there a car that never returns is not recovered.)
 
 Rows about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a tracker without posterior),
 ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0–5 %, 5–10 % … of the
 posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``,
 ``precision_curve`` and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``, ``success_auc``,
 ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_in_view`` and ``losses_per_minute``
-(closed loop only), ``silent_frames``, ``ms_per_frame``, ``failed_at_frame`` (only if the tracker failed), ``frames``.
+(closed loop only), ``run_kept`` (1 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``,
+``frames_per_s``, ``failed_at_frame`` (only if the tracker failed), ``frames``.
 
 Beside ``records.jsonl`` a result directory holds ``summary.json`` (shape: DESIGN, "results"; entries of closed-loop runs carry
 ``controller`` too), ``comparisons.json`` (see ``benchmarks.summary``) and what the report writes.

@@ -1,0 +1,112 @@
+"""Does a tracker get the car back after a frame-out, how soon, and does it stay on it?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from benchmarks.metrics.frame_outs import FrameOut
+
+RECOVERY_WINDOW_FRAMES = 5
+"""A tracker has recovered if it is on the car on ``back_frame`` or one of so many frames after it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """How one frame-out ended for one tracker.
+
+    Attributes:
+        recovered: on the car within the window.
+        kept: recovered, and on the car one second after the frame it recovered on (or on the last frame before the next
+            exit or the episode's end, if that is sooner).
+        frames: from ``back_frame`` to the first frame on the car; None = never while watched.
+        watched_frames: from ``back_frame`` to the next exit or the episode's end.
+        locked_on_wrong_car: on one and the same other vehicle in most frames of the window.
+    """
+
+    recovered: bool
+    kept: bool
+    frames: int | None
+    watched_frames: int
+    locked_on_wrong_car: bool
+
+
+NEVER_BACK = Recovery(False, False, None, 0, False)
+"""In closed loop, of a car that the camera never showed in full again: the tracker steered, so it did not recover."""
+
+
+def judge_recovery(
+    frame_out: FrameOut, on_target: NDArray[np.bool_], on_other: NDArray[np.int64], rate_hz: float
+) -> Recovery | None:
+    """Judge one frame-out.
+
+    Args:
+        on_target: (F,) the estimate is on the target. on_other: (F,) index of the wrong object it is on, -1 = none.
+
+    Returns:
+        None where it cannot be judged: the target was never back in full, or it was not recovered and the episode ended
+        before the window did.
+    """
+    back, end = frame_out.back_frame, frame_out.watch_end_frame
+    if back is None:
+        return None
+    window_end = min(back + RECOVERY_WINDOW_FRAMES + 1, end)
+    hits = np.flatnonzero(on_target[back:end])
+    frames = int(hits[0]) if len(hits) else None
+    recovered = frames is not None and back + frames < window_end
+    cut_short = end == len(on_target) and back + RECOVERY_WINDOW_FRAMES >= end
+    if not recovered and cut_short:
+        return None
+    kept = False
+    if recovered and frames is not None:
+        kept = bool(on_target[min(back + frames + round(rate_hz), end - 1)])
+    others = on_other[back:window_end]
+    locked = any(
+        np.count_nonzero(others == other) > len(others) / 2 for other in np.unique(others[others >= 0])
+    )
+    return Recovery(recovered, kept, frames, end - back, bool(locked))
+
+
+@dataclass(frozen=True, eq=False)
+class RecoveryCurve:
+    """Share of cars not yet recovered so many frames after they came back in full.
+
+    Attributes:
+        frames: (K,) increasing.
+        waiting: (K,) share still not recovered *after* that frame, in [0, 1].
+        low, high: (K,) 95 % confidence band (log-log).
+    """
+
+    frames: NDArray[np.float64]
+    waiting: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+def recovery_curve(frames: Sequence[float | None], watched_frames: Sequence[float]) -> RecoveryCurve:
+    """Return the Kaplan-Meier estimate of the time to recover.
+
+    ``S(t) = prod_{t_i <= t} (1 - d_i / n_i)``, d_i recoveries at t_i among the n_i cars still watched and not yet recovered.
+    A car that is never recovered is censored at the end of its watch (Kaplan and Meier 1958; computed by SciPy).
+
+    Args:
+        frames: time to recover, None = never. watched_frames: how long each was watched; same length, not empty.
+    """
+    never = np.array([value is None for value in frames])
+    data = stats.CensoredData(
+        uncensored=np.array([value for value in frames if value is not None], dtype=float),
+        right=np.asarray(watched_frames, dtype=float)[never],
+    )
+    survival = stats.ecdf(data).sf
+    with np.errstate(divide="ignore", invalid="ignore"):
+        band = survival.confidence_interval(0.95, method="log-log")
+    return RecoveryCurve(
+        survival.quantiles,
+        survival.probabilities,
+        np.nan_to_num(band.low.probabilities, nan=0.0),
+        np.nan_to_num(band.high.probabilities, nan=1.0),
+    )

@@ -1,0 +1,145 @@
+"""An episode as arrays over its frames: what was so (truth) and what a tracker said (estimates)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.truth import Truth
+from trackers.types import Estimate
+
+
+@dataclass(frozen=True, eq=False)
+class TruthSeries:
+    """Truth of F frames with N objects, without its pictures.
+
+    Attributes:
+        rate_hz: frames a second.
+        size_px: (width, height) of the picture.
+        focal_px: focal length.
+        target: index of the target among the objects.
+        T_world_camera: (F, 4, 4).
+        T_world_object: (F, N, 4, 4), see ``Truth``.
+        object_size_m: (N, 3) length, width, height.
+        position_px: (F, N, 2), box_xyxy: (F, N, 4); amodal, also outside the picture.
+        visible_fraction: (F,) of the target.
+        state, side: (F,) str; side is "" before the first exit.
+        frames_since_exit: (F,) int, -1 while the target is not out.
+        on_road, turning: (F,) bool.
+    """
+
+    rate_hz: float
+    size_px: tuple[int, int]
+    focal_px: float
+    target: int
+    T_world_camera: NDArray[np.float64]
+    T_world_object: NDArray[np.float64]
+    object_size_m: NDArray[np.float64]
+    position_px: NDArray[np.float64]
+    box_xyxy: NDArray[np.float64]
+    visible_fraction: NDArray[np.float64]
+    state: NDArray[np.str_]
+    side: NDArray[np.str_]
+    frames_since_exit: NDArray[np.int64]
+    on_road: NDArray[np.bool_]
+    turning: NDArray[np.bool_]
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames F."""
+        return len(self.state)
+
+    @property
+    def car_length_m(self) -> float:
+        """Length of the target."""
+        return float(self.object_size_m[self.target, 0])
+
+    @property
+    def ground_m(self) -> NDArray[np.float64]:
+        """(F, N, 2) world position of every object."""
+        return self.T_world_object[:, :, :2, 3]
+
+    @property
+    def in_picture(self) -> NDArray[np.bool_]:
+        """(F,) whether the target's centre lies inside the picture."""
+        xy = self.position_px[:, self.target]
+        with np.errstate(invalid="ignore"):
+            return ((xy >= 0) & (xy < np.array(self.size_px))).all(axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class EstimateSeries:
+    """What a tracker said on F frames.
+
+    Attributes:
+        position_px: (F, 2), NaN where it said nothing.
+        position_m: (F, 2), the same on the ground, through the true camera; NaN also above the horizon.
+        box_xyxy: (F, 4); where it gave no box, one of the first frame's size about its position.
+        in_view_probability: (F,), NaN where it gave none.
+        credible_level: (F,) level of its posterior's smallest region that holds the truth; NaN where it gave no posterior.
+        nees: (F,) normalised estimation error squared; NaN where it gave no posterior.
+    """
+
+    position_px: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+    box_xyxy: NDArray[np.float64]
+    in_view_probability: NDArray[np.float64]
+    credible_level: NDArray[np.float64]
+    nees: NDArray[np.float64]
+
+    def inside(self, size_px: tuple[int, int]) -> NDArray[np.bool_]:
+        """(F,) its position is inside the picture."""
+        with np.errstate(invalid="ignore"):
+            return ((self.position_px >= 0) & (self.position_px < np.array(size_px))).all(axis=1)
+
+    def says_in_view(self, size_px: tuple[int, int]) -> NDArray[np.bool_]:
+        """(F,) its probability of being in view is at least 0.5; without one, its position is inside the picture."""
+        return self.confidence(size_px) >= 0.5
+
+    def confidence(self, size_px: tuple[int, int]) -> NDArray[np.float64]:
+        """(F,) probability in [0, 1] of being in view; without one, 1 if its position is inside the picture, else 0."""
+        given = np.isfinite(self.in_view_probability)
+        return np.where(given, self.in_view_probability, self.inside(size_px).astype(float))
+
+    def confidence_inside(self, size_px: tuple[int, int]) -> NDArray[np.float64]:
+        """(F,) the same, but 0 where its position is outside the picture: that is no prediction of a box in it."""
+        return np.where(self.inside(size_px), self.confidence(size_px), 0.0)
+
+
+def truth_series(truths: Sequence[Truth], rate_hz: float, focal_px: float) -> TruthSeries:
+    """Return the truth of an episode as arrays. The number of objects must not change."""
+    first = truths[0]
+    height_px, width_px = first.instance_map.shape
+    target = first.target
+
+    def stack(name: str) -> NDArray[np.float64]:
+        return np.array([getattr(truth, name) for truth in truths])
+
+    return TruthSeries(
+        rate_hz=rate_hz,
+        size_px=(width_px, height_px),
+        focal_px=focal_px,
+        target=target,
+        T_world_camera=stack("T_world_camera"),
+        T_world_object=stack("T_world_object"),
+        object_size_m=np.asarray(first.size_m),
+        position_px=stack("position_px"),
+        box_xyxy=stack("box_xyxy"),
+        visible_fraction=stack("visible_fraction")[:, target],
+        state=np.array([truth.state for truth in truths]),
+        side=np.array([truth.side or "" for truth in truths]),
+        frames_since_exit=np.array([truth.frames_since_exit for truth in truths]),
+        on_road=np.array([truth.on_road for truth in truths]),
+        turning=np.array([truth.turning for truth in truths]),
+    )
+
+
+def estimated_box(estimate: Estimate, first_box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the estimate's box (4,), or one of the first frame's size about its position."""
+    if estimate.box_xyxy is not None:
+        return np.asarray(estimate.box_xyxy, dtype=float)
+    half = 0.5 * (first_box_xyxy[2:] - first_box_xyxy[:2])
+    return np.concatenate([estimate.position_px - half, estimate.position_px + half])

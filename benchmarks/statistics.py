@@ -1,0 +1,147 @@
+"""Means, intervals and comparisons over seeds.
+
+Every statistic here is a function of *pooled ratios*: each seed s gives numerators ``a[s]`` and denominators ``b[s]``, both (D,),
+the pool's ratios are ``sum_s a[s] / sum_s b[s]``, and the statistic is a function of them. So a mean, a geometric mean of
+two rates, a quantile and the area under a survival curve are all bootstrapped over seeds by the same two matrix products.
+Seeds, not frames or frame-outs, are what is drawn: those of one episode are alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from statsmodels.stats.multitest import multipletests
+
+from sim.rng import generator
+
+RESAMPLES = 4000
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class PooledRatios:
+    """What S seeds give to one statistic.
+
+    Attributes:
+        seeds: (S,) sorted.
+        numerators, denominators: (S, D).
+        finish: takes ratios (..., D) to the statistic (...).
+    """
+
+    seeds: NDArray[np.int64]
+    numerators: NDArray[np.float64]
+    denominators: NDArray[np.float64]
+    finish: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+    def value(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the statistic (...) with every seed taken ``counts`` (..., S) times; NaN where nothing is left."""
+        return _finished(counts @ self.numerators, counts @ self.denominators, self.finish)
+
+    @property
+    def mean(self) -> float:
+        """The statistic over all seeds."""
+        return float(self.value(np.ones(len(self.seeds))))
+
+    @property
+    def seed_count(self) -> int:
+        """Number of seeds that say something of the statistic."""
+        return int((self.denominators.sum(axis=1) > 0).sum())
+
+    def on(self, seeds: NDArray[np.int64]) -> PooledRatios:
+        """Return the same of these seeds alone; all must be there."""
+        places = np.searchsorted(self.seeds, seeds)
+        return PooledRatios(seeds, self.numerators[places], self.denominators[places], self.finish)
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A paired difference of two trackers.
+
+    Attributes:
+        difference: first minus second.
+        ci_low, ci_high: 95 % percentile bootstrap interval over the common seeds.
+        p: two-sided, of the paired permutation test (within each seed the trackers' names are swapped or not).
+        n: number of common seeds that say something of both.
+    """
+
+    difference: float
+    ci_low: float
+    ci_high: float
+    p: float
+    n: int
+
+
+def bootstrap_interval(pool: PooledRatios, resamples: int = RESAMPLES) -> tuple[float, float]:
+    """Return the 95 % percentile bootstrap interval over seeds (Efron 1979). Draws are fixed: same rows, same interval."""
+    return _interval(pool.value(_resample(len(pool.seeds), resamples)))
+
+
+def compare(first: PooledRatios, second: PooledRatios, resamples: int = RESAMPLES) -> Comparison:
+    """Return the paired comparison of two trackers on the seeds both have.
+
+    Raises:
+        ValueError: if they have none in common.
+    """
+    seeds = np.intersect1d(first.seeds, second.seeds)
+    if len(seeds) == 0:
+        raise ValueError("seeds: expected some that both trackers ran on, got none in common")
+    a, b = first.on(seeds), second.on(seeds)
+    counts = _resample(len(seeds), resamples)
+    low, high = _interval(a.value(counts) - b.value(counts))
+    both = (a.denominators.sum(axis=1) > 0) & (b.denominators.sum(axis=1) > 0)
+    return Comparison(a.mean - b.mean, low, high, _permutation_p(a, b, resamples), int(both.sum()))
+
+
+def holm(p_values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return p-values (K,) adjusted for K comparisons by Holm's step-down method (Holm 1979; statsmodels)."""
+    if len(p_values) == 0:
+        return p_values
+    return multipletests(p_values, method="holm")[1]
+
+
+def _permutation_p(a: PooledRatios, b: PooledRatios, resamples: int) -> float:
+    """Return ``(1 + #{|d*| >= |d|}) / (1 + resamples)`` over random swaps of the trackers' names within seeds."""
+    rng = generator(len(a.seeds), "statistics/permutation")
+    kept = rng.integers(0, 2, (resamples, len(a.seeds))).astype(float)
+
+    def mixed(x: PooledRatios, y: PooledRatios) -> NDArray[np.float64]:
+        return _finished(
+            kept @ x.numerators + (1 - kept) @ y.numerators,
+            kept @ x.denominators + (1 - kept) @ y.denominators,
+            x.finish,
+        )
+
+    observed = abs(a.mean - b.mean)
+    swapped = np.abs(mixed(a, b) - mixed(b, a))
+    # Sums in another order differ in their last bits; that is no smaller difference.
+    return float((1 + np.count_nonzero(swapped >= observed - 1e-9 * max(1.0, observed))) / (1 + resamples))
+
+
+def _resample(seed_count: int, resamples: int) -> NDArray[np.float64]:
+    """Return how often each seed is drawn in each resample (resamples, S), with replacement."""
+    rng = generator(seed_count, "statistics/bootstrap")
+    drawn = rng.integers(0, seed_count, (resamples, seed_count))
+    counts = np.zeros((resamples, seed_count))
+    np.add.at(counts, (np.arange(resamples)[:, None], drawn), 1.0)
+    return counts
+
+
+def _finished(
+    numerators: NDArray[np.float64],
+    denominators: NDArray[np.float64],
+    finish: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return finish(numerators / denominators)
+
+
+def _interval(values: NDArray[np.float64]) -> tuple[float, float]:
+    usable = values[np.isfinite(values)]
+    if len(usable) == 0:
+        return float("nan"), float("nan")
+    tail = 50 * (1 - CONFIDENCE)
+    low, high = np.percentile(usable, [tail, 100 - tail])
+    return float(low), float(high)
