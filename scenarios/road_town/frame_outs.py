@@ -14,6 +14,8 @@ from sim.optics import PinholeCamera
 
 _SETTLE_FRAMES = 25
 """The target is whole in the picture this long at least, at both ends and between frame-outs."""
+_APART_FRAMES = _SETTLE_FRAMES + 14
+"""From the end of a frame-out to the start of the next: the car also has to come in and to go out."""
 _WISHES, _PLACEMENTS, _FITS = 40, 400, 6
 """Lengths are drawn anew only after that many placements, or fits of likely ones, have failed."""
 _DRIFT_FROM_FRAMES = 45
@@ -93,6 +95,11 @@ def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random
     for k in range(min(count, len(events["excursion"]))):
         # Long enough for the car to be well off the road before it is back in the picture.
         lengths[k] = max(lengths[k], min(25, wish.frames[1]))
+    # Rather one frame-out less than shorter ones: the lengths' distribution is what the preset says.
+    while (
+        len(lengths) > wish.count[0] and sum(lengths) + _APART_FRAMES * len(lengths) > preset.frame_count - 50
+    ):
+        lengths.pop()
     return lengths
 
 
@@ -115,7 +122,7 @@ def _place(
     spans.sort()
     ends = [-10] + [start + frames for start, frames in spans]
     starts = [start for start, _ in spans] + [preset.frame_count + 10]
-    apart = all(start - end >= _SETTLE_FRAMES + 14 for start, end in zip(starts, ends, strict=True))
+    apart = all(start - end >= _APART_FRAMES for start, end in zip(starts, ends, strict=True))
     return spans if apart else None
 
 
@@ -178,6 +185,8 @@ def _acceptable(preset: RoadTown, states: NDArray[np.int64], wanted: list[tuple[
         return False
     low, high = preset.frame_outs.frames
     if not all(low <= end - start <= high + 2 for start, end in spans):
+        return False
+    if any(abs(span[0] - wish[0]) > 3 for span, wish in zip(spans, wanted, strict=True)):
         return False
     if not (states[:_SETTLE_FRAMES] == IN).all():
         return False
