@@ -1,0 +1,68 @@
+"""MP4 files: H.264, the same bytes for the same pictures, never half-written."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Mp4Writer:
+    """Writes pictures to ``path`` as a context manager.
+
+    The file is written beside (``.part``) and renamed when the context ends well; otherwise nothing is left.
+    One encoding thread and no time stamps: the same pictures make the same bytes.
+    """
+
+    def __init__(self, path: Path, rate_hz: float, *, quality: int = 20) -> None:
+        """Args: ``rate_hz`` > 0 frames a second; ``quality`` 0 (lossless) to 51 (worst), x264's CRF."""
+        if not rate_hz > 0:
+            raise ValueError(f"rate_hz: expected a number > 0, got {rate_hz}")
+        self._path = path
+        self._part = path.with_name(path.name + ".part")
+        self._rate = Fraction(rate_hz).limit_denominator(1001)
+        self._quality = quality
+        self._size: tuple[int, int] | None = None
+
+    def __enter__(self) -> Mp4Writer:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
+        self._file.flags |= av.container.Flags.bitexact.value
+        self._stream = self._file.add_stream(
+            "libx264",
+            rate=self._rate,
+            options={"crf": str(self._quality), "preset": "veryfast", "threads": "1", "tune": "animation"},
+        )
+        self._stream.pix_fmt = "yuv420p"
+        return self
+
+    def write(self, image_rgb: NDArray[np.uint8]) -> None:
+        """Append a picture (H, W, 3). An odd last row or column is left out: yuv420p has even sizes only."""
+        height, width = (side & ~1 for side in image_rgb.shape[:2])
+        if self._size is None:
+            self._size = (height, width)
+            self._stream.width, self._stream.height = width, height
+        if (height, width) != self._size:
+            raise ValueError(
+                f"image_rgb: expected {self._size} like the first picture, got {(height, width)}"
+            )
+        picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(image_rgb[:height, :width]), format="rgb24")
+        self._file.mux(self._stream.encode(picture))
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if kind is None and self._size is None:
+                raise ValueError("pictures: expected at least one, got none")
+            if kind is None:
+                self._file.mux(self._stream.encode())
+            self._file.close()
+            if kind is None:
+                self._part.replace(self._path)
+        finally:
+            self._part.unlink(missing_ok=True)
