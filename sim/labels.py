@@ -1,0 +1,170 @@
+"""Truth computed from geometry and G-buffer after the picture is drawn: boxes, visibility, flow, ground motion.
+
+Nothing here looks at light; both renderers give the same labels up to their sampling of pixels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sim.gbuffer import SKY, GBuffer
+from sim.mesh import TexturedMesh
+from sim.optics import PinholeCamera, invert_pose, project
+
+
+def amodal_box(
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    mesh: TexturedMesh,
+    T_world_body: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the box (4,) around all of a body's vertices in the unbounded picture.
+
+    NaN if any vertex is not in front of the camera.
+    """
+    vertices = mesh.vertices_m.astype(float) @ T_world_body[:3, :3].T + T_world_body[:3, 3]
+    pixels, depth_m = project(camera, T_world_camera, vertices)
+    if (depth_m <= 1e-6).any():
+        return np.full(4, np.nan)
+    return np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])
+
+
+def visible_fraction(
+    gbuffer: GBuffer,
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    mesh: TexturedMesh,
+    T_world_body: NDArray[np.float64],
+    instance_id: int,
+    *,
+    pixel_offset: float = 0.5,
+) -> float:
+    """Return the share of a body's own pixels, drawn alone on an unbounded picture, that are seen in this one (0-1).
+
+    0 for a body that reaches behind the camera.
+
+    Args:
+        pixel_offset: where in a pixel ``gbuffer`` was sampled.
+    """
+    box = amodal_box(camera, T_world_camera, mesh, T_world_body)
+    if np.isnan(box).any() or (box[2:] <= 0).any() or box[0] >= camera.width_px or box[1] >= camera.height_px:
+        return 0.0
+    first = np.floor(box[:2]).astype(int)
+    size = np.ceil(box[2:]).astype(int) - first + 1
+    K = camera.intrinsic_matrix
+    K[:2, 2] -= first + pixel_offset
+    view = K @ invert_pose(T_world_camera)[:3] @ T_world_body
+    homogeneous = mesh.vertices_m.astype(float) @ view[:, :3].T + view[:, 3]
+    pixels = homogeneous[:, :2] / homogeneous[:, 2:]
+    covered = np.zeros((int(size[1]), int(size[0])), dtype=np.bool_)
+    _cover(pixels, mesh.faces, covered)
+    low = np.maximum(first, 0)
+    high = np.minimum(first + size, [camera.width_px, camera.height_px])
+    seen = np.count_nonzero(gbuffer.instance_id[low[1] : high[1], low[0] : high[0]] == instance_id)
+    return min(1.0, seen / max(np.count_nonzero(covered), 1))
+
+
+def ground_homography(
+    camera: PinholeCamera, T_world_before: NDArray[np.float64], T_world_after: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return H (3, 3), scaled to H[2, 2] = 1, that takes pixels of ground points (z = 0) from one pose to another.
+
+    A ground point (x, y, 0) is seen at ``K [r1 r2 t] (x, y, 1)``; H is one such matrix times the other's inverse.
+    """
+    before, after = (
+        camera.intrinsic_matrix @ invert_pose(pose)[:3][:, [0, 1, 3]] for pose in (T_world_before, T_world_after)
+    )
+    H = after @ np.linalg.inv(before)
+    return H / H[2, 2]
+
+
+def backward_flow(
+    gbuffer: GBuffer,
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    T_world_camera_before: NDArray[np.float64],
+    body_poses: NDArray[np.float64],
+    body_poses_before: NDArray[np.float64],
+) -> NDArray[np.float32]:
+    """Return where each pixel's surface point lay in the picture before, minus where it lies now.
+
+    Args:
+        body_poses, body_poses_before: T_world_body (B, 4, 4) of all bodies at both instants.
+
+    Returns:
+        (H, W, 2) float32 pixels; NaN for sky and for points that were behind the camera.
+    """
+    K = camera.intrinsic_matrix
+    to_world, from_world = T_world_camera, K @ invert_pose(T_world_camera_before)[:3]
+    # One (3, 4) matrix a body takes camera coordinates of now to pixels of before. Most bodies stand still.
+    matrices = np.broadcast_to(from_world @ to_world, (len(body_poses), 3, 4)).copy()
+    for body in np.flatnonzero((body_poses != body_poses_before).any(axis=(1, 2))):
+        matrices[body] = from_world @ body_poses_before[body] @ invert_pose(body_poses[body]) @ to_world
+    flow = np.empty((*gbuffer.depth_m.shape, 2), dtype=np.float32)
+    centre_x, centre_y = camera.centre_px
+    _flow(gbuffer.depth_m, gbuffer.instance_id, matrices, camera.focal_px, centre_x, centre_y, flow)
+    return flow
+
+
+@njit(cache=True)
+def _flow(
+    depth_m: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
+    matrices: NDArray[np.float64],
+    focal_px: float,
+    centre_x: float,
+    centre_y: float,
+    flow: NDArray[np.float32],
+) -> None:
+    """flow = π(M p) - (u, v) with p = depth ((u - c_x) / f, (v - c_y) / f, 1), π((x, y, w)) = (x / w, y / w)."""
+    for row in range(depth_m.shape[0]):
+        v = row + 0.5
+        y = (v - centre_y) / focal_px
+        for column in range(depth_m.shape[1]):
+            body = instance_id[row, column]
+            if body == SKY:
+                flow[row, column, 0] = np.nan
+                flow[row, column, 1] = np.nan
+                continue
+            u = column + 0.5
+            x = (u - centre_x) / focal_px
+            M = matrices[body]
+            # M (p, 1) / depth, which leaves pixels unchanged and needs depth once.
+            nearness = 1.0 / depth_m[row, column]
+            w = M[2, 0] * x + M[2, 1] * y + M[2, 2] + M[2, 3] * nearness
+            if w <= 0.0:
+                flow[row, column, 0] = np.nan
+                flow[row, column, 1] = np.nan
+                continue
+            scale = 1.0 / w
+            flow[row, column, 0] = (M[0, 0] * x + M[0, 1] * y + M[0, 2] + M[0, 3] * nearness) * scale - u
+            flow[row, column, 1] = (M[1, 0] * x + M[1, 1] * y + M[1, 2] + M[1, 3] * nearness) * scale - v
+
+
+@njit(cache=True)
+def _cover(pixels: NDArray[np.float64], faces: NDArray[np.int32], covered: NDArray[np.bool_]) -> None:
+    """Set each sample (column, row) that lies in a triangle that faces the camera.
+
+    Edge functions e(p) = (b - a) x (p - a); the picture's y grows downwards, so a front face is clockwise
+    there and all three are <= 0 inside.
+    """
+    for face in range(faces.shape[0]):
+        ax, ay = pixels[faces[face, 0]]
+        bx, by = pixels[faces[face, 1]]
+        cx, cy = pixels[faces[face, 2]]
+        if (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) >= 0.0:
+            continue
+        first_row = max(int(np.ceil(min(ay, by, cy))), 0)
+        last_row = min(int(np.floor(max(ay, by, cy))), covered.shape[0] - 1)
+        first_column = max(int(np.ceil(min(ax, bx, cx))), 0)
+        last_column = min(int(np.floor(max(ax, bx, cx))), covered.shape[1] - 1)
+        for y in range(first_row, last_row + 1):
+            for x in range(first_column, last_column + 1):
+                if (
+                    (bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0.0
+                    and (cx - bx) * (y - by) - (cy - by) * (x - bx) <= 0.0
+                    and (ax - cx) * (y - cy) - (ay - cy) * (x - cx) <= 0.0
+                ):
+                    covered[y, x] = True
