@@ -37,7 +37,7 @@ _MODULES = (
     "trackers.colour_pf",
     "trackers.road_shape_pf",
     "trackers.background_pf",
-    "trackers.mosaic_graph_pf",
+    "trackers.mosaic_graph_pf.tracker",
 )
 """Modules that define trackers. Add yours here."""
 

@@ -124,9 +124,7 @@ def fit_pose(
     moved_so_far = np.zeros(8)
     start = camera
     for scale_px in scales_px:
-        A, b, support = robust_normal_equations(
-            camera.H_picture_map(), camera.derivatives(), map_m, pixels, scale_px
-        )
+        A, b, support = robust_normal_equations(camera.H_picture_map(), camera.derivatives(), map_m, pixels, scale_px)
         step = np.linalg.solve(A + prior_information, b - prior_information @ moved_so_far)
         moved_so_far = moved_so_far + step
         camera = camera.moved(step)

@@ -113,9 +113,7 @@ class Mosaic:
         self.origin_m = self.origin_m - self.cell_m * before
 
 
-def picture_from_cells(
-    camera: GroundCamera, cell_m: float, origin_m: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def picture_from_cells(camera: GroundCamera, cell_m: float, origin_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the homography (3, 3) from indices (column, row) of a grid on the map, whose first cell begins at ``origin_m``, to
     indices of the picture shrunk by ``SHRINK`` (OpenCV's reading: whole numbers are centres)."""
     map_from_cells = np.array(

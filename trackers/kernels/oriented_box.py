@@ -1,0 +1,198 @@
+"""A car-shaped box laid over pictures at any place and heading: what is inside it, around it, and how like a template."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+ALONG, ACROSS = 12, 6
+"""Samples inside the box, nose to tail and left to right."""
+INSIDE, AROUND, MISMATCH, MOVED, MOVED_AROUND, COVERED = range(6)
+"""Columns of what is measured: mean log-ratio of colour inside the box and around it, mean difference from the template, mean difference
+from the background inside the box and around it, and the share of the box that lies within the picture."""
+MEASURES = 6
+_RING = 1.45
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def sample_template(
+    rgb: NDArray[np.uint8],
+    centre: NDArray[np.float64],
+    half_length: NDArray[np.float64],
+    half_width: NDArray[np.float64],
+) -> NDArray[np.float32]:
+    """Return the colours (ALONG, ACROSS, 3) inside a box, bilinear; NaN outside the picture (H, W, 3).
+
+    Args:
+        centre: (2,) x and y, whole numbers at pixel centres. half_length, half_width: (2,) vectors from it to the nose and to the right side.
+    """
+    height, width = rgb.shape[:2]
+    result = np.empty((ALONG, ACROSS, 3), np.float32)
+    for a in range(ALONG):
+        along = 1.0 - (2 * a + 1.0) / ALONG
+        for b in range(ACROSS):
+            across = (2 * b + 1.0) / ACROSS - 1.0
+            x = centre[0] + along * half_length[0] + across * half_width[0]
+            y = centre[1] + along * half_length[1] + across * half_width[1]
+            j, i = int(np.floor(x)), int(np.floor(y))
+            if i < 0 or j < 0 or i >= height - 1 or j >= width - 1:
+                result[a, b] = np.nan
+                continue
+            f, g = x - j, y - i
+            for c in range(3):
+                upper = (1 - f) * rgb[i, j, c] + f * rgb[i, j + 1, c]
+                lower = (1 - f) * rgb[i + 1, j, c] + f * rgb[i + 1, j + 1, c]
+                result[a, b, c] = (1 - g) * upper + g * lower
+    return result
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def measure_box(
+    rgb: NDArray[np.uint8],
+    log_ratio: NDArray[np.float32],
+    difference: NDArray[np.uint8],
+    template: NDArray[np.float32],
+    centre: NDArray[np.float64],
+    half_length: NDArray[np.float64],
+    half_width: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the measures (MEASURES,) of a box.
+
+    Inside: a grid of ALONG x ACROSS samples; around: a frame of samples at 1.45 times the box. ``MISMATCH = mean |I - T|`` over samples and
+    colours, 8-bit levels, after the brightness of I is scaled to T's by a factor within [0.6, 1.6].
+
+    Args:
+        rgb (H, W, 3), log_ratio (H, W), difference (H, W): picture, colour log-ratio, difference from the background.
+        template: (ALONG, ACROSS, 3); all zero = none, the mismatch is then 0.
+        centre, half_length, half_width: see ``sample_template``.
+    """
+    height, width = log_ratio.shape
+    result = np.zeros(MEASURES)
+    inside, moved, count = 0.0, 0.0, 0
+    picture_sum, template_sum = 1e-6, 1e-6
+    for a in range(ALONG):
+        along = 1.0 - (2 * a + 1.0) / ALONG
+        for b in range(ACROSS):
+            across = (2 * b + 1.0) / ACROSS - 1.0
+            j = int(np.floor(centre[0] + along * half_length[0] + across * half_width[0] + 0.5))
+            i = int(np.floor(centre[1] + along * half_length[1] + across * half_width[1] + 0.5))
+            if i < 0 or j < 0 or i >= height or j >= width:
+                continue
+            count += 1
+            inside += log_ratio[i, j]
+            moved += difference[i, j]
+            for c in range(3):
+                picture_sum += rgb[i, j, c]
+                template_sum += template[a, b, c]
+    result[COVERED] = count / (ALONG * ACROSS)
+    if count == 0:
+        return result
+    result[INSIDE] = inside / count
+    result[MOVED] = moved / count
+    around, moved_around, count_around = 0.0, 0.0, 0
+    for a in range(-ALONG // 2, ALONG // 2 + 1):
+        for b in range(-ACROSS // 2, ACROSS // 2 + 1):
+            if abs(a) != ALONG // 2 and abs(b) != ACROSS // 2:
+                continue
+            along, across = _RING * a / (ALONG // 2), _RING * b / (ACROSS // 2)
+            j = int(np.floor(centre[0] + along * half_length[0] + across * half_width[0] + 0.5))
+            i = int(np.floor(centre[1] + along * half_length[1] + across * half_width[1] + 0.5))
+            if i < 0 or j < 0 or i >= height or j >= width:
+                continue
+            count_around += 1
+            around += log_ratio[i, j]
+            moved_around += difference[i, j]
+    result[AROUND] = around / max(count_around, 1)
+    result[MOVED_AROUND] = moved_around / max(count_around, 1)
+    if template_sum < 1.0:
+        return result
+    gain = min(max(template_sum / picture_sum, 0.6), 1.6)
+    mismatch = 0.0
+    for a in range(ALONG):
+        along = 1.0 - (2 * a + 1.0) / ALONG
+        for b in range(ACROSS):
+            across = (2 * b + 1.0) / ACROSS - 1.0
+            j = int(np.floor(centre[0] + along * half_length[0] + across * half_width[0] + 0.5))
+            i = int(np.floor(centre[1] + along * half_length[1] + across * half_width[1] + 0.5))
+            if i < 0 or j < 0 or i >= height or j >= width:
+                continue
+            for c in range(3):
+                mismatch += abs(gain * rgb[i, j, c] - template[a, b, c])
+    result[MISMATCH] = mismatch / (3 * count)
+    return result
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def fit_box(
+    rgb: NDArray[np.uint8],
+    log_ratio: NDArray[np.float32],
+    difference: NDArray[np.uint8],
+    template: NDArray[np.float32],
+    centre: NDArray[np.float64],
+    pixels_per_metre: NDArray[np.float64],
+    half_size_m: NDArray[np.float64],
+    headings_rad: NDArray[np.float64],
+    reach_px: int,
+    merit: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
+    """Move a box about and turn it until ``merit . measures`` is greatest: a coarse grid, then ever smaller steps.
+
+    Args:
+        centre: (2,) where to start. pixels_per_metre: (2, 2), map metres to picture pixels there. half_size_m: (2,) half length and half
+            width of the car.
+        headings_rad: (K,) on the map, tried all. reach_px: the centre is tried up to so far to either side, in steps of 2.
+        merit: (MEASURES,) weights.
+
+    Returns:
+        centre (2,), heading and measures (MEASURES,) of the best box.
+    """
+    best_merit = -1e9
+    best_centre = centre.copy()
+    best_heading = headings_rad[0]
+    best = np.zeros(MEASURES)
+    trial = np.empty(2)
+    for heading in headings_rad:
+        along, across = _half_axes(pixels_per_metre, half_size_m, heading)
+        for d_y in range(-reach_px, reach_px + 1, 2):
+            for d_x in range(-reach_px, reach_px + 1, 2):
+                trial[0], trial[1] = centre[0] + d_x, centre[1] + d_y
+                measures = measure_box(rgb, log_ratio, difference, template, trial, along, across)
+                value = np.dot(merit, measures)
+                if value > best_merit:
+                    best_merit, best_heading, best = value, heading, measures
+                    best_centre[:] = trial
+    turn, step = 0.13, 1.0
+    for _ in range(3):
+        improved = True
+        rounds = 0
+        while improved and rounds < 3:
+            improved = False
+            rounds += 1
+            start_x, start_y, start_heading = best_centre[0], best_centre[1], best_heading
+            for move in range(6):
+                trial[0] = start_x + step * ((move == 0) - (move == 1))
+                trial[1] = start_y + step * ((move == 2) - (move == 3))
+                heading = start_heading + turn * ((move == 4) - (move == 5))
+                along, across = _half_axes(pixels_per_metre, half_size_m, heading)
+                measures = measure_box(rgb, log_ratio, difference, template, trial, along, across)
+                value = np.dot(merit, measures)
+                if value > best_merit:
+                    best_merit, best_heading, best = value, heading, measures
+                    best_centre[:] = trial
+                    improved = True
+        turn, step = 0.5 * turn, 0.5 * step
+    return best_centre, best_heading, best
+
+
+@njit(cache=True)
+def _half_axes(
+    pixels_per_metre: NDArray[np.float64], half_size_m: NDArray[np.float64], heading_rad: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return picture vectors from a car's centre to its nose and to its right side."""
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    along, across = np.empty(2), np.empty(2)
+    for k in range(2):
+        along[k] = half_size_m[0] * (pixels_per_metre[k, 0] * c + pixels_per_metre[k, 1] * s)
+        across[k] = half_size_m[1] * (pixels_per_metre[k, 0] * s - pixels_per_metre[k, 1] * c)
+    return along, across

@@ -1,0 +1,72 @@
+"""Weights of particles by what a picture holds and does not hold, and the point that sums them up."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True)
+def detection_log_weights(
+    positions_m: NDArray[np.float64],
+    headings_rad: NDArray[np.float64],
+    detectable: NDArray[np.float64],
+    miss_counts: bool,
+    candidates_m: NDArray[np.float64],
+    axes_rad: NDArray[np.float64],
+    log_ratios: NDArray[np.float64],
+    deviation_m: float,
+    axis_deviation_rad: float,
+) -> NDArray[np.float64]:
+    """Return how well each particle explains the picture.
+
+    ``w_i = (1 - p_i) + p_i max_j exp(l_j - |z_j - x_i|^2 / 2 s^2 - sin^2(a_j - h_i) / 2 t^2)``: either the target was missed, or it is one
+    of the candidates. A particle in full view far from every candidate keeps ``1 - p_i`` (negative information), one outside keeps 1.
+
+    Args:
+        positions_m (N, 2), headings_rad (N,): particles.
+        detectable: (N,) p_i, probability that a target there would have been found.
+        miss_counts: False replaces ``1 - p_i`` by 1: not seeing says nothing.
+        candidates_m (J, 2), axes_rad (J,), log_ratios (J,): z, a (known up to half a turn; NaN = not known) and
+            ``l = log p(seen there | target) / p(seen there | anything else)``.
+        deviation_m, axis_deviation_rad: s and t.
+    """
+    result = np.empty(positions_m.shape[0])
+    for i in range(positions_m.shape[0]):
+        best = -50.0
+        for j in range(candidates_m.shape[0]):
+            d_x = candidates_m[j, 0] - positions_m[i, 0]
+            d_y = candidates_m[j, 1] - positions_m[i, 1]
+            value = log_ratios[j] - 0.5 * (d_x * d_x + d_y * d_y) / (deviation_m * deviation_m)
+            if not np.isnan(axes_rad[j]):
+                sine = np.sin(axes_rad[j] - headings_rad[i])
+                value -= 0.5 * sine * sine / (axis_deviation_rad * axis_deviation_rad)
+            best = max(best, value)
+        missed = 1.0 - detectable[i] if miss_counts else 1.0
+        result[i] = np.log(missed + detectable[i] * np.exp(best))
+    return result
+
+
+@njit(cache=True)
+def geometric_median(points: NDArray[np.float64], weights: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
+    """Return the point m that minimises ``sum w_i |x_i - m|`` over points (N, 2): the guess with the least expected distance.
+
+    Weiszfeld's iteration from the mean, ``m <- sum (w_i / d_i) x_i / sum (w_i / d_i)`` with ``d_i = sqrt(|x_i - m|^2 + eps)``.
+    """
+    m_x, m_y, total = 0.0, 0.0, 0.0
+    for i in range(points.shape[0]):
+        m_x += weights[i] * points[i, 0]
+        m_y += weights[i] * points[i, 1]
+        total += weights[i]
+    m_x, m_y = m_x / total, m_y / total
+    for _ in range(steps):
+        sum_x, sum_y, total = 0.0, 0.0, 0.0
+        for i in range(points.shape[0]):
+            d_x, d_y = points[i, 0] - m_x, points[i, 1] - m_y
+            pull = weights[i] / np.sqrt(d_x * d_x + d_y * d_y + 1e-4)
+            sum_x += pull * points[i, 0]
+            sum_y += pull * points[i, 1]
+            total += pull
+        m_x, m_y = sum_x / total, sum_y / total
+    return np.array([m_x, m_y])

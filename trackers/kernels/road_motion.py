@@ -1,0 +1,312 @@
+"""Cars on a graph of centre lines: where they are on it, and one step of driving along it or freely."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+X, Y, HEADING, SPEED, ON_ROAD, EDGE, ARC, DIRECTION, LATERAL, CHOICE, CRUISE, HALTS, LOG_PRIOR = range(13)
+"""Columns of a state: map position (m), heading (rad), speed (m/s); 1 on a road, 0 free; edge, point on it (fractional, from the edge's
+first), +1 or -1 as it is driven, offset to the right of the centre line (m); entry of ``node_edges`` chosen at the next crossing, or -1;
+speed wished for (m/s); 1 if it means to halt there; log-weight it was born with."""
+COLUMNS = 13
+
+
+class Roads(NamedTuple):
+    """What the kernels need of a graph: the arrays of ``RoadGraph`` and the grid of nearest points."""
+
+    points_m: NDArray[np.float64]
+    tangents: NDArray[np.float64]
+    edge_of_point: NDArray[np.int64]
+    first: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    node_first: NDArray[np.int64]
+    node_edges: NDArray[np.int64]
+    node_sides: NDArray[np.int64]
+    nearest: NDArray[np.int32]
+    origin_m: NDArray[np.float64]
+    cell_m: float
+
+
+class Habits(NamedTuple):
+    """How cars are driven. Rates are per second, noises per square root of a second.
+
+    Attributes:
+        lateral_acceleration, braking, acceleration: m/s^2; comfortable ones, and the most that is done.
+        cruise_mps, cruise_spread_mps, cruise_rate: speed wished for: mean, deviation, rate of return to the mean.
+        speed_noise, heading_noise, free_heading_noise, position_noise: of the step.
+        leave_rate, return_rate: of leaving the road, and of taking to one that lies near.
+        halt_share, halt_s: share of crossings where a car halts, and for how long on average.
+        turn_weight: of a turn at a crossing against going straight on.
+    """
+
+    lateral_acceleration: float
+    braking: float
+    acceleration: float
+    cruise_mps: float
+    cruise_spread_mps: float
+    cruise_rate: float
+    speed_noise: float
+    heading_noise: float
+    free_heading_noise: float
+    position_noise: float
+    leave_rate: float
+    return_rate: float
+    halt_share: float
+    halt_s: float
+    turn_weight: float
+
+
+_CORNER_M = 7.0
+_DECIDE_M = 28.0
+_HALT_BEFORE_M = 8.0
+_ASSOCIATE_M = 6.5
+_BEND_AHEAD_M = 10.0
+
+
+@njit(cache=True)
+def associate(states: NDArray[np.float64], roads: Roads) -> None:
+    """Put each state on the road it drives on, or set it free, in place.
+
+    Of the centre-line points nearest to it, and to where it will be 5 m and 10 m on, the one with the least
+    ``|p - x| + 6 (1 - |cos angle|)`` is taken, if it is within 6.5 m and 50 degrees.
+    """
+    for i in range(states.shape[0]):
+        _associate_one(states[i], roads)
+
+
+@njit(cache=True)
+def _associate_one(s: NDArray[np.float64], roads: Roads) -> None:
+    s[ON_ROAD] = 0.0
+    s[CHOICE] = -1.0
+    s[HALTS] = 0.0
+    c, si = np.cos(s[HEADING]), np.sin(s[HEADING])
+    best = _ASSOCIATE_M + 6.0
+    chosen = -1
+    for probe in range(4):
+        # Beside the lane, here, and ahead: at crossings the nearest point alone may lie on the wrong street.
+        ahead = 0.0 if probe < 2 else 5.0 * (probe - 1)
+        left = 2.0 if probe == 1 else 0.0
+        column = int(np.floor((s[X] + ahead * c - left * si - roads.origin_m[0]) / roads.cell_m))
+        row = int(np.floor((s[Y] + ahead * si + left * c - roads.origin_m[1]) / roads.cell_m))
+        if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:
+            continue
+        p = roads.nearest[row, column]
+        if p < 0:
+            continue
+        # Slide back along the line to abreast of the state.
+        edge = roads.edge_of_point[p]
+        along = (s[X] - roads.points_m[p, 0]) * roads.tangents[p, 0] + (s[Y] - roads.points_m[p, 1]) * roads.tangents[
+            p, 1
+        ]
+        p = min(max(p + int(np.round(along)), roads.first[edge]), roads.first[edge + 1] - 1)
+        d_x, d_y = s[X] - roads.points_m[p, 0], s[Y] - roads.points_m[p, 1]
+        distance = np.sqrt(d_x * d_x + d_y * d_y)
+        cosine = c * roads.tangents[p, 0] + si * roads.tangents[p, 1]
+        cost = distance + 6.0 * (1.0 - abs(cosine))
+        if cost < best and distance < _ASSOCIATE_M and abs(cosine) > 0.64:
+            best, chosen = cost, p
+    if chosen >= 0:
+        edge = roads.edge_of_point[chosen]
+        t_x, t_y = roads.tangents[chosen, 0], roads.tangents[chosen, 1]
+        s[ON_ROAD] = 1.0
+        s[EDGE] = edge
+        s[ARC] = chosen - roads.first[edge]
+        s[DIRECTION] = 1.0 if c * t_x + si * t_y > 0 else -1.0
+        right = t_y * (s[X] - roads.points_m[chosen, 0]) - t_x * (s[Y] - roads.points_m[chosen, 1])
+        s[LATERAL] = s[DIRECTION] * right
+
+
+@njit(cache=True)
+def _heading_in(roads: Roads, edge: int, side: int) -> float:
+    """Return the heading of driving away from one end of an edge."""
+    if side == 0:
+        p = roads.first[edge]
+        return np.arctan2(roads.tangents[p, 1], roads.tangents[p, 0])
+    p = roads.first[edge + 1] - 1
+    return np.arctan2(-roads.tangents[p, 1], -roads.tangents[p, 0])
+
+
+@njit(cache=True)
+def wrap(angle: float) -> float:
+    """Return the same angle within [-pi, pi)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+@njit(cache=True)
+def _choose(roads: Roads, edge: int, direction: float, turn_weight: float, uniform: float) -> int:
+    """Draw the way on at the end of an edge: entry of ``node_edges``, or -1 at a dead end.
+
+    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning back.
+    """
+    side = 1 if direction > 0 else 0
+    node = roads.ends[edge, side]
+    arriving = _heading_in(roads, edge, side) + np.pi
+    total = 0.0
+    for turn in range(2):
+        threshold = uniform * total
+        total = 0.0
+        for k in range(roads.node_first[node], roads.node_first[node + 1]):
+            if roads.node_edges[k] == edge and roads.node_sides[k] == side:
+                continue
+            angle = abs(wrap(_heading_in(roads, roads.node_edges[k], roads.node_sides[k]) - arriving))
+            total += 1.0 if angle < 0.6 else (turn_weight if angle < 2.3 else 0.02)
+            if turn == 1 and total >= threshold:
+                return k
+    return -1
+
+
+@njit(cache=True)
+def _ahead(s: NDArray[np.float64], roads: Roads, distance: float) -> tuple[float, float, float]:
+    """Return the lane's point ``distance`` m ahead along the way chosen, and its heading; straight on where the road ends."""
+    edge = int(s[EDGE])
+    direction = s[DIRECTION]
+    arc = s[ARC] + direction * distance
+    last = roads.first[edge + 1] - roads.first[edge] - 1
+    beyond = 0.0
+    if arc < 0.0 or arc > last:
+        beyond = -arc if arc < 0.0 else arc - last
+        if s[CHOICE] >= 0:
+            k = int(s[CHOICE])
+            edge = roads.node_edges[k]
+            direction = 1.0 if roads.node_sides[k] == 0 else -1.0
+            last = roads.first[edge + 1] - roads.first[edge] - 1
+            arc = beyond if direction > 0 else last - beyond
+            beyond = max(0.0, beyond - last)
+        arc = min(max(arc, 0.0), last)
+    whole = min(int(arc), last - 1)
+    fraction = arc - whole
+    p = roads.first[edge] + whole
+    t_x = direction * roads.tangents[p, 0]
+    t_y = direction * roads.tangents[p, 1]
+    x = (1 - fraction) * roads.points_m[p, 0] + fraction * roads.points_m[p + 1, 0] + beyond * t_x
+    y = (1 - fraction) * roads.points_m[p, 1] + fraction * roads.points_m[p + 1, 1] + beyond * t_y
+    return x + s[LATERAL] * t_y, y - s[LATERAL] * t_x, np.arctan2(t_y, t_x)
+
+
+@njit(cache=True)
+def _to_node_m(s: NDArray[np.float64], roads: Roads) -> float:
+    edge = int(s[EDGE])
+    last = roads.first[edge + 1] - roads.first[edge] - 1
+    return last - s[ARC] if s[DIRECTION] > 0 else s[ARC]
+
+
+@njit(cache=True)
+def _allowed_speed(s: NDArray[np.float64], roads: Roads, habits: Habits) -> float:
+    """Return the speed that bend, turn and halt ahead allow: ``v^2 = a_lateral r`` there plus ``2 b d`` on the way to it."""
+    allowed = max(s[CRUISE], 0.0)
+    to_node = _to_node_m(s, roads)
+    _, _, heading = _ahead(s, roads, _BEND_AHEAD_M)
+    bend = abs(wrap(heading - s[HEADING]))
+    if bend > 0.15:
+        allowed = min(allowed, np.sqrt(habits.lateral_acceleration * _BEND_AHEAD_M / bend))
+    if s[CHOICE] >= 0:
+        k = int(s[CHOICE])
+        side = 1 if s[DIRECTION] > 0 else 0
+        arriving = _heading_in(roads, int(s[EDGE]), side) + np.pi
+        turn = abs(wrap(_heading_in(roads, roads.node_edges[k], roads.node_sides[k]) - arriving))
+        if turn > 0.3:
+            # Corner cut on a circle that touches both streets _CORNER_M from the crossing's middle.
+            radius = _CORNER_M / np.tan(0.5 * min(turn, 2.6))
+            way = max(0.0, to_node - _CORNER_M)
+            allowed = min(allowed, np.sqrt(habits.lateral_acceleration * radius + 2 * habits.braking * way))
+    if s[HALTS] > 0:
+        allowed = min(allowed, np.sqrt(2 * habits.braking * max(0.0, to_node - _HALT_BEFORE_M)))
+    return allowed
+
+
+@njit(cache=True)
+def drive(
+    states: NDArray[np.float64],
+    roads: Roads,
+    habits: Habits,
+    dt_s: float,
+    normals: NDArray[np.float64],
+    uniforms: NDArray[np.float64],
+) -> None:
+    """Move every state on by ``dt_s``, in place.
+
+    On a road: the heading turns towards the lane's point ``L = max(4, 0.7 v)`` ahead along the way chosen (pure pursuit:
+    ``curvature = 2 sin(alpha) / L``); the speed goes towards what ``_allowed_speed`` says. Free: heading is a random walk. Both: ``v' = v + a dt +
+    n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for returns to its mean (Ornstein-Uhlenbeck).
+
+    Args:
+        states: (N, COLUMNS).
+        normals: (N, 5) standard normal: speed, heading, x, y, wished speed. uniforms: (N, 4) in [0, 1): mode, way on, halt,
+            release.
+    """
+    root = np.sqrt(dt_s)
+    for i in range(states.shape[0]):
+        s = states[i]
+        decay = np.exp(-habits.cruise_rate * dt_s)
+        s[CRUISE] = (
+            habits.cruise_mps
+            + (s[CRUISE] - habits.cruise_mps) * decay
+            + habits.cruise_spread_mps * np.sqrt(1 - decay * decay) * normals[i, 4]
+        )
+        goal = max(s[CRUISE], 0.0)
+        noise = habits.free_heading_noise
+        curvature = 0.0
+        if s[ON_ROAD] > 0:
+            if s[CHOICE] < 0 and _to_node_m(s, roads) < _DECIDE_M:
+                s[CHOICE] = _choose(roads, int(s[EDGE]), s[DIRECTION], habits.turn_weight, uniforms[i, 1])
+                crossing = roads.ends[int(s[EDGE]), 1 if s[DIRECTION] > 0 else 0]
+                wide = roads.node_first[crossing + 1] - roads.node_first[crossing] > 2
+                s[HALTS] = 1.0 if wide and uniforms[i, 2] < habits.halt_share else 0.0
+            goal = _allowed_speed(s, roads, habits)
+            if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[i, 3] < dt_s / habits.halt_s:
+                s[HALTS] = 0.0
+            distance = max(4.0, 0.7 * s[SPEED])
+            x, y, _ = _ahead(s, roads, distance)
+            alpha = wrap(np.arctan2(y - s[Y], x - s[X]) - s[HEADING])
+            curvature = 2.0 * np.sin(min(max(alpha, -1.5), 1.5)) / distance
+            curvature = min(max(curvature, -0.22), 0.22)
+            noise = habits.heading_noise
+            if uniforms[i, 0] < habits.leave_rate * dt_s:
+                s[ON_ROAD] = 0.0
+        elif uniforms[i, 0] < habits.return_rate * dt_s:
+            _associate_one(s, roads)
+        push = min(max(1.5 * (goal - s[SPEED]), -1.3 * habits.braking), habits.acceleration)
+        s[SPEED] = max(0.0, s[SPEED] + push * dt_s + habits.speed_noise * root * normals[i, 0])
+        # A standing car does not turn.
+        turns = min(1.0, s[SPEED] / 2.0)
+        s[HEADING] = wrap(s[HEADING] + curvature * s[SPEED] * dt_s + noise * root * turns * normals[i, 1])
+        step_x = s[SPEED] * dt_s * np.cos(s[HEADING])
+        step_y = s[SPEED] * dt_s * np.sin(s[HEADING])
+        s[X] += step_x + habits.position_noise * root * turns * normals[i, 2]
+        s[Y] += step_y + habits.position_noise * root * turns * normals[i, 3]
+        if s[ON_ROAD] > 0:
+            _move_along(s, roads, step_x, step_y)
+
+
+@njit(cache=True)
+def _move_along(s: NDArray[np.float64], roads: Roads, step_x: float, step_y: float) -> None:
+    """Keep edge and arc abreast of the position after a step; over a node onto the way chosen; free at a dead end."""
+    edge = int(s[EDGE])
+    last = roads.first[edge + 1] - roads.first[edge] - 1
+    p = roads.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
+    offset_x, offset_y = s[X] - roads.points_m[p, 0], s[Y] - roads.points_m[p, 1]
+    along = offset_x * roads.tangents[p, 0] + offset_y * roads.tangents[p, 1]
+    wished = (p - roads.first[edge]) + along
+    # Never back, and never far: a bend's inside would otherwise make the foot of the perpendicular jump.
+    moved = s[DIRECTION] * (wished - s[ARC])
+    length = np.sqrt(step_x * step_x + step_y * step_y)
+    s[ARC] += s[DIRECTION] * min(max(moved, 0.3 * length), 2.0 * length)
+    if 0.0 <= s[ARC] <= last:
+        return
+    beyond = -s[ARC] if s[ARC] < 0 else s[ARC] - last
+    k = int(s[CHOICE])
+    s[CHOICE] = -1.0
+    s[HALTS] = 0.0
+    if k < 0:
+        s[ON_ROAD] = 0.0
+        return
+    edge = roads.node_edges[k]
+    last = roads.first[edge + 1] - roads.first[edge] - 1
+    s[EDGE] = edge
+    s[DIRECTION] = 1.0 if roads.node_sides[k] == 0 else -1.0
+    beyond = min(beyond, last)
+    s[ARC] = beyond if s[DIRECTION] > 0 else last - beyond

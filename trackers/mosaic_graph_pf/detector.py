@@ -1,0 +1,182 @@
+"""Where in the picture the target may be: colour, motion, shape and size, over the whole picture and where it is expected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels import oriented_box as ob
+from trackers.mosaic_graph_pf.colour_model import ColourModel
+from trackers.mosaic_graph_pf.ground_camera import GroundCamera
+from trackers.mosaic_graph_pf.mosaic import SHRINK
+from trackers.mosaic_graph_pf.registration import Registered
+
+CENTRE_HEIGHT_M = 0.7
+"""Height above ground of the middle of a car, to which boxes and truth refer."""
+_OFTEN_SEEN = 4
+_ALIGN = np.array([1.0, -0.7, -0.03, 0.0, 0.0, 0.0])
+_TEMPLATE_RATE = 0.06
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """Something that may be the target.
+
+    Attributes:
+        position_m: (2,) its centre on the map.
+        axis_rad: its axis on the map; known up to half a turn.
+        log_ratio: log p(seen | target) / p(seen | something else).
+        measures: (MEASURES,) of ``trackers.kernels.oriented_box``.
+    """
+
+    position_m: NDArray[np.float64]
+    axis_rad: float
+    log_ratio: float
+    measures: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Cues:
+    """Maps of one picture, shrunk by ``SHRINK``.
+
+    Attributes:
+        log_ratio: (H, W) of colour.
+        difference: (H, W) uint8, largest difference from the mosaic over the colours, 0 where it was not seen often enough to tell.
+    """
+
+    log_ratio: NDArray[np.float32]
+    difference: NDArray[np.uint8]
+
+
+class Detector:
+    """Finds candidates; learns the target's colours and its look from above."""
+
+    def __init__(self, size_m: tuple[float, float], candidates: int) -> None:
+        """Begin for a target of ``size_m`` (length, width); find at most ``candidates`` beside those asked for."""
+        self._half_size_m = 0.5 * np.array(size_m)
+        self._candidates = candidates
+        self.colours = ColourModel()
+        self._template = np.zeros((ob.ALONG, ob.ACROSS, 3), np.float32)
+
+    def cues(self, registered: Registered) -> Cues:
+        """Return the maps of a picture."""
+        difference = cv2.absdiff(registered.small_rgb, registered.background_rgb).max(axis=2)
+        difference[registered.seen < _OFTEN_SEEN] = 0
+        return Cues(self.colours.log_ratio(registered.small_rgb), difference)
+
+    def search(
+        self, registered: Registered, cues: Cues, expected_m: list[tuple[NDArray[np.float64], float]]
+    ) -> list[Candidate]:
+        """Return candidates: one for each place and heading expected (if in the picture), then others from all over it."""
+        camera = registered.camera
+        found: list[Candidate] = []
+        for position_m, heading_rad in expected_m:
+            candidate = self._fit(
+                registered, cues, position_m, heading_rad + np.array([-0.3, -0.15, 0.0, 0.15, 0.3]), 6
+            )
+            if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
+                found.append(candidate)
+        headings = np.arange(8) * np.pi / 8
+        for pixel in self._peaks(cues, camera):
+            position_m = camera.to_map(((pixel + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
+            candidate = self._fit(registered, cues, position_m, headings, 2)
+            if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
+                found.append(candidate)
+        return found
+
+    def learn(
+        self, registered: Registered, position_m: NDArray[np.float64], heading_rad: float, *, shape: bool
+    ) -> None:
+        """Take what is at a place on the map for the target; its shape too if ``shape`` (its heading is sure)."""
+        centre, jacobian = _place(registered.camera, position_m)
+        along, across = _axes(jacobian, self._half_size_m, heading_rad)
+        patch = ob.sample_template(registered.small_rgb, centre, along, across)
+        if np.isnan(patch).any():
+            return
+        # The outermost samples may show the road.
+        core = np.ascontiguousarray(np.clip(patch[1:-1, 1:-1] + 0.5, 0, 255).astype(np.uint8))
+        self.colours.learn_target(core, np.ones(core.shape[:2], np.float32))
+        if shape:
+            rate = _TEMPLATE_RATE if self._template.any() else 1.0
+            self._template += rate * (patch - self._template)
+
+    def learn_rest(self, registered: Registered, target_m: NDArray[np.float64] | None) -> None:
+        """Take the whole picture, without the surroundings of the target (2,) if it is in it, for what the target is not."""
+        weight = np.ones(registered.small_rgb.shape[:2], np.float32)
+        if target_m is not None:
+            centre, jacobian = _place(registered.camera, target_m)
+            radius = 1.1 * self._half_size_m[0] * float(np.sqrt(abs(np.linalg.det(jacobian))))
+            if np.isfinite(centre).all() and np.abs(centre).max() < 2000:
+                cv2.circle(weight, tuple(np.round(centre).astype(int).tolist()), int(radius) + 1, 0.0, -1)
+        self.colours.learn_rest(registered.small_rgb, weight)
+        self.colours.refresh()
+
+    def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
+        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot of the target's colours stands out."""
+        pixels_per_metre = 1.0 / (SHRINK * camera.metres_per_pixel())
+        half = cv2.resize(cues.log_ratio, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+        narrow = max(1, int(self._half_size_m[1] * pixels_per_metre / 2)) * 2 + 1
+        wide = int(1.6 * self._half_size_m[0] * pixels_per_metre / 2) * 2 + 1
+        spot = cv2.blur(half, (narrow, narrow)) - 0.7 * cv2.blur(half, (wide, wide))
+        radius = max(1, int(0.8 * self._half_size_m[0] * pixels_per_metre / 2))
+        highest = cv2.dilate(spot, np.ones((2 * radius + 1, 2 * radius + 1), np.uint8))
+        row, column = np.nonzero((spot >= highest) & (spot > 0.3))
+        order = np.argsort(spot[row, column])[::-1][: self._candidates]
+        return 2.0 * np.column_stack([column, row])[order] + 0.5
+
+    def _fit(
+        self,
+        registered: Registered,
+        cues: Cues,
+        position_m: NDArray[np.float64],
+        headings_rad: NDArray[np.float64],
+        reach_px: int,
+    ) -> Candidate | None:
+        """Return the best box near a place on the map, or None if it lies outside the picture."""
+        centre, jacobian = _place(registered.camera, position_m)
+        height, width = cues.difference.shape
+        if not (-4 < centre[0] < width + 4 and -4 < centre[1] < height + 4):
+            return None
+        centre, heading, measures = ob.fit_box(
+            registered.small_rgb,
+            cues.log_ratio,
+            cues.difference,
+            self._template,
+            centre,
+            jacobian,
+            self._half_size_m,
+            headings_rad,
+            reach_px,
+            _ALIGN,
+        )
+        if measures[ob.COVERED] < 0.4:
+            return None
+        place_m = registered.camera.to_map(((centre + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
+        return Candidate(place_m, heading, self._log_ratio(measures), measures)
+
+    def _log_ratio(self, measures: NDArray[np.float64]) -> float:
+        """Return log p(measures | target) / p(measures | something else): logistic regression on development episodes."""
+        contrast = measures[ob.INSIDE] - 0.5 * measures[ob.AROUND]
+        value = -2.0 + 1.6 * contrast - 0.05 * max(measures[ob.MISMATCH] - 15.0, 0.0)
+        return float(np.clip(value, -5.0, 4.0))
+
+
+def _is_new(candidate: Candidate, found: list[Candidate], radius_m: float) -> bool:
+    return all(np.linalg.norm(candidate.position_m - other.position_m) > radius_m for other in found)
+
+
+def _place(camera: GroundCamera, position_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the index (2,) in the shrunk picture of a car's middle, and its derivative (2, 2) by the map position."""
+    around = position_m + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    pixels = camera.to_picture(around, CENTRE_HEIGHT_M) / SHRINK - 0.5
+    return pixels[0], np.column_stack([pixels[1] - pixels[0], pixels[2] - pixels[0]])
+
+
+def _axes(
+    jacobian: NDArray[np.float64], half_size_m: NDArray[np.float64], heading_rad: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    return half_size_m[0] * jacobian @ np.array([c, s]), half_size_m[1] * jacobian @ np.array([s, -c])

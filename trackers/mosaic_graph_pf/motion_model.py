@@ -1,0 +1,198 @@
+"""How the target moves and what a picture says of it: the model given to the package's particle loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels import road_motion as rm
+from trackers.kernels.posterior import detection_log_weights
+from trackers.mosaic_graph_pf.ground_camera import GroundCamera
+from trackers.mosaic_graph_pf.road_map import RoadMap
+
+_AXIS_DEVIATION_RAD = 0.35
+_BORN_POSITION_M, _BORN_SPEED_MPS, _BORN_HEADING_RAD = 0.4, 1.0, 0.12
+
+
+@dataclass(frozen=True, eq=False)
+class Birth:
+    """A place where the target may be although no particle is there.
+
+    Attributes:
+        position_m (2,), heading_rad, speed_mps: of the car seen there.
+        log_prior: log of the probability that it is the target, by all but the present picture.
+    """
+
+    position_m: NDArray[np.float64]
+    heading_rad: float
+    speed_mps: float
+    log_prior: float
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """What the filter is told of one picture.
+
+    Attributes:
+        dt_s: time since the last one.
+        camera: of this picture.
+        roads: as believed now, or None.
+        roads_are_new: whether they were drawn anew since the last instant.
+        candidates_m (J, 2), axes_rad (J,), log_ratios (J,): see ``detection_log_weights``.
+        births: see there.
+    """
+
+    dt_s: float
+    camera: GroundCamera
+    roads: RoadMap | None
+    roads_are_new: bool
+    candidates_m: NDArray[np.float64]
+    axes_rad: NDArray[np.float64]
+    log_ratios: NDArray[np.float64]
+    births: tuple[Birth, ...]
+
+
+class CarModel:
+    """Particles are states of ``trackers.kernels.road_motion``."""
+
+    def __init__(
+        self,
+        start_m: NDArray[np.float64],
+        axis_rad: float,
+        habits: rm.Habits,
+        *,
+        born_share: float,
+        detection_probability: float,
+        miss_counts: bool,
+        detection_deviation_m: float,
+        border_m: float,
+    ) -> None:
+        """Begin with a car at ``start_m`` (2,) of unknown speed, heading along ``axis_rad`` or against it.
+
+        Args:
+            born_share: share of the particles that is given to births while there are any.
+            detection_probability: that a target in full view is found in a picture, given that it was missed in the one before.
+            miss_counts: False takes a miss for no information.
+            detection_deviation_m: standard deviation of a detection.
+            border_m: distance from the picture's border within which a target is not counted on to be found.
+        """
+        self._start_m, self._axis_rad, self._habits = start_m, axis_rad, habits
+        self._born_share = born_share
+        self._detection_probability = detection_probability
+        self._miss_counts = miss_counts
+        self._detection_deviation_m = detection_deviation_m
+        self._border_m = border_m
+
+    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Draw states (N, COLUMNS)."""
+        states = np.zeros((count, rm.COLUMNS))
+        states[:, rm.X : rm.Y + 1] = self._start_m + rng.normal(0, 0.2, (count, 2))
+        ahead = rng.random(count) < 0.5
+        states[:, rm.HEADING] = self._axis_rad + np.pi * ahead + rng.normal(0, 0.3, count)
+        states[:, rm.SPEED] = rng.uniform(0, 14.0, count)
+        states[:, rm.CRUISE] = np.maximum(states[:, rm.SPEED], self._draw_cruise(count, rng))
+        states[:, rm.CHOICE] = -1
+        return states
+
+    def predict(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Drive all states on; some make room for births."""
+        states = states.copy()
+        states[:, rm.LOG_PRIOR] = 0.0
+        count = len(states)
+        if observed.roads is None:
+            states[:, rm.ON_ROAD] = 0.0
+            roads = NO_ROADS
+        else:
+            roads = road_arrays(observed.roads)
+            if observed.roads_are_new:
+                self._associate_anew(states, roads)
+        rm.drive(states, roads, self._habits, observed.dt_s, rng.normal(size=(count, 5)), rng.random((count, 4)))
+        if observed.births:
+            self._give_birth(states, observed, roads, rng)
+        return states
+
+    def log_weights(self, states: NDArray[np.float64], observed: Instant) -> NDArray[np.float64]:
+        """Return log-weights (N,): what the picture says, and the prior of those just born."""
+        positions = np.ascontiguousarray(states[:, : rm.Y + 1])
+        return states[:, rm.LOG_PRIOR] + detection_log_weights(
+            positions,
+            np.ascontiguousarray(states[:, rm.HEADING]),
+            self.detectable(positions, observed.camera),
+            self._miss_counts,
+            observed.candidates_m,
+            observed.axes_rad,
+            observed.log_ratios,
+            self._detection_deviation_m,
+            _AXIS_DEVIATION_RAD,
+        )
+
+    def detectable(self, positions_m: NDArray[np.float64], camera: GroundCamera) -> NDArray[np.float64]:
+        """Return the probability (N,) that a target at each position would have been found."""
+        pixels = camera.to_picture(positions_m)
+        size = np.array([camera.model.width_px, camera.model.height_px])
+        inside_px = np.minimum(pixels, size - pixels).min(axis=1)
+        inside = np.nan_to_num(inside_px, nan=-1.0) * camera.metres_per_pixel() / self._border_m
+        return self._detection_probability * np.clip(inside, 0.0, 1.0)
+
+    def _associate_anew(self, states: NDArray[np.float64], roads: rm.Roads) -> None:
+        """Find every state's place on roads that were drawn anew. Who was off the road stays so."""
+        free = states[:, rm.ON_ROAD] == 0
+        rm.associate(states, roads)
+        states[free, rm.ON_ROAD] = 0.0
+
+    def _give_birth(
+        self, states: NDArray[np.float64], observed: Instant, roads: rm.Roads, rng: np.random.Generator
+    ) -> None:
+        """Put births in the place of the last states (any are as good: resampling has no order of merit)."""
+        each = max(1, int(self._born_share * len(states) / len(observed.births)))
+        victims = rng.permutation(len(states))
+        share = each / len(states)
+        for k, birth in enumerate(observed.births):
+            born = np.zeros((each, rm.COLUMNS))
+            born[:, rm.X : rm.Y + 1] = birth.position_m + rng.normal(0, _BORN_POSITION_M, (each, 2))
+            born[:, rm.HEADING] = birth.heading_rad + rng.normal(0, _BORN_HEADING_RAD, each)
+            born[:, rm.SPEED] = np.abs(birth.speed_mps + rng.normal(0, _BORN_SPEED_MPS, each))
+            born[:, rm.CRUISE] = np.maximum(born[:, rm.SPEED], self._draw_cruise(each, rng))
+            born[:, rm.LOG_PRIOR] = birth.log_prior - np.log(share)
+            born[:, rm.CHOICE] = -1
+            if observed.roads is not None:
+                rm.associate(born, roads)
+            states[victims[k * each : (k + 1) * each]] = born
+
+    def _draw_cruise(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        return rng.normal(self._habits.cruise_mps, self._habits.cruise_spread_mps, count)
+
+
+def road_arrays(road_map: RoadMap) -> rm.Roads:
+    """Return a road map in the form that kernels take."""
+    graph = road_map.graph
+    return rm.Roads(
+        graph.points_m,
+        graph.tangents,
+        graph.edge_of_point,
+        graph.first,
+        graph.ends,
+        graph.node_first,
+        graph.node_edges,
+        graph.node_sides,
+        road_map.nearest,
+        road_map.origin_m,
+        road_map.cell_m,
+    )
+
+
+NO_ROADS = rm.Roads(
+    np.zeros((0, 2)),
+    np.zeros((0, 2)),
+    np.zeros(0, np.int64),
+    np.zeros(1, np.int64),
+    np.zeros((0, 2), np.int64),
+    np.zeros(1, np.int64),
+    np.zeros(0, np.int64),
+    np.zeros(0, np.int64),
+    np.full((1, 1), -1, np.int32),
+    np.zeros(2),
+    1.0,
+)

@@ -1,0 +1,314 @@
+"""Our tracker: a ground mosaic, the road graph drawn from it, and particles that drive on it, seen or unseen."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels import road_motion as rm
+from trackers.kernels.posterior import geometric_median
+from trackers.kernels.weights import circular_mean
+from trackers.mosaic_graph_pf.detector import CENTRE_HEIGHT_M, Detector
+from trackers.mosaic_graph_pf.ground_camera import GroundCamera
+from trackers.mosaic_graph_pf.mosaic import SHRINK, Mosaic
+from trackers.mosaic_graph_pf.motion_model import Birth, CarModel, Instant
+from trackers.mosaic_graph_pf.registration import Registered, Registration
+from trackers.mosaic_graph_pf.road_map import RoadFinder, RoadMap
+from trackers.mosaic_graph_pf.sightings import Sighting, Sightings
+from trackers.particle_filter import ParticleFilter, Posterior
+from trackers.registry import register, register_variant, tunable
+from trackers.types import Estimate, Observation
+
+_WIDTH_TO_LENGTH = 0.42
+_TYPICAL_LENGTH_M, _SHORTEST_M, _LONGEST_M = 4.5, 3.2, 7.0
+_CAR_HEIGHT_M = 1.5
+_REDRAW_FRAMES = 10
+_DRIVEN_DELAY_FRAMES = 18
+_LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
+_FASTEST_MPS, _REACH_MARGIN_M = 15.0, 12.0
+_BIRTH_AREA_M2 = 1.0
+_SUDDEN_LEVELS = 30
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of ``mosaic_graph_pf``; the last five switch parts off, for ablation.
+
+    Attributes:
+        particles: number of them.
+        candidates: places looked at over the whole picture, beside those expected.
+        detection_probability: chance that a target in full view is found, given it was missed in the picture before.
+        detection_deviation_m: standard deviation of a detection.
+        surprise: prior probability, each picture, that the target is where no particle is.
+        speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, free_heading_noise: see ``Habits``.
+    """
+
+    particles: int = 1000
+    candidates: int = 6
+    detection_probability: float = tunable(0.6, 0.2, 0.95)
+    detection_deviation_m: float = tunable(0.5, 0.2, 1.5, log=True)
+    surprise: float = tunable(0.02, 0.001, 0.2, log=True)
+    speed_noise: float = tunable(0.7, 0.2, 2.0, log=True)
+    cruise_spread_mps: float = tunable(2.5, 0.5, 5.0)
+    cruise_rate: float = tunable(0.25, 0.05, 1.0, log=True)
+    turn_weight: float = tunable(0.7, 0.1, 2.0, log=True)
+    leave_rate: float = tunable(0.02, 0.002, 0.2, log=True)
+    free_heading_noise: float = tunable(0.25, 0.05, 0.6, log=True)
+    use_ego: bool = True
+    use_mosaic: bool = True
+    use_roads: bool = True
+    use_negative_information: bool = True
+    use_redetection: bool = True
+
+
+@register(
+    "mosaic_graph_pf",
+    role="ours",
+    summary="ground mosaic, road graph drawn from it, particles that drive on it; whole-picture re-detection",
+)
+class MosaicGraphParticleFilter:
+    """Follows a car by keeping the ground still: everything lives in map coordinates of the mosaic."""
+
+    Parameters = Parameters
+
+    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
+        self._p = parameters
+        self._rng = rng
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Begin the mosaic with the first picture and the particles inside the box."""
+        p = self._p
+        centre_px = 0.5 * (box_xyxy[:2] + box_xyxy[2:])
+        length_px = _length_px(box_xyxy)
+        self._registration = Registration(
+            observation, _TYPICAL_LENGTH_M / length_px, use_ego=p.use_ego, use_mosaic=p.use_mosaic
+        )
+        camera = self._registration.camera
+        metres_per_pixel = camera.metres_per_pixel()
+        length_m = float(np.clip(length_px * metres_per_pixel, _SHORTEST_M, _LONGEST_M))
+        self._size_m = (length_m, _WIDTH_TO_LENGTH * length_m)
+        self._mosaic = Mosaic(SHRINK * metres_per_pixel)
+        self._roads = RoadFinder()
+        self._road_map: RoadMap | None = None
+        self._sightings = Sightings()
+        self._detector = Detector(self._size_m, p.candidates)
+        first = self._registration.first
+        start_m = camera.to_map(centre_px[None], CENTRE_HEIGHT_M)[0]
+        heading_rad = self._learn_start(first, start_m)
+        self._filter = ParticleFilter(self._model(start_m, heading_rad), p.particles, self._rng)
+        self._mosaic.add(first.small_rgb, camera, self._standing(first, np.zeros((1, 1), np.uint8), start_m))
+        for ahead_m in (-1.0, 1.0):
+            along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
+            self._roads.learn(self._mosaic, start_m + ahead_m * (0.5 * length_m + 1.8) * along)
+        self._driven: deque[NDArray[np.float64]] = deque([start_m], maxlen=_DRIVEN_DELAY_FRAMES)
+        self._frame, self._time_s = 0, observation.time_s
+        self._since_lock_s = 0.0
+
+    def update(self, observation: Observation) -> Estimate:
+        """Take in the next picture."""
+        dt_s = max(observation.time_s - self._time_s, 1e-3)
+        self._frame, self._time_s = self._frame + 1, observation.time_s
+        self._since_lock_s += dt_s
+        registered = self._registration.register(observation, self._mosaic)
+        cues = self._detector.cues(registered)
+        candidates = self._detector.search(registered, cues, self._expected(dt_s))
+        self._sightings.update(candidates, dt_s)
+        new_roads = self._draw_roads(registered.camera)
+        posterior = self._filter.step(self._instant(dt_s, registered.camera, new_roads))
+        position_m = geometric_median(np.ascontiguousarray(posterior.states[:, : rm.Y + 1]), posterior.weights, 8)
+        target = self._locked(posterior, position_m)
+        self._learn(registered, posterior, target)
+        standing = self._standing(registered, cues.difference, None if target is None else target.position_m)
+        self._mosaic.add(registered.small_rgb, registered.camera, standing)
+        return self._estimate(registered.camera, posterior, position_m, target)
+
+    def _model(self, start_m: NDArray[np.float64], axis_rad: float) -> CarModel:
+        p = self._p
+        habits = rm.Habits(
+            lateral_acceleration=2.5,
+            braking=2.5,
+            acceleration=1.8,
+            cruise_mps=9.0,
+            cruise_spread_mps=p.cruise_spread_mps,
+            cruise_rate=p.cruise_rate,
+            speed_noise=p.speed_noise,
+            heading_noise=0.06,
+            free_heading_noise=p.free_heading_noise,
+            position_noise=0.15,
+            leave_rate=p.leave_rate,
+            return_rate=0.5,
+            halt_share=0.2,
+            halt_s=1.5,
+            turn_weight=p.turn_weight,
+        )
+        return CarModel(
+            start_m,
+            axis_rad,
+            habits,
+            born_share=0.1,
+            detection_probability=p.detection_probability,
+            miss_counts=p.use_negative_information,
+            detection_deviation_m=p.detection_deviation_m,
+            border_m=0.5 * self._size_m[0],
+        )
+
+    def _learn_start(self, first: Registered, start_m: NDArray[np.float64]) -> float:
+        """Learn the target's colours from the first picture and return its axis on the map."""
+        self._detector.learn(first, start_m, 0.0, shape=False)
+        self._detector.learn(first, start_m, 0.5 * np.pi, shape=False)
+        self._detector.learn_rest(first, start_m)
+        found = self._detector.search(first, self._detector.cues(first), [(start_m, a * np.pi / 6) for a in range(6)])
+        near = [c for c in found if np.linalg.norm(c.position_m - start_m) < 0.5 * self._size_m[0]]
+        return max(near, key=lambda c: c.log_ratio).axis_rad if near else 0.0
+
+    def _expected(self, dt_s: float) -> list[tuple[NDArray[np.float64], float]]:
+        """Return where to look closely: at the mean of the particles if they agree, and at every sighting."""
+        states = self._filter.states
+        places = self._sightings.expected(dt_s)
+        if np.linalg.norm(states[:, : rm.Y + 1].std(axis=0)) < _LOCK_RADIUS_M:
+            heading = circular_mean(states[:, rm.HEADING], np.full(len(states), 1.0 / len(states)))
+            velocity = states[:, rm.SPEED].mean() * np.array([np.cos(heading), np.sin(heading)])
+            places.insert(0, (states[:, : rm.Y + 1].mean(axis=0) + dt_s * velocity, heading))
+        return places
+
+    def _instant(self, dt_s: float, camera: GroundCamera, new_roads: bool) -> Instant:
+        seen = self._sightings.seen()
+        births = self._births(seen) if self._p.use_redetection else ()
+        return Instant(
+            dt_s=dt_s,
+            camera=camera,
+            roads=self._road_map,
+            roads_are_new=new_roads,
+            candidates_m=np.array([s.candidate.position_m for s in seen]).reshape(-1, 2),
+            axes_rad=np.array([s.candidate.axis_rad for s in seen]),
+            log_ratios=np.array([s.log_ratio for s in seen]),
+            births=births,
+        )
+
+    def _births(self, seen: list[Sighting]) -> tuple[Birth, ...]:
+        """Return the sightings that may be the target although it was not expected there.
+
+        Prior: ``surprise``, spread evenly over where the target can have got to since it was last seen, times what the pictures before
+        this one said.
+        """
+        reach_m = _REACH_MARGIN_M + _FASTEST_MPS * self._since_lock_s
+        around_m = self._driven[-1]
+        births = []
+        for sighting in seen:
+            near = np.linalg.norm(sighting.position_m - around_m) < reach_m
+            if not near or sighting.age < 2 or sighting.evidence + sighting.log_ratio < 1.0:
+                continue
+            log_prior = np.log(self._p.surprise * _BIRTH_AREA_M2 / (np.pi * reach_m**2)) + sighting.evidence
+            speed = float(np.linalg.norm(sighting.velocity_mps))
+            births.append(Birth(sighting.candidate.position_m, sighting.heading_rad, speed, log_prior))
+        return tuple(births)
+
+    def _draw_roads(self, camera: GroundCamera) -> bool:
+        """Draw the roads anew where it is time to; return whether that was done."""
+        if not self._p.use_roads or self._frame % _REDRAW_FRAMES != 5:
+            return False
+        self._road_map = self._roads.draw(self._mosaic, self._filter.states[:, : rm.Y + 1].mean(axis=0))
+        return True
+
+    def _locked(self, posterior: Posterior, position_m: NDArray[np.float64]) -> Sighting | None:
+        """Return the sighting that the particles gather around, if they do."""
+        offset = posterior.states[:, : rm.Y + 1] - position_m
+        near = np.hypot(offset[:, 0], offset[:, 1]) < _LOCK_RADIUS_M
+        if posterior.weights[near].sum() < _LOCK_MASS:
+            return None
+        sighting = self._sightings.nearest(position_m, 0.5 * self._size_m[0])
+        return sighting if sighting is not None and sighting.log_ratio > 0 else None
+
+    def _learn(self, registered: Registered, posterior: Posterior, target: Sighting | None) -> None:
+        if target is not None:
+            self._since_lock_s = 0.0
+            self._sightings.rule_out_others(target)
+            on_road = float(posterior.weights @ posterior.states[:, rm.ON_ROAD])
+            left_m = self._driven[0]
+            if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
+                on_road > 0.5 or self._road_map is None
+            ):
+                self._roads.learn(self._mosaic, left_m)
+            self._driven.append(target.position_m)
+            sure = np.linalg.norm(target.velocity_mps) > 2.0 and target.age > 5
+            self._detector.learn(registered, target.candidate.position_m, target.heading_rad, shape=bool(sure))
+        if self._frame % 5 == 0:
+            self._detector.learn_rest(registered, None if target is None else target.position_m)
+
+    def _standing(
+        self, registered: Registered, difference: NDArray[np.uint8], target_m: NDArray[np.float64] | None
+    ) -> NDArray[np.uint8]:
+        """Return how far each pixel is to be taken for standing ground, 1-255: what changed suddenly less, the target hardly."""
+        weight = np.full(registered.small_rgb.shape[:2], 255, np.uint8)
+        if difference.shape == weight.shape:
+            weight[difference > _SUDDEN_LEVELS] = 70
+        if target_m is not None:
+            pixel = registered.camera.to_picture(target_m[None], CENTRE_HEIGHT_M)[0] / SHRINK
+            radius = 0.7 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
+            cv2.circle(weight, tuple(np.round(pixel).astype(int).tolist()), int(radius) + 1, 1, -1)
+        return weight
+
+    def _estimate(
+        self, camera: GroundCamera, posterior: Posterior, position_m: NDArray[np.float64], target: Sighting | None
+    ) -> Estimate:
+        states, weights = posterior.states, posterior.weights
+        heading_rad = circular_mean(states[:, rm.HEADING], weights)
+        if target is not None:
+            position_m = target.candidate.position_m
+        particles_px = camera.to_picture(states[:, : rm.Y + 1], CENTRE_HEIGHT_M)
+        ahead = np.isfinite(particles_px).all(axis=1)
+        size = np.array([camera.model.width_px, camera.model.height_px])
+        inside = ahead & (particles_px >= 0).all(axis=1) & (particles_px <= size).all(axis=1)
+        along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
+        ends_px = camera.to_picture(np.stack([position_m, position_m + along]), CENTRE_HEIGHT_M)
+        kept = weights * ahead
+        return Estimate(
+            position_px=ends_px[0],
+            box_xyxy=_box_px(camera, position_m, heading_rad, self._size_m),
+            heading_rad=float(np.arctan2(*(ends_px[1] - ends_px[0])[::-1])),
+            in_view_probability=float(np.clip(weights[inside].sum(), 0.0, 1.0)),
+            particles_px=np.where(ahead[:, None], particles_px, ends_px[0]),
+            weights=kept / kept.sum() if kept.sum() > 0 else None,
+        )
+
+
+def _length_px(box_xyxy: NDArray[np.float64]) -> float:
+    """Return the length of a car that fills an upright box: ``W + H`` and ``|W - H|`` give L (|cos| +- |sin|) of its heading."""
+    width, height = box_xyxy[2:] - box_xyxy[:2]
+    total = (width + height) / (1 + _WIDTH_TO_LENGTH)
+    difference = (width - height) / (1 - _WIDTH_TO_LENGTH)
+    return float(np.sqrt(0.5 * (total**2 + difference**2)))
+
+
+def _box_px(
+    camera: GroundCamera, position_m: NDArray[np.float64], heading_rad: float, size_m: tuple[float, float]
+) -> NDArray[np.float64]:
+    """Return the amodal box (4,) of a car at a place on the map."""
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    corners = 0.5 * np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * np.array(size_m)
+    on_map = corners @ np.array([[c, s], [-s, c]]) + position_m
+    pixels = np.vstack([camera.to_picture(on_map, height_m) for height_m in (0.0, _CAR_HEIGHT_M)])
+    return np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])
+
+
+register_variant(
+    "mosaic_graph_pf_no_negative",
+    "mosaic_graph_pf",
+    summary="ours, but not seeing says nothing",
+    use_negative_information=False,
+)
+register_variant(
+    "mosaic_graph_pf_no_mosaic", "mosaic_graph_pf", summary="ours, placed frame to frame only", use_mosaic=False
+)
+register_variant("mosaic_graph_pf_no_roads", "mosaic_graph_pf", summary="ours, without a road graph", use_roads=False)
+register_variant(
+    "mosaic_graph_pf_no_redetection",
+    "mosaic_graph_pf",
+    summary="ours, looking only where particles are",
+    use_redetection=False,
+)
+register_variant("mosaic_graph_pf_no_ego", "mosaic_graph_pf", summary="ours, from pixels alone", use_ego=False)
