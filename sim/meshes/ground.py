@@ -1,0 +1,115 @@
+"""The land: a town's square ground, the fields around it, and kerbs."""
+
+from __future__ import annotations
+
+import itertools
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.mesh import Texture, TexturedMesh
+from sim.meshes.facets import Facets, palette, swatch_uv
+
+CELLS = 8
+"""Quads along a square's side: small enough triangles for clipping at the near plane."""
+
+KERB_TOLERANCE_M = 0.03
+"""How far a kerb may stray from its polyline, to save triangles."""
+
+
+def ground(extent_m: float, texture: Texture) -> TexturedMesh:
+    """Return a flat square at z = 0, centred on the origin, facing up.
+
+    Args:
+        extent_m: its side, > 0.
+        texture: covers it once; its top left corner lies at (-extent / 2, +extent / 2), its top edge along +x.
+    """
+    _require_positive("extent_m", extent_m)
+    facets = Facets()
+    _add_square(facets, (0.0, 0.0), extent_m, CELLS, mirrored=(False, False))
+    return facets.mesh(texture)
+
+
+def surroundings(extent_m: float, outer_m: float, texture: Texture) -> TexturedMesh:
+    """Return flat land around a square ground: tiles of its size on all sides, without the ground itself.
+
+    Neighbouring tiles are mirror images, so that the texture runs on over their edges.
+
+    Args:
+        extent_m: side of the ground, and of a tile, > 0.
+        outer_m: the land reaches at least to a square of this side, > extent_m.
+        texture: covers one tile.
+    """
+    _require_positive("extent_m", extent_m)
+    if not outer_m > extent_m:
+        raise ValueError(f"outer_m: expected more than extent_m = {extent_m}, got {outer_m}")
+    reach = int(np.ceil((outer_m - extent_m) / (2.0 * extent_m)))
+    facets = Facets()
+    for i in range(-reach, reach + 1):
+        for j in range(-reach, reach + 1):
+            if (i, j) != (0, 0):
+                centre = (i * extent_m, j * extent_m)
+                _add_square(facets, centre, extent_m, CELLS // 2, mirrored=(i % 2 == 1, j % 2 == 1))
+    return facets.mesh(texture)
+
+
+def kerb(polyline_m: NDArray[np.float64], width_m: float, height_m: float, rgb: tuple[int, int, int]) -> TexturedMesh:
+    """Return a low strip of stone along a polyline (n, 2), open below; n >= 2 distinct points.
+
+    Raises:
+        ValueError: if there are fewer than two points or a size is not positive.
+    """
+    _require_positive("width_m", width_m)
+    _require_positive("height_m", height_m)
+    points = np.asarray(polyline_m, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
+        raise ValueError(f"polyline_m: expected at least two points (n, 2), got shape {points.shape}")
+    points = _simplified(points)
+    sideways = _mitred_normals(points) * (0.5 * width_m)
+    left, right = points + sideways, points - sideways
+    rings = np.zeros((len(points), 4, 3))
+    # Up the left side, over to the right one and down; the face back along the ground is left out.
+    for k, (edge, height) in enumerate([(left, 0.0), (left, height_m), (right, height_m), (right, 0.0)]):
+        rings[:, k, :2] = edge
+        rings[:, k, 2] = height
+    side, top = swatch_uv(0, 2), swatch_uv(1, 2)
+    facets = Facets()
+    facets.loft(rings, lambda segment, k: (side, top, side, None)[k], side, side)
+    darker = tuple(int(0.8 * c) for c in rgb)
+    return facets.mesh(palette([(darker[0], darker[1], darker[2]), rgb]))
+
+
+def _add_square(
+    facets: Facets, centre_m: tuple[float, float], side_m: float, cells: int, mirrored: tuple[bool, bool]
+) -> None:
+    steps = np.linspace(0.0, 1.0, cells + 1)
+    for u0, u1 in itertools.pairwise(steps):
+        for v0, v1 in itertools.pairwise(steps):
+            corners = np.array([(u0, v1), (u1, v1), (u1, v0), (u0, v0)])
+            places = np.zeros((4, 3))
+            places[:, 0] = centre_m[0] + (corners[:, 0] - 0.5) * side_m
+            places[:, 1] = centre_m[1] + (0.5 - corners[:, 1]) * side_m
+            facets.polygon(places, np.where(mirrored, 1.0 - corners, corners))
+
+
+def _simplified(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    kept = cv2.approxPolyDP(points_m.astype(np.float32)[:, None], KERB_TOLERANCE_M, closed=False)
+    return np.asarray(kept[:, 0], dtype=float)
+
+
+def _mitred_normals(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n, 2) vectors to the left, long enough that offset edges stay parallel to the line (at most 2)."""
+    ahead = np.diff(points_m, axis=0)
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    normals = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+    before = np.concatenate([normals[:1], normals])
+    after = np.concatenate([normals, normals[-1:]])
+    # |before + after| = 2 cos(half the turn), and the mitre is 1 / cos(half the turn) long.
+    total = before + after
+    return 2.0 * total / np.maximum((total**2).sum(axis=1, keepdims=True), 1.0)
+
+
+def _require_positive(name: str, value: float) -> None:
+    if not value > 0:
+        raise ValueError(f"{name}: expected a length > 0 m, got {value}")
