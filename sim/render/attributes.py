@@ -59,8 +59,8 @@ def resolve_row(
 ) -> None:
     """Write one row of a ``GBuffer``, a run of pixels with the same triangle at a time.
 
-    With the planes of ``TriangleTable``: ``depth = 1 / nearness``, ``(u, v) = plane * depth`` and, on faces that
-    are not flat, ``n = plane / |plane|``.
+    With the planes of ``TriangleTable``: ``depth = 1 / nearness``, ``(u, v) = plane * depth`` and, on faces
+    that are not flat, ``n = plane / |plane|``.
     """
     width = triangle.shape[0]
     for column in range(width):
@@ -77,9 +77,7 @@ def resolve_row(
             normal_world[first:last] = 0.0
         else:
             instance_id[first:last] = table.body[index]
-            _colour_run(
-                scene, textures, table, index, row, first, depth_m[first:last], base_colour_rgb[first:last]
-            )
+            _colour_run(scene, textures, table, index, row, first, depth_m[first:last], base_colour_rgb[first:last])
             _normal_run(scene, table, index, row, first, normal_world[first:last])
         first = last
 

@@ -1,4 +1,6 @@
-"""Says when a wait is the compiler's: kernels are compiled at their first use in an installation, then kept on disk."""
+"""Says when a wait is the compiler's: kernels are compiled at their first use in an installation, then kept
+on disk.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,9 @@ _announced = False
 
 
 def announce_compilation(kernel: Callable[..., Any]) -> None:
-    """Print one line on stderr, once a process, if ``kernel`` (a numba function) has no compiled form on disk."""
+    """Print one line on stderr, once a process, if ``kernel`` (a numba function) has no compiled form on
+    disk.
+    """
     global _announced
     if not _announced and not _is_compiled(kernel):
         print("compiling kernels (first run only) …", file=sys.stderr, flush=True)

@@ -68,8 +68,8 @@ class Raster:
         """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
 
         Returns:
-            nearness (H, W), 1 / depth or 0; triangle (H, W), row of ``table`` or -1. Both are overwritten by the
-            next call.
+            nearness (H, W), 1 / depth or 0; triangle (H, W), row of ``table`` or -1. Both are overwritten
+            by the next call.
         """
         self._pack()
         shape = (camera.height_px, camera.width_px)

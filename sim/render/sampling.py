@@ -32,8 +32,8 @@ def sample_smooth(
 ) -> None:
     """Write interpolated colours (n, 3) of a run of pixels.
 
-    Texel (i, j) has its centre at ``(u width, v height) = (j + 1/2, i + 1/2)``; beyond the outermost centres the edge
-    goes on. Weights are in 1/256, and their sum is exactly 256.
+    Texel (i, j) has its centre at ``(u width, v height) = (j + 1/2, i + 1/2)``; beyond the outermost
+    centres the edge goes on. Weights are in 1/256, and their sum is exactly 256.
 
     Args:
         texels: (height * width,) packed texels of one mip level.
@@ -78,7 +78,9 @@ def sample_nearest(
     depth_m: NDArray[np.float32],
     colour_rgb: NDArray[np.uint8],
 ) -> None:
-    """Write the colours (n, 3) of the texels that a run of pixels falls into. Arguments as for ``sample_smooth``."""
+    """Write the colours (n, 3) of the texels that a run of pixels falls into. Arguments as for
+    ``sample_smooth``.
+    """
     u_step, u_base = u_plane[0] * np.float32(width), u_plane[1] * np.float32(width)
     v_step, v_base = v_plane[0] * np.float32(height), v_plane[1] * np.float32(height)
     for k in range(depth_m.shape[0]):

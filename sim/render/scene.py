@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.mesh import Texture, TexturedMesh
+from sim.mesh import TexturedMesh
 from sim.render.textures import TexturePool, pack_textures
 from sim.world import World
 
@@ -40,28 +40,27 @@ class SceneArrays(NamedTuple):
 
 
 def pack_scene(world: World) -> tuple[SceneArrays, TexturePool]:
-    """Return the shapes and textures of all bodies of ``world`` as they are now (poses are not part of it)."""
+    """Return the shapes and textures of all bodies of ``world`` as they are now (poses are not part of
+    it).
+    """
     meshes = [body.mesh for body in world.bodies]
     textures = list(dict.fromkeys(mesh.texture for mesh in meshes))
-    return _pack_meshes(meshes, textures), pack_textures(textures)
+    index_of = {texture: index for index, texture in enumerate(textures)}
+    texture = np.array([index_of[mesh.texture] for mesh in meshes], dtype=np.int32)
+    return pack_geometry(meshes)._replace(texture=texture), pack_textures(textures)
 
 
-def _pack_meshes(meshes: list[TexturedMesh], textures: list[Texture]) -> SceneArrays:
+def pack_geometry(meshes: list[TexturedMesh]) -> SceneArrays:
+    """Return the shapes of bodies with these meshes; every texture index is 0."""
     first_vertex = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes]).astype(np.int32)
     first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes]).astype(np.int32)
     normals = _joined([mesh.normals for mesh in meshes], 3, np.float32)
-    faces = _joined(
-        [mesh.faces + start for mesh, start in zip(meshes, first_vertex, strict=False)], 3, np.int32
-    )
+    faces = _joined([mesh.faces + start for mesh, start in zip(meshes, first_vertex, strict=False)], 3, np.int32)
     corners = normals[faces]
-    centre_m = np.array(
-        [0.5 * (mesh.vertices_m.min(0) + mesh.vertices_m.max(0)) for mesh in meshes], dtype=float
-    )
+    centre_m = np.array([0.5 * (mesh.vertices_m.min(0) + mesh.vertices_m.max(0)) for mesh in meshes], dtype=float)
     radius_m = [
-        np.linalg.norm(mesh.vertices_m - centre, axis=1).max()
-        for mesh, centre in zip(meshes, centre_m, strict=True)
+        np.linalg.norm(mesh.vertices_m - centre, axis=1).max() for mesh, centre in zip(meshes, centre_m, strict=True)
     ]
-    index_of = {texture: index for index, texture in enumerate(textures)}
     return SceneArrays(
         _joined([mesh.vertices_m for mesh in meshes], 3, np.float32),
         normals,
@@ -72,7 +71,7 @@ def _pack_meshes(meshes: list[TexturedMesh], textures: list[Texture]) -> SceneAr
         first_face,
         centre_m.reshape(-1, 3),
         np.array(radius_m, dtype=float),
-        np.array([index_of[mesh.texture] for mesh in meshes], dtype=np.int32),
+        np.zeros(len(meshes), dtype=np.int32),
     )
 
 

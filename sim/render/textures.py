@@ -16,7 +16,8 @@ class TexturePool(NamedTuple):
     """Textures as the kernels read them. T textures, at most L mip levels each.
 
     Attributes:
-        texels: (N,) uint32, ``R | G << 8 | B << 16``, all levels of all textures one after the other, row-major.
+        texels: (N,) uint32, ``R | G << 8 | B << 16``, all levels of all textures one after the other,
+            row-major.
         offset: (T, L) int64, where a level begins in ``texels``.
         width, height: (T, L) int32.
         level_count: (T,) int32; 1 for textures that are not smooth.

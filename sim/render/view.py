@@ -8,13 +8,11 @@ from numpy.typing import NDArray
 from sim.optics import PinholeCamera, invert_pose
 
 
-def camera_view(
-    camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixel_offset: float
-) -> NDArray[np.float64]:
+def camera_view(camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixel_offset: float) -> NDArray[np.float64]:
     """Return the (4, 4) view matrix of a camera that samples pixel (i, j) at ``(j, i) + pixel_offset``.
 
-    ``q_x = f x + (c_x - offset) z``, ``q_y = f y + (c_y - offset) z``, ``q_w = z``, ``g = 1`` for a point (x, y, z) of
-    the camera frame.
+    ``q_x = f x + (c_x - offset) z``, ``q_y = f y + (c_y - offset) z``, ``q_w = z``, ``g = 1`` for a point
+    (x, y, z) of the camera frame.
     """
     centre_x, centre_y = camera.centre_px - pixel_offset
     matrix = np.array(

@@ -1,14 +1,16 @@
 """Which triangle is nearest in each pixel: the first half of the rasteriser.
 
-One description serves a perspective picture and an orthographic map. A (4, 4) *view matrix* takes a homogeneous
-world point to ``(q_x, q_y, q_w, g)``. Its pixel is ``(q_x, q_y) / q_w`` and its *nearness* ``g / q_w``: for a pinhole
-camera ``q_w`` is the depth and ``g = 1``, so nearness is 1 / depth; for an orthographic map ``q_w = 1`` and ``g`` is the
-height towards the viewer. Of two surfaces the one with the greater nearness hides the other.
+One description serves a perspective picture and an orthographic map. A (4, 4) *view matrix* takes a
+homogeneous world point to ``(q_x, q_y, q_w, g)``. Its pixel is ``(q_x, q_y) / q_w`` and its *nearness* ``g
+/ q_w``: for a pinhole camera ``q_w`` is the depth and ``g = 1``, so nearness is 1 / depth; for an
+orthographic map ``q_w = 1`` and ``g`` is the height towards the viewer. Of two surfaces the one with the
+greater nearness hides the other.
 
-A triangle with corners ``q_0, q_1, q_2`` (x, y, w) covers pixel ``d = (column, row, 1)`` where all three edge functions
-``e_i(d) = (q_j x q_k) . d / det`` are >= 0, with ``det = q_0 . (q_1 x q_2)``; there ``sum_i a_i e_i(d)`` is ``a / q_w``
-for any attribute ``a`` that is linear on the triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous
-coordinates", 1997). So all that follows is linear in column and row, and triangles that reach behind the camera need
+A triangle with corners ``q_0, q_1, q_2`` (x, y, w) covers pixel ``d = (column, row, 1)`` where all three
+edge functions ``e_i(d) = (q_j x q_k) . d / det`` are >= 0, with ``det = q_0 . (q_1 x q_2)``; there ``sum_i
+a_i e_i(d)`` is ``a / q_w`` for any attribute ``a`` that is linear on the triangle (Olano and Greer,
+"Triangle scan conversion using 2D homogeneous coordinates", 1997). So all that follows is linear in column
+and row, and triangles that reach behind the camera need
 no clipping into new ones: the near plane is a fourth edge.
 """
 
@@ -27,13 +29,16 @@ NEAR_M = 0.05
 
 
 class TriangleTable(NamedTuple):
-    """Triangles that may be seen in one picture, with what is linear on them as planes (per column, per row, constant).
+    """Triangles that may be seen in one picture, with what is linear on them as planes (per column, per
+    row, constant).
 
     Attributes:
         body, face: (N,) int32.
         uv_planes: (N, 6) float32, of ``u / q_w`` and ``v / q_w``.
-        uv_density: (N,) float32, area in (u, v) that a pixel covers, times nearness³: the Jacobian of a projective map.
-        normal_planes: (N, 9) float32, of ``n / q_w`` in the world frame, or on flat faces the normal itself in 2, 5, 8.
+        uv_density: (N,) float32, area in (u, v) that a pixel covers, times nearness³: the Jacobian of a
+            projective map.
+        normal_planes: (N, 9) float32, of ``n / q_w`` in the world frame, or on flat faces the normal itself
+            in 2, 5, 8.
     """
 
     body: NDArray[np.int32]
@@ -63,7 +68,8 @@ def body_may_show(
     height: int,
     near: float,
 ) -> bool:
-    """Return False if a sphere (world frame) lies wholly beyond one side of the picture or before the near plane.
+    """Return False if a sphere (world frame) lies wholly beyond one side of the picture or before the near
+    plane.
 
     A side is the plane ``n . p + c = 0``; the sphere is beyond it if ``n . centre + c < -|n| radius``.
     """
@@ -127,8 +133,8 @@ def set_up_triangle(
     ``1 - near * sum_i e_i``, which is >= 0 where ``q_w >= near``.
 
     Returns:
-        first row, row after the last, number of edges (3 or 4). No rows if the triangle is turned away or before
-        the near plane. (``det < 0`` where counter-clockwise corners are seen as such with y down.)
+        first row, row after the last, number of edges (3 or 4). No rows if the triangle is turned away or
+        before the near plane. (``det < 0`` where counter-clockwise corners are seen as such with y down.)
     """
     before = int(q0[2] < near) + int(q1[2] < near) + int(q2[2] < near)
     if before == 3:
@@ -159,8 +165,9 @@ def set_up_triangle(
 def row_span(edges: NDArray[np.float64], edge_count: int, row: int, width: int) -> tuple[int, int]:
     """Return the first column and the one after the last where all edge functions are >= 0 in a row.
 
-    An edge ``a column + r >= 0`` bounds the column from the left by ``-r / a`` if ``a > 0``, from the right if ``a < 0``.
-    Left bounds are inclusive and right ones exclusive, so that triangles with a common edge share no pixel.
+    An edge ``a column + r >= 0`` bounds the column from the left by ``-r / a`` if ``a > 0``, from the right
+    if ``a < 0``. Left bounds are inclusive and right ones exclusive, so that triangles with a common edge
+    share no pixel.
     """
     left, right = 0.0, float(width)
     for k in range(edge_count):
@@ -255,7 +262,9 @@ def fill_span(
     nearness: NDArray[np.float32],
     triangle: NDArray[np.int32],
 ) -> None:
-    """Where ``base + per_column * column`` exceeds ``nearness``, put it there, and ``index`` into ``triangle``."""
+    """Where ``base + per_column * column`` exceeds ``nearness``, put it there, and ``index`` into
+    ``triangle``.
+    """
     new = np.int32(index)
     for k in range(nearness.shape[0]):
         value = base + per_column * np.float32(first_column + k)

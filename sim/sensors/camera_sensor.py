@@ -1,0 +1,81 @@
+"""The camera's sensor: radiance in, picture and the settings in use out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.optics import PinholeCamera
+from sim.render.compilation import announce_compilation
+from sim.sensors.config import Picture, SensorConfig, SensorSettings
+from sim.sensors.exposure import metered_luminance, next_settings, right_settings
+from sim.sensors.noise import develop_picture, frame_keys, response
+from sim.sensors.resampling import blur_by_motion, distort
+
+
+class CameraSensor:
+    """A sensor with its exposure loop. Before the first picture it has been on for a while: the exposure is
+    right.
+    """
+
+    def __init__(self, config: SensorConfig, rng: np.random.Generator) -> None:
+        """Draw the key of all noise to come from ``rng``."""
+        self.config = config
+        self._key = int(rng.integers(1 << 63))
+        self._settings: SensorSettings | None = None
+        announce_compilation(develop_picture)
+
+    def expose(
+        self,
+        radiance: NDArray[np.float32],
+        camera: PinholeCamera,
+        frame: int,
+        *,
+        motion: NDArray[np.float64] | None = None,
+        interval_s: float = 1.0,
+    ) -> Picture:
+        """Take the picture of a frame, then let the exposure loop take one step.
+
+        Args:
+            radiance: (3, H, W) float32, cd/m².
+            camera: its lens distorts the picture.
+            frame: index, >= 0; with the pixel it determines the noise.
+            motion: homography (3, 3) from this picture's pixels to the next one's, or None for a camera at
+                rest.
+            interval_s: time between the two.
+        """
+        luminance_nit = metered_luminance(radiance)
+        settings = self.settings_for(luminance_nit)
+        picture = self.develop(radiance, camera, frame, settings, motion=motion, interval_s=interval_s)
+        self.step(luminance_nit)
+        return picture
+
+    def settings_for(self, luminance_nit: float) -> SensorSettings:
+        """Return the settings of the picture now to be taken; its metered luminance matters only for the
+        first.
+        """
+        if self._settings is None:
+            self._settings = right_settings(self.config, luminance_nit)
+        return self._settings
+
+    def step(self, luminance_nit: float) -> None:
+        """Let the exposure loop take one step from a picture of this metered luminance."""
+        self._settings = next_settings(self.config, self.settings_for(luminance_nit), luminance_nit)
+
+    def develop(
+        self,
+        radiance: NDArray[np.float32],
+        camera: PinholeCamera,
+        frame: int,
+        settings: SensorSettings,
+        *,
+        motion: NDArray[np.float64] | None = None,
+        interval_s: float = 1.0,
+    ) -> Picture:
+        """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
+        if motion is not None:
+            radiance = blur_by_motion(radiance, motion, settings.exposure_s / interval_s)
+        radiance = distort(radiance, camera)
+        image_rgb = np.empty((*radiance.shape[1:], 3), np.uint8)
+        develop_picture(radiance, response(self.config, settings), frame_keys(self._key, frame), image_rgb)
+        return Picture(image_rgb, settings)

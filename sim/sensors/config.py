@@ -1,0 +1,93 @@
+"""How a camera's sensor is built and set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class SensorConfig:
+    """A colour sensor of a small machine-vision camera.
+
+    Attributes:
+        mode: ``auto`` (exposure loop) or ``fixed`` (the two ``fixed_`` values always).
+        fixed_exposure_s, fixed_gain: settings of mode ``fixed``.
+        shortest_exposure_s, longest_exposure_s: range of the loop; the gain rises only at the longest.
+        largest_gain: largest gain of the loop, the smallest is 1.
+        mid_grey: linear level in (0, 1) to which the loop brings the mean luminance of the picture.
+        adaptation: share in (0, 1] of the (logarithmic) way to the right exposure done from one frame to
+            the next.
+        electrons_per_nit_s: electrons in a pixel per cd/m² and second of exposure.
+        full_well_e: electrons at which a pixel is full; at gain g the picture is white at ``full_well_e /
+            g``.
+        read_noise_e: standard deviation of the read-out, electrons.
+    """
+
+    mode: Literal["auto", "fixed"] = "auto"
+    fixed_exposure_s: float = 1e-3
+    fixed_gain: float = 1.0
+    shortest_exposure_s: float = 5e-5
+    longest_exposure_s: float = 4e-3
+    largest_gain: float = 16.0
+    mid_grey: float = 0.18
+    adaptation: float = 0.4
+    electrons_per_nit_s: float = 350.0
+    full_well_e: float = 10_500.0
+    read_noise_e: float = 7.0
+
+    def __post_init__(self) -> None:
+        positive = (
+            "fixed_exposure_s",
+            "fixed_gain",
+            "shortest_exposure_s",
+            "electrons_per_nit_s",
+            "full_well_e",
+        )
+        for name in positive:
+            _check(name, getattr(self, name) > 0, "a number > 0", getattr(self, name))
+        _check("mode", self.mode in ("auto", "fixed"), "'auto' or 'fixed'", self.mode)
+        _check(
+            "longest_exposure_s",
+            self.longest_exposure_s >= self.shortest_exposure_s,
+            f"at least shortest_exposure_s = {self.shortest_exposure_s}",
+            self.longest_exposure_s,
+        )
+        _check("largest_gain", self.largest_gain >= 1, "a number >= 1", self.largest_gain)
+        _check("mid_grey", 0 < self.mid_grey < 1, "a number in (0, 1)", self.mid_grey)
+        _check("adaptation", 0 < self.adaptation <= 1, "a number in (0, 1]", self.adaptation)
+        _check("read_noise_e", self.read_noise_e >= 0, "a number >= 0", self.read_noise_e)
+
+
+@dataclass(frozen=True, slots=True)
+class SensorSettings:
+    """Settings of one exposure.
+
+    Attributes:
+        exposure_s: exposure time.
+        gain: 1 = none.
+    """
+
+    exposure_s: float
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What the sensor gives.
+
+    Attributes:
+        image_rgb: (H, W, 3) uint8, sRGB encoded.
+        settings: in use for this picture.
+    """
+
+    image_rgb: NDArray[np.uint8]
+    settings: SensorSettings
+
+
+def _check(name: str, good: bool, expected: str, got: object) -> None:
+    if not good:
+        raise ValueError(f"{name}: expected {expected}, got {got}")

@@ -1,0 +1,107 @@
+"""From radiance to codes, with the noise of photons and of the read-out.
+
+    electrons  e  = min(L * electrons_per_nit_s * exposure, full_well)
+    noisy      e' = e + sqrt(e + read_noise²) * n,   n ~ N(0, 1)
+    12 bits    d  = clip(round(4095 * e' * gain / full_well), 0, 4095)
+    8 bits        = round(255 * sRGB(d / 4095))
+
+Photon counts are Poisson; with the electrons of daylight the normal distribution of the same mean and
+variance is indistinguishable. ``n`` is counter-based: a function of (key, frame, pixel, channel) alone, so
+a picture's noise does not depend on what was drawn before it. Of one well-mixed 32-bit number, ten bits for
+each channel pick one of 1,024 equally likely values of the normal distribution, of mean 0 and variance 1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from sim.sensors.config import SensorConfig, SensorSettings
+from sim.shaders.colour import linear_to_srgb
+
+WHITE = 4095
+CODES = np.round(255.0 * linear_to_srgb(np.arange(WHITE + 1) / WHITE)).astype(np.uint8)
+"""8-bit code of each 12-bit value."""
+
+_QUANTILES = ndtri((np.arange(1024) + 0.5) / 1024)
+NORMAL = (_QUANTILES / _QUANTILES.std()).astype(np.float32)
+
+TEN_BITS = np.uint32(1023)
+MIX_1, MIX_2 = np.uint32(0x7FEB352D), np.uint32(0x846CA68B)
+_WORD = (1 << 32) - 1
+
+
+def frame_keys(key: int, frame: int) -> NDArray[np.uint32]:
+    """Return the two 32-bit keys (2,) of one frame's noise: two steps of splitmix64 from ``key`` and
+    ``frame``.
+    """
+    mask = (1 << 64) - 1
+    state = (key + (2 * frame + 1) * 0x9E3779B97F4A7C15) & mask
+    state = ((state ^ (state >> 30)) * 0xBF58476D1CE4E5B9) & mask
+    state = ((state ^ (state >> 27)) * 0x94D049BB133111EB) & mask
+    state ^= state >> 31
+    return np.array([state & _WORD, state >> 32], dtype=np.uint32)
+
+
+def response(config: SensorConfig, settings: SensorSettings) -> NDArray[np.float32]:
+    """Return what the kernel needs (4,): electrons per cd/m², full well, read-noise variance, 12-bit values
+    per electron.
+    """
+    return np.array(
+        [
+            config.electrons_per_nit_s * settings.exposure_s,
+            config.full_well_e,
+            config.read_noise_e**2,
+            WHITE * settings.gain / config.full_well_e,
+        ],
+        dtype=np.float32,
+    )
+
+
+@njit(cache=True)
+def develop_picture(
+    radiance: NDArray[np.float32],
+    response: NDArray[np.float32],
+    keys: NDArray[np.uint32],
+    image_rgb: NDArray[np.uint8],
+) -> None:
+    """Write the picture (H, W, 3) of a radiance (3, H, W)."""
+    values = np.empty((3, radiance.shape[2]), np.uint16)
+    for row in range(radiance.shape[1]):
+        develop_row(radiance[:, row], response, keys, row, values, image_rgb[row])
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def develop_row(
+    radiance: NDArray[np.float32],
+    response: NDArray[np.float32],
+    keys: NDArray[np.uint32],
+    row: int,
+    values: NDArray[np.uint16],
+    image_rgb: NDArray[np.uint8],
+) -> None:
+    """Write one row (W, 3) of the picture of ``radiance`` (3, W); ``values`` (3, W) is room for 12-bit
+    values.
+
+    The hash is Wellons' ``lowbias32`` of ``pixel + keys[0]``, with ``keys[1]`` mixed in between its rounds.
+    """
+    per_nit, full_well, read_variance, per_electron = response[0], response[1], response[2], response[3]
+    width = radiance.shape[1]
+    zero, half, white = np.float32(0.0), np.float32(0.5), np.float32(WHITE)
+    first = np.uint32(row * width) + keys[0]
+    for k in range(width):
+        h = np.uint32(np.uint32(k) + first)
+        h = np.uint32(np.uint32(h ^ np.uint32(h >> np.uint32(16))) * MIX_1)
+        h = np.uint32(h ^ keys[1])
+        h = np.uint32(np.uint32(h ^ np.uint32(h >> np.uint32(15))) * MIX_2)
+        h = np.uint32(h ^ np.uint32(h >> np.uint32(16)))
+        for channel in range(3):
+            n = NORMAL[np.uint32(h >> np.uint32(10 * channel)) & TEN_BITS]
+            e = min(radiance[channel, k] * per_nit, full_well)
+            e += np.sqrt(e + read_variance) * n
+            values[channel, k] = np.uint16(min(max(e * per_electron + half, zero), white))
+    for k in range(width):
+        for channel in range(3):
+            image_rgb[k, channel] = CODES[values[channel, k]]

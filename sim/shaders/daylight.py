@@ -1,0 +1,168 @@
+"""Daylight: a sun that casts shadows, and the sky and the lit ground around as ambient light.
+
+For a surface with reflectance ``rho`` (linear base colour), normal ``n`` and the direction ``l`` towards
+the sun
+
+    E = sun * max(0, n . l) * lit + sky * (1 + n_z) / 2 + bounce * (1 - n_z) / 2
+    L = rho * E / pi
+    bounce = 0.2 * (sun * max(0, l_z) + sky)
+
+with illuminances in lux, so the radiance L is a luminance in cd/m² for each of R, G and B. ``lit`` in [0,
+1] is the share of a 2x2 neighbourhood of shadow-map texels that see the sun, weighted bilinearly
+(percentage-closer filtering, Reeves et al. 1987). With a meteorological visibility V, haze mixes in the
+sky's luminance (Koschmieder): ``L t + L_sky (1 - t)``, ``t = exp(-3.912 depth / V)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.gbuffer import GBuffer
+from sim.optics import PinholeCamera, rays
+from sim.render.compilation import announce_compilation
+from sim.render.shadow_map import ShadowCaster
+from sim.shaders.colour import LUMINANCE_WEIGHTS
+from sim.shaders.daylight_kernels import shade_picture
+from sim.world import World
+
+GROUND_REFLECTANCE = 0.2
+SHADOW_REACH_M = 400.0
+"""Shadows are drawn on surfaces up to this depth."""
+_PROBE_STEP_PX = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Sun:
+    """The sun.
+
+    Attributes:
+        direction: from the scene towards the sun, world frame; any length > 0.
+        illuminance_lx: on a surface square to it, >= 0.
+        colour_rgb: relative linear R, G, B.
+    """
+
+    direction: tuple[float, float, float]
+    illuminance_lx: float
+    colour_rgb: tuple[float, float, float] = (1.06, 1.0, 0.88)
+
+
+class DaylightArrays(NamedTuple):
+    """Light as the kernels read it, all float32.
+
+    Attributes:
+        towards_sun: (3,) unit vector.
+        sun, sky, bounce: (3,) illuminances in lux, of R, G and B.
+        haze_per_m: extinction, 0 = none.
+    """
+
+    towards_sun: NDArray[np.float32]
+    sun: NDArray[np.float32]
+    sky: NDArray[np.float32]
+    bounce: NDArray[np.float32]
+    haze_per_m: np.float32
+
+
+class ShadowArrays(NamedTuple):
+    """A shadow map as seen from a camera's pixels.
+
+    Attributes:
+        height_m: (N * N,) float32, see ``ShadowMap``.
+        size: N.
+        from_pixel: (3, 4) float32: ``(column, row, height) = depth * from_pixel[:, :3] @ (x, y, 1) +
+            from_pixel[:, 3]`` of the surface at pixel coordinates (x, y) and that depth.
+        texel_m: side of a texel.
+    """
+
+    height_m: NDArray[np.float32]
+    size: int
+    from_pixel: NDArray[np.float32]
+    texel_m: np.float32
+
+
+class DaylightShader:
+    """Lights G-buffers of one world, whichever renderer drew them."""
+
+    def __init__(
+        self,
+        world: World,
+        sun: Sun,
+        sky_illuminance_lx: float,
+        *,
+        sky_colour_rgb: tuple[float, float, float] = (0.86, 1.0, 1.3),
+        visibility_m: float | None = None,
+    ) -> None:
+        """Set the light.
+
+        Args:
+            sky_illuminance_lx: on level ground, >= 0.
+            sky_colour_rgb: relative linear R, G, B.
+            visibility_m: meteorological visibility, > 0; None for clear air.
+        """
+        direction = np.asarray(sun.direction, dtype=float)
+        _check("sun.direction", bool(np.linalg.norm(direction) > 0), "a vector of length > 0", sun.direction)
+        _check("sun.illuminance_lx", sun.illuminance_lx >= 0, "a number >= 0", sun.illuminance_lx)
+        _check("sky_illuminance_lx", sky_illuminance_lx >= 0, "a number >= 0", sky_illuminance_lx)
+        _check("visibility_m", visibility_m is None or visibility_m > 0, "a number > 0 or None", visibility_m)
+        towards_sun = direction / np.linalg.norm(direction)
+        sun_lx = sun.illuminance_lx * _of_unit_luminance(sun.colour_rgb)
+        sky_lx = sky_illuminance_lx * _of_unit_luminance(sky_colour_rgb)
+        bounce_lx = GROUND_REFLECTANCE * (sun_lx * max(0.0, towards_sun[2]) + sky_lx)
+        self._caster = ShadowCaster(world, towards_sun)
+        self.light = DaylightArrays(
+            *(values.astype(np.float32) for values in (towards_sun, sun_lx, sky_lx, bounce_lx)),
+            np.float32(0.0 if visibility_m is None else 3.912 / visibility_m),
+        )
+        announce_compilation(shade_picture)
+
+    def shade(
+        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """Return the radiance (3, H, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at
+        pixel centres.
+        """
+        radiance = np.empty((3, *gbuffer.depth_m.shape), np.float32)
+        shadows = self.shadows(gbuffer.depth_m[::_PROBE_STEP_PX, ::_PROBE_STEP_PX], camera, T_world_camera)
+        shade_picture(self.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
+        return radiance
+
+    def shadows(
+        self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> ShadowArrays:
+        """Return the shadows on what a camera sees now.
+
+        Args:
+            probe_depth_m: depths at every 16th pixel of every 16th row, which say what region the map must
+                cover.
+        """
+        i, j = np.nonzero(probe_depth_m < SHADOW_REACH_M)
+        pixels = np.column_stack([j, i]) * float(_PROBE_STEP_PX)
+        depth_m = probe_depth_m[i, j].astype(float)
+        position_m = T_world_camera[:3, 3]
+        points_m = position_m + rays(camera, T_world_camera, pixels) * depth_m[:, None]
+        if len(points_m) == 0:
+            points_m = position_m[None]
+        shadow_map = self._caster.covering(points_m)
+        across = shadow_map.light_view[[0, 1, 3]]
+        from_pixel = np.empty((3, 4))
+        from_pixel[:, :3] = across[:, :3] @ T_world_camera[:3, :3] @ np.linalg.inv(camera.intrinsic_matrix)
+        from_pixel[:, 3] = across[:, :3] @ position_m + across[:, 3]
+        return ShadowArrays(
+            shadow_map.height_m.ravel(),
+            shadow_map.height_m.shape[0],
+            from_pixel.astype(np.float32),
+            np.float32(shadow_map.texel_m),
+        )
+
+
+def _of_unit_luminance(colour_rgb: tuple[float, float, float]) -> NDArray[np.float64]:
+    colour = np.asarray(colour_rgb, dtype=float)
+    return colour / float(colour @ LUMINANCE_WEIGHTS)
+
+
+def _check(name: str, good: bool, expected: str, got: object) -> None:
+    if not good:
+        raise ValueError(f"{name}: expected {expected}, got {got}")
