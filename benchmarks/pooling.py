@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -19,14 +18,14 @@ RESTRICTED_TO_FRAMES = 60
 Row = dict[str, Any]
 
 
-def pooled(
-    rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None = None
-) -> PooledRatios | None:
+def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None = None) -> PooledRatios | None:
     """Return what a metric is made of.
 
     Args:
-        rows: of one tracker under one condition. Every seed in them takes part, also one that says nothing of the metric.
-        grid: for medians, the values that they may take, ``values`` of all trackers that are compared; None = these rows'.
+        rows: of one tracker under one condition. Every seed in them takes part, also one that says nothing of
+            the metric.
+        grid: for medians, the values that they may take, ``values`` of all trackers that are compared; None =
+            these rows'.
 
     Returns:
         None if no row speaks of the metric.
@@ -91,12 +90,12 @@ def _indicator_parts(rows: Sequence[Row], grid: NDArray[np.float64]) -> _Parts:
 
 
 def _survival_parts(times: Sequence[Row], watched: Sequence[Row]) -> _Parts:
-    """``a_t = [recovered at step t], b_t = [not recovered and watched until step t]``: ratios are the hazards of Kaplan-Meier."""
+    """``a_t = [recovered at step t], b_t = [not recovered and watched until step t]``: ratios are the hazards
+    of Kaplan-Meier.
+    """
     steps = np.arange(RESTRICTED_TO_FRAMES)
     never = np.array([row["value"] is None for row in times])
-    ends = np.array(
-        [w["value"] if t["value"] is None else t["value"] for t, w in zip(times, watched, strict=True)]
-    )
+    ends = np.array([w["value"] if t["value"] is None else t["value"] for t, w in zip(times, watched, strict=True)])
     at = ends[:, None]
     events = (at == steps) & ~never[:, None]
     return [row["seed"] for row in times], events.astype(float), (at >= steps).astype(float)
@@ -143,6 +142,8 @@ def _median_of(grid: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDA
 
 
 def _restricted_mean(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``sum_t S(t)`` over t < 60 frames with ``S(t) = prod_{u <= t} (1 - hazard_u)``; where nobody is watched S stays."""
+    """Return ``sum_t S(t)`` over t < 60 frames with ``S(t) = prod_{u <= t} (1 - hazard_u)``; where nobody is
+    watched S stays.
+    """
     survival = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
     return survival.sum(axis=-1)

@@ -6,28 +6,30 @@
 ``suite``               ``frame-out``
 ``scenario``            catalogue id with version, ``road-town-v1``
 ``preset``              ``standard`` …
-``tracker``, ``role``   registry name and its role (``ours`` ``variant`` ``as-written`` ``baseline`` ``oracle``)
+``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``oracle``)
 ``controller``          name of the controller that steered the camera; null where it flew a set path
 ``renderer``            ``raster`` or ``pybullet``
 ``seed``                the episode's seed
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible and that are run again
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined here (left out of means)
-``weight``              how much the value counts in a mean over rows, e.g. the number of frames it is a mean of
+``weight``              how much the value counts in a mean over rows, e.g. the frames it is a mean of
 ``frame_out``           null for rows about the whole episode; else the frame-out that the row is about::
 
                             {"index": 0, "exit_frame": 57, "length_frames": 43, "back_frame": 104 or null,
                              "kind": "road" | "excursion", "side": "left"|"right"|"top"|"bottom",
                              "turned": true if it turned at a crossing while outside}
 
-                        ``back_frame`` is the first frame on which the whole car is in the picture again; null if it left
-                        again, or the episode ended, before that. ``length_frames`` counts frames wholly outside.
+                        ``back_frame`` is the first frame on which the whole car is in the picture again;
+                        null if it left again, or the episode ended, before that. ``length_frames`` counts
+                        frames wholly outside.
 ``seconds``             wall time of the episode with this tracker (not reproducible)
 ``versions``            of the packages, and short hashes of the code and the parameters that made the row
 ======================  ================================================================================
 
-Rows of one (suite, scenario, preset, tracker, controller, renderer, seed) are one *block*, written at once. The last row of
-a block has the metric ``frames`` (number of frames); a block without it was cut off, is ignored and made again.
+Rows of one (suite, scenario, preset, tracker, controller, renderer, seed) are one *block*, written at once.
+The last row of a block has the metric ``frames`` (number of frames); a block without it was cut off, is
+ignored and made again.
 
 Rows about one frame-out (suite ``frame-out``):
 
@@ -44,17 +46,146 @@ Rows about one frame-out (suite ``frame-out``):
 ``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
 =================================  =====================================================================
 
-Frame-outs without a row ``recovered`` are those that cannot be judged: no full return to the picture before the next exit
-or the end. (In closed loop the tracker steers: there a car that never returns is not recovered.)
+Frame-outs without a row ``recovered`` are those that cannot be judged: no full return to the picture before
+the next exit or the end. (In closed loop the tracker steers: there a car that never returns is not
+recovered.)
 
-Rows about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a tracker without posterior),
-``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0–5 %, 5–10 % … of the
-posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``,
-``precision_curve`` and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``, ``success_auc``,
-``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_in_view`` and ``losses_per_minute``
-(closed loop only), ``run_kept`` (1 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``,
+Rows about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a tracker without
+posterior), ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5
+%, 5-10 % … of the posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``,
+``in_view_tpr``, ``in_view_tnr``, ``precision_curve`` and ``recall_curve`` (*series* over
+``metrics.long_term.THRESHOLDS``), ``centre_error_px``, ``success_auc``, ``success_curve`` (*series* over
+``metrics.single_object.THRESHOLDS``), ``time_in_view`` and ``losses_per_minute`` (closed loop only),
+``run_kept`` (1 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``,
 ``frames_per_s``, ``failed_at_frame`` (only if the tracker failed), ``frames``.
 
-Beside ``records.jsonl`` a result directory holds ``summary.json`` (shape: DESIGN, "results"; entries of closed-loop runs carry
-``controller`` too), ``comparisons.json`` (see ``benchmarks.summary``) and what the report writes.
+Beside ``records.jsonl`` a result directory holds ``summary.json`` (shape: DESIGN, "results"; entries of
+closed-loop runs carry ``controller`` too), ``comparisons.json`` (see ``benchmarks.summary``) and what the
+report writes.
 """
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+FILE_NAME = "records.jsonl"
+LAST_METRIC = "frames"
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, order=True, slots=True)
+class BlockKey:
+    """What names a block of rows: one tracker in one episode."""
+
+    suite: str
+    scenario: str
+    preset: str
+    renderer: str
+    controller: str
+    tracker: str
+    seed: int
+
+
+def block_key(row: Row) -> BlockKey:
+    """Return the block that a row belongs to; a set path has the controller ""."""
+    return BlockKey(
+        row["suite"],
+        row["scenario"],
+        row["preset"],
+        row["renderer"],
+        row["controller"] or "",
+        row["tracker"],
+        row["seed"],
+    )
+
+
+def append_block(directory: Path, rows: Sequence[Row]) -> None:
+    """Append one whole block by a single write: a killed run leaves at most one torn block, at the end.
+
+    Raises:
+        ValueError: if the block's last row is not its ``frames`` row.
+    """
+    if not rows or rows[-1]["metric"] != LAST_METRIC:
+        raise ValueError(f"rows: expected a block that ends with the metric {LAST_METRIC!r}")
+    path = directory / FILE_NAME
+    text = "".join(json.dumps(row) + "\n" for row in rows)
+    with path.open("ab+") as file:
+        file.seek(0, os.SEEK_END)
+        torn = False
+        if file.tell() > 0:
+            file.seek(-1, os.SEEK_END)
+            torn = file.read(1) != b"\n"
+        # A torn line of a killed run must not swallow our first one.
+        file.write((b"\n" if torn else b"") + text.encode())
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def read_blocks(directory: Path) -> dict[BlockKey, list[Row]]:
+    """Return the whole blocks of a directory in canonical order; torn lines and cut-off blocks are left out.
+
+    Of a block that was made twice the later one counts.
+
+    Raises:
+        ValueError: if the directory holds no records.
+    """
+    path = directory / FILE_NAME
+    if not path.is_file():
+        raise ValueError(f"directory: expected one that holds {FILE_NAME}, got {str(directory)!r}")
+    whole: dict[BlockKey, list[Row]] = {}
+    growing: list[Row] = []
+    for line in path.read_text().splitlines():
+        row = _parsed(line)
+        if row is None:
+            growing = []
+            continue
+        if growing and block_key(growing[0]) != block_key(row):
+            growing = []
+        growing.append(row)
+        if row["metric"] == LAST_METRIC:
+            whole[block_key(row)] = growing
+            growing = []
+    return {key: whole[key] for key in sorted(whole)}
+
+
+def read_rows(directory: Path) -> list[Row]:
+    """Return all rows of whole blocks in canonical order, whatever the order they were written in."""
+    return [row for rows in read_blocks(directory).values() for row in rows]
+
+
+def rewrite(directory: Path, blocks: Iterable[Sequence[Row]]) -> None:
+    """Replace the records by these blocks: written beside and renamed."""
+    text = "".join(json.dumps(row) + "\n" for rows in blocks for row in rows)
+    write_beside(directory / FILE_NAME, text)
+
+
+def write_beside(path: Path, text: str) -> None:
+    """Write a file beside its place and rename it, so that it is there wholly or not at all."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    beside.write_text(text)
+    beside.replace(path)
+
+
+def rounded(value: float | list[float] | None) -> float | list[float] | None:
+    """Return a value as rows hold it: six significant digits, null for what is not finite."""
+    if isinstance(value, list):
+        return [_six_digits(each) for each in value]  # type: ignore[misc]
+    return None if value is None else _six_digits(value)
+
+
+def _six_digits(value: float) -> float | None:
+    return float(f"{value:.6g}") if abs(value) < float("inf") else None
+
+
+def _parsed(line: str) -> Row | None:
+    try:
+        row = json.loads(line)
+    except json.JSONDecodeError:
+        return None
+    return row if isinstance(row, dict) and "metric" in row else None

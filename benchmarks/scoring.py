@@ -34,8 +34,8 @@ def score_episode(
     """Return all scores of one tracker in one episode.
 
     Args:
-        failed_at_frame: first frame on which the tracker failed, None if it did not: from there on every frame has the worst
-            score, in-view detection included.
+        failed_at_frame: first frame on which the tracker failed, None if it did not: from there on every
+            frame has the worst score, in-view detection included.
     """
     frame_outs = find_frame_outs(truth)
     on_target = localisation.on_target(truth, estimate)
@@ -121,9 +121,7 @@ def _in_view_scores(
 ) -> Iterator[Score]:
     present, absent = in_view.present_and_absent(truth)
     says = estimate.says_in_view(truth.size_px)
-    failed = np.arange(truth.frame_count) >= (
-        truth.frame_count if failed_at_frame is None else failed_at_frame
-    )
+    failed = np.arange(truth.frame_count) >= (truth.frame_count if failed_at_frame is None else failed_at_frame)
     tpr = in_view.true_positive_rate(present, says & ~failed, on_target)
     tnr = in_view.true_negative_rate(absent, says | failed)
     yield Score("in_view_tpr", _number(tpr), float(present.sum()))

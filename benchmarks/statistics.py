@@ -1,9 +1,10 @@
 """Means, intervals and comparisons over seeds.
 
-Every statistic here is a function of *pooled ratios*: each seed s gives numerators ``a[s]`` and denominators ``b[s]``, both (D,),
-the pool's ratios are ``sum_s a[s] / sum_s b[s]``, and the statistic is a function of them. So a mean, a geometric mean of
-two rates, a quantile and the area under a survival curve are all bootstrapped over seeds by the same two matrix products.
-Seeds, not frames or frame-outs, are what is drawn: those of one episode are alike.
+Every statistic here is a function of *pooled ratios*: each seed s gives numerators ``a[s]`` and denominators
+``b[s]``, both (D,), the pool's ratios are ``sum_s a[s] / sum_s b[s]``, and the statistic is a function of
+them. So a mean, a geometric mean of two rates, a quantile and the area under a survival curve are all
+bootstrapped over seeds by the same two matrix products. Seeds, not frames or frame-outs, are what is drawn:
+those of one episode are alike.
 """
 
 from __future__ import annotations
@@ -37,7 +38,9 @@ class PooledRatios:
     finish: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
     def value(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the statistic (...) with every seed taken ``counts`` (..., S) times; NaN where nothing is left."""
+        """Return the statistic (...) with every seed taken ``counts`` (..., S) times; NaN where nothing is
+        left.
+        """
         return _finished(counts @ self.numerators, counts @ self.denominators, self.finish)
 
     @property
@@ -63,7 +66,8 @@ class Comparison:
     Attributes:
         difference: first minus second.
         ci_low, ci_high: 95 % percentile bootstrap interval over the common seeds.
-        p: two-sided, of the paired permutation test (within each seed the trackers' names are swapped or not).
+        p: two-sided, of the paired permutation test (within each seed the trackers' names are swapped or
+            not).
         n: number of common seeds that say something of both.
     """
 
@@ -75,7 +79,9 @@ class Comparison:
 
 
 def bootstrap_interval(pool: PooledRatios, resamples: int = RESAMPLES) -> tuple[float, float]:
-    """Return the 95 % percentile bootstrap interval over seeds (Efron 1979). Draws are fixed: same rows, same interval."""
+    """Return the 95 % percentile bootstrap interval over seeds (Efron 1979). Draws are fixed: same rows, same
+    interval.
+    """
     return _interval(pool.value(_resample(len(pool.seeds), resamples)))
 
 
@@ -103,7 +109,9 @@ def holm(p_values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _permutation_p(a: PooledRatios, b: PooledRatios, resamples: int) -> float:
-    """Return ``(1 + #{|d*| >= |d|}) / (1 + resamples)`` over random swaps of the trackers' names within seeds."""
+    """Return ``(1 + #{|d*| >= |d|}) / (1 + resamples)`` over random swaps of the trackers' names within
+    seeds.
+    """
     rng = generator(len(a.seeds), "statistics/permutation")
     kept = rng.integers(0, 2, (resamples, len(a.seeds))).astype(float)
 

@@ -18,7 +18,8 @@ class Metric:
         unit: ``fraction``, ``m``, ``px``, ``frames`` …
         better: which way is better. rows: metrics of the rows it is made from.
         statistic: how rows become one number, see ``benchmarks.pooling``.
-        kind: only rows of frame-outs of this kind, or "turned" for those with a turn at a crossing; None = all.
+        kind: only rows of frame-outs of this kind, or "turned" for those with a turn at a crossing; None =
+            all.
     """
 
     name: str
@@ -64,9 +65,7 @@ class Suite:
         raise ValueError(f"metric: expected one of {', '.join(m.name for m in self.metrics)}; got {name!r}")
 
 
-def _rate(
-    name: str, summary: str, row: str, kind: Literal["road", "excursion", "turned"] | None = None
-) -> Metric:
+def _rate(name: str, summary: str, row: str, kind: Literal["road", "excursion", "turned"] | None = None) -> Metric:
     return Metric(name, summary, "fraction", "higher", (row,), kind=kind)
 
 
@@ -78,16 +77,14 @@ _CURVES = ("precision_curve", "recall_curve")
 
 FRAME_OUT = Suite(
     name="frame-out",
-    summary="a car seen from a helicopter: where is it while it is outside the picture, and is it found again?",
+    summary="a car seen from a helicopter: where is it while outside the picture, and is it found again?",
     scenario="road-town",
     preset="standard",
     quick_preset="quick",
     metrics=(
         _rate("recovery_rate", "frame-outs after which it is on the car within 5 frames", "recovered"),
         _rate("road_recovery_rate", "the same, of frame-outs on the road", "recovered", "road"),
-        _rate(
-            "excursion_recovery_rate", "the same, of those with a way off the road", "recovered", "excursion"
-        ),
+        _rate("excursion_recovery_rate", "the same, of those with a way off the road", "recovered", "excursion"),
         _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", "recovered", "turned"),
         _rate("kept_rate", "frame-outs recovered and still on the car one second later", "kept"),
         _rate("road_kept_rate", "the same, of frame-outs on the road", "kept", "road"),
@@ -114,12 +111,8 @@ FRAME_OUT = Suite(
             "offscreen_error_30_m",
         ),
         _error("offscreen_error_100_m", "error 100 frames after the exit", "offscreen_error_100_m"),
-        Metric(
-            "offscreen_error_30_median_m", "its median", "m", "lower", ("offscreen_error_30_m",), "median"
-        ),
-        Metric(
-            "offscreen_error_100_median_m", "its median", "m", "lower", ("offscreen_error_100_m",), "median"
-        ),
+        Metric("offscreen_error_30_median_m", "its median", "m", "lower", ("offscreen_error_30_m",), "median"),
+        Metric("offscreen_error_100_median_m", "its median", "m", "lower", ("offscreen_error_100_m",), "median"),
         _error("offscreen_error_m", "error on all frames outside", "offscreen_error_m"),
         _error(
             "offscreen_error_car_lengths",
@@ -135,9 +128,7 @@ FRAME_OUT = Suite(
         ),
         _rate("coverage_90", "in its 90 % region (0.9 is right)", "coverage_90"),
         _rate("coverage_95", "in its 95 % region (0.95 is right)", "coverage_95"),
-        Metric(
-            "nees", "normalised error squared of the posterior outside (2 is right)", "1", "lower", ("nees",)
-        ),
+        Metric("nees", "normalised error squared of the posterior outside (2 is right)", "1", "lower", ("nees",)),
         _rate("in_view_tpr", "frames in view on which it says so and is on the car", "in_view_tpr"),
         _rate("in_view_tnr", "frames out of view on which it says so", "in_view_tnr"),
         Metric(

@@ -11,11 +11,15 @@ from benchmarks.metrics.series import TruthSeries
 
 
 def time_in_view(truth: TruthSeries) -> float:
-    """Return the share in [0, 1] of frames on which the target's centre is inside the picture, hidden or not."""
+    """Return the share in [0, 1] of frames on which the target's centre is inside the picture, hidden or
+    not.
+    """
     return float(np.mean(truth.in_picture))
 
 
 def losses_per_minute(recoveries: Sequence[Recovery | None], frame_count: int, rate_hz: float) -> float:
-    """Return how often a minute a frame-out ended with the car not recovered, never back in full included, >= 0."""
+    """Return how often a minute a frame-out ended with the car not recovered, never back in full included, >=
+    0.
+    """
     lost = sum(recovery is not None and not recovery.recovered for recovery in recoveries)
     return 60.0 * lost * rate_hz / frame_count

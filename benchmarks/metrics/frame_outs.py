@@ -18,11 +18,12 @@ class FrameOut:
         index: its place in the episode, from 0.
         exit_frame: first frame with state ``out``.
         length_frames: number of frames in a row with state ``out``.
-        back_frame: first frame after them with state ``in`` (whole and seen); None if the target left again or the episode
-            ended before that.
-        watch_end_frame: first frame of the next frame-out, or the number of frames: recovery is watched up to it.
-        kind: ``excursion`` if the target was off the road on any frame from the exit until ``back_frame`` (or the last
-            frame outside), else ``road``.
+        back_frame: first frame after them with state ``in`` (whole and seen); None if the target left again
+            or the episode ended before that.
+        watch_end_frame: first frame of the next frame-out, or the number of frames: recovery is watched up to
+            it.
+        kind: ``excursion`` if the target was off the road on any frame from the exit until ``back_frame`` (or
+            the last frame outside), else ``road``.
         side: side of the picture it left by.
         turned: whether it turned at a crossing while outside.
     """

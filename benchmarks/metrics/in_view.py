@@ -13,8 +13,8 @@ _SEEN_AT_LEAST = 0.1
 def present_and_absent(truth: TruthSeries) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return (F,) present and (F,) absent; a frame may be neither.
 
-    Present: state ``in`` (whole, at least half of it seen). Absent: state ``out``, or less than a tenth of it is seen.
-    Between the two (half across the border, half behind a tree) nobody is judged.
+    Present: state ``in`` (whole, at least half of it seen). Absent: state ``out``, or less than a tenth of it
+    is seen. Between the two (half across the border, half behind a tree) nobody is judged.
     """
     present = truth.state == "in"
     return present, ((truth.state == "out") | (truth.visible_fraction < _SEEN_AT_LEAST)) & ~present
@@ -23,16 +23,18 @@ def present_and_absent(truth: TruthSeries) -> tuple[NDArray[np.bool_], NDArray[n
 def true_positive_rate(
     present: NDArray[np.bool_], says_in_view: NDArray[np.bool_], on_target: NDArray[np.bool_]
 ) -> float:
-    """Return TPR in [0, 1]: share of the present frames on which the tracker says "in view" and is on the car.
+    """Return TPR in [0, 1]: share of the present frames on which the tracker says "in view" and is on the
+    car.
 
-    Valmadre et al., Long-term Tracking in the Wild (OxUvA), ECCV 2018, eq. 1, with ``localisation.on_object`` for their
-    IoU >= 0.5. NaN without present frames.
+    Valmadre et al., Long-term Tracking in the Wild (OxUvA), ECCV 2018, eq. 1, with ``localisation.on_object``
+    for their IoU >= 0.5. NaN without present frames.
     """
     return _share(says_in_view & on_target, present)
 
 
 def true_negative_rate(absent: NDArray[np.bool_], says_in_view: NDArray[np.bool_]) -> float:
-    """Return TNR in [0, 1]: share of the absent frames on which the tracker says "not in view" (OxUvA, eq. 1).
+    """Return TNR in [0, 1]: share of the absent frames on which the tracker says "not in view" (OxUvA, eq.
+    1).
 
     Where it believes the target to be meanwhile plays no part. NaN without absent frames.
     """

@@ -11,7 +11,8 @@ ON_CAR_IOU = 0.5
 
 
 def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the intersection over union of boxes (..., 4), which broadcast: area(A n B) / area(A u B), in [0, 1].
+    """Return the intersection over union of boxes (..., 4), which broadcast: area(A n B) / area(A u B), in
+    [0, 1].
 
     0 where either box has no area or holds NaN.
     """
@@ -19,10 +20,7 @@ def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -
     high = np.minimum(first_xyxy[..., 2:], second_xyxy[..., 2:])
     with np.errstate(invalid="ignore", divide="ignore"):
         shared = np.prod(np.clip(high - low, 0.0, None), axis=-1)
-        areas = [
-            np.prod(np.clip(box[..., 2:] - box[..., :2], 0.0, None), axis=-1)
-            for box in (first_xyxy, second_xyxy)
-        ]
+        areas = [np.prod(np.clip(box[..., 2:] - box[..., :2], 0.0, None), axis=-1) for box in (first_xyxy, second_xyxy)]
         iou = shared / (areas[0] + areas[1] - shared)
     return np.where((areas[0] > 0) & (areas[1] > 0), np.nan_to_num(iou, nan=0.0), 0.0)
 
@@ -30,8 +28,10 @@ def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -
 def on_object(truth: TruthSeries, estimate: EstimateSeries) -> NDArray[np.bool_]:
     """Return (F, N): the estimate is on object n in frame k.
 
-    On it means: IoU with its amodal box at least 0.5 in the picture, or centre within half of its length on the ground
-    (``|estimate - truth| <= length / 2`` in metres, both at half its height). Holds outside the picture as inside.
+    On it means: IoU with its amodal box at least 0.5 in the picture, or centre within half of its length on
+        the ground
+    (``|estimate - truth| <= length / 2`` in metres, both at half its height). Holds outside the picture as
+    inside.
     """
     iou = box_iou(estimate.box_xyxy[:, None], truth.box_xyxy)
     distance_m = np.linalg.norm(estimate.position_m[:, None] - truth.ground_m, axis=-1)

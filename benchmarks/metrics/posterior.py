@@ -21,9 +21,11 @@ class Calibration:
     """How a posterior of one frame stands to the truth.
 
     Attributes:
-        credible_level: level in [0, 1] of the posterior's smallest (highest-density) region that still holds the truth. A p
-            region holds the truth if the level is at most p. Of an honest posterior the levels are uniform.
-        nees: ``e' P^-1 e`` of the error e about the posterior's mean, >= 0; mean 2 for an honest Gaussian in the plane.
+        credible_level: level in [0, 1] of the posterior's smallest (highest-density) region that still holds
+            the truth. A p region holds the truth if the level is at most p. Of an honest posterior the levels
+            are uniform.
+        nees: ``e' P^-1 e`` of the error e about the posterior's mean, >= 0; mean 2 for an honest Gaussian in
+            the plane.
     """
 
     credible_level: float
@@ -38,8 +40,8 @@ WRONG = Calibration(1.0, float("inf"))
 def calibration(estimate: Estimate, truth: Truth, camera: PinholeCamera) -> Calibration:
     """Judge the posterior of one frame: particles on the ground in metres, or a Gaussian in pixels.
 
-    Particles go to the ground through the true camera, at half the target's height; those above the horizon keep their
-    weight but lie nowhere. An estimate with neither particles nor covariance has no posterior.
+    Particles go to the ground through the true camera, at half the target's height; those above the horizon
+    keep their weight but lie nowhere. An estimate with neither particles nor covariance has no posterior.
     """
     target = truth.target
     if estimate.particles_px is not None:
@@ -56,7 +58,8 @@ def calibration(estimate: Estimate, truth: Truth, camera: PinholeCamera) -> Cali
 def gaussian_calibration(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], truth: NDArray[np.float64]
 ) -> Calibration:
-    """Judge N(mean (2,), covariance (2, 2)): ``nees = e' P^-1 e``, level = chi-squared CDF of it with 2 degrees of freedom.
+    """Judge N(mean (2,), covariance (2, 2)): ``nees = e' P^-1 e``, level = chi-squared CDF of it with 2
+    degrees of freedom.
 
     Bar-Shalom, Li, Kirubarajan, Estimation with applications to tracking and navigation, 5.4.2.
     """
@@ -75,10 +78,10 @@ def particle_calibration(
 ) -> Calibration:
     """Judge weighted particles (N, 2), weights summing to 1.
 
-    Level = total weight of the particles that lie where the posterior is at least as dense as at the truth. The density is a
-    Gaussian kernel estimate with Scott's bandwidth for the effective number of particles; a particle's own kernel is left
-    out of the density at it, so that truth and particles are alike and the level does not depend on the bandwidth.
-    Hyndman, Computing and graphing highest density regions, 1996.
+    Level = total weight of the particles that lie where the posterior is at least as dense as at the truth.
+    The density is a Gaussian kernel estimate with Scott's bandwidth for the effective number of particles; a
+    particle's own kernel is left out of the density at it, so that truth and particles are alike and the
+    level does not depend on the bandwidth. Hyndman, Computing and graphing highest density regions, 1996.
     """
     usable = np.isfinite(particles_m).all(axis=1) & (weights > 0)
     if not usable.any() or not np.isfinite(truth_m).all():
@@ -92,9 +95,7 @@ def particle_calibration(
     bandwidth = effective ** (-1 / 3) * covariance + _SMALLEST_BANDWIDTH_M**2 * np.eye(2)
     whitening = np.linalg.cholesky(np.linalg.inv(bandwidth))
     density, density_at_truth = _densities(centred @ whitening, share, (truth_m - mean) @ whitening)
-    level = float(masses[density >= density_at_truth].sum()) + float(weights[~usable].sum()) * (
-        density_at_truth <= 0
-    )
+    level = float(masses[density >= density_at_truth].sum()) + float(weights[~usable].sum()) * (density_at_truth <= 0)
     error = truth_m - mean
     nees = float(error @ np.linalg.solve(covariance + 1e-9 * np.eye(2), error))
     return Calibration(min(level, 1.0), nees)
@@ -106,8 +107,8 @@ def _densities(
 ) -> tuple[NDArray[np.float64], float]:
     """Return unnormalised densities at the points (N,), each without its own kernel, and at the query.
 
-    ``f_i = sum_{j != i} w_j exp(-|x_i - x_j|^2 / 2) / (1 - w_i)``; ``f(q) = sum_j w_j exp(-|q - x_j|^2 / 2)``.
-    Points are whitened by the bandwidth.
+    ``f_i = sum_{j != i} w_j exp(-|x_i - x_j|^2 / 2) / (1 - w_i)``; ``f(q) = sum_j w_j exp(-|q - x_j|^2 /
+    2)``. Points are whitened by the bandwidth.
     """
     count = points.shape[0]
     density = np.zeros(count)
@@ -125,14 +126,16 @@ def _densities(
 
 
 def coverage(credible_level: NDArray[np.float64], region: float) -> float:
-    """Return the share in [0, 1] of frames whose truth lies in the posterior's ``region`` (0.95 …); NaN levels (frames of a
-    tracker without posterior) are left out; NaN if there is none."""
+    """Return the share in [0, 1] of frames whose truth lies in the posterior's ``region`` (0.95 …); NaN
+    levels (frames of a tracker without posterior) are left out; NaN if there is none."""
     given = credible_level[np.isfinite(credible_level)]
     return float((given <= region).mean()) if len(given) else float("nan")
 
 
 def level_histogram(credible_level: NDArray[np.float64], bins: int = 20) -> NDArray[np.float64]:
-    """Return (bins,): shares of frames by credible level, equal bins of [0, 1]. NaN without frames. Flat = calibrated."""
+    """Return (bins,): shares of frames by credible level, equal bins of [0, 1]. NaN without frames. Flat =
+    calibrated.
+    """
     given = credible_level[np.isfinite(credible_level)]
     if len(given) == 0:
         return np.full(bins, np.nan)

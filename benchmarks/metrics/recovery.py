@@ -21,8 +21,8 @@ class Recovery:
 
     Attributes:
         recovered: on the car within the window.
-        kept: recovered, and on the car one second after the frame it recovered on (or on the last frame before the next
-            exit or the episode's end, if that is sooner).
+        kept: recovered, and on the car one second after the frame it recovered on (or on the last frame
+            before the next exit or the episode's end, if that is sooner).
         frames: from ``back_frame`` to the first frame on the car; None = never while watched.
         watched_frames: from ``back_frame`` to the next exit or the episode's end.
         locked_on_wrong_car: on one and the same other vehicle in most frames of the window.
@@ -36,7 +36,9 @@ class Recovery:
 
 
 NEVER_BACK = Recovery(False, False, None, 0, False)
-"""In closed loop, of a car that the camera never showed in full again: the tracker steered, so it did not recover."""
+"""In closed loop, of a car that the camera never showed in full again: the tracker steered, so it did not
+recover.
+"""
 
 
 def judge_recovery(
@@ -45,10 +47,12 @@ def judge_recovery(
     """Judge one frame-out.
 
     Args:
-        on_target: (F,) the estimate is on the target. on_other: (F,) index of the wrong object it is on, -1 = none.
+        on_target: (F,) the estimate is on the target. on_other: (F,) index of the wrong object it is on, -1 =
+            none.
 
     Returns:
-        None where it cannot be judged: the target was never back in full, or it was not recovered and the episode ended
+        None where it cannot be judged: the target was never back in full, or it was not recovered and the
+            episode ended
         before the window did.
     """
     back, end = frame_out.back_frame, frame_out.watch_end_frame
@@ -65,9 +69,7 @@ def judge_recovery(
     if recovered and frames is not None:
         kept = bool(on_target[min(back + frames + round(rate_hz), end - 1)])
     others = on_other[back:window_end]
-    locked = any(
-        np.count_nonzero(others == other) > len(others) / 2 for other in np.unique(others[others >= 0])
-    )
+    locked = any(np.count_nonzero(others == other) > len(others) / 2 for other in np.unique(others[others >= 0]))
     return Recovery(recovered, kept, frames, end - back, bool(locked))
 
 
@@ -90,11 +92,13 @@ class RecoveryCurve:
 def recovery_curve(frames: Sequence[float | None], watched_frames: Sequence[float]) -> RecoveryCurve:
     """Return the Kaplan-Meier estimate of the time to recover.
 
-    ``S(t) = prod_{t_i <= t} (1 - d_i / n_i)``, d_i recoveries at t_i among the n_i cars still watched and not yet recovered.
-    A car that is never recovered is censored at the end of its watch (Kaplan and Meier 1958; computed by SciPy).
+    ``S(t) = prod_{t_i <= t} (1 - d_i / n_i)``, d_i recoveries at t_i among the n_i cars still watched and not
+    yet recovered. A car that is never recovered is censored at the end of its watch (Kaplan and Meier 1958;
+    computed by SciPy).
 
     Args:
-        frames: time to recover, None = never. watched_frames: how long each was watched; same length, not empty.
+        frames: time to recover, None = never. watched_frames: how long each was watched; same length, not
+            empty.
     """
     never = np.array([value is None for value in frames])
     data = stats.CensoredData(

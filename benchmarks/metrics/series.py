@@ -67,7 +67,7 @@ class TruthSeries:
         """(F,) whether the target's centre lies inside the picture."""
         xy = self.position_px[:, self.target]
         with np.errstate(invalid="ignore"):
-            return ((xy >= 0) & (xy < np.array(self.size_px))).all(axis=1)
+            return np.all((xy >= 0) & (xy < np.array(self.size_px)), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,8 @@ class EstimateSeries:
         position_m: (F, 2), the same on the ground, through the true camera; NaN also above the horizon.
         box_xyxy: (F, 4); where it gave no box, one of the first frame's size about its position.
         in_view_probability: (F,), NaN where it gave none.
-        credible_level: (F,) level of its posterior's smallest region that holds the truth; NaN where it gave no posterior.
+        credible_level: (F,) level of its posterior's smallest region that holds the truth; NaN where it gave
+            no posterior.
         nees: (F,) normalised estimation error squared; NaN where it gave no posterior.
     """
 
@@ -93,19 +94,25 @@ class EstimateSeries:
     def inside(self, size_px: tuple[int, int]) -> NDArray[np.bool_]:
         """(F,) its position is inside the picture."""
         with np.errstate(invalid="ignore"):
-            return ((self.position_px >= 0) & (self.position_px < np.array(size_px))).all(axis=1)
+            return np.all((self.position_px >= 0) & (self.position_px < np.array(size_px)), axis=1)
 
     def says_in_view(self, size_px: tuple[int, int]) -> NDArray[np.bool_]:
-        """(F,) its probability of being in view is at least 0.5; without one, its position is inside the picture."""
+        """(F,) its probability of being in view is at least 0.5; without one, its position is inside the
+        picture.
+        """
         return self.confidence(size_px) >= 0.5
 
     def confidence(self, size_px: tuple[int, int]) -> NDArray[np.float64]:
-        """(F,) probability in [0, 1] of being in view; without one, 1 if its position is inside the picture, else 0."""
+        """(F,) probability in [0, 1] of being in view; without one, 1 if its position is inside the picture,
+        else 0.
+        """
         given = np.isfinite(self.in_view_probability)
         return np.where(given, self.in_view_probability, self.inside(size_px).astype(float))
 
     def confidence_inside(self, size_px: tuple[int, int]) -> NDArray[np.float64]:
-        """(F,) the same, but 0 where its position is outside the picture: that is no prediction of a box in it."""
+        """(F,) the same, but 0 where its position is outside the picture: that is no prediction of a box in
+        it.
+        """
         return np.where(self.inside(size_px), self.confidence(size_px), 0.0)
 
 

@@ -1,0 +1,130 @@
+"""Who takes part: every registered tracker, and the reference with unfair knowledge."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.oracle_map import OracleMap
+from scenarios.scenario import Episode, Frame
+from trackers import registry
+from trackers.protocols import Tracker
+from trackers.types import Estimate
+
+ORACLE_MAP = "oracle_map"
+
+
+class Contestant(Protocol):
+    """One that is asked at every frame where the target is."""
+
+    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+        """Start on the target inside ``box_xyxy`` (4,) of the first frame."""
+        ...
+
+    def update(self, frame: Frame) -> Estimate:
+        """Say where the target is on the next frame."""
+        ...
+
+
+class FromPictures:
+    """A tracker as a contestant: it is handed the observation of a frame, and nothing of its truth."""
+
+    def __init__(self, tracker: Tracker) -> None:
+        self._tracker = tracker
+
+    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+        """See ``Contestant``."""
+        self._tracker.initialise(frame.observation, box_xyxy)
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``Contestant``."""
+        return self._tracker.update(frame.observation)
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """One who may take part.
+
+    Attributes:
+        name, role, summary: see ``registry.TrackerEntry``.
+        reproducible: False where no seed reaches the method's own random numbers: such a one runs several
+            times.
+        parameters: what it is set to.
+        module: where it is defined.
+        create: makes a fresh contestant for an episode that draws from the generator.
+    """
+
+    name: str
+    role: str
+    summary: str
+    reproducible: bool
+    parameters: Any
+    module: str
+    create: Callable[[Episode, np.random.Generator], Contestant]
+
+
+def entrants() -> dict[str, Entrant]:
+    """Return everyone by name, the trackers in order of registration."""
+    everyone = {name: _from_registry(entry) for name, entry in registry.entries().items()}
+    everyone[ORACLE_MAP] = Entrant(
+        name=ORACLE_MAP,
+        role="oracle",
+        summary="knows the road graph and the state at the exit, sees nothing until the car is back",
+        reproducible=True,
+        parameters=OracleMap.Parameters(),
+        module=OracleMap.__module__,
+        create=lambda episode, rng: OracleMap(OracleMap.Parameters(), episode.map_of(), rng),
+    )
+    return everyone
+
+
+def entrant(name: str) -> Entrant:
+    """Return one entrant.
+
+    Raises:
+        ValueError: for an unknown name; lists the known ones.
+    """
+    everyone = entrants()
+    if name not in everyone:
+        raise ValueError(f"tracker: expected one of {', '.join(everyone)}; got {name!r}")
+    return everyone[name]
+
+
+def with_parameters(name: str, values: dict[str, Any]) -> Entrant:
+    """Return a registered tracker set to other values, as tuning tries them."""
+    return _from_registry(registry.entry(name), **values)
+
+
+def load_modules(modules: Sequence[str]) -> None:
+    """Import users' own modules, found from the current folder too, so that the trackers in them register.
+
+    Raises:
+        ValueError: if one cannot be imported.
+    """
+    if modules and str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))
+    for module in modules:
+        try:
+            importlib.import_module(module)
+        except ImportError as error:
+            raise ValueError(f"modules: expected one that can be imported, got {module!r}: {error}") from None
+
+
+def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
+    parameters = entry.parameters(**changes)
+    return Entrant(
+        name=entry.name,
+        role=entry.role,
+        summary=entry.summary,
+        reproducible=entry.reproducible,
+        parameters=parameters,
+        module=entry.tracker.__module__,
+        create=lambda episode, rng: FromPictures(entry.tracker(parameters, rng)),
+    )

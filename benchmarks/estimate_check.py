@@ -1,0 +1,79 @@
+"""Is what a tracker returned an estimate at all?"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.types import Estimate
+
+_WEIGHT_TOLERANCE = 1e-3
+
+
+def check_estimate(estimate: Estimate) -> None:
+    """Raise ValueError, naming the field, what was expected and what came, if an estimate breaks its
+    contract.
+
+    A position of NaN is none: so a tracker says that it knows nothing. Particles that are not finite are
+        none: they lie
+    nowhere, e.g. behind the camera.
+    """
+    if not isinstance(estimate, Estimate):
+        raise ValueError(f"update: expected an Estimate, got {type(estimate).__name__}")
+    position = _array("position_px", estimate.position_px, (2,))
+    silent = bool(np.isnan(position).all())
+    if not silent:
+        _finite("position_px", position)
+    if estimate.box_xyxy is not None:
+        box = _array("box_xyxy", estimate.box_xyxy, (4,))
+        if not silent:
+            _finite("box_xyxy", box)
+            if not (box[2:] >= box[:2]).all():
+                raise ValueError(f"box_xyxy: expected x_min <= x_max and y_min <= y_max, got {box.tolist()}")
+    if estimate.heading_rad is not None and not silent:
+        _finite("heading_rad", _array("heading_rad", estimate.heading_rad, ()))
+    if estimate.in_view_probability is not None:
+        probability = float(_array("in_view_probability", estimate.in_view_probability, ()))
+        if not 0.0 <= probability <= 1.0:
+            raise ValueError(f"in_view_probability: expected a number from 0 to 1, got {probability}")
+    _check_posterior(estimate, silent)
+
+
+def _check_posterior(estimate: Estimate, silent: bool) -> None:
+    if estimate.particles_px is not None:
+        count = len(np.asarray(estimate.particles_px))
+        if count == 0:
+            raise ValueError("particles_px: expected at least one particle, got none")
+        _array("particles_px", estimate.particles_px, (count, 2))
+        if estimate.weights is not None:
+            weights = _array("weights", estimate.weights, (count,))
+            if not (weights >= 0).all() or abs(weights.sum() - 1.0) > _WEIGHT_TOLERANCE:
+                raise ValueError(
+                    f"weights: expected non-negative numbers with the sum 1, "
+                    f"got the least {weights.min():.6g} and the sum {weights.sum():.6g}"
+                )
+    elif estimate.weights is not None:
+        raise ValueError("weights: expected None without particles_px, got an array")
+    if estimate.covariance_px is not None and not silent:
+        covariance = _array("covariance_px", estimate.covariance_px, (2, 2))
+        _finite("covariance_px", covariance)
+        scale = 1e-6 * max(float(np.abs(covariance).max()), 1e-12)
+        if abs(covariance[0, 1] - covariance[1, 0]) > scale or np.linalg.eigvalsh(covariance)[0] < -scale:
+            raise ValueError(
+                f"covariance_px: expected a symmetric matrix without negative eigenvalues, got {covariance.tolist()}"
+            )
+
+
+def _array(name: str, value: object, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: expected numbers of shape {shape}, got {value!r:.60}") from None
+    if array.shape != shape:
+        raise ValueError(f"{name}: expected the shape {shape}, got {array.shape}")
+    return array
+
+
+def _finite(name: str, array: NDArray[np.float64]) -> None:
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: expected finite numbers, got {array.tolist()}")

@@ -1,0 +1,254 @@
+"""Runs a suite: everyone through every episode, on all cores, resumable, whatever a tracker does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, get_args
+
+import joblib
+from joblib.externals.loky.process_executor import BrokenProcessPool
+
+from benchmarks.contestants import entrant, entrants, load_modules
+from benchmarks.jobs import Job, JobResult, run_job
+from benchmarks.notes import read_note
+from benchmarks.records import (
+    FILE_NAME,
+    BlockKey,
+    append_block,
+    read_blocks,
+    rewrite,
+)
+from benchmarks.suites import suite
+from benchmarks.summary import write_summary
+from benchmarks.tracked import Failure
+from benchmarks.versions import versions_of
+from scenarios import catalog
+from scenarios.scenario import RendererName
+from trackers.controllers.catalogue import CONTROLLERS
+
+SET_PATH = "set-path"
+_DEFAULT_CONTROLLER = "centre"
+_NOTES = ".running"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is run.
+
+    Attributes:
+        suite: name of the suite whose metrics count.
+        scenario: catalogue id. presets: names.
+        trackers: names of entrants, see ``benchmarks.contestants``.
+        seeds: of the episodes.
+        renderer: which one draws.
+        controllers: who steers the camera, ``SET_PATH`` for nobody; None = as each preset says, and where that says
+            that the tracker steers, by the controller ``centre``.
+        workers: processes; 0 = this very process (then a tracker that ends its process ends everything).
+        limit_s: the longest a tracker may take over a frame.
+        modules: users' own modules to import first.
+        backend: joblib's backend; ``loky`` are processes of this machine.
+    """
+
+    suite: str
+    scenario: str
+    presets: tuple[str, ...]
+    trackers: tuple[str, ...]
+    seeds: range
+    renderer: RendererName = "raster"
+    controllers: tuple[str, ...] | None = None
+    workers: int = 1
+    limit_s: float = 20.0
+    modules: tuple[str, ...] = ()
+    backend: str = "loky"
+
+
+@dataclass
+class Outcome:
+    """What came of a run.
+
+    Attributes:
+        summary: the list of ``summary.json``.
+        failures: trackers that failed.
+        silent: tracker → frames on which it said nothing.
+        episodes: number of (tracker, episode) pairs that were run, and ``resumed`` that were there already.
+    """
+
+    summary: list[dict[str, Any]] = field(default_factory=list)
+    failures: list[Failure] = field(default_factory=list)
+    silent: dict[str, int] = field(default_factory=dict)
+    episodes: int = 0
+    resumed: int = 0
+
+
+Progress = Callable[[int, int], None]
+"""Is called with the number of (tracker, episode) pairs that are done, and of all."""
+
+
+def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> Outcome:
+    """Run what is not there yet, write rows as they come, then the summary.
+
+    The same call after a stop goes on where it stopped. Rows that other code or parameters made are made again. Rows do
+    not depend on the number of workers, but for times.
+
+    Raises:
+        ValueError: for unknown names, or a folder that holds other seeds' rows or cannot be written.
+    """
+    load_modules(experiment.modules)
+    check_names(experiment)
+    _make_folder(out)
+    have = _current_blocks(experiment, out)
+    jobs = [_what_is_left(job, have) for job in _jobs(experiment, out / _NOTES)]
+    jobs = [job for job in jobs if job.trackers]
+    outcome = Outcome(resumed=len(have))
+    total = len(have) + sum(len(job.trackers) for job in jobs)
+    report = progress or (lambda done, of: None)
+    report(len(have), total)
+    for result in _results(jobs, experiment):
+        for block in result.blocks:
+            append_block(out, block)
+        outcome.episodes += len(result.blocks)
+        outcome.failures += result.failures
+        for name, frames in result.silent.items():
+            outcome.silent[name] = outcome.silent.get(name, 0) + frames
+        report(len(have) + outcome.episodes, total)
+    # Workers finish in any order; the file does not show it.
+    rewrite(out, read_blocks(out).values())
+    outcome.summary = write_summary(out)
+    return outcome
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        probe = out / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise ValueError(f"out: expected a folder that can be written, got {str(out)!r}: {error.strerror}") from None
+
+
+def _jobs(experiment: Experiment, notes: Path) -> Iterator[Job]:
+    """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop."""
+    scenario = catalog.scenario(experiment.scenario)
+    for preset in experiment.presets:
+        for controller in _controllers(experiment, preset):
+            groups = [experiment.trackers] if controller is None else [(name,) for name in experiment.trackers]
+            for seed in experiment.seeds:
+                for trackers in groups:
+                    yield Job(
+                        suite=experiment.suite,
+                        scenario=scenario.id,
+                        preset=preset,
+                        renderer=experiment.renderer,
+                        seed=seed,
+                        controller=controller,
+                        trackers=trackers,
+                        modules=experiment.modules,
+                        limit_s=experiment.limit_s,
+                        notes=notes,
+                    )
+
+
+def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
+    if experiment.controllers is None:
+        steered = catalog.scenario(experiment.scenario).presets[preset].closed_loop
+        return [_DEFAULT_CONTROLLER if steered else None]
+    return [None if name == SET_PATH else name for name in experiment.controllers]
+
+
+def check_names(experiment: Experiment) -> None:
+    """Raise ValueError, naming the parameter, what was expected and what came, for what does not exist."""
+    suite(experiment.suite)
+    presets = catalog.scenario(experiment.scenario).presets
+    known = {
+        "presets": (experiment.presets, tuple(presets)),
+        "trackers": (experiment.trackers, tuple(entrants())),
+        "controllers": (experiment.controllers or (), (SET_PATH, *CONTROLLERS)),
+        "renderer": ((experiment.renderer,), get_args(RendererName)),
+    }
+    for parameter, (given, expected) in known.items():
+        for name in given:
+            if name not in expected:
+                raise ValueError(f"{parameter}: expected one of {', '.join(expected)}; got {name!r}")
+    if len(experiment.seeds) == 0 or experiment.seeds.start < 0:
+        came = f"{experiment.seeds.start}:{experiment.seeds.stop}"
+        raise ValueError(f"seeds: expected A:B with 0 <= A < B, got {came}")
+    if experiment.workers < 0:
+        raise ValueError(f"workers: expected a whole number >= 0, got {experiment.workers}")
+    if experiment.limit_s <= 0:
+        raise ValueError(f"limit_s: expected a number of seconds > 0, got {experiment.limit_s:g}")
+
+
+def _key(job: Job, tracker: str) -> BlockKey:
+    return BlockKey(job.suite, job.scenario, job.preset, job.renderer, job.controller or "", tracker, job.seed)
+
+
+def _current_blocks(experiment: Experiment, out: Path) -> set[BlockKey]:
+    """Return which of the experiment's blocks are there already, made by the same code; other makings are removed."""
+    if not (out / FILE_NAME).is_file():
+        return set()
+    blocks = read_blocks(out)
+    strangers = sorted({key.seed for key in blocks} - set(experiment.seeds))
+    if strangers:
+        wanted = f"{experiment.seeds.start}:{experiment.seeds.stop}"
+        raise ValueError(
+            f"out: expected a folder with no seeds but {wanted}, got {str(out)!r}, which holds seed {strangers[0]}"
+        )
+    wanted_keys = {_key(job, name) for job in _jobs(experiment, out) for name in job.trackers}
+    versions = {name: versions_of(entrant(name)) for name in experiment.trackers}
+    outdated = {
+        key for key, rows in blocks.items() if key in wanted_keys and rows[0]["versions"] != versions[key.tracker]
+    }
+    if outdated:
+        rewrite(out, (rows for key, rows in blocks.items() if key not in outdated))
+    return (wanted_keys & set(blocks)) - outdated
+
+
+def _what_is_left(job: Job, have: set[BlockKey]) -> Job:
+    return replace(job, trackers=tuple(name for name in job.trackers if _key(job, name) not in have))
+
+
+def _results(jobs: Sequence[Job], experiment: Experiment) -> Iterator[JobResult]:
+    """Yield results as they come; a job whose worker dies is run again without the tracker that killed it."""
+    if experiment.workers == 0:
+        yield from map(run_job, jobs)
+        return
+    waiting = {job.note_file: job for job in jobs}
+    while waiting:
+        try:
+            for result in _in_processes(waiting.values(), experiment.workers, experiment.backend):
+                del waiting[result.job.note_file]
+                yield result
+        except BrokenProcessPool:
+            # One death ends the whole pool: who was at work is suspect, and is tried alone.
+            for job in [job for job in waiting.values() if job.note_file.exists()]:
+                del waiting[job.note_file]
+                yield _alone(job, experiment.backend)
+
+
+def _alone(job: Job, backend: str) -> JobResult:
+    """Run one job in a process of its own until it comes through, each time without what killed it."""
+    while True:
+        try:
+            return next(_in_processes([job], 1, backend))
+        except BrokenProcessPool:
+            said = read_note(job.note_file)
+            if said is None or said[0] in job.deadly:
+                raise RuntimeError(
+                    f"{job.scenario} {job.preset}, seed {job.seed}: its process ends outside of any tracker"
+                ) from None
+            job = replace(job, deadly={**job.deadly, said[0]: said[1]})
+
+
+def _in_processes(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
+    # With one job in flight two processes take turns: one worker, but never this process.
+    parallel = joblib.Parallel(
+        n_jobs=max(workers, 2),
+        pre_dispatch=workers if workers == 1 else "2 * n_jobs",
+        batch_size=1,
+        return_as="generator_unordered",
+        backend=backend,
+    )
+    yield from parallel(joblib.delayed(run_job)(job) for job in jobs)

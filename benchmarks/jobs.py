@@ -1,0 +1,189 @@
+"""One job of an experiment: one episode, made once, with everyone who watches it. Runs in a worker process."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numba
+
+from benchmarks.contestants import Entrant, entrant, load_modules
+from benchmarks.metrics.series import TruthSeries, truth_series
+from benchmarks.notes import Note, note_at
+from benchmarks.records import LAST_METRIC, Row, rounded
+from benchmarks.scoring import Score, score_episode
+from benchmarks.tracked import Failure, TrackedEpisode
+from benchmarks.versions import versions_of
+from scenarios import catalog
+from scenarios.scenario import Episode, Frame, RendererName
+from sim.rng import generator
+from trackers.controllers.catalogue import create_controller
+
+REPEATS = 3
+"""Runs an episode of a tracker whose random numbers no seed reaches."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What one worker does at a time.
+
+    Attributes:
+        suite, scenario, preset, renderer, seed: which episode.
+        controller: who steers the camera by the (then only) tracker; None = the set path.
+        trackers: who watches.
+        modules: users' own modules to import first.
+        limit_s: the longest a tracker may take over a frame.
+        notes: folder for the note that says what the worker is at, so that its death can be explained.
+        deadly: trackers that ended their process in this episode, and the frame they did it on.
+    """
+
+    suite: str
+    scenario: str
+    preset: str
+    renderer: RendererName
+    seed: int
+    controller: str | None
+    trackers: tuple[str, ...]
+    modules: tuple[str, ...]
+    limit_s: float
+    notes: Path
+    deadly: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def note_file(self) -> Path:
+        """Where the job's note is while it runs."""
+        names = "/".join((self.preset, self.renderer, str(self.seed), self.controller or "", *self.trackers))
+        return self.notes / f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.json"
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """What a job gives back.
+
+    Attributes:
+        job: the job.
+        blocks: rows, a block for each tracker.
+        failures: trackers that failed.
+        silent: tracker → number of frames on which it said nothing.
+    """
+
+    job: Job
+    blocks: list[list[Row]]
+    failures: list[Failure]
+    silent: dict[str, int]
+
+
+@dataclass
+class _Watcher:
+    """One run of one tracker in the job's episode."""
+
+    entrant: Entrant
+    repeat: int
+    tracked: TrackedEpisode
+
+
+def run_job(job: Job) -> JobResult:
+    """Live through the job's episode and return everyone's rows. Deterministic but for times."""
+    # Times are those of one core.
+    cv2.setNumThreads(1)
+    numba.set_num_threads(1)
+    load_modules(job.modules)
+    scenario = catalog.scenario(job.scenario)
+    started = time.perf_counter()
+    with note_at(job.note_file) as note:
+        episode = scenario.episode(job.preset, job.seed, renderer=job.renderer, closed_loop=job.controller is not None)
+        try:
+            watchers = _watchers(job, episode)
+            truth = _live_through(job, episode, watchers, note)
+        finally:
+            episode.close()
+    seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
+    return _result(job, scenario.id, truth, watchers, seconds)
+
+
+def _watchers(job: Job, episode: Episode) -> list[_Watcher]:
+    watchers = []
+    for name in job.trackers:
+        who = entrant(name)
+        for repeat in range(1 if who.reproducible else REPEATS):
+            stream = f"tracker/{name}" if repeat == 0 else f"tracker/{name}/{repeat}"
+            contestant = who.create(episode, generator(job.seed, stream))
+            watchers.append(_Watcher(who, repeat, TrackedEpisode(contestant, job.limit_s)))
+    return watchers
+
+
+def _live_through(job: Job, episode: Episode, watchers: list[_Watcher], note: Note) -> TruthSeries:
+    controller = None if job.controller is None else create_controller(job.controller)
+    frame = episode.step()
+    truths = [frame.truth]
+    for k in range(episode.frame_count):
+        if k > 0:
+            steering = watchers[0].tracked
+            command = None if controller is None else controller.command(frame.observation, steering.latest)
+            frame = episode.step(command)
+            truths.append(frame.truth)
+        for watcher in watchers:
+            _watch(job, watcher, frame, episode, note)
+    return truth_series(truths, episode.rate_hz, frame.observation.camera.focal_px)
+
+
+def _watch(job: Job, watcher: _Watcher, frame: Frame, episode: Episode, note: Note) -> None:
+    name, k = watcher.entrant.name, frame.truth.frame
+    if job.deadly.get(name) == k:
+        watcher.tracked.fail("ended its process (killed, crashed or stuck in compiled code)")
+    note.write(name, k)
+    watcher.tracked.step(frame, episode.target_box_xyxy)
+
+
+def _result(job: Job, scenario_id: str, truth: TruthSeries, watchers: list[_Watcher], seconds: float) -> JobResult:
+    blocks: list[list[Row]] = []
+    failures: list[Failure] = []
+    silent: dict[str, int] = {}
+    for name in job.trackers:
+        mine = [watcher for watcher in watchers if watcher.entrant.name == name]
+        heading = {
+            "suite": job.suite,
+            "scenario": scenario_id,
+            "preset": job.preset,
+            "tracker": name,
+            "role": mine[0].entrant.role,
+            "controller": job.controller,
+            "renderer": job.renderer,
+            "seed": job.seed,
+        }
+        ending = {"seconds": seconds, "versions": versions_of(mine[0].entrant)}
+        scores = [(watcher.repeat, score) for watcher in mine for score in _scores(job, truth, watcher)]
+        scores.append((0, Score(LAST_METRIC, float(truth.frame_count))))
+        blocks.append([{**heading, **_as_row(repeat, score), **ending} for repeat, score in scores])
+        for watcher in mine:
+            tracked = watcher.tracked
+            if tracked.reason is not None and tracked.failed_at_frame is not None:
+                where = (name, scenario_id, job.preset, job.seed, tracked.failed_at_frame)
+                failures.append(Failure(*where, tracked.reason))
+            else:
+                silent[name] = silent.get(name, 0) + tracked.silent_frames
+    return JobResult(job, blocks, failures, silent)
+
+
+def _scores(job: Job, truth: TruthSeries, watcher: _Watcher) -> Iterator[Score]:
+    tracked = watcher.tracked
+    yield from score_episode(truth, tracked.series(), tracked.failed_at_frame, closed_loop=job.controller is not None)
+    if tracked.ms_per_frame is not None:
+        yield Score("ms_per_frame", tracked.ms_per_frame)
+        yield Score("frames_per_s", 1e3 / max(tracked.ms_per_frame, 1e-6))
+    if tracked.failed_at_frame is not None:
+        yield Score("failed_at_frame", float(tracked.failed_at_frame))
+
+
+def _as_row(repeat: int, score: Score) -> Row:
+    return {
+        "repeat": repeat,
+        "metric": score.metric,
+        "value": rounded(score.value),
+        "weight": score.weight,
+        "frame_out": None if score.frame_out is None else score.frame_out.attributes(),
+    }

@@ -1,0 +1,109 @@
+"""What made a row: versions of packages, and hashes of the code and the parameters.
+
+A resumed run does again what other code made. A tracker's hash covers only the modules it is made of, so a change in
+one tracker does not make the others run again.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.metadata
+import importlib.util
+from functools import cache
+from pathlib import Path
+
+from benchmarks.contestants import Entrant
+
+_PACKAGES = {
+    "frameout": "frameout",
+    "numpy": "numpy",
+    "numba": "numba",
+    "opencv": "opencv-python-headless",
+    "pybullet": "pybullet",
+}
+_SCENE_PARTS = (
+    "sim",
+    "scenarios",
+    "benchmarks/metrics",
+    "benchmarks/scoring.py",
+    "benchmarks/tracked.py",
+    "benchmarks/jobs.py",
+    "trackers/controllers",
+)
+_ROOT = Path(__file__).resolve().parent.parent
+_DIGITS = 10
+
+
+def versions_of(entrant: Entrant) -> dict[str, str]:
+    """Return what rows of one entrant say of their making: package versions, ``scene`` and ``tracker``."""
+    tracker = f"{_modules_hash(entrant.module)}{entrant.parameters!r}"
+    return {
+        **_package_versions(),
+        "scene": _scene_hash(),
+        "tracker": hashlib.sha256(tracker.encode()).hexdigest()[:_DIGITS],
+    }
+
+
+@cache
+def _package_versions() -> dict[str, str]:
+    return {name: importlib.metadata.version(package) for name, package in _PACKAGES.items()}
+
+
+@cache
+def _scene_hash() -> str:
+    """Hash of everything that makes pictures, truth and scores."""
+    files = [file for part in _SCENE_PARTS for file in _files_of(_ROOT / part)]
+    return _hash_files(files)
+
+
+@cache
+def _modules_hash(module: str) -> str:
+    """Hash of a module, of all modules of ours that it imports, directly or not, and of the learnt models."""
+    found: dict[str, Path] = {}
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        path = _source_of(name)
+        if name in found or path is None:
+            continue
+        found[name] = path
+        waiting += _imported(path)
+    models = sorted((_ROOT / "trackers" / "models").glob("*.json"))
+    return _hash_files([found[name] for name in sorted(found)] + models)
+
+
+def _imported(path: Path) -> list[str]:
+    """Return the names of modules (and of what may be modules) that a file imports, registries excepted."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    ours = ("trackers.", "benchmarks.", "scenarios.", "sim.")
+    return [name for name in names if name.startswith(ours) and name != "trackers.registry"]
+
+
+def _source_of(module: str) -> Path | None:
+    path = _ROOT.joinpath(*module.split("."))
+    for candidate in (path.with_suffix(".py"), path / "__init__.py"):
+        if candidate.is_file():
+            return candidate
+    # Users' own trackers lie elsewhere.
+    try:
+        spec = importlib.util.find_spec(module)
+    except (ImportError, ValueError):
+        return None
+    return Path(spec.origin) if spec is not None and spec.origin and spec.origin.endswith(".py") else None
+
+
+def _files_of(path: Path) -> list[Path]:
+    return [path] if path.is_file() else sorted(path.rglob("*.py"))
+
+
+def _hash_files(files: list[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in files:
+        digest.update(f"{file.name}\0".encode() + file.read_bytes())
+    return digest.hexdigest()[:_DIGITS]

@@ -1,0 +1,269 @@
+"""A world of one line of arithmetic: cars on circles, a camera that looks straight down, blank pictures.
+
+Importing it adds the scenario ``fake-town-v1`` to the catalogue and trackers that behave well and badly to the registry.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios import catalog
+from scenarios.scenario import Frame
+from scenarios.truth import Light, Truth
+from sim.optics import PinholeCamera, look_down_pose, project
+from trackers.registry import register
+from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Estimate, Observation
+
+HEIGHT_M = 60.0
+CAMERA = PinholeCamera(160, 120, 140.0)
+SIZE_M = np.array([4.5, 1.8, 1.5])
+RADIUS_M, TURN_RAD_S = 40.0, 0.5
+"""The target's circle: about half of it lies outside the picture of a camera above its rim."""
+
+
+def car_position_m(time_s: float, car: int = 0) -> NDArray[np.float64]:
+    """Where a car is; the others follow on the same circle."""
+    angle = TURN_RAD_S * time_s - 0.6 * car
+    return RADIUS_M * np.array([np.cos(angle), np.sin(angle)])
+
+
+@dataclass(frozen=True)
+class FakeTown:
+    """Configuration of an episode."""
+
+    summary: str
+    frame_count: int = 240
+    rate_hz: float = 15.0
+    closed_loop: bool = False
+
+
+@dataclass
+class FakeEpisode:
+    """See ``scenarios.scenario.Episode``."""
+
+    configuration: FakeTown
+    closed_loop: bool
+    phase_s: float
+
+    def __post_init__(self) -> None:
+        self.frame_count = self.configuration.frame_count
+        self.rate_hz = self.configuration.rate_hz
+        self._frame, self._exit = 0, -1
+        self._centre_m = np.array([RADIUS_M, 0.0])
+        self.target_box_xyxy = self._boxes(self._pose(), 0.0)[1][0]
+
+    def step(self, command: CameraCommand | None = None) -> Frame:
+        """Return the next frame."""
+        if command is not None:
+            self._centre_m = self._centre_m + np.array([command.forward_mps, -command.right_mps]) / self.rate_hz
+        T_world_camera, time_s = self._pose(), self._frame / self.rate_hz
+        truth = self._truth(T_world_camera, time_s)
+        self._frame += 1
+        camera = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px)
+        image = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), dtype=np.uint8)
+        observation = Observation(image, time_s, camera, CameraSettings(0.01, 1.0), EgoPose(T_world_camera))
+        return Frame(observation, truth)
+
+    def map_of(self) -> None:
+        """There is no map."""
+
+    def larger_view(self, scale: float) -> NDArray[np.uint8]:
+        """Return a blank picture."""
+        return np.zeros((int(scale * CAMERA.height_px), int(scale * CAMERA.width_px), 3), dtype=np.uint8)
+
+    def close(self) -> None:
+        """There is nothing to free."""
+
+    def _pose(self) -> NDArray[np.float64]:
+        return look_down_pose(np.array([*self._centre_m, HEIGHT_M]), 0.0, 0.0, 0.0)
+
+    def _cars(self, time_s: float) -> NDArray[np.float64]:
+        poses = np.tile(np.eye(4), (3, 1, 1))
+        for car in range(3):
+            heading = TURN_RAD_S * (time_s + self.phase_s) - 0.6 * car + np.pi / 2
+            poses[car, :2, :2] = [[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]]
+            poses[car, :2, 3] = car_position_m(time_s + self.phase_s, car)
+        return poses
+
+    def _boxes(self, T_world_camera: NDArray[np.float64], time_s: float) -> tuple[NDArray[np.float64], ...]:
+        signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0, 1)]) * SIZE_M
+        cars = self._cars(time_s)
+        corners = np.einsum("nij,kj->nki", cars[:, :3, :3], signs) + cars[:, None, :3, 3]
+        pixels, _ = project(CAMERA, T_world_camera, corners)
+        middles, _ = project(CAMERA, T_world_camera, cars[:, :3, 3] + [0, 0, 0.5 * SIZE_M[2]])
+        return middles, np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=1)
+
+    def _truth(self, T_world_camera: NDArray[np.float64], time_s: float) -> Truth:
+        position_px, boxes = self._boxes(T_world_camera, time_s)
+        low, high = boxes[0, :2], boxes[0, 2:]
+        size = np.array([CAMERA.width_px, CAMERA.height_px])
+        out = bool((high <= 0).any() or (low >= size).any())
+        whole = bool((low >= 0).all() and (high <= size).all())
+        self._exit = self._exit + 1 if out else -1
+        return Truth(
+            frame=self._frame,
+            time_s=time_s,
+            T_world_camera=T_world_camera,
+            target=0,
+            names=("target", "traffic-1", "traffic-2"),
+            kinds=("saloon",) * 3,
+            T_world_object=self._cars(time_s),
+            size_m=np.tile(SIZE_M, (3, 1)),
+            speed_mps=np.full(3, RADIUS_M * TURN_RAD_S),
+            position_px=position_px,
+            box_xyxy=boxes,
+            instance_id=np.arange(3),
+            visible_fraction=np.full(3, 0.0 if out else 1.0 if whole else 0.5),
+            state="out" if out else "in" if whole else "partial",
+            side="top" if out else None,
+            frames_since_exit=self._exit,
+            on_road=True,
+            turning=False,
+            instance_map=np.zeros((CAMERA.height_px, CAMERA.width_px), dtype=np.int32),
+            depth_m=np.full((CAMERA.height_px, CAMERA.width_px), HEIGHT_M, dtype=np.float32),
+            flow_px=np.zeros((CAMERA.height_px, CAMERA.width_px, 2), dtype=np.float32),
+            background_motion=np.eye(3),
+            light=Light(np.array([0.0, 0.0, 1.0]), 1e5, 1e4),
+            exposure_s=0.01,
+            gain=1.0,
+        )
+
+
+@dataclass(frozen=True)
+class FakeScenario:
+    """See ``scenarios.scenario.Scenario``."""
+
+    id: str = "fake-town-v1"
+    summary: str = "cars on circles"
+    start: str = "the car's box"
+    presets: dict[str, FakeTown] = field(
+        default_factory=lambda: {
+            "tiny": FakeTown("a set path"),
+            "tiny-loop": FakeTown("the tracker steers", closed_loop=True),
+        }
+    )
+
+    def episode(
+        self, preset: str, seed: int, *, renderer: str = "raster", closed_loop: bool | None = None
+    ) -> FakeEpisode:
+        """Build one episode; the seed sets where on the circle the cars start."""
+        configuration = self.presets[preset]
+        looped = configuration.closed_loop if closed_loop is None else closed_loop
+        return FakeEpisode(configuration, looped, phase_s=0.01 * (seed % 10))
+
+
+@dataclass(frozen=True)
+class NoParameters:
+    """Nothing to set."""
+
+
+class _Fake:
+    Parameters = NoParameters
+
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
+        self._rng, self._frame = rng, 0
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        self._box = box_xyxy
+        self._centre = 0.5 * (box_xyxy[:2] + box_xyxy[2:])
+        # The phase of the circle, read off the first box.
+        camera_m = observation.ego.T_world_camera[:3, 3] if observation.ego else np.zeros(3)
+        scale = (HEIGHT_M - 0.5 * SIZE_M[2]) / CAMERA.focal_px
+        x, y = (self._centre - CAMERA.centre_px) * scale
+        place = camera_m[:2] + [-y, -x]
+        self._phase = float(np.arctan2(place[1], place[0]))
+
+    def update(self, observation: Observation) -> Estimate:
+        self._frame += 1
+        return self.misbehave(observation)
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        return Estimate(self._centre, self._box)
+
+
+@register("fake_knowing", role="ours", summary="knows the circle")
+class Knowing(_Fake):
+    """Is right but for noise, inside the picture and outside, and gives the noise as its posterior."""
+
+    noise_m = 0.5
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        angle = TURN_RAD_S * observation.time_s + self._phase
+        middle = RADIUS_M * np.array([np.cos(angle), np.sin(angle)]) + self._rng.normal(0, self.noise_m, 2)
+        points = np.vstack([middle, middle + self._rng.normal(0, self.noise_m, (200, 2))])
+        height = np.full((201, 1), 0.5 * SIZE_M[2])
+        assert observation.ego is not None
+        pixels, _ = project(CAMERA, observation.ego.T_world_camera, np.hstack([points, height]))
+        inside = bool(((pixels[0] >= 0) & (pixels[0] < [CAMERA.width_px, CAMERA.height_px])).all())
+        half = 0.5 * (self._box[2:] - self._box[:2])
+        box = np.concatenate([pixels[0] - half, pixels[0] + half])
+        return Estimate(pixels[0], box, in_view_probability=float(inside), particles_px=pixels[1:])
+
+
+@register("fake_still", role="baseline", summary="stays where the car was first")
+class Still(_Fake):
+    """The base behaviour."""
+
+
+@register("fake_raises", role="baseline", summary="raises on frame 20")
+class Raises(_Fake):
+    """Has a bug."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        if self._frame == 20:
+            raise RuntimeError("a bug\nwith two lines")
+        return Estimate(self._centre, self._box)
+
+
+@register("fake_silent", role="baseline", summary="says nothing from frame 20 on")
+class Silent(_Fake):
+    """Answers NaN."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        return Estimate(np.full(2, np.nan) if self._frame >= 20 else self._centre)
+
+
+@register("fake_half_nan", role="baseline", summary="answers half a NaN on frame 20")
+class HalfNan(_Fake):
+    """Answers a position that is neither one nor none."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        return Estimate(np.array([np.nan, 3.0]) if self._frame == 20 else self._centre)
+
+
+@register("fake_wrong_shape", role="baseline", summary="answers three numbers on frame 20")
+class WrongShape(_Fake):
+    """Answers in another shape."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        return Estimate(np.zeros(3) if self._frame == 20 else self._centre)
+
+
+@register("fake_slow", role="baseline", summary="sleeps on frame 20")
+class Slow(_Fake):
+    """Takes too long."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        if self._frame == 20:
+            time.sleep(30.0)
+        return Estimate(self._centre)
+
+
+@register("fake_kills", role="baseline", summary="ends its process on frame 20")
+class Kills(_Fake):
+    """Crashes like native code does."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        if self._frame == 20:
+            os._exit(3)
+        return Estimate(self._centre)
+
+
+FAKE_TOWN = FakeScenario()
+if "fake-town-v1" not in catalog.names():
+    catalog._SCENARIOS = (*catalog._SCENARIOS, FAKE_TOWN)
