@@ -74,9 +74,7 @@ def _smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
     return t * t * t * (10 - 15 * t + 6 * t * t)
 
 
-def _rebuilt(
-    route: Route, bent: NDArray[np.float64], leave_m: float, return_m: float
-) -> tuple[Route, Excursion]:
+def _rebuilt(route: Route, bent: NDArray[np.float64], leave_m: float, return_m: float) -> tuple[Route, Excursion]:
     points, arc = resample(bent)
 
     def moved(old_m: float) -> float:

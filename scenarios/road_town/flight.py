@@ -92,9 +92,7 @@ def set_path(
             ahead, left = pulse.offset_m
             # Of the moment it starts: a turn of the helicopter must not whirl the view about.
             yaw = air.yaw_rad[np.clip(pulse.start_frame, 0, frames - 1)]
-            direction = np.array(
-                [ahead * np.cos(yaw) - left * np.sin(yaw), ahead * np.sin(yaw) + left * np.cos(yaw)]
-            )
+            direction = np.array([ahead * np.cos(yaw) - left * np.sin(yaw), ahead * np.sin(yaw) + left * np.cos(yaw)])
             position = position + pulse.share(frames)[:, None] * direction
     return np.stack(
         [
@@ -119,9 +117,7 @@ def gust_attitude_rad(pulses: list[Pulse], altitude_m: float, frame_count: int) 
 class Helicopter:
     """Closed loop: flies as commanded, with a first-order response, while air and gusts tilt it."""
 
-    def __init__(
-        self, preset: RoadTown, air: AirState, pulses: list[Pulse], start_m: NDArray[np.float64]
-    ) -> None:
+    def __init__(self, preset: RoadTown, air: AirState, pulses: list[Pulse], start_m: NDArray[np.float64]) -> None:
         frames = len(air.attitude_rad)
         self._dt_s = 1.0 / preset.rate_hz
         self._attitude_rad = air.attitude_rad + gust_attitude_rad(pulses, air.altitude_m, frames)

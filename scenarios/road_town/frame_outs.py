@@ -81,9 +81,7 @@ def draw_pulses(
             states = picture_states(camera, set_path(preset, air, car_position_m, pulses), car_corners_m)
             if _acceptable(preset, states, wanted):
                 return pulses
-    raise RuntimeError(
-        f"frame_outs: found no schedule for {preset.frame_outs} in {preset.frame_count} frames"
-    )
+    raise RuntimeError(f"frame_outs: found no schedule for {preset.frame_outs} in {preset.frame_count} frames")
 
 
 def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random.Generator) -> list[int]:
@@ -96,9 +94,7 @@ def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random
         # Long enough for the car to be well off the road before it is back in the picture.
         lengths[k] = max(lengths[k], min(25, wish.frames[1]))
     # Rather one frame-out less than shorter ones: the lengths' distribution is what the preset says.
-    while (
-        len(lengths) > wish.count[0] and sum(lengths) + _APART_FRAMES * len(lengths) > preset.frame_count - 50
-    ):
+    while len(lengths) > wish.count[0] and sum(lengths) + _APART_FRAMES * len(lengths) > preset.frame_count - 50:
         lengths.pop()
     return lengths
 

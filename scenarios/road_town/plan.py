@@ -80,9 +80,7 @@ class Plan:
 
 def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
     """Decide an episode. The same arguments always give the same plan."""
-    streams = {
-        name: generator(seed, name) for name in ("streets", "blocks", "looks", "traffic", "air", "sun")
-    }
+    streams = {name: generator(seed, name) for name in ("streets", "blocks", "looks", "traffic", "air", "sun")}
     pattern = str(streams["streets"].choice(preset.street_patterns))
     graph = make_streets(pattern, streams["streets"], preset.extent_m)
     layout = fill_blocks(graph, streams["blocks"], preset.extent_m)
@@ -138,9 +136,7 @@ def _draw_looks(preset: RoadTown, rng: np.random.Generator) -> tuple[Look, ...]:
     return tuple(looks)
 
 
-def _target_driver(
-    preset: RoadTown, layout: Layout, rng: np.random.Generator
-) -> tuple[Driver, tuple[Excursion, ...]]:
+def _target_driver(preset: RoadTown, layout: Layout, rng: np.random.Generator) -> tuple[Driver, tuple[Excursion, ...]]:
     """Return the target's plan, and where it leaves the road."""
     cruise = float(rng.uniform(*preset.cruise_mps))
     needed = 1.15 * cruise * preset.frame_count / preset.rate_hz
@@ -186,9 +182,7 @@ def _start_before_bend(route: Route, needed_m: float, cruise_mps: float) -> floa
     return float(arcs[np.argmax(bend - 1.5 * before - 10.0 * at_crossing)] - lead_m)
 
 
-def _stops(
-    preset: RoadTown, route: Route, start_m: float, rng: np.random.Generator
-) -> tuple[tuple[float, float], ...]:
+def _stops(preset: RoadTown, route: Route, start_m: float, rng: np.random.Generator) -> tuple[tuple[float, float], ...]:
     """Return halts (arc length, seconds) at the entries of some crossings."""
     return tuple(
         (passage.enter_m, float(rng.uniform(0.8, 2.5)))

@@ -208,9 +208,7 @@ def _next_lane(
         points = _lane_points(graph, option)
         turn_cosine = float(direction @ _unit(points[2] - points[0]))
         far = np.abs(points[-1]).max() > keep_within_m
-        weight = (1.0 if turn_cosine > np.cos(_TURN_THRESHOLD_RAD) else turn_preference) * (
-            1e-3 if far else 1
-        )
+        weight = (1.0 if turn_cosine > np.cos(_TURN_THRESHOLD_RAD) else turn_preference) * (1e-3 if far else 1)
         options.append(option)
         weights.append(weight * (1e-4 if turn_cosine < -0.5 else 1.0))
     chosen = rng.choice(len(options), p=np.array(weights) / np.sum(weights))

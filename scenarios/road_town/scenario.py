@@ -17,9 +17,7 @@ class RoadTownScenario:
 
     id: str = "road-town-v1"
     summary: str = "a car in a town, seen from a helicopter that often loses it from view"
-    start: str = (
-        "the first picture and the car's box in it; measured ego pose where the preset has instruments"
-    )
+    start: str = "the first picture and the car's box in it; measured ego pose where the preset has instruments"
     presets: dict[str, RoadTown] = field(default_factory=lambda: dict(PRESETS))
 
     def configuration(self, preset: str) -> RoadTown:

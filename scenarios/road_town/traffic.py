@@ -122,9 +122,7 @@ class _State:
         self.arc_m = np.minimum(self.arc_m + 0.5 * (speed + self.speed_mps) * dt_s, lengths)
 
     def _limit(self, car: int) -> float:
-        return float(
-            np.interp(self.arc_m[car] / POINT_SPACING_M, np.arange(len(self.limits[car])), self.limits[car])
-        )
+        return float(np.interp(self.arc_m[car] / POINT_SPACING_M, np.arange(len(self.limits[car])), self.limits[car]))
 
     def _gap_to_cars(self) -> NDArray[np.float64]:
         """Return the free distance (N,) to the next car that stands or drives on each car's own path."""

@@ -1,0 +1,227 @@
+"""One episode of ``road-town``: the plan carried out, frame by frame."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.road_town.flight import Helicopter
+from scenarios.road_town.layout import Layout
+from scenarios.road_town.measurement import Instruments
+from scenarios.road_town.plan import TARGET, Plan
+from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.town import add_vehicle, build_town
+from scenarios.scenario import Frame, RendererName
+from scenarios.truth import Light, Side, Truth, VisibilityState
+from sim.labels import amodal_box, backward_flow, ground_homography, visible_fraction
+from sim.optics import PinholeCamera, project
+from sim.render.protocol import create_renderer
+from sim.rng import generator
+from sim.sensors.camera_sensor import CameraSensor
+from sim.sensors.config import SensorConfig
+from sim.shaders.daylight import DaylightShader, Sun
+from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation
+
+SUN_ILLUMINANCE_LX = 90_000.0
+SKY_ILLUMINANCE_LX = 18_000.0
+_MOSTLY_HIDDEN = 0.5
+
+
+class RoadTownEpisode:
+    """See ``scenarios.scenario.Episode``."""
+
+    def __init__(self, plan: Plan, renderer: RendererName) -> None:
+        self.plan = plan
+        self.frame_count = plan.preset.frame_count
+        self.rate_hz = plan.preset.rate_hz
+        self.closed_loop = plan.closed_loop
+        self._world = build_town(plan.layout, generator(plan.seed, "town"))
+        self._cars = [
+            add_vehicle(self._world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
+            for car, look in enumerate(plan.looks)
+        ]
+        self._renderer = create_renderer(renderer, self._world)
+        self._light = _light(plan)
+        self._shader = DaylightShader(
+            self._world, Sun(self._light.sun_direction, SUN_ILLUMINANCE_LX), SKY_ILLUMINANCE_LX
+        )
+        self._sensor = CameraSensor(SensorConfig(), generator(plan.seed, "sensor"))
+        self._roads = RoadMap(plan.layout.graph)
+        ego = plan.preset.ego
+        self._instruments = None if ego is None else Instruments(ego, generator(plan.seed, "instruments"))
+        self._set_path = plan.camera_poses
+        start = self._set_path[0, :2, 3]
+        self._helicopter = Helicopter(plan.preset, plan.air, list(plan.pulses), start) if plan.closed_loop else None
+        self._frame = -1
+        self._T_world_camera = np.eye(4)
+        self._body_poses = self._world.poses
+        self._side: Side | None = None
+        self._frames_since_exit = -1
+        self._move_to(0)
+        self.target_box_xyxy = self._box(TARGET)
+
+    def step(self, command: CameraCommand | None = None) -> Frame:
+        """Return the next frame; see ``Episode.step``.
+
+        Raises:
+            ValueError: if a command is missing in closed loop, or given on a set path.
+            StopIteration: after the last frame.
+        """
+        frame = self._frame + 1
+        if frame >= self.frame_count:
+            raise StopIteration(f"episode: expected at most {self.frame_count} steps")
+        if self._helicopter is not None and frame > 0:
+            if command is None:
+                raise ValueError(
+                    "command: expected a CameraCommand, since this episode is flown in closed loop, got None"
+                )
+            self._helicopter.fly(command)
+        elif command is not None and self._helicopter is None:
+            raise ValueError("command: expected None, since this episode flies a set path, got a CameraCommand")
+        T_world_camera_before, body_poses_before = self._T_world_camera, self._body_poses
+        self._move_to(frame)
+        if frame == 0:
+            T_world_camera_before, body_poses_before = self._T_world_camera, self._body_poses
+        self._frame = frame
+        return self._capture(T_world_camera_before, body_poses_before)
+
+    def map_of(self) -> Layout:
+        """Return the town's layout."""
+        return self.plan.layout
+
+    def larger_view(self, scale: float) -> NDArray[np.uint8]:
+        """Return the current instant in a picture ``scale`` times as wide and high; see ``Episode.larger_view``."""
+        camera = self.plan.camera
+        wide = PinholeCamera(
+            2 * round(0.5 * scale * camera.width_px), 2 * round(0.5 * scale * camera.height_px), camera.focal_px
+        )
+        gbuffer = self._renderer.gbuffer(wide, self._T_world_camera)
+        radiance = self._shader.shade(gbuffer, wide, self._T_world_camera)
+        return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb
+
+    def close(self) -> None:
+        """Free the world."""
+        self._world.close()
+
+    def _move_to(self, frame: int) -> None:
+        for car, body in enumerate(self._cars):
+            self._world.move(body, self.plan.motion.pose(frame, car))
+        self._body_poses = self._world.poses.copy()
+        if self._helicopter is None:
+            self._T_world_camera = self._set_path[frame]
+        else:
+            self._T_world_camera = self._helicopter.pose(frame)
+
+    def _box(self, car: int) -> NDArray[np.float64]:
+        body = self._cars[car]
+        return amodal_box(self.plan.camera, self._T_world_camera, body.mesh, self._world.poses[body.index])
+
+    def _capture(self, T_world_camera_before: NDArray[np.float64], body_poses_before: NDArray[np.float64]) -> Frame:
+        plan, camera, T_world_camera, frame = self.plan, self.plan.camera, self._T_world_camera, self._frame
+        time_s = frame / plan.preset.rate_hz
+        gbuffer = self._renderer.gbuffer(camera, T_world_camera)
+        radiance = self._shader.shade(gbuffer, camera, T_world_camera)
+        flow_px = backward_flow(
+            gbuffer, camera, T_world_camera, T_world_camera_before, self._body_poses, body_poses_before
+        )
+        background_motion = ground_homography(camera, T_world_camera_before, T_world_camera)
+        picture = self._sensor.expose(
+            radiance, camera, frame, motion=background_motion, interval_s=1.0 / plan.preset.rate_hz
+        )
+        self._settings = picture.settings
+        boxes = np.array([self._box(car) for car in range(len(self._cars))])
+        poses = self._body_poses[[body.index for body in self._cars]]
+        fractions = np.array(
+            [
+                visible_fraction(gbuffer, camera, T_world_camera, body.mesh, pose, body.index)
+                for body, pose in zip(self._cars, poses, strict=True)
+            ]
+        )
+        state = _state(camera, boxes[TARGET], fractions[TARGET])
+        self._follow_exits(state, boxes[TARGET])
+        truth = Truth(
+            frame=frame,
+            time_s=time_s,
+            T_world_camera=T_world_camera,
+            target=TARGET,
+            names=tuple(body.name for body in self._cars),
+            kinds=tuple(look.model for look in plan.looks),
+            T_world_object=poses,
+            size_m=plan.sizes_m,
+            speed_mps=plan.motion.speed_mps[frame],
+            position_px=_centres_px(camera, T_world_camera, poses, plan.sizes_m),
+            box_xyxy=boxes,
+            instance_id=np.array([body.index for body in self._cars]),
+            visible_fraction=fractions,
+            state=state,
+            side=self._side,
+            frames_since_exit=self._frames_since_exit,
+            on_road=bool(self._roads.is_on_road(poses[TARGET, None, :2, 3])[0]),
+            turning=plan.turning(frame),
+            instance_map=gbuffer.instance_id,
+            depth_m=gbuffer.depth_m,
+            flow_px=flow_px,
+            background_motion=background_motion,
+            light=self._light,
+            exposure_s=picture.settings.exposure_s,
+            gain=picture.settings.gain,
+        )
+        observation = Observation(
+            image_rgb=picture.image_rgb,
+            time_s=time_s,
+            camera=CameraModel(camera.width_px, camera.height_px, camera.focal_px),
+            settings=CameraSettings(picture.settings.exposure_s, picture.settings.gain),
+            ego=None if self._instruments is None else EgoPose(self._instruments.measure(T_world_camera)),
+        )
+        return Frame(observation, truth)
+
+    def _follow_exits(self, state: VisibilityState, box_xyxy: NDArray[np.float64]) -> None:
+        if state != "out":
+            self._frames_since_exit = -1
+            return
+        self._frames_since_exit += 1
+        if self._frames_since_exit == 0:
+            self._side = _side_of(self.plan.camera, box_xyxy)
+
+
+def _light(plan: Plan) -> Light:
+    c = np.cos(plan.sun_elevation_rad)
+    direction = np.array(
+        [c * np.cos(plan.sun_azimuth_rad), c * np.sin(plan.sun_azimuth_rad), np.sin(plan.sun_elevation_rad)]
+    )
+    return Light(direction, SUN_ILLUMINANCE_LX, SKY_ILLUMINANCE_LX)
+
+
+def _state(camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible: float) -> VisibilityState:
+    """Return the state of an object by its amodal box and the share of it that is seen."""
+    size = np.array([camera.width_px, camera.height_px])
+    if np.isnan(box_xyxy).any() or (box_xyxy[2:] <= 0).any() or (box_xyxy[:2] >= size).any():
+        return "out"
+    if (box_xyxy[:2] < 0).any() or (box_xyxy[2:] > size).any():
+        return "partial"
+    return "occluded" if visible < _MOSTLY_HIDDEN else "in"
+
+
+def _side_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64]) -> Side:
+    """Return the border that the box is furthest beyond; the bottom for one behind the camera."""
+    beyond: dict[Literal["left", "right", "top", "bottom"], float] = {
+        "left": -box_xyxy[2],
+        "right": box_xyxy[0] - camera.width_px,
+        "top": -box_xyxy[3],
+        "bottom": box_xyxy[1] - camera.height_px,
+    }
+    if np.isnan(box_xyxy).any():
+        return "bottom"
+    return max(beyond, key=lambda side: beyond[side])
+
+
+def _centres_px(
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    sizes_m: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    centres = poses[:, :3, 3] + 0.5 * sizes_m[:, 2:] * poses[:, :3, 2]
+    return project(camera, T_world_camera, centres)[0]
