@@ -18,8 +18,8 @@ def blend_into(
 ) -> None:
     """Take ``patch`` into the running mean, in place.
 
-    Where ``weight`` w > 0:  ``n <- min(n + 1, 255)``,  ``mean <- mean + (w / 255) max(1 / n, slowest_rate) (patch - mean)``; the
-    first time (n = 1) the mean is the patch whatever its weight.
+    Where ``weight`` w > 0:  ``mean <- mean + (w / 255) max(1 / (n + 1), slowest_rate) (patch - mean)``, and ``n <- min(n + 1,
+    255)`` if w >= 128. The first time (n = 0) the mean becomes the patch and n = 1 whatever the weight.
 
     Args:
         mean: (H, W, 3) running mean; rounded: (H, W, 3) the same in 8 bit; count: (H, W) pictures so far.
@@ -30,11 +30,11 @@ def blend_into(
         for j in range(patch.shape[1]):
             if weight[i, j] == 0:
                 continue
-            if count[i, j] < 255:
+            rate = 1.0
+            if count[i, j] > 0:
+                rate = max(1.0 / (count[i, j] + 1.0), slowest_rate) * weight[i, j] / 255.0
+            if count[i, j] == 0 or (weight[i, j] >= 128 and count[i, j] < 255):
                 count[i, j] += 1
-            rate = max(1.0 / count[i, j], slowest_rate) * weight[i, j] / 255.0
-            if count[i, j] == 1:
-                rate = 1.0
             for c in range(3):
                 value = mean[i, j, c] + rate * (patch[i, j, c] - mean[i, j, c])
                 mean[i, j, c] = value

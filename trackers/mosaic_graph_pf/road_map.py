@@ -16,11 +16,12 @@ from trackers.mosaic_graph_pf.road_graph import RoadGraph, build_graph
 
 _GRID_M = 0.5
 _REACH_M = 120.0
-_ROAD_SHARE = 0.25
+_TYPICAL_QUANTILE = 0.5
 _NARROWEST_M = 4.0
 _CLOSING_M = 2.5
 _NEAREST_REACH_M = 12.0
 _SAMPLE_RADIUS_M = 1.3
+_OFTEN_SEEN = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,43 +41,58 @@ class RoadMap:
 
 
 class RoadFinder:
-    """Learns the colour of the road and draws ``RoadMap``s."""
+    """Learns the colour of the road from where the target drove, and draws ``RoadMap``s."""
 
     def __init__(self) -> None:
-        self._road_counts = np.zeros(CELLS, np.float32)
+        self._driven_m: list[NDArray[np.float64]] = []
 
-    def learn(self, mosaic: Mosaic, driven_m: NDArray[np.float64]) -> None:
+    @property
+    def has_learnt(self) -> bool:
+        """Whether any ground is known to be road."""
+        return len(self._driven_m) > 0
+
+    def learn(self, driven_m: NDArray[np.float64]) -> None:
         """Take the ground around a map point (2,) that the target has driven over, and left, as road."""
-        centre = mosaic.cells_of(driven_m[None])[0]
-        radius = int(np.ceil(_SAMPLE_RADIUS_M / mosaic.cell_m))
-        column, row = centre
-        if min(row, column) < radius:
-            return
-        patch = mosaic.rgb[row - radius : row + radius + 1, column - radius : column + radius + 1]
-        seen = mosaic.count[row - radius : row + radius + 1, column - radius : column + radius + 1] > 0
-        count_colours(self._road_counts, patch, seen.astype(np.float32), 1)
+        self._driven_m.append(driven_m)
 
     def road_probability(
         self, mosaic: Mosaic, centre_m: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
-        """Return, on a grid of 0.5 m around a map point: the probability of road (H, W), which cells were seen, and the grid's
-        origin (2,)."""
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+        """Return the probability of road (H, W) on a grid of 0.5 m around a map point, and the grid's origin (2,) on the map.
+
+        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled so that the middle one of the road's own pixels has 1; 0 where
+        nothing was seen.
+        """
         low = np.maximum(mosaic.cells_of(centre_m[None] - _REACH_M)[0], 0)
         high = np.minimum(mosaic.cells_of(centre_m[None] + _REACH_M)[0], mosaic.count.shape[::-1])
         cells = slice(low[1], high[1]), slice(low[0], high[0])
         size = tuple(np.maximum(((high - low) * mosaic.cell_m / _GRID_M).astype(int), 4).tolist())
         rgb = cv2.resize(mosaic.rgb[cells], size, interpolation=cv2.INTER_AREA)
-        seen = cv2.resize(mosaic.count[cells], size, interpolation=cv2.INTER_NEAREST) > 0
-        everything = np.zeros(CELLS, np.float32)
-        count_colours(everything, rgb, seen.astype(np.float32), 2)
-        road, everything = smooth_counts(self._road_counts), smooth_counts(everything)
-        table = _ROAD_SHARE * road / np.maximum(everything, 1e-9)
-        probability = np.minimum(look_up(table.astype(np.float32), rgb), 1.0) * seen
-        return probability, seen, mosaic.origin_m + low * mosaic.cell_m
+        count = cv2.resize(mosaic.count[cells], size, interpolation=cv2.INTER_NEAREST)
+        origin_m = mosaic.origin_m + low * mosaic.cell_m
+        everything, road = np.zeros((2, CELLS), np.float32)
+        count_colours(everything, rgb, (count > 0).astype(np.float32), 2)
+        count_colours(road, rgb, self._driven_cells(count, origin_m), 1)
+        road, everything = smooth_counts(road), smooth_counts(everything)
+        ratio = road / np.maximum(everything, 1e-9)
+        order = np.argsort(ratio)
+        typical = ratio[order[min(np.searchsorted(np.cumsum(road[order]), _TYPICAL_QUANTILE), CELLS - 1)]]
+        table = np.minimum(ratio / max(float(typical), 1e-9), 1.0)
+        return look_up(table.astype(np.float32), rgb) * (count > 0), origin_m
+
+    def _driven_cells(
+        self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """Return 1 at the cells (H, W) that were driven over, but not those seen only while the target hid them."""
+        driven = np.zeros(count.shape, np.float32)
+        for point_m in self._driven_m:
+            column, row = np.floor((point_m - origin_m) / _GRID_M).astype(int).tolist()
+            cv2.circle(driven, (column, row), int(_SAMPLE_RADIUS_M / _GRID_M), 1.0, -1)
+        return driven * (count >= _OFTEN_SEEN)
 
     def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> RoadMap:
         """Return the roads within 120 m of a map point."""
-        probability, _, origin_m = self.road_probability(mosaic, centre_m)
+        probability, origin_m = self.road_probability(mosaic, centre_m)
         mask = _road_mask(probability)
         cells, offsets = trace_lines(thin(mask))
         points = origin_m + _GRID_M * (cells[:, ::-1] + 0.5)

@@ -12,6 +12,8 @@ from trackers.mosaic_graph_pf.detector import Candidate
 _GATE_M = 2.2
 _POSITION_GAIN, _VELOCITY_GAIN = 0.7, 0.25
 _PATIENCE = 4
+_PLAUSIBLE = -2.0
+_MOST_EXPECTED = 8
 # One car's pictures resemble one another: each adds less than its own worth.
 _INDEPENDENCE = 0.5
 _MOST_EVIDENCE, _LEAST_EVIDENCE = 10.0, -6.0
@@ -58,11 +60,14 @@ class Sightings:
         self.current: list[Sighting] = []
 
     def expected(self, dt_s: float) -> list[tuple[NDArray[np.float64], float]]:
-        """Return where (2,) and along which heading the sightings should be now."""
-        return [(s.position_m + dt_s * s.velocity_mps, s.heading_rad) for s in self.current]
+        """Return where (2,) and along which heading the sightings should be now, the likeliest targets first."""
+        ranked = sorted(self.current, key=lambda s: s.evidence - s.missed, reverse=True)
+        return [(s.position_m + dt_s * s.velocity_mps, s.heading_rad) for s in ranked[:_MOST_EXPECTED]]
 
     def update(self, candidates: list[Candidate], dt_s: float) -> None:
-        """Give each candidate to the nearest sighting it may belong to, or start a new one; forget what is long gone."""
+        """Give each plausible candidate to the nearest sighting it may belong to, or start a new one; forget what is long
+        gone."""
+        candidates = [candidate for candidate in candidates if candidate.log_ratio > _PLAUSIBLE]
         for sighting in self.current:
             sighting.position_m = sighting.position_m + dt_s * sighting.velocity_mps
             sighting.missed += 1

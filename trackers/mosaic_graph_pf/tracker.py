@@ -101,9 +101,6 @@ class MosaicGraphParticleFilter:
         heading_rad = self._learn_start(first, start_m)
         self._filter = ParticleFilter(self._model(start_m, heading_rad), p.particles, self._rng)
         self._mosaic.add(first.small_rgb, camera, self._standing(first, np.zeros((1, 1), np.uint8), start_m))
-        for ahead_m in (-1.0, 1.0):
-            along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
-            self._roads.learn(self._mosaic, start_m + ahead_m * (0.5 * length_m + 1.8) * along)
         self._driven: deque[NDArray[np.float64]] = deque([start_m], maxlen=_DRIVEN_DELAY_FRAMES)
         self._frame, self._time_s = 0, observation.time_s
         self._since_lock_s = 0.0
@@ -211,7 +208,14 @@ class MosaicGraphParticleFilter:
         """Draw the roads anew where it is time to; return whether that was done."""
         if not self._p.use_roads or self._frame % _REDRAW_FRAMES != 5:
             return False
-        self._road_map = self._roads.draw(self._mosaic, self._filter.states[:, : rm.Y + 1].mean(axis=0))
+        states = self._filter.states
+        position_m = states[:, : rm.Y + 1].mean(axis=0)
+        if not self._roads.has_learnt:
+            heading = circular_mean(states[:, rm.HEADING], np.full(len(states), 1.0 / len(states)))
+            along = np.array([np.cos(heading), np.sin(heading)])
+            for ahead_m in (-1.0, 1.0):
+                self._roads.learn(position_m + ahead_m * (0.5 * self._size_m[0] + 2.0) * along)
+        self._road_map = self._roads.draw(self._mosaic, position_m)
         return True
 
     def _locked(self, posterior: Posterior, position_m: NDArray[np.float64]) -> Sighting | None:
@@ -232,7 +236,7 @@ class MosaicGraphParticleFilter:
             if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
                 on_road > 0.5 or self._road_map is None
             ):
-                self._roads.learn(self._mosaic, left_m)
+                self._roads.learn(left_m)
             self._driven.append(target.position_m)
             sure = np.linalg.norm(target.velocity_mps) > 2.0 and target.age > 5
             self._detector.learn(registered, target.candidate.position_m, target.heading_rad, shape=bool(sure))
