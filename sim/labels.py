@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import SKY, GBuffer
 from sim.mesh import TexturedMesh
-from sim.optics import PinholeCamera, invert_pose, project
+from sim.optics import PinholeCamera, invert_pose
 
 
 def amodal_box(
@@ -24,11 +24,7 @@ def amodal_box(
 
     NaN if any vertex is not in front of the camera.
     """
-    vertices = mesh.vertices_m.astype(float) @ T_world_body[:3, :3].T + T_world_body[:3, 3]
-    pixels, depth_m = project(camera, T_world_camera, vertices)
-    if (depth_m <= 1e-6).any():
-        return np.full(4, np.nan)
-    return np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])
+    return _box(mesh.vertices_m, camera.intrinsic_matrix @ (invert_pose(T_world_camera) @ T_world_body)[:3])
 
 
 def visible_fraction(
@@ -38,6 +34,7 @@ def visible_fraction(
     mesh: TexturedMesh,
     T_world_body: NDArray[np.float64],
     instance_id: int,
+    box_xyxy: NDArray[np.float64],
     *,
     pixel_offset: float = 0.5,
 ) -> float:
@@ -46,24 +43,23 @@ def visible_fraction(
     0 for a body that reaches behind the camera.
 
     Args:
+        box_xyxy: the body's ``amodal_box`` (4,).
         pixel_offset: where in a pixel ``gbuffer`` was sampled.
     """
-    box = amodal_box(camera, T_world_camera, mesh, T_world_body)
-    if np.isnan(box).any() or (box[2:] <= 0).any() or box[0] >= camera.width_px or box[1] >= camera.height_px:
+    left, top, right, bottom = box_xyxy
+    # Comparisons with NaN are false.
+    if not (right > 0 and bottom > 0 and left < camera.width_px and top < camera.height_px):
         return 0.0
-    first = np.floor(box[:2]).astype(int)
-    size = np.ceil(box[2:]).astype(int) - first + 1
+    x, y = int(np.floor(left)), int(np.floor(top))
+    width, height = int(np.ceil(right)) - x + 1, int(np.ceil(bottom)) - y + 1
     K = camera.intrinsic_matrix
-    K[:2, 2] -= first + pixel_offset
-    view = K @ invert_pose(T_world_camera)[:3] @ T_world_body
+    K[:2, 2] -= np.array([x, y]) + pixel_offset
+    view = K @ (invert_pose(T_world_camera) @ T_world_body)[:3]
     homogeneous = mesh.vertices_m.astype(float) @ view[:, :3].T + view[:, 3]
-    pixels = homogeneous[:, :2] / homogeneous[:, 2:]
-    covered = np.zeros((int(size[1]), int(size[0])), dtype=np.bool_)
-    _cover(pixels, mesh.faces, covered)
-    low = np.maximum(first, 0)
-    high = np.minimum(first + size, [camera.width_px, camera.height_px])
-    seen = np.count_nonzero(gbuffer.instance_id[low[1] : high[1], low[0] : high[0]] == instance_id)
-    return min(1.0, seen / max(np.count_nonzero(covered), 1))
+    covered = np.zeros((height, width), dtype=np.bool_)
+    _cover(homogeneous[:, :2] / homogeneous[:, 2:], mesh.faces, covered)
+    window = gbuffer.instance_id[max(y, 0) : y + height, max(x, 0) : x + width]
+    return min(1.0, np.count_nonzero(window == instance_id) / max(np.count_nonzero(covered), 1))
 
 
 def ground_homography(
@@ -106,6 +102,22 @@ def backward_flow(
     centre_x, centre_y = camera.centre_px
     _flow(gbuffer.depth_m, gbuffer.instance_id, matrices, camera.focal_px, centre_x, centre_y, flow)
     return flow
+
+
+@njit(cache=True)
+def _box(vertices_m: NDArray[np.float32], view: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Bounds of π(view (p, 1)) over all vertices p (n, 3); NaN if one has a depth that is not positive."""
+    box = np.array([np.inf, np.inf, -np.inf, -np.inf])
+    for n in range(vertices_m.shape[0]):
+        x, y, z = vertices_m[n]
+        w = view[2, 0] * x + view[2, 1] * y + view[2, 2] * z + view[2, 3]
+        if w <= 1e-6:
+            return np.full(4, np.nan)
+        for axis in range(2):
+            pixel = (view[axis, 0] * x + view[axis, 1] * y + view[axis, 2] * z + view[axis, 3]) / w
+            box[axis] = min(box[axis], pixel)
+            box[axis + 2] = max(box[axis + 2], pixel)
+    return box
 
 
 @njit(cache=True)

@@ -135,8 +135,8 @@ class RoadTownEpisode:
         poses = self._body_poses[[body.index for body in self._cars]]
         fractions = np.array(
             [
-                visible_fraction(gbuffer, camera, T_world_camera, body.mesh, pose, body.index)
-                for body, pose in zip(self._cars, poses, strict=True)
+                visible_fraction(gbuffer, camera, T_world_camera, body.mesh, pose, body.index, box)
+                for body, pose, box in zip(self._cars, poses, boxes, strict=True)
             ]
         )
         state = _state(camera, boxes[TARGET], fractions[TARGET])

@@ -66,7 +66,7 @@ def test_fraction_whole_cut_hidden_and_outside():
     def fraction(place, extra=()):
         world, car, gbuffer = _drawn(place, pose, extra)
         world.close()
-        return visible_fraction(gbuffer, CAMERA, pose, CAR, place, car.index)
+        return visible_fraction(gbuffer, CAMERA, pose, CAR, place, car.index, amodal_box(CAMERA, pose, CAR, place))
 
     assert fraction(_pose(2, 1, 0.4)) == 1.0
     assert fraction(_pose(60, 0)) == 0.0
@@ -92,7 +92,8 @@ def test_fraction_is_that_of_drawing_it_alone_on_a_large_picture():
     alone = Raster(world_alone).gbuffer(large, pose)
     expected = (gbuffer.instance_id == car.index).sum() / (alone.instance_id == car_alone.index).sum()
     assert 0.05 < expected < 0.98
-    measured = visible_fraction(gbuffer, CAMERA, pose, CAR, place, car.index)
+    box = amodal_box(CAMERA, pose, CAR, place)
+    measured = visible_fraction(gbuffer, CAMERA, pose, CAR, place, car.index, box)
     assert measured == pytest.approx(expected, abs=0.01)
     world.close()
     world_alone.close()
