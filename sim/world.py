@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
 import cv2
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
 from sim.mesh import Texture, TexturedMesh
 from sim.optics import PinholeCamera, invert_pose
+
+
+@contextmanager
+def _without_greeting() -> Iterator[None]:
+    """Send what native code prints to stderr meanwhile nowhere: PyBullet greets whoever imports it, in every worker."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+with _without_greeting():
+    import pybullet
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +106,7 @@ class World:
     def move(self, body: Body, T_world_body: NDArray[np.float64]) -> None:
         """Put a movable body somewhere else."""
         if not body.movable:
-            raise ValueError(
-                f"body: expected a movable one, got {body.name!r}, which was added with movable=False"
-            )
+            raise ValueError(f"body: expected a movable one, got {body.name!r}, which was added with movable=False")
         position, quaternion = _to_bullet(T_world_body)
         pybullet.resetBasePositionAndOrientation(
             self._handles[body.index], position, quaternion, physicsClientId=self._client
@@ -108,6 +125,7 @@ class World:
         *,
         near_m: float,
         far_m: float,
+        pixel_offset: float = 0.5,
         shadows: bool = False,
         light_direction: tuple[float, float, float] = (0.0, 0.0, 1.0),
         lit: bool = False,
@@ -116,7 +134,9 @@ class World:
 
         Args:
             near_m, far_m: clipping depths.
-            shadows, lit: PyBullet's own shadows and shading; with both False the colours are those of the surfaces.
+            pixel_offset: where in a pixel it is sampled; 0.5 is its centre.
+            shadows, lit: PyBullet's own shadows and shading; with both False the colours are those of the
+                surfaces.
             light_direction: from the scene towards the light.
 
         Returns:
@@ -127,7 +147,7 @@ class World:
             camera.width_px,
             camera.height_px,
             _opengl_view(T_world_camera),
-            _opengl_projection(camera, near_m, far_m),
+            _opengl_projection(camera, near_m, far_m, pixel_offset),
             lightDirection=light_direction,
             lightAmbientCoeff=0.6 if lit else 1.0,
             lightDiffuseCoeff=0.35 if lit else 0.0,
@@ -197,10 +217,17 @@ def _opengl_view(T_world_camera: NDArray[np.float64]) -> list[float]:
     return (np.diag([1.0, -1.0, -1.0, 1.0]) @ invert_pose(T_world_camera)).T.ravel().tolist()
 
 
-def _opengl_projection(camera: PinholeCamera, near_m: float, far_m: float) -> list[float]:
-    """Return OpenGL's column-major projection matrix."""
+def _opengl_projection(camera: PinholeCamera, near_m: float, far_m: float, pixel_offset: float) -> list[float]:
+    """Return OpenGL's column-major projection matrix.
+
+    TinyRenderer samples a pixel at its bottom left corner, so the picture is shifted to bring the wanted
+    point there.
+    """
     x = 2.0 * camera.focal_px / camera.width_px
     y = 2.0 * camera.focal_px / camera.height_px
     a = (near_m + far_m) / (near_m - far_m)
     b = 2.0 * near_m * far_m / (near_m - far_m)
-    return [x, 0, 0, 0, 0, y, 0, 0, 0, 0, a, -1, 0, 0, b, 0]
+    # Right and up, in units of half the picture, for a camera that looks along -z.
+    right = 2.0 * pixel_offset / camera.width_px
+    up = 2.0 * (1.0 - pixel_offset) / camera.height_px
+    return [x, 0, 0, 0, 0, y, 0, 0, right, up, a, -1, 0, 0, b, 0]
