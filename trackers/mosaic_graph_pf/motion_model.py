@@ -13,6 +13,7 @@ from trackers.mosaic_graph_pf.ground_camera import GroundCamera
 from trackers.mosaic_graph_pf.road_map import RoadMap
 
 _AXIS_DEVIATION_RAD = 0.35
+_FREE_DRIVING_MPS, _CRUISE_PRIOR_S = 4.0, 2.0
 _BORN_POSITION_M, _BORN_SPEED_MPS, _BORN_HEADING_RAD = 0.4, 1.0, 0.12
 
 
@@ -84,6 +85,15 @@ class CarModel:
         self._miss_counts = miss_counts
         self._detection_deviation_m = detection_deviation_m
         self._border_m = border_m
+        self._driven_s = _CRUISE_PRIOR_S
+
+    def learn_speed(self, speed_mps: float, dt_s: float) -> None:
+        """Let the speed wished for follow the target's own habit: the mean of its speeds in free driving."""
+        if speed_mps < _FREE_DRIVING_MPS:
+            return
+        self._driven_s += dt_s
+        mean = self._habits.cruise_mps
+        self._habits = self._habits._replace(cruise_mps=mean + dt_s / self._driven_s * (speed_mps - mean))
 
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Draw states (N, COLUMNS)."""

@@ -99,7 +99,8 @@ class MosaicGraphParticleFilter:
         first = self._registration.first
         start_m = camera.to_map(centre_px[None], CENTRE_HEIGHT_M)[0]
         heading_rad = self._learn_start(first, start_m)
-        self._filter = ParticleFilter(self._model(start_m, heading_rad), p.particles, self._rng)
+        self._car = self._model(start_m, heading_rad)
+        self._filter = ParticleFilter(self._car, p.particles, self._rng)
         self._mosaic.add(first.small_rgb, camera, self._standing(first, np.zeros((1, 1), np.uint8), start_m))
         self._driven: deque[NDArray[np.float64]] = deque([start_m], maxlen=_DRIVEN_DELAY_FRAMES)
         self._frame, self._time_s = 0, observation.time_s
@@ -118,7 +119,7 @@ class MosaicGraphParticleFilter:
         posterior = self._filter.step(self._instant(dt_s, registered.camera, new_roads))
         position_m = geometric_median(np.ascontiguousarray(posterior.states[:, : rm.Y + 1]), posterior.weights, 8)
         target = self._locked(posterior, position_m)
-        self._learn(registered, posterior, target)
+        self._learn(registered, posterior, target, dt_s)
         standing = self._standing(registered, cues.difference, None if target is None else target.position_m)
         self._mosaic.add(registered.small_rgb, registered.camera, standing)
         return self._estimate(registered.camera, posterior, position_m, target)
@@ -227,10 +228,13 @@ class MosaicGraphParticleFilter:
         sighting = self._sightings.nearest(position_m, 0.5 * self._size_m[0])
         return sighting if sighting is not None and sighting.log_ratio > 0 else None
 
-    def _learn(self, registered: Registered, posterior: Posterior, target: Sighting | None) -> None:
+    def _learn(
+        self, registered: Registered, posterior: Posterior, target: Sighting | None, dt_s: float
+    ) -> None:
         if target is not None:
             self._since_lock_s = 0.0
             self._sightings.rule_out_others(target)
+            self._car.learn_speed(float(np.linalg.norm(target.velocity_mps)), dt_s)
             on_road = float(posterior.weights @ posterior.states[:, rm.ON_ROAD])
             left_m = self._driven[0]
             if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
