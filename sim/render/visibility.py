@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from sim.render.scene import SceneArrays
 
-NEAR_M = 0.05
+NEAR_M = 0.2
 """Nothing nearer to a camera than this is drawn."""
 
 
