@@ -14,6 +14,8 @@ from sim.optics import PinholeCamera
 
 _SETTLE_FRAMES = 25
 """The target is whole in the picture this long at least, at both ends and between frame-outs."""
+_STEERING_LAG_M = 9.0
+"""A camera that follows an estimate trails the car by so much; gusts in closed loop swing it further out."""
 _APART_FRAMES = _SETTLE_FRAMES + 14
 """From the end of a frame-out to the start of the next: the car also has to come in and to go out."""
 _WISHES, _PLACEMENTS, _FITS = 40, 400, 6
@@ -134,6 +136,8 @@ def _draw_pulse(
     wish = preset.frame_outs
     direction = 0.0 if wish.aim == "ahead" else float(rng.uniform(-np.pi, np.pi))
     margin = float(rng.uniform(5.0, 9.0)) if frames < 15 else float(rng.uniform(6.0, 16.0))
+    if closed_loop:
+        margin += _STEERING_LAG_M
     offset = swing_out(preset, camera, air.altitude_m, direction, margin)
     tilts = closed_loop or wish.gusts_only or frames < _DRIFT_FROM_FRAMES or rng.random() < 0.3
     if tilts:

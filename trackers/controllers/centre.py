@@ -20,7 +20,7 @@ class Parameters:
         assumed_height_m: height above ground where none is measured.
     """
 
-    gain_per_s: float = 1.2
+    gain_per_s: float = 1.8
     fastest_mps: float = 20.0
     assumed_height_m: float = 60.0
 

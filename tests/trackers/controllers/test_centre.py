@@ -31,14 +31,14 @@ def test_tilt_does_not_change_the_command(pitch, roll, yaw):
     # 7 m along world x from the camera.
     np.testing.assert_allclose(
         [command.forward_mps, command.right_mps],
-        1.2 * 7.0 * np.array([np.cos(yaw), np.sin(yaw)]),
+        Parameters().gain_per_s * 7.0 * np.array([np.cos(yaw), np.sin(yaw)]),
         atol=1e-6,
     )
 
 
 def test_without_instruments_it_takes_the_camera_to_look_straight_down():
     command = _command((12.0, -3.0), with_ego=False)
-    assert command.forward_mps == pytest.approx(1.2 * 7.0 * 60 / 50)
+    assert command.forward_mps == pytest.approx(Parameters().gain_per_s * 7.0 * 60 / 50)
     assert command.right_mps == pytest.approx(0.0, abs=1e-9)
 
 
