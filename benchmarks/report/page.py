@@ -1,16 +1,178 @@
-"""One self-contained HTML page, made from rows alone."""
+"""One self-contained HTML page, made from rows alone: it opens offline, and the same rows make the same page."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from benchmarks.records import Row, read_rows, write_beside
+from benchmarks.report import curves, plots, tables
+from benchmarks.report.palette import LineStyle, line_styles
+from benchmarks.report.pictures import Picture, read_pictures
+from benchmarks.report.provenance import Provenance, provenance
+from benchmarks.suites import suite
+from benchmarks.summary import (
+    COMPARISONS_FILE_NAME,
+    SUMMARY_FILE_NAME,
+    Condition,
+    grouped,
+    write_summary,
+)
+
+REPORT_FILE_NAME = "report.html"
+_RANKED_ROLES = ("ours", "as-written", "baseline", "external")
+_ROLE_ORDER = (*_RANKED_ROLES, "variant", "oracle")
+_DRAWN_ROLES = ("ours", "as-written", "baseline", "external", "oracle")
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A figure with its words."""
+
+    title: str
+    words: str
+    svg: Markup
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Everything about one condition."""
+
+    name: str
+    title: str
+    question: str
+    provenance: Provenance
+    leaderboard: tables.Table
+    oracles: tables.Table
+    variants: tables.Table
+    differences: tables.Table
+    everything: tables.Table
+    ours: str | None
+    plots: tuple[Plot, ...]
+    legend: tuple[tuple[str, str, LineStyle], ...]
+    pictures: tuple[Picture, ...]
 
 
 def write_report(directory: Path) -> Path:
-    """Make ``directory/report.html`` from ``records.jsonl`` and ``summary.json`` in ``directory``; return its path.
+    """Make ``directory/report.html`` from the rows in ``directory`` and return its path.
 
-    Pictures that lie in ``directory/pictures`` (contact sheets, written by the bench) are embedded.
+    Pictures that lie in ``directory/pictures`` are embedded, see ``benchmarks.report.pictures``. The summary
+    and the comparisons are made anew if they are missing.
 
     Raises:
         ValueError: if the folder holds no results.
     """
-    raise NotImplementedError
+    rows = read_rows(directory)
+    if not rows:
+        raise ValueError(f"directory: expected one that holds results, got no whole episode in {str(directory)!r}")
+    if not all((directory / name).is_file() for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME)):
+        write_summary(directory)
+    summary = json.loads((directory / SUMMARY_FILE_NAME).read_text())
+    comparisons = json.loads((directory / COMPARISONS_FILE_NAME).read_text())
+    pictures = read_pictures(directory)
+    sections = [
+        _section(condition, trackers, _of(summary, condition), _of(comparisons, condition), pictures)
+        for condition, trackers in grouped(rows).items()
+    ]
+    path = directory / REPORT_FILE_NAME
+    write_beside(path, _render(sections))
+    return path
+
+
+def _render(sections: list[Section]) -> str:
+    environment = Environment(
+        loader=PackageLoader("benchmarks", "report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    style = Markup(Path(__file__).with_name("page.css").read_text())
+    return environment.get_template("page.html.jinja").render(sections=sections, style=style)
+
+
+def _of(entries: list[dict[str, Any]], condition: Condition) -> list[dict[str, Any]]:
+    keys = ("suite", "scenario", "preset", "renderer")
+    return [entry for entry in entries if (*(entry[key] for key in keys), entry.get("controller") or "") == condition]
+
+
+def _section(
+    condition: Condition,
+    trackers: Mapping[str, list[Row]],
+    summary: list[dict[str, Any]],
+    comparisons: list[dict[str, Any]],
+    pictures: list[Picture],
+) -> Section:
+    suite_name, scenario, preset, renderer, controller = condition
+    scores = suite(suite_name)
+    everything = tables.every_metric(scores, summary)
+    ranked = [(line.tracker, line.role) for line in everything.lines]
+    ranked.sort(key=lambda pair: _ROLE_ORDER.index(pair[1]))
+    styles = line_styles(ranked)
+    drawn = {name: trackers[name] for name, role in ranked if role in _DRAWN_ROLES}
+    return Section(
+        name="-".join(filter(None, condition)),
+        title=f"{scenario} · {preset} · {f'steered by {controller}' if controller else 'set path'} · {renderer}",
+        question=scores.summary,
+        provenance=provenance([row for rows in trackers.values() for row in rows]),
+        leaderboard=tables.leaderboard(scores, summary, _RANKED_ROLES),
+        oracles=tables.leaderboard(scores, summary, ("oracle",)),
+        variants=tables.leaderboard(scores, summary, ("variant",)),
+        differences=tables.paired_differences(scores, comparisons, [line.tracker for line in everything.lines]),
+        everything=everything,
+        ours=next((name for name, role in ranked if role == "ours"), None),
+        plots=(*_plots(drawn, styles), *_speed_plot(summary, styles)),
+        legend=tuple((name, role, styles[name]) for name, role in ranked if name in drawn),
+        pictures=tuple(picture for picture in pictures if picture.condition == condition),
+    )
+
+
+def _plots(drawn: Mapping[str, list[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
+    kinds: tuple[tuple[str, str, Callable[..., Any], Callable[..., str]], ...] = (
+        (
+            "Where is the car while nobody sees it?",
+            "Mean error over all frame-outs that last so long, one that is lost or silent counting with the "
+            "capped worst error. Bands: 95 % bootstrap over seeds.",
+            curves.offscreen_error,
+            plots.plot_offscreen_error,
+        ),
+        (
+            "How soon is it found again?",
+            "Kaplan–Meier: a car that is never found counts as lost for as long as it was watched. "
+            "Bands: 95 % bootstrap over seeds.",
+            curves.recovery,
+            plots.plot_recovery,
+        ),
+        (
+            "Does the tracker know how little it knows?",
+            "Share of the frames outside on which the car lies in the posterior's region of that size. "
+            "Above the diagonal: too modest; below: too sure. Trackers without a posterior are not shown.",
+            curves.calibration,
+            plots.plot_calibration,
+        ),
+    )
+    made = []
+    for title, words, compute, draw in kinds:
+        lines = {name: curve for name, rows in drawn.items() if (curve := compute(rows)) is not None}
+        if lines:
+            made.append(Plot(title, words, Markup(draw(lines, styles))))
+    return made
+
+
+def _speed_plot(summary: list[dict[str, Any]], styles: Mapping[str, LineStyle]) -> list[Plot]:
+    entries = {entry["tracker"]: entry for entry in summary if entry["metric"] == "frames_per_s"}
+    speeds = {
+        name: (entry["mean"], entry["ci_low"], entry["ci_high"])
+        for name in styles
+        if (entry := entries.get(name)) and entry["role"] in _DRAWN_ROLES and entry["ci_low"] is not None
+    }
+    if not speeds:
+        return []
+    words = "CPU time of the tracker alone, without the picture's making. Dots: median over episodes."
+    return [Plot("What does it cost?", words, Markup(plots.plot_speed(speeds, styles)))]

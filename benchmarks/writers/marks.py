@@ -60,9 +60,7 @@ def draw_cross(image: Image, centre_px: NDArray[np.float64], colour: Rgb, arm_px
     x, y = centre_px
     gap = 0.3 * arm_px
     arms = [(dx * s, dy * s) for dx, dy in ((1, 0), (0, 1)) for s in (-1, 1)]
-    draw_lines(
-        image, [[(x + gap * a, y + gap * b), (x + arm_px * a, y + arm_px * b)] for a, b in arms], colour
-    )
+    draw_lines(image, [[(x + gap * a, y + gap * b), (x + arm_px * a, y + arm_px * b)] for a, b in arms], colour)
 
 
 def draw_particles(
@@ -79,9 +77,7 @@ def draw_particles(
     cv2.addWeighted(layer, 0.7, image, 0.3, 0.0, dst=image)
 
 
-def draw_ellipse(
-    image: Image, centre_px: NDArray[np.float64], covariance_px: NDArray[np.float64], colour: Rgb
-) -> None:
+def draw_ellipse(image: Image, centre_px: NDArray[np.float64], covariance_px: NDArray[np.float64], colour: Rgb) -> None:
     """Draw a Gaussian's 95 % ellipse: squared Mahalanobis distance 5.991 (chi², 2 degrees of freedom)."""
     variances, axes = np.linalg.eigh(covariance_px)
     turn = np.linspace(0.0, 2.0 * np.pi, 73)

@@ -47,9 +47,7 @@ class Mp4Writer:
             self._size = (height, width)
             self._stream.width, self._stream.height = width, height
         if (height, width) != self._size:
-            raise ValueError(
-                f"image_rgb: expected {self._size} like the first picture, got {(height, width)}"
-            )
+            raise ValueError(f"image_rgb: expected {self._size} like the first picture, got {(height, width)}")
         picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(image_rgb[:height, :width]), format="rgb24")
         self._file.mux(self._stream.encode(picture))
 

@@ -3,21 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator
-from pathlib import Path
+from dataclasses import dataclass
 
-import numpy as np
-
-from benchmarks.writers.caption import Caption
-from benchmarks.writers.instant import Instant, draw_instant
-from benchmarks.writers.mp4 import Mp4Writer
-from scenarios.scenario import Episode
-from trackers.protocols import Controller, Tracker
+from benchmarks.contestants import Contestant, entrant
+from benchmarks.writers.instant import Instant
+from scenarios import catalog
+from scenarios.scenario import Episode, RendererName
+from sim.rng import generator
+from trackers.controllers.catalogue import create_controller
+from trackers.protocols import Controller
 from trackers.types import Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One tracker in one episode, by names, as rows name it.
+
+    Attributes:
+        scenario, preset, seed, renderer: the episode.
+        tracker: who watches, None for truth alone.
+        controller: what steers by the tracker's estimate, None for the set path.
+    """
+
+    scenario: str
+    preset: str
+    seed: int
+    renderer: RendererName = "raster"
+    tracker: str | None = None
+    controller: str | None = None
+
+    def open(self) -> Episode:
+        """Build the episode.
+
+        Raises:
+            ValueError: for an unknown name or a negative seed.
+        """
+        if self.controller is not None and self.tracker is None:
+            raise ValueError(f"tracker: expected a name, as {self.controller!r} steers by one; got none")
+        source = catalog.scenario(self.scenario)
+        closed_loop = self.controller is not None
+        return source.episode(self.preset, self.seed, renderer=self.renderer, closed_loop=closed_loop)
+
+    def instants(
+        self, episode: Episode, *, scale: float, wanted: Container[int], frame_count: int
+    ) -> Iterator[Instant]:
+        """Live through ``episode``; the tracker draws the same random numbers as when it was scored."""
+        contestant = None
+        if self.tracker is not None:
+            rng = generator(self.seed, f"tracker/{self.tracker}")
+            contestant = entrant(self.tracker).create(episode, rng)
+        controller = None if self.controller is None else create_controller(self.controller)
+        return replay(episode, contestant, controller, scale=scale, wanted=wanted, frame_count=frame_count)
 
 
 def replay(
     episode: Episode,
-    tracker: Tracker | None,
+    contestant: Contestant | None,
     controller: Controller | None,
     *,
     scale: float,
@@ -26,41 +67,20 @@ def replay(
 ) -> Iterator[Instant]:
     """Yield the ``wanted`` ones among the first ``frame_count`` frames; the others are lived through unseen.
 
-    The tracker is told the target's box in frame 0, where that box is its estimate. The controller's command
-    of one frame moves the camera to the next, as when the run was scored.
+    The contestant is told the target's box in frame 0, where that box is its estimate. The controller's
+    command of one frame moves the camera to the next, as when the run was scored.
     """
     command = None
     for index in range(frame_count):
         frame = episode.step(command)
         estimate = None
-        if tracker is not None and index == 0:
-            tracker.initialise(frame.observation, episode.target_box_xyxy)
+        if contestant is not None and index == 0:
             box = episode.target_box_xyxy
+            contestant.initialise(frame, box.copy())
             estimate = Estimate(0.5 * (box[:2] + box[2:]), box, in_view_probability=1.0)
-        elif tracker is not None:
-            estimate = tracker.update(frame.observation)
+        elif contestant is not None:
+            estimate = contestant.update(frame)
         if controller is not None and estimate is not None:
             command = controller.command(frame.observation, estimate)
         if index in wanted:
             yield Instant(frame, estimate, episode.larger_view(scale))
-
-
-def write_video(
-    out: Path,
-    episode: Episode,
-    tracker: Tracker | None,
-    controller: Controller | None,
-    *,
-    title: str,
-    frame_count: int,
-    scale: float,
-) -> None:
-    """Write the first ``frame_count`` frames of an episode as an MP4, a caption with ``title`` under each."""
-    caption = None
-    with Mp4Writer(out, episode.rate_hz) as video:
-        for instant in replay(
-            episode, tracker, controller, scale=scale, wanted=range(frame_count), frame_count=frame_count
-        ):
-            picture = draw_instant(instant)
-            caption = caption or Caption(title, frame_count, picture.shape[1])
-            video.write(np.concatenate([picture, caption.draw(instant)]))

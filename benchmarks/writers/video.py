@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
-from benchmarks.writers.replay import write_video
+import numpy as np
+
+from benchmarks.writers.caption import Caption
+from benchmarks.writers.instant import Instant, draw_instant
+from benchmarks.writers.mp4 import Mp4Writer
+from benchmarks.writers.replay import Run
 from scenarios import catalog
-from scenarios.scenario import Episode, RendererName, Scenario
-from sim.rng import generator
-from trackers import registry
-from trackers.controllers.catalogue import create_controller
-from trackers.protocols import Tracker
+from scenarios.scenario import RendererName
 
 
 def render_episode(
@@ -31,7 +33,7 @@ def render_episode(
         scenario: catalogue id, with or without version.
         out: file to write (H.264 in MP4), beside and renamed.
         preset, seed, renderer: which episode.
-        tracker: registered name of the tracker whose estimate is drawn, or None for truth alone.
+        tracker: name of the tracker (or oracle) whose estimate is drawn, or None for truth alone.
         controller: name of what steers by the tracker's estimate (closed loop), or None for a set path.
         frames: stop after so many frames; None = the whole episode.
         scale: size of the larger view relative to the observed frame, >= 1.
@@ -43,32 +45,25 @@ def render_episode(
         raise ValueError(f"scale: expected a number >= 1, got {scale}")
     if frames is not None and frames < 1:
         raise ValueError(f"frames: expected a whole number >= 1, got {frames}")
-    if controller is not None and tracker is None:
-        raise ValueError(f"tracker: expected a name, as controller {controller!r} steers by one; got none")
-    source = catalog.scenario(scenario)
-    episode = open_episode(source, preset, seed, renderer, closed_loop=controller is not None)
+    if out.suffix != ".mp4":
+        raise ValueError(f"out: expected a file that ends in .mp4, got {str(out)!r}")
+    run = Run(catalog.scenario(scenario).id, preset, seed, renderer, tracker, controller)
+    episode = run.open()
     try:
-        follower = None if tracker is None else create_tracker(tracker, source, seed)
-        pilot = None if controller is None else create_controller(controller)
         count = episode.frame_count if frames is None else min(frames, episode.frame_count)
-        title = " · ".join([source.id, preset, f"seed {seed}", *filter(None, (tracker, controller))])
-        write_video(out, episode, follower, pilot, title=title, frame_count=count, scale=scale)
+        title = " · ".join([run.scenario, preset, f"seed {seed}", *filter(None, (tracker, controller))])
+        instants = run.instants(episode, scale=scale, wanted=range(count), frame_count=count)
+        write_video(out, instants, rate_hz=episode.rate_hz, title=title, frame_count=count)
     finally:
         episode.close()
     return out
 
 
-def open_episode(
-    source: Scenario, preset: str, seed: int, renderer: RendererName, *, closed_loop: bool
-) -> Episode:
-    """Build an episode, closed loop or on its set path."""
-    if preset not in source.presets:
-        raise ValueError(f"preset: expected one of {', '.join(source.presets)}; got {preset!r}")
-    if seed < 0:
-        raise ValueError(f"seed: expected a whole number >= 0, got {seed}")
-    return source.episode(preset, seed, renderer=renderer, closed_loop=closed_loop)
-
-
-def create_tracker(name: str, source: Scenario, seed: int) -> Tracker:
-    """Return the tracker as the benchmark starts it on this episode."""
-    return registry.entry(name).create(generator(seed, f"tracker/{source.id}/{name}/0"))
+def write_video(out: Path, instants: Iterable[Instant], *, rate_hz: float, title: str, frame_count: int) -> None:
+    """Write instants as an MP4, under each a caption with ``title`` and a time line of ``frame_count``."""
+    caption = None
+    with Mp4Writer(out, rate_hz) as video:
+        for instant in instants:
+            picture = draw_instant(instant)
+            caption = caption or Caption(title, frame_count, picture.shape[1])
+            video.write(np.concatenate([picture, caption.draw(instant)]))

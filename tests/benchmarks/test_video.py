@@ -11,10 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.contestants import FromPictures
 from benchmarks.writers import marks
 from benchmarks.writers.instant import Instant, describe_state, draw_instant
 from benchmarks.writers.mp4 import Mp4Writer
-from benchmarks.writers.replay import replay, write_video
+from benchmarks.writers.replay import replay
+from benchmarks.writers.video import write_video
 from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker
 from trackers.types import CameraCommand, Estimate, Observation
 
@@ -22,6 +24,19 @@ from trackers.types import CameraCommand, Estimate, Observation
 def decode(path: Path) -> list[np.ndarray]:
     with av.open(str(path)) as video:
         return [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
+
+
+def write_fake(out: Path, frame_count: int) -> None:
+    episode = FakeEpisode()
+    instants = replay(
+        episode,
+        FromPictures(FakeTracker()),
+        None,
+        scale=2.0,
+        wanted=range(frame_count),
+        frame_count=frame_count,
+    )
+    write_video(out, instants, rate_hz=episode.rate_hz, title="fake", frame_count=frame_count)
 
 
 def instant_at(frame: int, estimate: Estimate | None = None) -> Instant:
@@ -33,7 +48,7 @@ def instant_at(frame: int, estimate: Estimate | None = None) -> Instant:
 
 def test_a_video_shows_every_frame_and_its_caption(tmp_path: Path) -> None:
     out = tmp_path / "deep" / "x.mp4"
-    write_video(out, FakeEpisode(), FakeTracker(), None, title="fake", frame_count=12, scale=2.0)
+    write_fake(out, 12)
     pictures = decode(out)
     assert len(pictures) == 12
     assert pictures[0].shape[1] >= 960
@@ -42,15 +57,13 @@ def test_a_video_shows_every_frame_and_its_caption(tmp_path: Path) -> None:
 
 def test_the_same_pictures_make_the_same_bytes(tmp_path: Path) -> None:
     for name in ("a.mp4", "b.mp4"):
-        write_video(tmp_path / name, FakeEpisode(), FakeTracker(), None, title="x", frame_count=5, scale=1.5)
+        write_fake(tmp_path / name, 5)
     assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
 
 
 @settings(max_examples=8, deadline=None)
 @given(height=st.integers(16, 51), width=st.integers(16, 51))
-def test_odd_sizes_are_cut_to_even_ones(
-    tmp_path_factory: pytest.TempPathFactory, height: int, width: int
-) -> None:
+def test_odd_sizes_are_cut_to_even_ones(tmp_path_factory: pytest.TempPathFactory, height: int, width: int) -> None:
     out = tmp_path_factory.mktemp("odd") / "x.mp4"
     with Mp4Writer(out, 15.0) as video:
         video.write(np.full((height, width, 3), (10, 200, 90), dtype=np.uint8))
@@ -145,7 +158,7 @@ def test_replay_steers_by_the_estimate_and_shows_only_what_is_wanted() -> None:
             return CameraCommand(right_mps=float(estimate.position_px[0]))
 
     episode = FakeEpisode()
-    shown = list(replay(episode, FakeTracker(), Pilot(), scale=2.0, wanted=(0, 4), frame_count=6))
+    shown = list(replay(episode, FromPictures(FakeTracker()), Pilot(), scale=2.0, wanted=(0, 4), frame_count=6))
     assert [instant.frame.truth.frame for instant in shown] == [0, 4]
     assert episode.commands[0] is None
     steered = [command.right_mps for command in episode.commands[1:] if command is not None]

@@ -1,0 +1,125 @@
+"""From the rows of one tracker to the curves of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.records import Row
+from benchmarks.statistics import PooledRatios
+from sim.rng import generator
+
+_RESAMPLES = 1000
+FEWEST = 3
+"""A mean over fewer frame-outs than this is not drawn."""
+RECOVERY_FRAMES = 45
+"""How far the recovery curve goes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line with a 95 % band; all (K,).
+
+    Attributes:
+        x, y: the line. low, high: its band.
+        count: what each point is a mean of, e.g. frame-outs.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    count: NDArray[np.float64]
+
+
+def offscreen_error(rows: Sequence[Row]) -> Curve | None:
+    """Mean error in metres against frames since the exit, over the frame-outs that last so long.
+
+    The band is a percentile bootstrap over seeds. Where fewer than ``FEWEST`` frame-outs are left the curve
+    ends; None if it never begins.
+    """
+    sums = _sums_by_seed(rows, "offscreen_error_by_frame_m")
+    return None if sums is None else _with_band(sums, x=np.arange(sums.numerators.shape[1], dtype=float))
+
+
+def calibration(rows: Sequence[Row]) -> Curve | None:
+    """Share of frames outside whose truth lies in the posterior's p region, against p; None without posterior.
+
+    The band is a percentile bootstrap over seeds. An honest posterior gives the diagonal.
+    """
+    sums = _sums_by_seed(rows, "credible_level_histogram")
+    if sums is None:
+        return None
+    bins = sums.numerators.shape[1]
+    cumulative = PooledRatios(sums.seeds, np.cumsum(sums.numerators, axis=1), sums.denominators, lambda ratios: ratios)
+    inner = _with_band(cumulative, x=(np.arange(bins) + 1.0) / bins)
+    if inner is None:
+        return None
+    origin = np.zeros(1)
+    return Curve(
+        np.concatenate([origin, inner.x]),
+        np.concatenate([origin, inner.y]),
+        np.concatenate([origin, inner.low]),
+        np.concatenate([origin, inner.high]),
+        np.concatenate([inner.count[:1], inner.count]),
+    )
+
+
+def recovery(rows: Sequence[Row]) -> Curve | None:
+    """Share of cars found again, against frames since they were back in full.
+
+    Kaplan-Meier: ``1 - prod_{u <= t} (1 - d_u / n_u)``, d_u cars found at u among the n_u still looked for. A
+    car never found is looked for until its watch ends. The band is a percentile bootstrap over seeds. None if
+    no frame-out could be judged.
+    """
+    frames = [row for row in rows if row["metric"] == "recovery_frames"]
+    watched = [row["value"] for row in rows if row["metric"] == "watched_frames"]
+    if not frames:
+        return None
+    found = np.array([row["value"] is not None for row in frames])
+    ends = np.array([w if r["value"] is None else r["value"] for r, w in zip(frames, watched, strict=True)])
+    seeds, places = np.unique([row["seed"] for row in frames], return_inverse=True)
+    steps = np.arange(RECOVERY_FRAMES + 1.0)
+    events, looked_for = np.zeros((2, len(seeds), len(steps)))
+    np.add.at(events, places, (ends[:, None] == steps) & found[:, None])
+    np.add.at(looked_for, places, ends[:, None] >= steps)
+    return _with_band(PooledRatios(seeds, events, looked_for, _found_share), x=steps, fewest=0)
+
+
+def _found_share(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
+    # Once nobody is looked for the share stays what it was.
+    return 1.0 - np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
+
+
+def _sums_by_seed(rows: Sequence[Row], metric: str) -> PooledRatios | None:
+    """Add up the series of a metric by seed, entry by entry; shorter series say nothing of later entries."""
+    chosen = [row for row in rows if row["metric"] == metric and row["value"] is not None]
+    if not chosen:
+        return None
+    seeds = np.unique([row["seed"] for row in chosen])
+    longest = max(len(row["value"]) for row in chosen)
+    numerators, denominators = np.zeros((2, len(seeds), longest))
+    for row in chosen:
+        place = np.searchsorted(seeds, row["seed"])
+        values = np.array(row["value"], dtype=float)
+        known = np.flatnonzero(np.isfinite(values))
+        numerators[place, known] += row["weight"] * values[known]
+        denominators[place, known] += row["weight"]
+    return PooledRatios(seeds, numerators, denominators, lambda ratios: ratios)
+
+
+def _with_band(sums: PooledRatios, x: NDArray[np.float64], fewest: int = FEWEST) -> Curve | None:
+    count = sums.denominators.sum(axis=0)
+    kept = count >= fewest
+    if not kept.any():
+        return None
+    seed_count = len(sums.seeds)
+    rng = generator(seed_count, "report/bootstrap")
+    draws = rng.multinomial(seed_count, np.full(seed_count, 1.0 / seed_count), size=_RESAMPLES)
+    resampled = sums.value(draws.astype(float))[:, kept]
+    low, high = np.nanpercentile(resampled, [2.5, 97.5], axis=0)
+    mean = sums.value(np.ones(seed_count))[kept]
+    return Curve(x[kept], mean, low, high, count[kept])

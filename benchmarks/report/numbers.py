@@ -1,0 +1,44 @@
+"""How numbers are written in tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+_SIGNS = {"fraction": "%", "1": "", "1/s": "/s", "1/min": "/min"}
+_MINUS = "\u2212"
+
+
+def unit_sign(unit: str) -> str:
+    """Return what stands for a unit in a table's head: ``%`` for fractions, nothing for plain numbers."""
+    return _SIGNS.get(unit, unit)
+
+
+def number_text(value: float | None, unit: str, *, signed: bool = False) -> str:
+    """Return a number in the table's unit (fractions in per cent); an en dash for None."""
+    if value is None:
+        return "–"
+    shown = 100.0 * value if unit == "fraction" else value
+    size = abs(shown)
+    digits = 1 if unit == "fraction" or 10 <= size < 100 else 0 if size >= 100 else 2
+    text = f"{shown:+.{digits}f}" if signed else f"{shown:.{digits}f}"
+    if float(text) == 0:
+        text = text.lstrip("+-")
+    return text.replace("-", _MINUS)
+
+
+def interval_text(low: float | None, high: float | None, unit: str, *, signed: bool = False) -> str:
+    """Return an interval as ``low … high``; empty where there is none."""
+    if low is None or high is None:
+        return ""
+    return f"{number_text(low, unit, signed=signed)} … {number_text(high, unit, signed=signed)}"
+
+
+def ranges_text(numbers: Iterable[int]) -> str:
+    """Return whole numbers as inclusive ranges: ``0–9, 12``."""
+    runs: list[list[int]] = []
+    for number in sorted(set(numbers)):
+        if runs and number == runs[-1][1] + 1:
+            runs[-1][1] = number
+        else:
+            runs.append([number, number])
+    return ", ".join(f"{a:,}" if a == b else f"{a:,}–{b:,}" for a, b in runs)

@@ -1,0 +1,69 @@
+"""How trackers look in plots: colour and dash by role, the same in every plot, in light and dark.
+
+Plots are drawn with placeholder colours, ``#0a0bNN``; the page's style sheet says what they are in light and dark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+INK = "#0a0b01"
+QUIET = "#0a0b02"
+GRID = "#0a0b03"
+GROUND = "#0a0b04"
+
+PLACEHOLDERS = {INK: "ink", QUIET: "quiet", GRID: "rule", GROUND: "ground"}
+"""Placeholder colour → name of the style sheet's variable."""
+
+
+@dataclass(frozen=True, slots=True)
+class LineStyle:
+    """Look of one tracker's line.
+
+    Attributes:
+        colour: placeholder. variable: its name in the style sheet.
+        dashes: matplotlib's on-off pattern in points, () = solid.
+        width: points.
+        in_front: drawn over others.
+    """
+
+    colour: str
+    variable: str
+    dashes: tuple[float, ...]
+    width: float
+    in_front: bool = False
+
+
+_DASHES: tuple[tuple[float, ...], ...] = ((5, 2), (1.5, 1.5), (6, 1.5, 1.5, 1.5), (3, 1, 1, 1, 1, 1))
+_WRITTEN = ("written-1", "written-2", "written-3")
+_VARIABLES = ("ours", *_WRITTEN, "plain", "ink")
+_COLOURS = {variable: f"#0a0b{16 + place:02x}" for place, variable in enumerate(_VARIABLES)}
+PLACEHOLDERS |= {colour: variable for variable, colour in _COLOURS.items()}
+
+
+def line_styles(trackers: Sequence[tuple[str, str]]) -> dict[str, LineStyle]:
+    """Return a style for each of the (name, role); the same list gives the same styles."""
+    placed: dict[str, int] = {}
+    styles = {}
+    for name, role in trackers:
+        place = placed[role] = placed.get(role, -1) + 1
+        styles[name] = _style(role, place)
+    return styles
+
+
+def _style(role: str, place: int) -> LineStyle:
+    dashes = _DASHES[place % len(_DASHES)]
+    if role == "ours":
+        return _line("ours", (), 2.6, in_front=True)
+    if role == "variant":
+        return _line("ours", dashes, 1.2)
+    if role == "as-written":
+        return _line(_WRITTEN[place % len(_WRITTEN)], () if place < len(_WRITTEN) else dashes, 1.8)
+    if role == "oracle":
+        return _line("ink", (1.2, 1.6), 2.2)
+    return _line("plain", dashes, 1.5)
+
+
+def _line(variable: str, dashes: tuple[float, ...], width: float, *, in_front: bool = False) -> LineStyle:
+    return LineStyle(_COLOURS[variable], variable, dashes, width, in_front)

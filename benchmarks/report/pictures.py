@@ -1,0 +1,70 @@
+"""Pictures beside the rows, for the report to embed: ``pictures/NAME.jpg`` with its words in ``NAME.json``."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.records import write_beside
+from benchmarks.summary import Condition
+
+FOLDER_NAME = "pictures"
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture as the page shows it.
+
+    Attributes:
+        condition: what section it belongs to.
+        caption: what it shows. source: data address of the picture itself.
+        width_px, height_px: its size.
+    """
+
+    condition: Condition
+    caption: str
+    source: str
+    width_px: int
+    height_px: int
+
+
+def write_picture(directory: Path, name: str, image_rgb: NDArray[np.uint8], condition: Condition, caption: str) -> None:
+    """Write a picture (H, W, 3) and its words, each beside its place and renamed."""
+    folder = directory / FOLDER_NAME
+    folder.mkdir(parents=True, exist_ok=True)
+    _, encoded = cv2.imencode(".jpg", image_rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 86])
+    beside = folder / f".{name}.jpg"
+    beside.write_bytes(encoded.tobytes())
+    beside.replace(folder / f"{name}.jpg")
+    words = {
+        "condition": condition,
+        "caption": caption,
+        "width_px": image_rgb.shape[1],
+        "height_px": image_rgb.shape[0],
+    }
+    write_beside(folder / f"{name}.json", json.dumps(words, indent=1) + "\n")
+
+
+def read_pictures(directory: Path) -> list[Picture]:
+    """Return the pictures of a result directory, in order of their names."""
+    return [_read(path) for path in sorted((directory / FOLDER_NAME).glob("*.json"))]
+
+
+def _read(path: Path) -> Picture:
+    words = json.loads(path.read_text())
+    data = base64.b64encode(path.with_suffix(".jpg").read_bytes()).decode()
+    condition: Sequence[str] = words["condition"]
+    return Picture(
+        condition=(condition[0], condition[1], condition[2], condition[3], condition[4]),
+        caption=words["caption"],
+        source=f"data:image/jpeg;base64,{data}",
+        width_px=words["width_px"],
+        height_px=words["height_px"],
+    )

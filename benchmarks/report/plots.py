@@ -1,0 +1,158 @@
+"""The report's plots, as SVG to be put into the page: same rows, same bytes."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, PercentFormatter
+
+from benchmarks.metrics.recovery import RECOVERY_WINDOW_FRAMES
+from benchmarks.report.curves import RECOVERY_FRAMES, Curve
+from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle
+
+CAR_LENGTH_M = 4.5
+_SIZE_INCHES = (5.4, 3.7)
+_SETTINGS = {
+    "svg.fonttype": "none",
+    "font.size": 10,
+    "axes.edgecolor": QUIET,
+    "axes.labelcolor": QUIET,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "xtick.color": QUIET,
+    "ytick.color": QUIET,
+    "text.color": INK,
+}
+
+_BACKED = {"facecolor": GROUND, "alpha": 0.8, "linewidth": 0, "pad": 1.0}
+"""Words over lines stand on a see-through patch of the page's ground."""
+
+Curves = Mapping[str, Curve]
+Styles = Mapping[str, LineStyle]
+
+
+def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
+    """Draw mean error in metres (log) against frames since exit, with bands for ours and the oracle."""
+    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": "offscreen-error"}):
+        figure, axes = _figure("frames since the car left the picture", "error on the ground, m")
+        axes.set_yscale("log")
+        for name, curve in curves.items():
+            floor = np.maximum(np.stack([curve.y, curve.low, curve.high]), 0.05)
+            _draw(axes, Curve(curve.x, *floor, curve.count), styles[name], band=name)
+        axes.axhline(CAR_LENGTH_M, color=QUIET, linewidth=0.9, dashes=(1, 2))
+        end = max(curve.x[-1] for curve in curves.values())
+        axes.annotate(
+            "one car length",
+            (end, CAR_LENGTH_M),
+            xytext=(0, 3),
+            textcoords="offset points",
+            ha="right",
+            color=QUIET,
+            fontsize=9,
+            bbox=_BACKED,
+            zorder=5,
+        )
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        axes.set_xlim(0, end)
+        return _svg(figure)
+
+
+def plot_recovery(curves: Curves, styles: Styles) -> str:
+    """Draw the share of cars found again against frames since they were back in full, as steps."""
+    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": "recovery"}):
+        figure, axes = _figure("frames since the car was back in full", "found again")
+        for name, curve in curves.items():
+            _draw(axes, curve, styles[name], band=name, steps=True)
+        axes.axvspan(0, RECOVERY_WINDOW_FRAMES, color=GRID, alpha=0.5, linewidth=0)
+        words = (RECOVERY_WINDOW_FRAMES + 0.8, 0.02)
+        axes.annotate("← counts as recovered", words, color=QUIET, fontsize=9, bbox=_BACKED, zorder=5)
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+        axes.set_xlim(0, RECOVERY_FRAMES)
+        axes.set_ylim(0, 1.01)
+        return _svg(figure)
+
+
+def plot_calibration(curves: Curves, styles: Styles) -> str:
+    """Draw the share of truths inside the p region against p, and the diagonal of an honest posterior."""
+    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": "calibration"}):
+        figure, axes = _figure("region of the posterior", "holds the car")
+        axes.plot([0, 1], [0, 1], color=QUIET, linewidth=0.9, dashes=(1, 2))
+        place = {"xytext": (5, -11), "textcoords": "offset points"}
+        axes.annotate("honest", (0.3, 0.3), color=QUIET, fontsize=9, **place)
+        for name, curve in curves.items():
+            _draw(axes, curve, styles[name], band=name)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter(PercentFormatter(1.0))
+        axes.set_xlim(0, 1)
+        axes.set_ylim(0, 1.01)
+        return _svg(figure)
+
+
+def plot_speed(speeds: Mapping[str, tuple[float, float, float]], styles: Styles) -> str:
+    """Draw frames a second (mean, low, high) of each tracker as a dot with its interval, on a log scale."""
+    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": "speed"}):
+        figure, axes = _figure("frames a second on one core", "")
+        places = np.arange(len(speeds))[::-1]
+        for place, (name, (mean, low, high)) in zip(places, speeds.items(), strict=True):
+            colour = styles[name].colour
+            axes.plot([low, high], [place, place], color=colour, linewidth=2, solid_capstyle="butt")
+            axes.plot([mean], [place], "o", color=colour, markersize=6, markeredgewidth=0)
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        axes.set_yticks(places, list(speeds))
+        axes.grid(False, axis="y")
+        axes.margins(y=0.12)
+        return _svg(figure)
+
+
+def _figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=_SIZE_INCHES, layout="constrained")
+    FigureCanvasSVG(figure)
+    axes = figure.add_subplot()
+    figure.patch.set_alpha(0)
+    axes.patch.set_alpha(0)
+    axes.set_axisbelow(True)
+    axes.tick_params(length=0)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+    return figure, axes
+
+
+def _draw(axes: Axes, curve: Curve, style: LineStyle, *, band: str, steps: bool = False) -> None:
+    order = 4 if style.in_front else 3
+    where = "steps-post" if steps else "default"
+    (line,) = axes.plot(curve.x, curve.y, color=style.colour, linewidth=style.width, drawstyle=where, zorder=order)
+    line.set_gid(f"line-{band}")
+    if style.dashes:
+        line.set_dashes(style.dashes)
+    if style.in_front or style.variable == "ink":
+        step = "post" if steps else None
+        axes.fill_between(
+            curve.x, curve.low, curve.high, color=style.colour, alpha=0.16, linewidth=0, step=step, zorder=2
+        )
+
+
+def _svg(figure: Figure) -> str:
+    """Return the figure as an SVG element without date, prologue or fixed size, in the page's own colours."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r'\1 role="img"', text, count=1)
+    for colour, variable in PLACEHOLDERS.items():
+        text = text.replace(colour, f"var(--{variable})")
+    return text.strip()

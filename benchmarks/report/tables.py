@@ -1,0 +1,160 @@
+"""Tables of the report: leaderboard with intervals, paired differences, every metric. From the summary alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from benchmarks.report.numbers import interval_text, number_text, unit_sign
+from benchmarks.suites import Metric, Suite
+
+Entry = dict[str, Any]
+
+_IDEAL = {"coverage_50": 0.5, "coverage_90": 0.9, "coverage_95": 0.95, "nees": 2.0}
+"""Metrics that are right at a value: more is not better. NEES of two dimensions has the mean 2."""
+_WRITTEN_OUT = {"gm": "(geometric mean)", "tpr": "TPR", "tnr": "TNR", "auc": "AUC", "nees": "NEES", "f": "F"}
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """Head of a column: the metric's name in words, unit sign, ``↑`` ``↓`` or what is right, what it is."""
+
+    title: str
+    unit: str
+    goal: str
+    summary: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A value with its interval.
+
+    Attributes:
+        text, interval: in words; ``interval`` may be empty.
+        left, width, dot: bar of the interval and its dot, in per cent of the column's range; None = no bar.
+        mark: ``best``, ``better``, ``worse`` or nothing.
+    """
+
+    text: str
+    interval: str = ""
+    left: float | None = None
+    width: float = 0.0
+    dot: float = 0.0
+    mark: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One tracker's line."""
+
+    tracker: str
+    role: str
+    cells: tuple[Cell, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Columns and lines."""
+
+    columns: tuple[Column, ...]
+    lines: tuple[Line, ...]
+
+
+def leaderboard(suite: Suite, entries: Sequence[Entry], roles: Sequence[str]) -> Table:
+    """Return the headline metrics of the trackers with one of these roles, the best first."""
+    metrics = [m for m in map(suite.metric, suite.headline) if any(e["metric"] == m.name for e in entries)]
+    return _table(metrics, [entry for entry in entries if entry["role"] in roles], entries)
+
+
+def every_metric(suite: Suite, entries: Sequence[Entry]) -> Table:
+    """Return all metrics of all trackers: a line a tracker, in the leaderboard's order."""
+    metrics = [metric for metric in suite.metrics if any(e["metric"] == metric.name for e in entries)]
+    ranked = leaderboard(suite, entries, sorted({entry["role"] for entry in entries}))
+    table = _table(metrics, entries, entries)
+    order = [line.tracker for line in ranked.lines]
+    return Table(table.columns, tuple(sorted(table.lines, key=lambda line: order.index(line.tracker))))
+
+
+def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequence[str]) -> Table:
+    """Return ours minus each other tracker, marked where the interval and Holm's p leave no doubt."""
+    metrics = [m for m in map(suite.metric, suite.compared) if any(c["metric"] == m.name for c in comparisons)]
+    lines = []
+    for other in order:
+        mine = {entry["metric"]: entry for entry in comparisons if entry["other"] == other}
+        if mine:
+            cells = tuple(_difference(metric, mine.get(metric.name)) for metric in metrics)
+            lines.append(Line(other, "", cells))
+    return Table(tuple(map(_column, metrics)), tuple(lines))
+
+
+def _table(metrics: Sequence[Metric], entries: Sequence[Entry], everyone: Sequence[Entry]) -> Table:
+    """Return a table of ``entries``; bars and marks are relative to ``everyone``."""
+    by_tracker: dict[str, dict[str, Entry]] = {}
+    for entry in entries:
+        by_tracker.setdefault(entry["tracker"], {})[entry["metric"]] = entry
+    top = {metric.name: _top(metric, everyone) for metric in metrics}
+    lines = []
+    for tracker, mine in by_tracker.items():
+        role = next(iter(mine.values()))["role"]
+        cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], everyone) for metric in metrics)
+        lines.append(Line(tracker, role, cells))
+    if metrics:
+        lines.sort(key=lambda line: _rank(metrics[0], by_tracker[line.tracker].get(metrics[0].name)))
+    return Table(tuple(map(_column, metrics)), tuple(lines))
+
+
+def _column(metric: Metric) -> Column:
+    ideal = _IDEAL.get(metric.name)
+    goal = {"higher": "↑", "lower": "↓"}[metric.better]
+    if ideal is not None:
+        goal = f"→ {100 * ideal:g}" if metric.unit == "fraction" else f"→ {ideal:g}"
+    if "_per_" in metric.name:
+        return Column(metric.name.replace("_", " "), "", goal, metric.summary)
+    words = [_WRITTEN_OUT.get(word, word) for word in metric.name.split("_")]
+    if words[-1] in ("m", "px", "s"):
+        words.pop()
+    return Column(" ".join(words), unit_sign(metric.unit), goal, metric.summary)
+
+
+def _cell(metric: Metric, entry: Entry | None, top: float, entries: Sequence[Entry]) -> Cell:
+    if entry is None or entry["mean"] is None:
+        return Cell("–")
+    text = number_text(entry["mean"], metric.unit)
+    low, high = entry["ci_low"], entry["ci_high"]
+    rivals = [e for e in entries if e["metric"] == metric.name and e["role"] != "oracle"]
+    best = min((_rank(metric, rival) for rival in rivals), default=None)
+    mark = "best" if best == _rank(metric, entry) and len(rivals) > 1 and entry["role"] != "oracle" else ""
+    if low is None or high is None or top <= 0:
+        return Cell(text, mark=mark)
+    left, right, dot = (max(0.0, min(100.0, 100.0 * v / top)) for v in (low, high, entry["mean"]))
+    return Cell(text, interval_text(low, high, metric.unit), left, max(right - left, 0.5), dot, mark)
+
+
+def _top(metric: Metric, entries: Sequence[Entry]) -> float:
+    """Return the right end of a column's bars: 1 for fractions, else the largest upper bound."""
+    if metric.unit == "fraction":
+        return 1.0
+    return max((e["ci_high"] or 0.0 for e in entries if e["metric"] == metric.name), default=0.0)
+
+
+def _rank(metric: Metric, entry: Entry | None) -> float:
+    if entry is None or entry["mean"] is None:
+        return float("inf")
+    if metric.name in _IDEAL:
+        return abs(entry["mean"] - _IDEAL[metric.name])
+    return -entry["mean"] if metric.better == "higher" else entry["mean"]
+
+
+def _difference(metric: Metric, entry: Entry | None) -> Cell:
+    if entry is None or entry["difference"] is None:
+        return Cell("–")
+    low, high = entry["ci_low"], entry["ci_high"]
+    clear = low is not None and high is not None and (low > 0 or high < 0) and entry["p_holm"] < 0.05
+    ahead = (entry["difference"] > 0) == (metric.better == "higher")
+    mark = "" if not clear else "better" if ahead else "worse"
+    return Cell(
+        number_text(entry["difference"], metric.unit, signed=True),
+        interval_text(low, high, metric.unit, signed=True),
+        mark=mark,
+    )
