@@ -1,73 +1,68 @@
-"""First, plain version, so that episodes can be lived through; the town helper replaces it."""
+"""Builds the world of a town from its layout."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.road_town.ground import paint_ground
+from scenarios.road_town.layout import Layout
+from scenarios.road_town.palette import MEADOW, Rgb, draw_paint
+from sim.mesh import Texture
+from sim.meshes.ground import ground, surroundings
+from sim.meshes.house import house
+from sim.meshes.tree import tree
+from sim.meshes.vehicle import VEHICLES, vehicle
+from sim.world import Body, World
+
+_LAND_REACHES_M = 1600.0
+_FIELDS_PX = 512
 
 
-def build_town(layout, rng):
-    from sim.world import World
-    from sim.mesh import Texture
-    from sim.meshes.ground import ground
-    from sim.meshes.house import house
-    from sim.meshes.tree import tree
-
-    N = 4096
-    e = layout.extent_m
-    px = lambda p: np.stack([(p[:, 0] + e / 2), (e / 2 - p[:, 1])], 1) * N / e * 16
-    img = np.empty((N, N, 3), np.uint8)
-    img[:] = (88, 112, 62)
-    img = np.clip(
-        img
-        + cv2.resize(rng.normal(0, 9, (512, 512, 1)).astype(np.float32), (N, N))[..., None]
-        + rng.normal(0, 7, (N, N, 1)),
-        0,
-        255,
-    ).astype(np.uint8)
-
-    def line(p, w, c):
-        cv2.polylines(img, [px(p).round().astype(np.int32)], False, c, max(1, int(w * N / e)), cv2.LINE_AA, 4)
-
-    for s in layout.graph.streets:
-        line(s.centre_m, s.width_m + 3, (165, 160, 150))
-    mask = np.zeros((N, N), np.uint8)
-    for s in layout.graph.streets:
-        line(s.centre_m, s.width_m, (92, 92, 95))
-        cv2.polylines(
-            mask, [px(s.centre_m).round().astype(np.int32)], False, 255, int(s.width_m * N / e), cv2.LINE_8, 4
-        )
-    for s in layout.graph.streets:
-        t = np.gradient(s.centre_m, axis=0)
-        t /= np.linalg.norm(t, axis=1, keepdims=True)
-        n = np.stack([-t[:, 1], t[:, 0]], 1)
-        k = 8
-        for sd in (-1, 1):
-            line((s.centre_m + sd * n * (s.width_m / 2 - 0.35))[k:-k], 0.18, (225, 225, 225))
-        for i in range(k, len(s.centre_m) - k - 3, 6):
-            line(s.centre_m[i : i + 4], 0.15, (225, 225, 225))
-    w = World()
-    w.add(ground(e, Texture(img, True)), np.eye(4), name="ground", category="ground")
-
-    def P(c, y):
-        T = np.eye(4)
-        T[:2, :2] = [[np.cos(y), -np.sin(y)], [np.sin(y), np.cos(y)]]
-        T[:2, 3] = c
-        return T
-
-    for i, b in enumerate(layout.buildings):
-        w.add(
-            house(b.size_m, b.roof, b.wall_rgb, b.roof_rgb, rng),
-            P(b.centre_m, b.yaw_rad),
-            name=f"h{i}",
-            category="building",
-        )
-    for i, b in enumerate(layout.trees):
-        w.add(tree(b.radius_m, b.height_m, rng), P(b.centre_m, 0), name=f"t{i}", category="tree")
-    return w
+def build_town(layout: Layout, rng: np.random.Generator) -> World:
+    """Return the world of a town with everything in it that never moves."""
+    world = World()
+    town = Texture(paint_ground(layout, rng), smooth=True)
+    world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
+    fields = Texture(_paint_fields(rng), smooth=True)
+    world.add(surroundings(layout.extent_m, _LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
+    for k, building in enumerate(layout.buildings):
+        mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
+        pose = pose_on_ground(*building.centre_m, building.yaw_rad)
+        world.add(mesh, pose, name=f"building-{k}", category="building")
+    for k, planted in enumerate(layout.trees):
+        mesh = tree(planted.radius_m, planted.height_m, rng)
+        pose = pose_on_ground(*planted.centre_m, float(rng.uniform(-np.pi, np.pi)))
+        world.add(mesh, pose, name=f"tree-{k}", category="tree")
+    bays = [bay for park in layout.car_parks for bay, taken in zip(park.bays, park.taken, strict=True) if taken]
+    models = list(VEHICLES)
+    for k, (x, y, facing) in enumerate(bays):
+        mesh = vehicle(models[int(rng.integers(len(models)))], draw_paint(rng))
+        world.add(mesh, pose_on_ground(x, y, facing), name=f"parked-{k}", category="vehicle")
+    return world
 
 
-def add_vehicle(world, name, model, paint):
-    from sim.meshes.vehicle import vehicle
+def add_vehicle(world: World, name: str, model: str, paint_rgb: Rgb) -> Body:
+    """Add a car that moves, at the origin until it is moved."""
+    return world.add(vehicle(model, paint_rgb), np.eye(4), name=name, category="vehicle", movable=True)
 
-    return world.add(vehicle(model, paint), np.eye(4), name=name, category="vehicle", movable=True)
+
+def pose_on_ground(x_m: float, y_m: float, yaw_rad: float) -> NDArray[np.float64]:
+    """Return the pose (4, 4) of a thing that stands on the ground."""
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    return np.array([[c, -s, 0, x_m], [s, c, 0, y_m], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+
+
+def _paint_fields(rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Return the picture (n, n, 3) of the farmland around the town."""
+    picture = np.empty((_FIELDS_PX, _FIELDS_PX, 3), dtype=np.float32)
+    picture[:] = MEADOW
+    for _ in range(40):
+        corner = rng.uniform(0, _FIELDS_PX, 2)
+        size = rng.uniform(40, 160, 2)
+        tone = np.array(MEADOW) + rng.normal(0, 12) + rng.normal(0, 8, 3)
+        box = cv2.boxPoints((corner.tolist(), size.tolist(), float(rng.uniform(0, 20)))).astype(np.int32)
+        cv2.fillConvexPoly(picture, box, tone.tolist())
+    picture += rng.normal(0, 6, (_FIELDS_PX, _FIELDS_PX, 1))
+    return np.clip(picture, 0, 255).astype(np.uint8)
