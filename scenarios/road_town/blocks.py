@@ -153,5 +153,5 @@ def _place_trees(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generator
         # The trunk must stand free; the crown may reach over pavement and lawn.
         if ground.take(centre, (1.0, 1.0), 0.0, 0.2 if beside_street else 0.45 * radius):
             x, y = map(float, centre)
-            trees.append(Tree((x, y), radius, float(radius * rng.uniform(1.9, 2.8) + 1.0)))
+            trees.append(Tree((x, y), radius))
     return trees

@@ -6,7 +6,6 @@ estimate motion from pixels need corners everywhere, and real ground has them.
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 

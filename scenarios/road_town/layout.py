@@ -63,11 +63,10 @@ class Building:
 
 @dataclass(frozen=True)
 class Tree:
-    """A tree: crown of ``radius_m`` on a trunk, ``height_m`` in all."""
+    """A tree with a crown of ``radius_m``; it is two to three times as high."""
 
     centre_m: tuple[float, float]
     radius_m: float
-    height_m: float
 
 
 @dataclass(frozen=True)

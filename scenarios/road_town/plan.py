@@ -147,10 +147,7 @@ def _target_driver(preset: RoadTown, layout: Layout, rng: np.random.Generator) -
         keep_within_m=0.33 * preset.extent_m,
         turn_preference=preset.turn_preference,
     )
-    if preset.start_before_bend:
-        start = _start_before_bend(route, needed, cruise)
-    else:
-        start = float(rng.uniform(5.0, 60.0))
+    start = _start_before_bend(route, needed, cruise) if preset.start_before_bend else float(rng.uniform(5.0, 60.0))
     excursions: list[Excursion] = []
     wanted = int(rng.integers(preset.excursions[0], preset.excursions[1] + 1))
     for k in range(wanted):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 from scenarios.road_town.ground import paint_ground
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.palette import MEADOW, Rgb, draw_paint
-from sim.mesh import Texture
+from sim.mesh import Texture, TexturedMesh
 from sim.meshes.ground import ground, surroundings
 from sim.meshes.house import house
 from sim.meshes.tree import tree
@@ -18,6 +20,7 @@ from sim.world import Body, World
 
 _LAND_REACHES_M = 1600.0
 _FIELDS_PX = 512
+_KINDS_OF_TREES = 12
 
 
 def build_town(layout: Layout, rng: np.random.Generator) -> World:
@@ -31,8 +34,10 @@ def build_town(layout: Layout, rng: np.random.Generator) -> World:
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
         pose = pose_on_ground(*building.centre_m, building.yaw_rad)
         world.add(mesh, pose, name=f"building-{k}", category="building")
+    # Growing a tree takes milliseconds; a dozen of them, scaled and turned, make a wood.
+    grown = [tree(1.0, float(rng.uniform(2.3, 3.2)), rng) for _ in range(_KINDS_OF_TREES)]
     for k, planted in enumerate(layout.trees):
-        mesh = tree(planted.radius_m, planted.height_m, rng)
+        mesh = _scaled(grown[int(rng.integers(len(grown)))], planted.radius_m)
         pose = pose_on_ground(*planted.centre_m, float(rng.uniform(-np.pi, np.pi)))
         world.add(mesh, pose, name=f"tree-{k}", category="tree")
     bays = [bay for park in layout.car_parks for bay, taken in zip(park.bays, park.taken, strict=True) if taken]
@@ -52,6 +57,10 @@ def pose_on_ground(x_m: float, y_m: float, yaw_rad: float) -> NDArray[np.float64
     """Return the pose (4, 4) of a thing that stands on the ground."""
     c, s = np.cos(yaw_rad), np.sin(yaw_rad)
     return np.array([[c, -s, 0, x_m], [s, c, 0, y_m], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+
+
+def _scaled(mesh: TexturedMesh, factor: float) -> TexturedMesh:
+    return replace(mesh, vertices_m=(factor * mesh.vertices_m).astype(np.float32))
 
 
 def _paint_fields(rng: np.random.Generator) -> NDArray[np.uint8]:
