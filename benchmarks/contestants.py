@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.oracle_map import OracleMap
+from scenarios.road_town.road_map import RoadMap
 from scenarios.scenario import Episode, Frame
 from trackers import registry
 from trackers.protocols import Tracker
@@ -80,7 +81,7 @@ def entrants() -> dict[str, Entrant]:
         reproducible=True,
         parameters=OracleMap.Parameters(),
         module=OracleMap.__module__,
-        create=lambda episode, rng: OracleMap(OracleMap.Parameters(), episode.map_of(), rng),
+        create=lambda episode, rng: OracleMap(OracleMap.Parameters(), RoadMap(episode.map_of().graph), rng),
     )
     return everyone
 

@@ -43,8 +43,8 @@ class Experiment:
         trackers: names of entrants, see ``benchmarks.contestants``.
         seeds: of the episodes.
         renderer: which one draws.
-        controllers: who steers the camera, ``SET_PATH`` for nobody; None = as each preset says, and where that says
-            that the tracker steers, by the controller ``centre``.
+        controllers: who steers the camera, ``SET_PATH`` for nobody; None = as each preset says, and where
+            that says that the tracker steers, by the controller ``centre``.
         workers: processes; 0 = this very process (then a tracker that ends its process ends everything).
         limit_s: the longest a tracker may take over a frame.
         modules: users' own modules to import first.
@@ -89,8 +89,8 @@ Progress = Callable[[int, int], None]
 def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> Outcome:
     """Run what is not there yet, write rows as they come, then the summary.
 
-    The same call after a stop goes on where it stopped. Rows that other code or parameters made are made again. Rows do
-    not depend on the number of workers, but for times.
+    The same call after a stop goes on where it stopped. Rows that other code or parameters made are made
+    again. Rows do not depend on the number of workers, but for times.
 
     Raises:
         ValueError: for unknown names, or a folder that holds other seeds' rows or cannot be written.
@@ -158,6 +158,14 @@ def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
     return [None if name == SET_PATH else name for name in experiment.controllers]
 
 
+def check_renderer(name: str) -> RendererName:
+    """Return a renderer's name. Raises ValueError if it is none."""
+    for known in get_args(RendererName):
+        if name == known:
+            return known
+    raise ValueError(f"renderer: expected one of {', '.join(get_args(RendererName))}; got {name!r}")
+
+
 def check_names(experiment: Experiment) -> None:
     """Raise ValueError, naming the parameter, what was expected and what came, for what does not exist."""
     suite(experiment.suite)
@@ -166,12 +174,12 @@ def check_names(experiment: Experiment) -> None:
         "presets": (experiment.presets, tuple(presets)),
         "trackers": (experiment.trackers, tuple(entrants())),
         "controllers": (experiment.controllers or (), (SET_PATH, *CONTROLLERS)),
-        "renderer": ((experiment.renderer,), get_args(RendererName)),
     }
     for parameter, (given, expected) in known.items():
         for name in given:
             if name not in expected:
                 raise ValueError(f"{parameter}: expected one of {', '.join(expected)}; got {name!r}")
+    check_renderer(experiment.renderer)
     if len(experiment.seeds) == 0 or experiment.seeds.start < 0:
         came = f"{experiment.seeds.start}:{experiment.seeds.stop}"
         raise ValueError(f"seeds: expected A:B with 0 <= A < B, got {came}")
@@ -186,7 +194,9 @@ def _key(job: Job, tracker: str) -> BlockKey:
 
 
 def _current_blocks(experiment: Experiment, out: Path) -> set[BlockKey]:
-    """Return which of the experiment's blocks are there already, made by the same code; other makings are removed."""
+    """Return which of the experiment's blocks are there already, made by the same code; other makings are
+    removed.
+    """
     if not (out / FILE_NAME).is_file():
         return set()
     blocks = read_blocks(out)

@@ -1,17 +1,21 @@
-"""One job of an experiment: one episode, made once, with everyone who watches it. Runs in a worker process."""
+"""One job of an experiment: one episode, made once, with everyone who watches it. Runs in a worker
+process.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numba
 
-from benchmarks.contestants import Entrant, entrant, load_modules
+from benchmarks.contestants import Entrant, entrant, load_modules, with_parameters
 from benchmarks.metrics.series import TruthSeries, truth_series
 from benchmarks.notes import Note, note_at
 from benchmarks.records import LAST_METRIC, Row, rounded
@@ -38,6 +42,7 @@ class Job:
         modules: users' own modules to import first.
         limit_s: the longest a tracker may take over a frame.
         notes: folder for the note that says what the worker is at, so that its death can be explained.
+        settings: for tuning, label in ``trackers`` → the tracker's name and the values it is set to.
         deadly: trackers that ended their process in this episode, and the frame they did it on.
     """
 
@@ -48,16 +53,18 @@ class Job:
     seed: int
     controller: str | None
     trackers: tuple[str, ...]
-    modules: tuple[str, ...]
-    limit_s: float
-    notes: Path
+    modules: tuple[str, ...] = ()
+    limit_s: float = 20.0
+    notes: Path | None = None
+    settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     deadly: dict[str, int] = field(default_factory=dict)
 
     @property
     def note_file(self) -> Path:
         """Where the job's note is while it runs."""
+        folder = Path(tempfile.gettempdir()) if self.notes is None else self.notes
         names = "/".join((self.preset, self.renderer, str(self.seed), self.controller or "", *self.trackers))
-        return self.notes / f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.json"
+        return folder / f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.json"
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,7 @@ class JobResult:
 class _Watcher:
     """One run of one tracker in the job's episode."""
 
+    label: str
     entrant: Entrant
     repeat: int
     tracked: TrackedEpisode
@@ -108,11 +116,11 @@ def run_job(job: Job) -> JobResult:
 def _watchers(job: Job, episode: Episode) -> list[_Watcher]:
     watchers = []
     for name in job.trackers:
-        who = entrant(name)
+        who = with_parameters(*job.settings[name]) if name in job.settings else entrant(name)
         for repeat in range(1 if who.reproducible else REPEATS):
-            stream = f"tracker/{name}" if repeat == 0 else f"tracker/{name}/{repeat}"
+            stream = f"tracker/{who.name}" if repeat == 0 else f"tracker/{who.name}/{repeat}"
             contestant = who.create(episode, generator(job.seed, stream))
-            watchers.append(_Watcher(who, repeat, TrackedEpisode(contestant, job.limit_s)))
+            watchers.append(_Watcher(name, who, repeat, TrackedEpisode(contestant, job.limit_s)))
     return watchers
 
 
@@ -132,7 +140,7 @@ def _live_through(job: Job, episode: Episode, watchers: list[_Watcher], note: No
 
 
 def _watch(job: Job, watcher: _Watcher, frame: Frame, episode: Episode, note: Note) -> None:
-    name, k = watcher.entrant.name, frame.truth.frame
+    name, k = watcher.label, frame.truth.frame
     if job.deadly.get(name) == k:
         watcher.tracked.fail("ended its process (killed, crashed or stuck in compiled code)")
     note.write(name, k)
@@ -144,7 +152,7 @@ def _result(job: Job, scenario_id: str, truth: TruthSeries, watchers: list[_Watc
     failures: list[Failure] = []
     silent: dict[str, int] = {}
     for name in job.trackers:
-        mine = [watcher for watcher in watchers if watcher.entrant.name == name]
+        mine = [watcher for watcher in watchers if watcher.label == name]
         heading = {
             "suite": job.suite,
             "scenario": scenario_id,

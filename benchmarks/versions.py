@@ -1,7 +1,7 @@
 """What made a row: versions of packages, and hashes of the code and the parameters.
 
-A resumed run does again what other code made. A tracker's hash covers only the modules it is made of, so a change in
-one tracker does not make the others run again.
+A resumed run does again what other code made. A tracker's hash covers only the modules it is made of, so a
+change in one tracker does not make the others run again.
 """
 
 from __future__ import annotations

@@ -1,0 +1,131 @@
+"""The command ``frameout``: which sub-command, with which arguments; what is wrong with them, in one line."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import re
+import sys
+from collections.abc import Sequence
+from typing import Protocol
+
+import tyro
+
+_COMMANDS = {
+    "list": ("benchmarks.commands.list_all", "List"),
+    "bench": ("benchmarks.commands.bench", "Bench"),
+    "compare": ("benchmarks.commands.compare", "Compare"),
+    "paper": ("benchmarks.commands.paper", "Paper"),
+    "render": ("benchmarks.commands.render", "Render"),
+    "report": ("benchmarks.commands.report", "Report"),
+    "speed": ("benchmarks.commands.speed", "Speed"),
+    "tune": ("benchmarks.commands.tune", "Tune"),
+    "learn-colours": ("benchmarks.commands.learn_colours", "LearnColours"),
+}
+"""Sub-command → module and the frozen dataclass whose fields are its options."""
+
+_SUMMARIES = {
+    "list": "scenarios, presets and what they hold, trackers, controllers, suites",
+    "bench": "run a suite, rank the trackers, write rows, summary and report",
+    "compare": "paired differences of two trackers, by attribute of the frame-out",
+    "paper": "repeat a paper's experiment, its table beside ours",
+    "render": "watch an episode: write an MP4",
+    "report": "make the page of a result folder again, from its rows",
+    "speed": "how fast pictures are made, against PyBullet's TinyRenderer",
+    "tune": "choose trackers' parameters on development seeds, the same budget for each",
+    "learn-colours": "learn the colours of road, other and building from development towns",
+}
+_STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
+_KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}
+_USAGE_ERROR = 2
+_STOPPED = 130
+_ABOUT_AN_ARGUMENT = re.compile(r"[\w. -]+: expected .*", re.DOTALL)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit status: 0, 1 if something failed on the way, 2 for wrong
+    arguments.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if not words or words[0] in ("-h", "--help"):
+        print(_overview())
+        return 0 if words else _USAGE_ERROR
+    name, rest = words[0], words[1:]
+    if name not in _COMMANDS:
+        return _refuse(f"command: expected one of {', '.join(_COMMANDS)}; got {name!r}")
+    module, kind = _COMMANDS[name]
+    try:
+        command = _parsed(getattr(importlib.import_module(module), kind), name, rest)
+        return command.run()
+    except ValueError as error:
+        # Ours say which parameter is wrong; any other is a fault of the program and shows where.
+        if _ABOUT_AN_ARGUMENT.fullmatch(str(error)) is None:
+            raise
+        return _refuse(str(error))
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on from here", file=sys.stderr)
+        return _STOPPED
+
+
+class Command(Protocol):
+    """A sub-command: a frozen dataclass of its options."""
+
+    def run(self) -> int:
+        """Do it; return the exit status."""
+        ...
+
+
+def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
+    """Return the command's dataclass, filled from the words. Raises ValueError for words that do not fit."""
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            return tyro.cli(kind, args=words, prog=f"frameout {name}", config=_STYLE)
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        raise ValueError(_in_one_line(complaint.getvalue(), name)) from None
+
+
+def _in_one_line(complaint: str, name: str) -> str:
+    """Return tyro's boxed complaint as ``parameter: expected …, got …``."""
+    lines = [re.sub(r"[│╭╮╰╯─]|^-+$", "", line.strip()).strip() for line in complaint.splitlines()]
+    text = " ".join(line for line in lines if line)
+    unparsed = re.search(r"Error parsing (--)?([\w-]+).*: .*?(['\"].*['\"])", text)
+    if unparsed:
+        kind = re.search(r"Argument helptext: \S+ (\S+)", text)
+        expected = _KINDS.get(kind[1], kind[1]) if kind else "another value"
+        return f"{unparsed[2]}: expected {expected}, got {unparsed[3].split(' ')[0]}"
+    missing = re.search(rf"Missing from frameout {name}: (--)?(\S+)", text)
+    if missing:
+        return f"{missing[2].lower()}: expected a value, got none"
+    unknown = re.search(r"Unrecognized options: (\S+)", text)
+    if unknown:
+        return f"arguments: expected options of `frameout {name} --help`, got {unknown[1].rstrip(',')!r}"
+    return f"arguments: expected what `frameout {name} --help` says, got: {text}"
+
+
+def _refuse(message: str) -> int:
+    print(f"error: {' '.join(message.split())}", file=sys.stderr)
+    return _USAGE_ERROR
+
+
+def _overview() -> str:
+    width = max(map(len, _SUMMARIES))
+    lines = [f"  {name:<{width}}  {summary}" for name, summary in _SUMMARIES.items()]
+    return "\n".join(
+        [
+            "usage: frameout COMMAND …",
+            "",
+            "Visual trackers whose target leaves the picture: simulate, run, score, report.",
+            "",
+            *lines,
+            "",
+            "`frameout COMMAND --help` says more. Start with: frameout bench frame-out --quick",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,44 @@
+"""Arguments that commands share: lists of names, ranges of seeds."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+
+import tyro
+
+# The help of these says itself what holds if they are not given.
+COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
+FILE = tyro.conf.arg(metavar="FILE", help_behavior_hint="")
+ONE_NAME = tyro.conf.arg(metavar="NAME", help_behavior_hint="")
+WORKERS = tyro.conf.arg(metavar="N", help_behavior_hint="(default: one a core)")
+NAMES = tyro.conf.arg(metavar="NAME …", help_behavior_hint="")
+SEEDS = tyro.conf.arg(metavar="A:B")
+FOLDER = tyro.conf.arg(metavar="FOLDER", help_behavior_hint="")
+TEST_SPLIT = range(10_000, 20_000)
+"""Published numbers come from these seeds, and nobody tunes on them."""
+
+
+def names(given: Sequence[str]) -> tuple[str, ...]:
+    """Return names given as separate words or with commas between them."""
+    return tuple(name for word in given for name in word.split(",") if name)
+
+
+def seed_range(text: str, parameter: str = "seeds") -> range:
+    """Return the half-open range of ``A:B``.
+
+    Raises:
+        ValueError: for anything else.
+    """
+    match = re.fullmatch(r"(\d+):(\d+)", text)
+    if match is None or int(match[1]) >= int(match[2]):
+        raise ValueError(f"{parameter}: expected A:B with 0 <= A < B, got {text!r}")
+    return range(int(match[1]), int(match[2]))
+
+
+def cores(workers: int | None) -> int:
+    """Return the number of workers wanted: one for each core that this process may use, unless said
+    otherwise.
+    """
+    return len(os.sched_getaffinity(0)) if workers is None else workers

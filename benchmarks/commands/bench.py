@@ -1,0 +1,124 @@
+"""``frameout bench``: run a suite and rank the trackers."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.commands.arguments import FOLDER, NAMES, SEEDS, WORKERS, cores, names, seed_range
+from benchmarks.commands.leaderboard import print_leaderboard
+from benchmarks.commands.progress import progress_bar
+from benchmarks.contestants import entrants, load_modules
+from benchmarks.experiment import Experiment, Outcome, check_renderer, run
+from benchmarks.metrics.offscreen import WORST_ERROR_M
+from benchmarks.report.page import write_report
+from benchmarks.suites import Suite, suite
+
+_QUICK_SEEDS = "10000:10004"
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Run a suite, rank the trackers, write rows, summary and report.
+
+    Stopped at any moment, the same command goes on where it stopped. Trackers that fail get the worst score
+    for the rest of the episode and exit status 1; everyone else's results stand.
+
+    Attributes:
+        suites: what to run: frame-out.
+        preset: presets of the scenario, one or more (default: standard; with --quick: quick).
+        trackers: who takes part, one or more names (default: everyone; see `frameout list`).
+        controllers: who steers the camera by the tracker's estimate: `centre`; `set-path` = nobody, the
+            same pictures for everyone (default: as the preset says).
+        seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
+            10000:10004 unless given.
+        renderer: raster or pybullet; the same picture, the latter from PyBullet's own renderer and slower.
+        quick: a few small, short episodes, to see that everything works.
+        out: folder for records.jsonl, summary.json, comparisons.json and report.html (default:
+            results/SUITE, with --quick results/quick).
+        workers: processes; 0 = none but this one.
+        limit_s: the longest a tracker may take over one frame, in seconds.
+        modules: your own Python modules that register trackers, imported first.
+        backend: joblib's backend, where you have set up another than processes of this machine.
+        json: print the summary as JSON instead of tables.
+    """
+
+    suites: Annotated[tuple[str, ...], tyro.conf.Positional] = ("frame-out",)
+    preset: Annotated[tuple[str, ...], NAMES] = ()
+    trackers: Annotated[tuple[str, ...], NAMES] = ()
+    controllers: Annotated[tuple[str, ...], NAMES] = ()
+    seeds: Annotated[str, SEEDS] = "10000:10050"
+    renderer: str = "raster"
+    quick: bool = False
+    out: Annotated[Path | None, FOLDER] = None
+    workers: Annotated[int | None, WORKERS] = None
+    limit_s: float = 20.0
+    modules: Annotated[tuple[str, ...], NAMES] = ()
+    backend: str = "loky"
+    json: bool = False
+
+    def run(self) -> int:
+        """Run it; return the exit status."""
+        status = 0
+        for name in self.suites:
+            status = max(status, self._run_suite(name))
+        return status
+
+    def _run_suite(self, name: str) -> int:
+        wanted = suite(name)
+        load_modules(self.modules)
+        experiment = self._experiment(wanted)
+        out = self.out or Path("results") / ("quick" if self.quick else wanted.name)
+        with progress_bar(f"{wanted.name}, {len(experiment.trackers)} trackers") as progress:
+            outcome = run(experiment, out, progress)
+        report = write_report(out)
+        if self.json:
+            failures = [asdict(failure) for failure in outcome.failures]
+            print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
+        else:
+            print_leaderboard(outcome.summary, wanted)
+            print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
+        _tell_what_went_wrong(outcome)
+        return 1 if outcome.failures else 0
+
+    def _experiment(self, wanted: Suite) -> Experiment:
+        preset = wanted.quick_preset if self.quick else wanted.preset
+        quick_seeds = self.quick and self.seeds == type(self).seeds
+        return Experiment(
+            suite=wanted.name,
+            scenario=wanted.scenario,
+            presets=names(self.preset) or (preset,),
+            trackers=names(self.trackers) or tuple(entrants()),
+            seeds=seed_range(_QUICK_SEEDS if quick_seeds else self.seeds),
+            renderer=check_renderer(self.renderer),
+            controllers=names(self.controllers) or None,
+            workers=cores(self.workers),
+            limit_s=self.limit_s,
+            modules=self.modules,
+            backend=self.backend,
+        )
+
+
+def _tell_what_went_wrong(outcome: Outcome) -> None:
+    """Say on stderr, once for each tracker, that it failed or said nothing."""
+    episodes = Counter(failure.tracker for failure in outcome.failures)
+    told: set[str] = set()
+    for failure in outcome.failures:
+        if failure.tracker not in told:
+            told.add(failure.tracker)
+            others = episodes[failure.tracker] - 1
+            more = f" (and failed in {others} more)" if others else ""
+            print(f"error: {failure}{more}", file=sys.stderr)
+    for tracker, frames in outcome.silent.items():
+        if frames:
+            print(
+                f"note: {tracker} said nothing (NaN) on {frames} frames; each counts as the worst error, "
+                f"{WORST_ERROR_M:g} m",
+                file=sys.stderr,
+            )

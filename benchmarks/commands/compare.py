@@ -1,0 +1,93 @@
+"""``frameout compare``: two trackers, episode by episode, by attribute of the frame-out."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.attributes import COMPARED, by_attribute
+from benchmarks.commands.arguments import ONE_NAME
+from benchmarks.records import Row, read_rows
+from benchmarks.statistics import Comparison
+
+
+@dataclass(frozen=True)
+class Compare:
+    """Paired differences of two trackers with 95 % intervals, by kind, side, turn and length of the
+    frame-out.
+
+    A tracker is named as in `frameout list`, or as FOLDER:NAME to take it from another result folder (the
+    same tracker with two renderers, before and after a change …). Only episodes that both ran on count.
+    p-values are corrected for the number of comparisons (Holm).
+
+    Attributes:
+        first, second: the trackers; differences are first minus second.
+        directory: result folder of trackers named without one.
+        preset: compare in this preset alone.
+        json: print JSON instead of a table.
+    """
+
+    first: Annotated[str, tyro.conf.Positional]
+    second: Annotated[str, tyro.conf.Positional]
+    directory: Path = Path("results/frame-out")
+    preset: Annotated[str | None, ONE_NAME] = None
+    json: bool = False
+
+    def run(self) -> int:
+        """Print it; return the exit status."""
+        first, second = (self._rows(name) for name in (self.first, self.second))
+        found = by_attribute(first, second)
+        if not found:
+            raise ValueError(f"second: expected a tracker with episodes that {self.first} ran on, got {self.second!r}")
+        if self.json:
+            print(json.dumps([_as_data(*each) for each in found], indent=1))
+            return 0
+        console = Console()
+        if not console.is_terminal:
+            console = Console(width=118)
+        console.print(self._table(found))
+        return 0
+
+    def _rows(self, name: str) -> list[Row]:
+        folder, _, tracker = name.rpartition(":")
+        directory = Path(folder) if folder else self.directory
+        rows = read_rows(directory)
+        known = sorted({row["tracker"] for row in rows})
+        if tracker not in known:
+            raise ValueError(f"tracker: expected one of {', '.join(known)} in {str(directory)!r}; got {tracker!r}")
+        presets = sorted({row["preset"] for row in rows})
+        if self.preset is not None and self.preset not in presets:
+            raise ValueError(f"preset: expected one of {', '.join(presets)} in {str(directory)!r}; got {self.preset!r}")
+        return [row for row in rows if row["tracker"] == tracker and self.preset in (None, row["preset"])]
+
+    def _table(self, found: list[tuple[str, str, Comparison, float]]) -> Table:
+        table = Table(title=f"{self.first} minus {self.second}, paired over episodes", box=box.SIMPLE_HEAD)
+        for column in ("frame-outs", "metric"):
+            table.add_column(column)
+        for column in ("difference", "95 % interval", "p (Holm)", "episodes"):
+            table.add_column(column, justify="right")
+        previous = None
+        for attribute, metric, comparison, p_holm in found:
+            clear = comparison.ci_low > 0 or comparison.ci_high < 0
+            table.add_row(
+                attribute if attribute != previous else "",
+                f"{metric} ({'↑' if COMPARED[metric].better == 'higher' else '↓'})",
+                f"{comparison.difference:+.3f}",
+                f"{comparison.ci_low:+.3f} to {comparison.ci_high:+.3f}",
+                f"{p_holm:.4f}",
+                str(comparison.n),
+                style="bold" if clear else "",
+            )
+            previous = attribute
+        return table
+
+
+def _as_data(attribute: str, metric: str, comparison: Comparison, p_holm: float) -> dict[str, Any]:
+    return {"frame_outs": attribute, "metric": metric, **asdict(comparison), "p_holm": p_holm}

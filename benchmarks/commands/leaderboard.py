@@ -1,0 +1,81 @@
+"""The leaderboard on the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.suites import Metric, Suite
+
+_WIDTH = 118
+_ROLE_STYLES = {"ours": "bold green", "oracle": "italic", "variant": "dim"}
+
+
+def print_leaderboard(summary: Sequence[dict[str, Any]], suite: Suite) -> None:
+    """Print a table for each scenario, preset, renderer and controller: the suite's headline, best tracker
+    first.
+    """
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=_WIDTH)
+    for title, entries in _conditions(summary):
+        console.print(_table(title, entries, suite))
+
+
+def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for entry in summary:
+        steered = f", steered by {entry['controller']}" if "controller" in entry else ""
+        title = f"{entry['scenario']}, {entry['preset']}, {entry['renderer']}{steered}"
+        groups.setdefault(title, []).append(entry)
+    yield from groups.items()
+
+
+def _table(title: str, entries: Sequence[dict[str, Any]], suite: Suite) -> Table:
+    trackers: dict[str, dict[str, dict[str, Any]]] = {}
+    for entry in entries:
+        trackers.setdefault(entry["tracker"], {})[entry["metric"]] = entry
+    present = {entry["metric"] for entry in entries}
+    columns = [suite.metric(name) for name in suite.headline if name in present]
+    seeds = max(entry["n"] for entry in entries)
+    table = Table(title=f"{title}: {seeds} episodes, 95 % intervals over them", box=box.SIMPLE_HEAD)
+    table.add_column("tracker")
+    table.add_column("role")
+    for metric in columns:
+        arrow = "↑" if metric.better == "higher" else "↓"
+        unit = "" if metric.unit in ("fraction", "1") else f" [{metric.unit}]"
+        table.add_column(f"{metric.name.replace('_', ' ')}{unit} {arrow}", justify="right")
+
+    def rank(name: str) -> tuple[float, float]:
+        return _goodness(trackers[name], columns[0]), _goodness(trackers[name], columns[2 % len(columns)])
+
+    for name in sorted(trackers, key=rank, reverse=True):
+        role = next(iter(trackers[name].values()))["role"]
+        cells = [_cell(trackers[name].get(metric.name)) for metric in columns]
+        table.add_row(name, role, *cells, style=_ROLE_STYLES.get(role, ""))
+    return table
+
+
+def _goodness(metrics: dict[str, dict[str, Any]], metric: Metric) -> float:
+    if metric.name not in metrics:
+        return -math.inf
+    mean = float(metrics[metric.name]["mean"])
+    return mean if metric.better == "higher" else -mean
+
+
+def _cell(entry: dict[str, Any] | None) -> str:
+    if entry is None:
+        return "-"
+    return f"{_number(entry['mean'])}\n{_number(entry['ci_low'])}-{_number(entry['ci_high'])}"
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "?"
+    digits = 2 if abs(value) < 10 else 1 if abs(value) < 100 else 0
+    return f"{value:.{digits}f}"

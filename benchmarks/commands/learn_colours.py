@@ -1,0 +1,48 @@
+"""``frameout learn-colours``: what road, other and building look like, learnt from development towns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from benchmarks.commands.arguments import SEEDS, TEST_SPLIT, names, seed_range
+from benchmarks.pixel_colours import learn_colours, write_model
+
+
+@dataclass(frozen=True)
+class LearnColours:
+    """Learn mean and variance of the colours of road, other and building, and write them where trackers
+    find them.
+
+    Pictures come from development towns, never from one that trackers are tested in; labels come from their
+    truth.
+
+    Attributes:
+        scenario: catalogue id.
+        preset: one or more presets, whose towns are looked at in turn.
+        seeds: towns A:B; below 10,000.
+        every: take every so many frames of an episode.
+    """
+
+    scenario: str = "road-town"
+    preset: tuple[str, ...] = ("standard",)
+    seeds: Annotated[str, SEEDS] = "0:8"
+    every: int = 60
+
+    def run(self) -> int:
+        """Learn; return the exit status."""
+        seeds = development_seeds(self.seeds)
+        if self.every < 1:
+            raise ValueError(f"every: expected a whole number >= 1, got {self.every}")
+        command = f"frameout learn-colours --preset {' '.join(self.preset)} --seeds {self.seeds} --every {self.every}"
+        model = learn_colours(self.scenario, names(self.preset), seeds, self.every)
+        print(write_model(model, command))
+        return 0
+
+
+def development_seeds(text: str) -> range:
+    """Return seeds A:B that one may learn from. Raises ValueError for others."""
+    seeds = seed_range(text)
+    if seeds.stop > TEST_SPLIT.start:
+        raise ValueError(f"seeds: expected development seeds, below {TEST_SPLIT.start}, got {text!r}")
+    return seeds

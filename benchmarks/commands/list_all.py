@@ -1,0 +1,129 @@
+"""``frameout list``: what there is."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
+from benchmarks.contestants import entrants, load_modules
+from benchmarks.records import write_beside
+from benchmarks.suites import SUITES
+from scenarios import catalog
+from scenarios.road_town.survey import survey
+from trackers.controllers.catalogue import CONTROLLERS
+
+_CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
+
+
+@dataclass(frozen=True)
+class List:
+    """List scenarios with their presets and what those hold, suites, trackers and controllers.
+
+    Attributes:
+        measure: measure anew what the presets hold (no picture is drawn) and keep it, instead of showing
+            what was kept.
+        seeds: episodes A:B to measure over.
+        modules: your own Python modules that register trackers, imported first.
+        json: print JSON instead of tables.
+    """
+
+    measure: bool = False
+    seeds: Annotated[str, SEEDS] = "0:50"
+    modules: Annotated[tuple[str, ...], NAMES] = ()
+    json: bool = False
+
+    def run(self) -> int:
+        """Print it; return the exit status."""
+        load_modules(self.modules)
+        if self.measure:
+            _measure(seed_range(self.seeds))
+        contents = json.loads(_CONTENTS.read_text()) if _CONTENTS.is_file() else {}
+        if self.json:
+            print(json.dumps(_as_data(contents), indent=1))
+            return 0
+        console = Console()
+        if not console.is_terminal:
+            console = Console(width=118)
+        for name in catalog.names():
+            console.print(_scenario_table(name, contents.get(name, {})))
+        for title, rows in _tables():
+            console.print(_table(title, rows))
+        return 0
+
+
+def _measure(seeds: range) -> None:
+    """Write what each preset holds to the file that is kept with the code."""
+    contents: dict[str, Any] = {}
+    for name in catalog.names():
+        presets = catalog.scenario(name).presets
+        contents[name] = {preset: asdict(survey(presets[preset], name, seeds)) for preset in presets}
+    write_beside(_CONTENTS, json.dumps(contents, indent=1) + "\n")
+
+
+def _scenario_table(name: str, contents: dict[str, Any]) -> Table:
+    scenario = catalog.scenario(name)
+    table = Table(title=f"{scenario.id}: {scenario.summary}", caption=f"trackers are given: {scenario.start}")
+    for column in ("preset", "", "camera", "frame-outs\nan episode", "frames outside\nmin / median / max"):
+        table.add_column(column)
+    for column in ("turning", "off road", "episodes\nmeasured"):
+        table.add_column(column, justify="right")
+    for preset, configuration in scenario.presets.items():
+        steered = "steered by the tracker" if configuration.closed_loop else "set path"
+        table.add_row(preset, configuration.summary, steered, *_contents_cells(contents.get(preset)))
+    return table
+
+
+def _contents_cells(held: dict[str, Any] | None) -> tuple[str, ...]:
+    if held is None:
+        return ("?",) * 5
+    lengths = (held["length_frames_minimum"], held["length_frames_median"], held["length_frames_maximum"])
+    return (
+        f"{held['frame_outs_mean']:.1f} (at least {held['frame_outs_minimum']})",
+        " / ".join(f"{length:g}" for length in lengths),
+        f"{held['share_turning']:.0%}",
+        f"{held['share_off_road']:.0%}",
+        str(held["episodes"]),
+    )
+
+
+def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
+    trackers = [(who.name, who.role, who.summary) for who in entrants().values()]
+    controllers = [(name, "", _first_line(kind)) for name, kind in CONTROLLERS.items()]
+    suites = [(suite.name, f"{suite.scenario} {suite.preset}", suite.summary) for suite in SUITES.values()]
+    return [("suites", suites), ("trackers", trackers), ("controllers", controllers)]
+
+
+def _first_line(kind: type) -> str:
+    return (kind.__doc__ or "").strip().splitlines()[0]
+
+
+def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
+    table = Table(title=title, show_header=False)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
+    scenarios = [
+        {
+            "scenario": name,
+            "summary": catalog.scenario(name).summary,
+            "start": catalog.scenario(name).start,
+            "presets": {
+                preset: {"summary": configuration.summary, "holds": contents.get(name, {}).get(preset)}
+                for preset, configuration in catalog.scenario(name).presets.items()
+            },
+        }
+        for name in catalog.names()
+    ]
+    lists = {
+        title: [dict(zip(("name", "kind", "summary"), row, strict=True)) for row in rows] for title, rows in _tables()
+    }
+    return {"scenarios": scenarios, **lists}

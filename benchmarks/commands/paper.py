@@ -1,0 +1,45 @@
+"""``frameout paper``: a paper's experiment, repeated."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.commands.arguments import FOLDER, SEEDS, WORKERS, cores, seed_range
+from benchmarks.experiment import check_renderer
+
+_EXPERIMENTS = {"A2": "benchmarks.papers.a2", "A3": "benchmarks.papers.a3"}
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Repeat a paper's experiment over many episodes: its table beside ours, pictures at the paper's frames.
+
+    Attributes:
+        experiment: A2 (road shape, the helicopter's motion measured) or A3 (background model, motion
+            unknown).
+        seeds: episodes A:B, half open.
+        renderer: raster or pybullet.
+        out: folder for rows, pictures and page (default: results/paper-a2 …).
+        workers: processes.
+    """
+
+    experiment: Annotated[str, tyro.conf.Positional]
+    seeds: Annotated[str, SEEDS] = "10000:10050"
+    renderer: str = "raster"
+    out: Annotated[Path | None, FOLDER] = None
+    workers: Annotated[int | None, WORKERS] = None
+
+    def run(self) -> int:
+        """Run it; return the exit status."""
+        if self.experiment not in _EXPERIMENTS:
+            raise ValueError(f"experiment: expected one of {', '.join(_EXPERIMENTS)}; got {self.experiment!r}")
+        renderer = check_renderer(self.renderer)
+        module = importlib.import_module(_EXPERIMENTS[self.experiment])
+        out = self.out or Path("results") / f"paper-{self.experiment.lower()}"
+        module.run(out, seed_range(self.seeds), renderer, cores(self.workers))
+        return 0

@@ -1,0 +1,59 @@
+"""``frameout render``: watch an episode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.commands.arguments import COUNT, FILE, ONE_NAME
+from benchmarks.experiment import check_renderer
+from benchmarks.writers.video import render_episode
+from scenarios import catalog
+
+
+@dataclass(frozen=True)
+class Render:
+    """Write one episode as an MP4: the observed frame inside the larger view, truth, and what a tracker says.
+
+    Attributes:
+        scenario: see `frameout list`; without its version the latest.
+        preset: one of the scenario's.
+        seed: the episode, a whole number >= 0.
+        tracker: whose estimate and particles are drawn (default: nobody's, truth alone).
+        controller: who steers by the tracker's estimate (default: a set path).
+        renderer: raster or pybullet.
+        frames: stop after so many (default: the whole episode).
+        scale: field of the larger view against the observed frame, > 1.
+        out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
+    """
+
+    scenario: Annotated[str, tyro.conf.Positional] = "road-town"
+    preset: str = "standard"
+    seed: int = 0
+    tracker: Annotated[str | None, ONE_NAME] = None
+    controller: Annotated[str | None, ONE_NAME] = None
+    renderer: str = "raster"
+    frames: Annotated[int | None, COUNT] = None
+    scale: float = 2.0
+    out: Annotated[Path | None, FILE] = None
+
+    def run(self) -> int:
+        """Write it; return the exit status."""
+        scenario = catalog.scenario(self.scenario)
+        name = f"{scenario.id}-{self.preset}-{self.seed}.mp4"
+        path = render_episode(
+            scenario.id,
+            self.out or Path("results") / name,
+            preset=self.preset,
+            seed=self.seed,
+            tracker=self.tracker,
+            controller=self.controller,
+            renderer=check_renderer(self.renderer),
+            frames=self.frames,
+            scale=self.scale,
+        )
+        print(path)
+        return 0

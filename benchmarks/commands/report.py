@@ -1,0 +1,29 @@
+"""``frameout report``: the page of a result folder, made again from its rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.report.page import write_report
+from benchmarks.summary import write_summary
+
+
+@dataclass(frozen=True)
+class Report:
+    """Make summary.json, comparisons.json and report.html of a result folder again, from its records.jsonl.
+
+    Attributes:
+        directory: the folder that `frameout bench` wrote.
+    """
+
+    directory: Annotated[Path, tyro.conf.Positional]
+
+    def run(self) -> int:
+        """Write them; return the exit status."""
+        write_summary(self.directory)
+        print(write_report(self.directory))
+        return 0

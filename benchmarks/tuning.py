@@ -1,0 +1,182 @@
+"""Chooses a tracker's parameters on development seeds: every method by the same search, score and budget."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import joblib
+
+from benchmarks import pooling
+from benchmarks.jobs import Job, run_job
+from benchmarks.records import Row, write_beside
+from benchmarks.suites import suite
+from benchmarks.summary import grouped
+from scenarios import catalog
+from trackers import registry
+
+TUNED_FOLDER = Path(__file__).resolve().parent.parent / "trackers" / "tuned"
+_BATCH = 8
+"""Trials that watch the same pictures: making those is the larger part of the work."""
+_SEARCH_SEED = 0
+_INSTALL = "pip install 'frameout[tune]'"
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How a search is done; the same for all methods, so that none is favoured.
+
+    Attributes:
+        suite, presets, seeds: the episodes on which a setting is scored.
+        trials: settings tried, the first one is the defaults.
+        workers: processes.
+    """
+
+    suite: str
+    presets: tuple[str, ...]
+    seeds: range
+    trials: int
+    workers: int
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What a search found.
+
+    Attributes:
+        parameters: the best setting. score, default_score: of it and of the defaults, see ``score_of``.
+        trials: number of settings tried.
+    """
+
+    parameters: dict[str, Any]
+    score: float
+    default_score: float
+    trials: int
+
+
+def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
+    """Return the parameters of a registered tracker that declare a range to be tuned in.
+
+    Raises:
+        ValueError: for an unknown tracker, or one with nothing to tune.
+    """
+    kind = registry.entry(name).tracker.Parameters  # type: ignore[attr-defined]
+    found = {f.name: f for f in dataclasses.fields(kind) if "low" in f.metadata}
+    if not found:
+        raise ValueError(f"tracker: expected one with tunable parameters, got {name!r}, which has none")
+    return found
+
+
+def score_of(rows: Sequence[Row], suite_name: str) -> float:
+    """Return what tuning maximises: ``kept_rate + f_measure - offscreen_error_m / 100``, higher is better.
+
+    The car found again and followed, followed at all, and known of while it is away; a hundred metres of
+    error weigh as much as the whole of either.
+    """
+    metrics = suite(suite_name)
+    total = 0.0
+    for name, factor in (("kept_rate", 1.0), ("f_measure", 1.0), ("offscreen_error_m", -0.01)):
+        pool = pooling.pooled(rows, metrics.metric(name))
+        total += factor * (0.0 if pool is None else pool.mean)
+    return total
+
+
+def tune(name: str, budget: Budget, progress: Progress) -> Tuned:
+    """Search the tunable parameters of one tracker; deterministic but for ties in time limits.
+
+    Tree-structured Parzen estimator (Optuna), asked for batches of settings that watch the same pictures.
+
+    Raises:
+        ValueError: if Optuna is not there, or the tracker has nothing to tune.
+    """
+    optuna = _optuna()
+    fields = tunables(name)
+    study = optuna.create_study(
+        direction="maximize", sampler=optuna.samplers.TPESampler(seed=_SEARCH_SEED, constant_liar=True)
+    )
+    study.enqueue_trial({key: field.default for key, field in fields.items()})
+    while len(study.trials) < budget.trials:
+        asked = [study.ask() for _ in range(min(_BATCH, budget.trials - len(study.trials)))]
+        settings = {f"{name}#{trial.number}": _suggested(trial, fields) for trial in asked}
+        scores = _scores(name, settings, budget)
+        for trial, label in zip(asked, settings, strict=True):
+            study.tell(trial, scores[label])
+        progress(len(study.trials), budget.trials)
+    return Tuned(study.best_params, study.best_value, study.trials[0].value, len(study.trials))
+
+
+def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str) -> Path:
+    """Write ``trackers/tuned/NAME.json``, whose values take the place of the defaults, and return its
+    path.
+    """
+    document = {
+        "parameters": {key: tuned.parameters[key] for key in sorted(tuned.parameters)},
+        "score": round(tuned.score, 6),
+        "default_score": round(tuned.default_score, 6),
+        "score_is": "kept_rate + f_measure - offscreen_error_m / 100",
+        "trials": tuned.trials,
+        "seeds": f"{budget.seeds.start}:{budget.seeds.stop}",
+        "suite": budget.suite,
+        "preset": " ".join(budget.presets),
+        "command": command,
+    }
+    TUNED_FOLDER.mkdir(exist_ok=True)
+    path = TUNED_FOLDER / f"{name}.json"
+    write_beside(path, json.dumps(document, indent=1) + "\n")
+    return path
+
+
+def _suggested(trial: Any, fields: dict[str, dataclasses.Field[Any]]) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for key, field in fields.items():
+        low, high, log = (field.metadata[part] for part in ("low", "high", "log"))
+        suggest = trial.suggest_int if isinstance(field.default, int) else trial.suggest_float
+        values[key] = suggest(key, low, high, log=log)
+    return values
+
+
+def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+    """Return the score of every labelled setting."""
+    scenario = catalog.scenario(suite(budget.suite).scenario)
+    jobs = [
+        Job(
+            suite=budget.suite,
+            scenario=scenario.id,
+            preset=preset,
+            renderer="raster",
+            seed=seed,
+            controller="centre" if scenario.presets[preset].closed_loop else None,
+            trackers=labels,
+            settings={label: (name, settings[label]) for label in labels},
+        )
+        for preset in budget.presets
+        for seed in budget.seeds
+        for labels in _who_watches(scenario.presets[preset].closed_loop, tuple(settings))
+    ]
+    results = joblib.Parallel(n_jobs=budget.workers)(joblib.delayed(run_job)(job) for job in jobs)
+    rows = [row for result in results for block in result.blocks for row in block]
+    groups = grouped(rows)
+    return {
+        label: sum(score_of(trackers[label], budget.suite) for trackers in groups.values()) / len(groups)
+        for label in settings
+    }
+
+
+def _who_watches(closed_loop: bool, labels: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """In closed loop everyone has pictures of his own."""
+    return [(label,) for label in labels] if closed_loop else [labels]
+
+
+def _optuna() -> Any:
+    try:
+        import optuna
+    except ImportError:
+        raise ValueError(f"tune: expected Optuna to be installed ({_INSTALL}), got none") from None
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    return optuna
