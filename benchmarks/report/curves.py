@@ -91,7 +91,7 @@ def recovery(rows: Sequence[Row]) -> Curve | None:
 
 def _found_share(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
     # Once nobody is looked for the share stays what it was.
-    return 1.0 - np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
+    return np.asarray(1.0 - np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1), dtype=np.float64)
 
 
 def _sums_by_seed(rows: Sequence[Row], metric: str) -> PooledRatios | None:

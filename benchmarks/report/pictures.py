@@ -35,8 +35,18 @@ class Picture:
     height_px: int
 
 
-def write_picture(directory: Path, name: str, image_rgb: NDArray[np.uint8], condition: Condition, caption: str) -> None:
-    """Write a picture (H, W, 3) and its words, each beside its place and renamed."""
+def write_picture(
+    directory: Path,
+    name: str,
+    image_rgb: NDArray[np.uint8],
+    condition: Condition,
+    caption: str,
+    made_from: str,
+) -> None:
+    """Write a picture (H, W, 3) and its words, each beside its place and renamed.
+
+    ``made_from`` names the rows it shows, so that it is found out when they change.
+    """
     folder = directory / FOLDER_NAME
     folder.mkdir(parents=True, exist_ok=True)
     _, encoded = cv2.imencode(".jpg", image_rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 86])
@@ -46,10 +56,23 @@ def write_picture(directory: Path, name: str, image_rgb: NDArray[np.uint8], cond
     words = {
         "condition": condition,
         "caption": caption,
+        "made_from": made_from,
         "width_px": image_rgb.shape[1],
         "height_px": image_rgb.shape[0],
     }
     write_beside(folder / f"{name}.json", json.dumps(words, indent=1) + "\n")
+
+
+def made_from(directory: Path, name: str) -> str | None:
+    """Return what the picture ``name`` was made from, None if there is none."""
+    path = directory / FOLDER_NAME / f"{name}.json"
+    return json.loads(path.read_text())["made_from"] if path.is_file() else None
+
+
+def remove_picture(directory: Path, name: str) -> None:
+    """Remove a picture, words first; nothing if there is none."""
+    for suffix in (".json", ".jpg"):
+        (directory / FOLDER_NAME / f"{name}{suffix}").unlink(missing_ok=True)
 
 
 def read_pictures(directory: Path) -> list[Picture]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, PercentFormatter
 
 from benchmarks.metrics.recovery import RECOVERY_WINDOW_FRAMES
 from benchmarks.report.curves import RECOVERY_FRAMES, Curve
@@ -19,7 +21,9 @@ from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, Li
 
 CAR_LENGTH_M = 4.5
 _SIZE_INCHES = (5.4, 3.7)
-_SETTINGS = {
+_LEAST_ERROR_M = 0.05
+"""Lower end of the log axis."""
+_SETTINGS: dict[str, Any] = {
     "svg.fonttype": "none",
     "font.size": 10,
     "axes.edgecolor": QUIET,
@@ -43,12 +47,12 @@ Styles = Mapping[str, LineStyle]
 
 def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
     """Draw mean error in metres (log) against frames since exit, with bands for ours and the oracle."""
-    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": "offscreen-error"}):
+    with _drawn_as("offscreen-error"):
         figure, axes = _figure("frames since the car left the picture", "error on the ground, m")
         axes.set_yscale("log")
         for name, curve in curves.items():
-            floor = np.maximum(np.stack([curve.y, curve.low, curve.high]), 0.05)
-            _draw(axes, Curve(curve.x, *floor, curve.count), styles[name], band=name)
+            y, low, high = (np.maximum(each, _LEAST_ERROR_M) for each in (curve.y, curve.low, curve.high))
+            _draw(axes, Curve(curve.x, y, low, high, curve.count), styles[name])
         axes.axhline(CAR_LENGTH_M, color=QUIET, linewidth=0.9, dashes=(1, 2))
         end = max(curve.x[-1] for curve in curves.values())
         axes.annotate(
@@ -70,10 +74,10 @@ def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
 
 def plot_recovery(curves: Curves, styles: Styles) -> str:
     """Draw the share of cars found again against frames since they were back in full, as steps."""
-    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": "recovery"}):
+    with _drawn_as("recovery"):
         figure, axes = _figure("frames since the car was back in full", "found again")
         for name, curve in curves.items():
-            _draw(axes, curve, styles[name], band=name, steps=True)
+            _draw(axes, curve, styles[name], steps=True)
         axes.axvspan(0, RECOVERY_WINDOW_FRAMES, color=GRID, alpha=0.5, linewidth=0)
         words = (RECOVERY_WINDOW_FRAMES + 0.8, 0.02)
         axes.annotate("← counts as recovered", words, color=QUIET, fontsize=9, bbox=_BACKED, zorder=5)
@@ -85,13 +89,12 @@ def plot_recovery(curves: Curves, styles: Styles) -> str:
 
 def plot_calibration(curves: Curves, styles: Styles) -> str:
     """Draw the share of truths inside the p region against p, and the diagonal of an honest posterior."""
-    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": "calibration"}):
+    with _drawn_as("calibration"):
         figure, axes = _figure("region of the posterior", "holds the car")
         axes.plot([0, 1], [0, 1], color=QUIET, linewidth=0.9, dashes=(1, 2))
-        place = {"xytext": (5, -11), "textcoords": "offset points"}
-        axes.annotate("honest", (0.3, 0.3), color=QUIET, fontsize=9, **place)
+        axes.annotate("honest", (0.3, 0.3), xytext=(5, -11), textcoords="offset points", color=QUIET, fontsize=9)
         for name, curve in curves.items():
-            _draw(axes, curve, styles[name], band=name)
+            _draw(axes, curve, styles[name])
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(PercentFormatter(1.0))
         axes.set_xlim(0, 1)
@@ -101,7 +104,7 @@ def plot_calibration(curves: Curves, styles: Styles) -> str:
 
 def plot_speed(speeds: Mapping[str, tuple[float, float, float]], styles: Styles) -> str:
     """Draw frames a second (mean, low, high) of each tracker as a dot with its interval, on a log scale."""
-    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": "speed"}):
+    with _drawn_as("speed"):
         figure, axes = _figure("frames a second on one core", "")
         places = np.arange(len(speeds))[::-1]
         for place, (name, (mean, low, high)) in zip(places, speeds.items(), strict=True):
@@ -109,12 +112,19 @@ def plot_speed(speeds: Mapping[str, tuple[float, float, float]], styles: Styles)
             axes.plot([low, high], [place, place], color=colour, linewidth=2, solid_capstyle="butt")
             axes.plot([mean], [place], "o", color=colour, markersize=6, markeredgewidth=0)
         axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
         axes.set_yticks(places, list(speeds))
         axes.grid(False, axis="y")
         axes.margins(y=0.12)
         return _svg(figure)
+
+
+def _drawn_as(name: str) -> AbstractContextManager[None]:
+    """Set the look for one plot. Ids in it are made from its name, so that plots on one page do not clash."""
+    settings: Any = {**_SETTINGS, "svg.hashsalt": name}
+    return matplotlib.rc_context(settings)
 
 
 def _figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
@@ -130,15 +140,14 @@ def _figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def _draw(axes: Axes, curve: Curve, style: LineStyle, *, band: str, steps: bool = False) -> None:
+def _draw(axes: Axes, curve: Curve, style: LineStyle, *, steps: bool = False) -> None:
     order = 4 if style.in_front else 3
     where = "steps-post" if steps else "default"
     (line,) = axes.plot(curve.x, curve.y, color=style.colour, linewidth=style.width, drawstyle=where, zorder=order)
-    line.set_gid(f"line-{band}")
     if style.dashes:
         line.set_dashes(style.dashes)
     if style.in_front or style.variable == "ink":
-        step = "post" if steps else None
+        step: Literal["post"] | None = "post" if steps else None
         axes.fill_between(
             curve.x, curve.low, curve.high, color=style.colour, alpha=0.16, linewidth=0, step=step, zorder=2
         )

@@ -55,6 +55,8 @@ class Caption:
         x = marks.draw_text(strip, (x + 28, y), "observed", _QUIET, size=14) + 24
         marks.draw_box(strip, np.array([x, y - 12, x + 20, y + 2.0]), marks.TRUTH)
         x = marks.draw_text(strip, (x + 28, y), "truth", _QUIET, size=14) + 24
+        strip[y - 12 : y + 2, x : x + 20] = _STATE_SHADE["out"]
+        x = marks.draw_text(strip, (x + 28, y), "out of view", _QUIET, size=14) + 24
         if not with_tracker:
             return
         marks.draw_corners(strip, np.array([x, y - 12, x + 20, y + 2.0]), marks.ESTIMATE)
@@ -63,8 +65,6 @@ class Caption:
         cloud = np.array([[2.0, -3], [7, -8], [9, -1], [13, -6], [18, -4]]) + np.array([x, y])
         marks.draw_particles(strip, cloud, None, marks.PARTICLE)
         x = marks.draw_text(strip, (x + 28, y), "particles or 95 % ellipse", _QUIET, size=14) + 24
-        strip[y - 12 : y + 2, x : x + 20] = _STATE_SHADE["out"]
-        x = marks.draw_text(strip, (x + 28, y), "out of view", _QUIET, size=14) + 24
         marks.draw_lines(strip, [[(x, y - 5.0), (x + 20, y - 5.0)]], marks.ESTIMATE)
         marks.draw_text(strip, (x + 28, y), "tracker's probability of being in view", _QUIET, size=14)
 

@@ -34,11 +34,11 @@ class Instant:
 
 @dataclass(frozen=True, slots=True)
 class _Canvas:
-    """The larger view, enlarged ``zoom`` times, and where the observed frame's corner lies in it."""
+    """The larger view at ``zoom`` times its size, and where the observed frame's corner lies in it."""
 
     image: NDArray[np.uint8]
     corner_px: NDArray[np.float64]
-    zoom: int
+    zoom: float
 
     def point(self, picture_px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Take points (..., 2) of the observed picture to the canvas."""
@@ -49,12 +49,12 @@ class _Canvas:
         return self.point(np.reshape(picture_xyxy, (2, 2))).ravel()
 
 
-def draw_instant(instant: Instant) -> NDArray[np.uint8]:
+def draw_instant(instant: Instant, zoom: float | None = None) -> NDArray[np.uint8]:
     """Return the larger view with the observed frame's outline, particles, truth, estimate; (H, W, 3) uint8.
 
-    Small views are enlarged by a whole factor, so that marks and words keep their size.
+    The view is scaled by ``zoom``, marks keep their size; None enlarges small views by a whole factor.
     """
-    canvas = _lay_out(instant)
+    canvas = _lay_out(instant, zoom)
     image = canvas.image
     height, width = instant.frame.observation.image_rgb.shape[:2]
     marks.draw_box(image, canvas.box(np.array([0.0, 0.0, width, height])), marks.OBSERVED)
@@ -68,14 +68,16 @@ def draw_instant(instant: Instant) -> NDArray[np.uint8]:
     return image
 
 
-def _lay_out(instant: Instant) -> _Canvas:
+def _lay_out(instant: Instant, zoom: float | None) -> _Canvas:
     view, observed = instant.larger_view_rgb, instant.frame.observation.image_rgb
     row, column = ((np.array(view.shape[:2]) - observed.shape[:2]) / 2).astype(int)
     image = (view * np.float32(_DIMMED)).astype(np.uint8)
     image[row : row + observed.shape[0], column : column + observed.shape[1]] = observed
-    zoom = max(1, -(-_NARROWEST_PX // view.shape[1]))
-    if zoom > 1:
-        image = cv2.resize(image, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_NEAREST)
+    if zoom is None:
+        zoom = max(1, -(-_NARROWEST_PX // view.shape[1]))
+    if zoom != 1:
+        how = cv2.INTER_AREA if zoom < 1 else cv2.INTER_NEAREST if zoom == int(zoom) else cv2.INTER_CUBIC
+        image = np.asarray(cv2.resize(image, None, fx=zoom, fy=zoom, interpolation=how), dtype=np.uint8)
     return _Canvas(image, np.array([column, row], dtype=float) * zoom, zoom)
 
 

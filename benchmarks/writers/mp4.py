@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
+from typing import cast
 
 import av
 import numpy as np
@@ -31,7 +32,7 @@ class Mp4Writer:
     def __enter__(self) -> Mp4Writer:
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._file = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
-        self._file.flags |= av.container.Flags.bitexact.value
+        self._file.flags |= cast(int, av.container.Flags.bitexact.value)
         self._stream = self._file.add_stream(
             "libx264",
             rate=self._rate,
