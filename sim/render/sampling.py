@@ -1,4 +1,9 @@
-"""Looking up colours in textures."""
+"""Looking up colours in textures, for runs of neighbouring pixels.
+
+Texels lie in tiles of 4x4, one cache line each: texel (i, j) is number
+``(i // 4) * 16 tiles_per_row + (i % 4) * 4 + (j // 4) * 16 + j % 4``, the sum of a part of its row and one of its
+column. Loops over pixels that compute, fetch and mix stand apart, so that the first and the last become vector code.
+"""
 
 from __future__ import annotations
 
@@ -6,91 +11,105 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-LANES = np.uint64(0x00FF00FF00FF00FF)
-LOW_LANES = np.uint64(0x00FF00FF)
-HALF = np.uint64(0x0080008000800080)
-SHIFT_8, SHIFT_32 = np.uint64(8), np.uint64(32)
+BLOCK = 64
+"""Pixels that are sampled at a time, with one mip level."""
 
-
-@njit(cache=True, inline="always")
-def lanes_of(texel: np.uint32) -> np.uint64:
-    """Return a packed texel's four bytes in four 16-bit lanes, in the order R, B, G, X from the lowest."""
-    wide = np.uint64(texel)
-    return (wide & LOW_LANES) | (((wide >> SHIFT_8) & LOW_LANES) << SHIFT_32)
+RED_BLUE, GREEN = np.uint32(0x00FF00FF), np.uint32(0x0000FF00)
+LOW_BYTE = np.uint32(0x000000FF)
+HALVES = np.uint32(0x00800080)
+TWO, THREE, FOUR, EIGHT = np.uint32(2), np.uint32(3), np.uint32(4), np.uint32(8)
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def sample_smooth(
     texels: NDArray[np.uint32],
-    width: int,
-    height: int,
+    size: tuple[int, int],
     u_plane: tuple[np.float32, np.float32],
     v_plane: tuple[np.float32, np.float32],
     first_column: int,
     depth_m: NDArray[np.float32],
-    colour_rgb: NDArray[np.uint8],
+    room: NDArray[np.uint32],
+    colour: NDArray[np.uint32],
 ) -> None:
-    """Write interpolated colours (n, 3) of a run of pixels.
+    """Write interpolated colours of a run of n <= ``BLOCK`` pixels.
 
-    Texel (i, j) has its centre at ``(u width, v height) = (j + 1/2, i + 1/2)``; beyond the outermost
-    centres the edge goes on. Weights are in 1/256, and their sum is exactly 256.
+    Texel (i, j) has its centre at ``(u width, v height) = (j + 1/2, i + 1/2)``; beyond the outermost centres the
+    edge goes on. Weights are in 1/256 and their sum is exactly 256.
 
     Args:
-        texels: (height * width,) packed texels of one mip level.
+        texels: packed texels of one mip level.
+        size: its width and height.
         u_plane, v_plane: (per column, at column 0) of ``u / depth`` and ``v / depth`` in this row.
         depth_m: (n,).
+        room: (6, BLOCK) for numbers of texels and their weights.
+        colour: (n,), packed like texels.
     """
-    half, zero = np.float32(0.5), np.float32(0.0)
+    width, height = size
+    half, zero, one_256 = np.float32(0.5), np.float32(0.0), np.float32(256.0)
     u_step, u_base = u_plane[0] * np.float32(width), u_plane[1] * np.float32(width)
     v_step, v_base = v_plane[0] * np.float32(height), v_plane[1] * np.float32(height)
     x_last, y_last = np.float32(width - 1), np.float32(height - 1)
-    scale = np.float32(256.0)
-    for k in range(depth_m.shape[0]):
-        column = np.float32(first_column + k)
+    j_last, i_last = np.int32(width - 1), np.int32(height - 1)
+    row_pitch = np.int32(16 * ((width + 3) // 4))
+    n = depth_m.shape[0]
+    at_00, at_01, at_10, at_11 = room[0, :n], room[1, :n], room[2, :n], room[3, :n]
+    part_x, part_y = room[4, :n], room[5, :n]
+    for k in range(n):
+        column = np.float32(np.int32(first_column) + np.int32(k))
         x = min(max((u_base + u_step * column) * depth_m[k] - half, zero), x_last)
         y = min(max((v_base + v_step * column) * depth_m[k] - half, zero), y_last)
         j, i = np.int32(x), np.int32(y)
-        fx, fy = np.int32((x - np.float32(j)) * scale), np.int32((y - np.float32(i)) * scale)
-        both = (fx * fy + 128) >> 8
-        at = np.uint64(i * width + j)
-        right = np.uint64(1) if j + 1 < width else np.uint64(0)
-        below = np.uint64(width) if i + 1 < height else np.uint64(0)
-        mixed = (
-            lanes_of(texels[at]) * np.uint64(256 - fx - fy + both)
-            + lanes_of(texels[at + right]) * np.uint64(fx - both)
-            + lanes_of(texels[at + below]) * np.uint64(fy - both)
-            + lanes_of(texels[at + right + below]) * np.uint64(both)
-            + HALF
-        ) >> SHIFT_8
-        colour_rgb[k, 0] = np.uint8(mixed & np.uint64(255))
-        colour_rgb[k, 1] = np.uint8((mixed >> SHIFT_32) & np.uint64(255))
-        colour_rgb[k, 2] = np.uint8((mixed >> np.uint64(16)) & np.uint64(255))
+        part_x[k] = np.uint32((x - np.float32(j)) * one_256)
+        part_y[k] = np.uint32((y - np.float32(i)) * one_256)
+        j1, i1 = min(np.int32(j + 1), j_last), min(np.int32(i + 1), i_last)
+        left, right = np.int32(((j >> 2) << 4) + (j & 3)), np.int32(((j1 >> 2) << 4) + (j1 & 3))
+        above = np.int32((i >> 2) * row_pitch + ((i & 3) << 2))
+        below = np.int32((i1 >> 2) * row_pitch + ((i1 & 3) << 2))
+        at_00[k] = np.uint32(above + left)
+        at_01[k] = np.uint32(above + right)
+        at_10[k] = np.uint32(below + left)
+        at_11[k] = np.uint32(below + right)
+    for k in range(n):
+        at_00[k] = texels[at_00[k]]
+        at_01[k] = texels[at_01[k]]
+        at_10[k] = texels[at_10[k]]
+        at_11[k] = texels[at_11[k]]
+    for k in range(n):
+        fx, fy = part_x[k], part_y[k]
+        w_11 = np.uint32(np.uint32(fx * fy) >> EIGHT)
+        w_01, w_10 = np.uint32(fx - w_11), np.uint32(fy - w_11)
+        w_00 = np.uint32(np.uint32(np.uint32(256) - fx) - w_10)
+        a, b, c, d = at_00[k], at_01[k], at_10[k], at_11[k]
+        red_blue = np.uint32(np.uint32(a & RED_BLUE) * w_00) + np.uint32(np.uint32(b & RED_BLUE) * w_01)
+        red_blue += np.uint32(np.uint32(c & RED_BLUE) * w_10) + np.uint32(np.uint32(d & RED_BLUE) * w_11)
+        green = np.uint32(np.uint32(a & GREEN) * w_00) + np.uint32(np.uint32(b & GREEN) * w_01)
+        green += np.uint32(np.uint32(c & GREEN) * w_10) + np.uint32(np.uint32(d & GREEN) * w_11)
+        red_blue = np.uint32(np.uint32(np.uint32(red_blue) + HALVES) >> EIGHT) & RED_BLUE
+        green = np.uint32(np.uint32(np.uint32(green) + np.uint32(0x8000)) >> EIGHT) & GREEN
+        colour[k] = np.uint32(red_blue | green)
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def sample_nearest(
     texels: NDArray[np.uint32],
-    width: int,
-    height: int,
+    size: tuple[int, int],
     u_plane: tuple[np.float32, np.float32],
     v_plane: tuple[np.float32, np.float32],
     first_column: int,
     depth_m: NDArray[np.float32],
-    colour_rgb: NDArray[np.uint8],
+    colour: NDArray[np.uint32],
 ) -> None:
-    """Write the colours (n, 3) of the texels that a run of pixels falls into. Arguments as for
-    ``sample_smooth``.
-    """
+    """Write the colours of the texels that a run of pixels falls into. Arguments as for ``sample_smooth``."""
+    width, height = size
     u_step, u_base = u_plane[0] * np.float32(width), u_plane[1] * np.float32(width)
     v_step, v_base = v_plane[0] * np.float32(height), v_plane[1] * np.float32(height)
+    row_pitch = 16 * ((width + 3) // 4)
     for k in range(depth_m.shape[0]):
         column = np.float32(first_column + k)
         j = min(max(np.int32((u_base + u_step * column) * depth_m[k]), 0), width - 1)
         i = min(max(np.int32((v_base + v_step * column) * depth_m[k]), 0), height - 1)
-        texel = texels[np.uint64(i * width + j)]
-        colour_rgb[k, 0] = texel & np.uint32(255)
-        colour_rgb[k, 1] = (texel >> np.uint32(8)) & np.uint32(255)
-        colour_rgb[k, 2] = (texel >> np.uint32(16)) & np.uint32(255)
+        at = (i >> 2) * row_pitch + ((i & 3) << 2) + ((j >> 2) << 4) + (j & 3)
+        colour[k] = texels[np.uint64(at)]
 
 
 @njit(cache=True)

@@ -31,8 +31,8 @@ class ShadowMap:
     """Heights of shadow casters.
 
     Attributes:
-        height_m: (N, N) float32 along the direction towards the sun, ``NOTHING`` where there is no caster.
-            Valid until the next map is made.
+        height_m: (N, N) float32 along the direction towards the sun; ``NOTHING`` where there is no caster, and in
+            the outermost texels. Valid until the next map is made.
         light_view: (4, 4) from the world to ``(column, row, 1, height)``.
         texel_m: side of a texel.
     """

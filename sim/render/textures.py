@@ -16,8 +16,8 @@ class TexturePool(NamedTuple):
     """Textures as the kernels read them. T textures, at most L mip levels each.
 
     Attributes:
-        texels: (N,) uint32, ``R | G << 8 | B << 16``, all levels of all textures one after the other,
-            row-major.
+        texels: (N,) uint32, ``R | G << 8 | B << 16``, all levels of all textures one after the other, each in
+            tiles of 4x4 texels (see ``sim.render.sampling``).
         offset: (T, L) int64, where a level begins in ``texels``.
         width, height: (T, L) int32.
         level_count: (T,) int32; 1 for textures that are not smooth.
@@ -42,19 +42,16 @@ def pack_textures(textures: Sequence[Texture]) -> TexturePool:
     offset = np.zeros((count, depth), dtype=np.int64)
     width = np.ones((count, depth), dtype=np.int32)
     height = np.ones((count, depth), dtype=np.int32)
-    texels = np.empty(sum(level.shape[0] * level.shape[1] for chain in chains for level in chain), np.uint32)
+    parts = []
     used = 0
     for t, chain in enumerate(chains):
         for k, level in enumerate(chain):
             height[t, k], width[t, k] = level.shape[:2]
             offset[t, k] = used
-            end = used + level.shape[0] * level.shape[1]
-            rgbx = np.zeros((*level.shape[:2], 4), dtype=np.uint8)
-            rgbx[..., :3] = level
-            texels[used:end] = rgbx.view("<u4").ravel()
-            used = end
+            parts.append(_tiled(level))
+            used += parts[-1].size
     return TexturePool(
-        texels,
+        np.concatenate(parts) if parts else np.empty(0, np.uint32),
         offset,
         width,
         height,
@@ -64,8 +61,18 @@ def pack_textures(textures: Sequence[Texture]) -> TexturePool:
 
 
 def _mip_chain(texture: Texture) -> list[NDArray[np.uint8]]:
-    chain = [np.ascontiguousarray(texture.rgb)]
+    chain: list[NDArray[np.uint8]] = [np.ascontiguousarray(texture.rgb)]
     while texture.smooth and min(chain[-1].shape[:2]) > 1:
         rows, columns = chain[-1].shape[:2]
-        chain.append(cv2.resize(chain[-1], (columns // 2, rows // 2), interpolation=cv2.INTER_AREA))
+        half = cv2.resize(chain[-1], (columns // 2, rows // 2), interpolation=cv2.INTER_AREA)
+        chain.append(half.astype(np.uint8))
     return chain
+
+
+def _tiled(rgb: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """Return packed texels (N,) in tiles of 4x4, the last ones filled up; see ``sim.render.sampling``."""
+    height, width = rgb.shape[:2]
+    rows, columns = -(-height // 4), -(-width // 4)
+    rgbx = np.zeros((4 * rows, 4 * columns, 4), dtype=np.uint8)
+    rgbx[:height, :width, :3] = rgb
+    return rgbx.view("<u4").reshape(rows, 4, columns, 4).swapaxes(1, 2).ravel()

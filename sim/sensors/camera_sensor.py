@@ -37,7 +37,7 @@ class CameraSensor:
         """Take the picture of a frame, then let the exposure loop take one step.
 
         Args:
-            radiance: (3, H, W) float32, cd/m².
+            radiance: (H, 3, W) float32, cd/m².
             camera: its lens distorts the picture.
             frame: index, >= 0; with the pixel it determines the noise.
             motion: homography (3, 3) from this picture's pixels to the next one's, or None for a camera at
@@ -49,6 +49,11 @@ class CameraSensor:
         picture = self.develop(radiance, camera, frame, settings, motion=motion, interval_s=interval_s)
         self.step(luminance_nit)
         return picture
+
+    @property
+    def settings(self) -> SensorSettings | None:
+        """Settings of the picture now to be taken; None before the first."""
+        return self._settings
 
     def settings_for(self, luminance_nit: float) -> SensorSettings:
         """Return the settings of the picture now to be taken; its metered luminance matters only for the
@@ -76,6 +81,14 @@ class CameraSensor:
         if motion is not None:
             radiance = blur_by_motion(radiance, motion, settings.exposure_s / interval_s)
         radiance = distort(radiance, camera)
-        image_rgb = np.empty((*radiance.shape[1:], 3), np.uint8)
-        develop_picture(radiance, response(self.config, settings), frame_keys(self._key, frame), image_rgb)
+        image_rgb = np.empty((radiance.shape[0], radiance.shape[2], 3), np.uint8)
+        develop_picture(radiance, self.response(settings), self.frame_keys(frame), image_rgb)
         return Picture(image_rgb, settings)
+
+    def response(self, settings: SensorSettings) -> NDArray[np.float32]:
+        """Return what ``develop_row`` needs of the sensor (4,)."""
+        return response(self.config, settings)
+
+    def frame_keys(self, frame: int) -> NDArray[np.uint32]:
+        """Return the keys (2,) of one frame's noise."""
+        return frame_keys(self._key, frame)

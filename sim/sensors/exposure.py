@@ -13,9 +13,14 @@ METER_STEP_PX = 8
 
 
 def metered_luminance(radiance: NDArray[np.float32]) -> float:
-    """Return the mean luminance in cd/m² of a radiance picture (3, H, W)."""
-    seen = radiance[:, ::METER_STEP_PX, ::METER_STEP_PX]
-    return float(LUMINANCE_WEIGHTS @ seen.reshape(3, -1).mean(axis=1, dtype=float))
+    """Return the mean luminance in cd/m² of a radiance picture (H, 3, W)."""
+    seen = radiance[::METER_STEP_PX, :, ::METER_STEP_PX]
+    return luminance_of(seen.mean(axis=(0, 2), dtype=float))
+
+
+def luminance_of(radiance: NDArray[np.float64]) -> float:
+    """Return the luminance in cd/m² of one radiance (3,)."""
+    return float(LUMINANCE_WEIGHTS @ radiance)
 
 
 def right_settings(config: SensorConfig, luminance_nit: float) -> SensorSettings:

@@ -67,10 +67,11 @@ def develop_picture(
     keys: NDArray[np.uint32],
     image_rgb: NDArray[np.uint8],
 ) -> None:
-    """Write the picture (H, W, 3) of a radiance (3, H, W)."""
-    values = np.empty((3, radiance.shape[2]), np.uint16)
-    for row in range(radiance.shape[1]):
-        develop_row(radiance[:, row], response, keys, row, values, image_rgb[row])
+    """Write the picture (H, W, 3) of a radiance (H, 3, W)."""
+    width = radiance.shape[2]
+    values, room = np.empty((3, width), np.uint16), np.empty((3, width), np.float32)
+    for row in range(radiance.shape[0]):
+        develop_row(radiance[row], response, keys, row, values, room, image_rgb[row])
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
@@ -80,28 +81,43 @@ def develop_row(
     keys: NDArray[np.uint32],
     row: int,
     values: NDArray[np.uint16],
+    room: NDArray[np.float32],
     image_rgb: NDArray[np.uint8],
 ) -> None:
-    """Write one row (W, 3) of the picture of ``radiance`` (3, W); ``values`` (3, W) is room for 12-bit
-    values.
-
-    The hash is Wellons' ``lowbias32`` of ``pixel + keys[0]``, with ``keys[1]`` mixed in between its rounds.
-    """
+    """Write one row (W, 3) of the picture of ``radiance`` (3, W); ``values`` and ``room`` (3, W) are to work in."""
     per_nit, full_well, read_variance, per_electron = response[0], response[1], response[2], response[3]
     width = radiance.shape[1]
     zero, half, white = np.float32(0.0), np.float32(0.5), np.float32(WHITE)
-    first = np.uint32(row * width) + keys[0]
-    for k in range(width):
-        h = np.uint32(np.uint32(k) + first)
-        h = np.uint32(np.uint32(h ^ np.uint32(h >> np.uint32(16))) * MIX_1)
-        h = np.uint32(h ^ keys[1])
-        h = np.uint32(np.uint32(h ^ np.uint32(h >> np.uint32(15))) * MIX_2)
-        h = np.uint32(h ^ np.uint32(h >> np.uint32(16)))
-        for channel in range(3):
-            n = NORMAL[np.uint32(h >> np.uint32(10 * channel)) & TEN_BITS]
-            e = min(radiance[channel, k] * per_nit, full_well)
-            e += np.sqrt(e + read_variance) * n
-            values[channel, k] = np.uint16(min(max(e * per_electron + half, zero), white))
+    normal_deviates(keys, row, room[:, :width])
+    for channel in range(3):
+        light, n, value = radiance[channel], room[channel], values[channel]
+        for k in range(width):
+            e = min(light[k] * per_nit, full_well)
+            e += np.sqrt(e + read_variance) * n[k]
+            value[k] = np.uint16(np.int32(min(max(e * per_electron + half, zero), white)))
     for k in range(width):
         for channel in range(3):
             image_rgb[k, channel] = CODES[values[channel, k]]
+
+
+@njit(cache=True)
+def normal_deviates(keys: NDArray[np.uint32], row: int, deviates: NDArray[np.float32]) -> None:
+    """Write one row (3, W) of values of N(0, 1).
+
+    The hash is Wellons' ``lowbias32`` of ``pixel + keys[0]``, with ``keys[1]`` mixed in between its rounds.
+    """
+    width = deviates.shape[1]
+    first = np.uint32(np.uint32(row * width) + keys[0])
+    second = keys[1]
+    hashes = np.empty(width, np.uint32)
+    for k in range(width):
+        h = np.uint32(np.uint32(k) + first)
+        h = np.uint32(np.uint32(h ^ np.uint32(h >> np.uint32(16))) * MIX_1)
+        h = np.uint32(h ^ second)
+        h = np.uint32(np.uint32(h ^ np.uint32(h >> np.uint32(15))) * MIX_2)
+        hashes[k] = np.uint32(h ^ np.uint32(h >> np.uint32(16)))
+    for k in range(width):
+        h = hashes[k]
+        deviates[0, k] = NORMAL[h & TEN_BITS]
+        deviates[1, k] = NORMAL[(h >> np.uint32(10)) & TEN_BITS]
+        deviates[2, k] = NORMAL[(h >> np.uint32(20)) & TEN_BITS]

@@ -15,10 +15,25 @@ SMALLEST_BLUR_PX = 0.5
 MOST_TAPS = 24
 
 
+def needs_blur(width: int, height: int, motion: NDArray[np.float64], exposure_share: float) -> bool:
+    """Return whether ``blur_by_motion`` changes a picture of that size."""
+    return _blur_length_px(width, height, motion, exposure_share) >= SMALLEST_BLUR_PX
+
+
+def _blur_length_px(width: int, height: int, motion: NDArray[np.float64], exposure_share: float) -> float:
+    """Return how far the corner that moves most moves during the exposure."""
+    corners = np.array([[0, 0, 1], [width, 0, 1], [0, height, 1], [width, height, 1.0]])
+    moved = corners @ motion.T
+    if (moved[:, 2] <= 0).any():
+        expected = "a homography that keeps the picture before the camera"
+        raise ValueError(f"motion: expected {expected}, got {motion.tolist()}")
+    return exposure_share * float(np.linalg.norm(moved[:, :2] / moved[:, 2:] - corners[:, :2], axis=1).max())
+
+
 def blur_by_motion(
     radiance: NDArray[np.float32], motion: NDArray[np.float64], exposure_share: float
 ) -> NDArray[np.float32]:
-    """Return the mean radiance (3, H, W) over an exposure centred on the picture's instant.
+    """Return the mean radiance (H, 3, W) over an exposure centred on the picture's instant.
 
     A pixel p collects light along ``p + s (H(p) - p)``, s in ``exposure_share * [-1/2, 1/2]``.
 
@@ -30,13 +45,7 @@ def blur_by_motion(
     Returns:
         ``radiance`` itself where no corner moves by half a pixel.
     """
-    height, width = radiance.shape[1:]
-    corners = np.array([[0, 0, 1], [width, 0, 1], [0, height, 1], [width, height, 1.0]])
-    moved = corners @ motion.T
-    if (moved[:, 2] <= 0).any():
-        expected = "a homography that keeps the picture before the camera"
-        raise ValueError(f"motion: expected {expected}, got {motion.tolist()}")
-    length_px = exposure_share * np.linalg.norm(moved[:, :2] / moved[:, 2:] - corners[:, :2], axis=1).max()
+    length_px = _blur_length_px(radiance.shape[2], radiance.shape[0], motion, exposure_share)
     if length_px < SMALLEST_BLUR_PX:
         return radiance
     blurred = np.empty_like(radiance)
@@ -50,7 +59,7 @@ def _average_along(
     radiance: NDArray[np.float32], motion: NDArray[np.float64], share: float, taps: int, blurred: NDArray[np.float32]
 ) -> None:
     """Mean of ``taps`` bilinear samples at the middles of equal pieces of the path of each pixel centre."""
-    height, width = radiance.shape[1:]
+    height, width = radiance.shape[0], radiance.shape[2]
     for row in range(height):
         for column in range(width):
             x, y = column + 0.5, row + 0.5
@@ -65,12 +74,12 @@ def _average_along(
                 j, i = min(int(u), width - 2), min(int(v), height - 2)
                 fu, fv = u - j, v - i
                 a, b, c, d = (1 - fu) * (1 - fv), fu * (1 - fv), (1 - fu) * fv, fu * fv
-                red += _mix(radiance[0], i, j, a, b, c, d)
-                green += _mix(radiance[1], i, j, a, b, c, d)
-                blue += _mix(radiance[2], i, j, a, b, c, d)
-            blurred[0, row, column] = red / taps
-            blurred[1, row, column] = green / taps
-            blurred[2, row, column] = blue / taps
+                red += _mix(radiance[:, 0], i, j, a, b, c, d)
+                green += _mix(radiance[:, 1], i, j, a, b, c, d)
+                blue += _mix(radiance[:, 2], i, j, a, b, c, d)
+            blurred[row, 0, column] = red / taps
+            blurred[row, 1, column] = green / taps
+            blurred[row, 2, column] = blue / taps
 
 
 @njit(cache=True, inline="always")
@@ -79,7 +88,7 @@ def _mix(plane: NDArray[np.float32], i: int, j: int, a: float, b: float, c: floa
 
 
 def distort(radiance: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
-    """Return the radiance (3, H, W) as the lens bends it; ``radiance`` itself for a lens without distortion.
+    """Return the radiance (H, 3, W) as the lens bends it; ``radiance`` itself for a lens without distortion.
 
     Light that belongs at the normalised image point x arrives at ``x (1 + k1 r² + k2 r⁴)``, r = |x| (Brown
     1966).
@@ -87,9 +96,11 @@ def distort(radiance: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.
     if camera.radial_distortion == (0.0, 0.0):
         return radiance
     map_x, map_y = _undistorted_positions(camera)
-    return np.stack(
-        [cv2.remap(plane, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE) for plane in radiance]
-    )
+    bent = np.empty_like(radiance)
+    for channel in range(3):
+        plane = np.ascontiguousarray(radiance[:, channel])
+        bent[:, channel] = cv2.remap(plane, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return bent
 
 
 @lru_cache(maxsize=4)

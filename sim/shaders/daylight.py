@@ -32,7 +32,7 @@ from sim.world import World
 GROUND_REFLECTANCE = 0.2
 SHADOW_REACH_M = 400.0
 """Shadows are drawn on surfaces up to this depth."""
-_PROBE_STEP_PX = 16
+PROBE_STEP_PX = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,11 +121,11 @@ class DaylightShader:
     def shade(
         self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        """Return the radiance (3, H, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at
+        """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at
         pixel centres.
         """
-        radiance = np.empty((3, *gbuffer.depth_m.shape), np.float32)
-        shadows = self.shadows(gbuffer.depth_m[::_PROBE_STEP_PX, ::_PROBE_STEP_PX], camera, T_world_camera)
+        radiance = np.empty((camera.height_px, 3, camera.width_px), np.float32)
+        shadows = self.shadows(gbuffer.depth_m[::PROBE_STEP_PX, ::PROBE_STEP_PX], camera, T_world_camera)
         shade_picture(self.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
         return radiance
 
@@ -139,7 +139,7 @@ class DaylightShader:
                 cover.
         """
         i, j = np.nonzero(probe_depth_m < SHADOW_REACH_M)
-        pixels = np.column_stack([j, i]) * float(_PROBE_STEP_PX)
+        pixels = np.column_stack([j, i]) * float(PROBE_STEP_PX)
         depth_m = probe_depth_m[i, j].astype(float)
         position_m = T_world_camera[:3, 3]
         points_m = position_m + rays(camera, T_world_camera, pixels) * depth_m[:, None]

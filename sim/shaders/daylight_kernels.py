@@ -1,4 +1,7 @@
-"""The kernels of ``sim.shaders.daylight``, a row of pixels at a time."""
+"""The kernels of ``sim.shaders.daylight``, a row of pixels at a time.
+
+Loops that compute, fetch and mix stand apart, so that the first and the last become vector code.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +16,17 @@ from sim.shaders.colour import srgb_to_linear
 if TYPE_CHECKING:
     from sim.shaders.daylight import DaylightArrays, ShadowArrays
 
-LINEAR = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
-"""Linear value of each sRGB code."""
+_CODES = np.arange(256)
+_FIT = np.polynomial.Polynomial.fit(_CODES, srgb_to_linear(_CODES / 255.0), 6, domain=[-1, 1]).coef
+P0, P1, P2, P3, P4, P5, P6 = (np.float32(coefficient) for coefficient in _FIT)
+"""sRGB decoding as a polynomial of the code: a look-up for each pixel would cost ten times as much."""
 
 ONE, HALF, ZERO = np.float32(1.0), np.float32(0.5), np.float32(0.0)
 PER_PI = np.float32(1.0 / np.pi)
-STEEPEST = np.float32(12.0)
+FLATTEST = np.float32(0.05)
+ALWAYS = np.float32(3e38)
+FARTHEST_M = np.float32(1e6)
+BYTE = np.uint32(255)
 
 
 @njit(cache=True)
@@ -30,85 +38,175 @@ def shade_picture(
     normal_world: NDArray[np.float32],
     radiance: NDArray[np.float32],
 ) -> None:
-    """Write the radiance (3, H, W) of a G-buffer's arrays (H, W) or (H, W, 3)."""
-    lit = np.empty(depth_m.shape[1], np.float32)
+    """Write the radiance (H, 3, W) of a G-buffer's arrays (H, W) or (H, W, 3)."""
+    width = depth_m.shape[1]
+    room, at = np.empty((8, width), np.float32), np.empty(width, np.uint32)
+    colour = np.empty(width, np.uint32)
+    normal = np.empty((3, width), np.float32)
     for row in range(depth_m.shape[0]):
-        lit_row(light, shadows, row, depth_m[row], normal_world[row], lit)
-        shade_row(light, lit, base_colour_rgb[row], depth_m[row], normal_world[row], radiance[:, row])
+        for column in range(width):
+            colour[column] = (
+                np.uint32(base_colour_rgb[row, column, 0])
+                | np.uint32(base_colour_rgb[row, column, 1]) << np.uint32(8)
+                | np.uint32(base_colour_rgb[row, column, 2]) << np.uint32(16)
+            )
+            for k in range(3):
+                normal[k, column] = normal_world[row, column, k]
+        shade_row(light, shadows, row, colour, depth_m[row], normal, room, at, radiance[row])
+
+
+@njit(cache=True)
+def shade_row(
+    light: DaylightArrays,
+    shadows: ShadowArrays,
+    row: int,
+    colour: NDArray[np.uint32],
+    depth_m: NDArray[np.float32],
+    normal: NDArray[np.float32],
+    room: NDArray[np.float32],
+    at: NDArray[np.uint32],
+    radiance: NDArray[np.float32],
+) -> None:
+    """Write the radiance (3, W) of one row.
+
+    Args:
+        colour: (W,) base colours, ``R | G << 8 | B << 16``.
+        normal: (3, W).
+        room, at: (8, W) and (W,) to work in.
+    """
+    lit = room[7]
+    _lit(light, shadows, row, depth_m, normal, room, at, lit)
+    for channel in range(3):
+        _reflectance(colour, np.uint32(8 * channel), radiance[channel])
+        _light_up(light, channel, lit, depth_m, normal[2], radiance[channel])
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def lit_row(
+def _reflectance(colour: NDArray[np.uint32], shift: np.uint32, reflectance: NDArray[np.float32]) -> None:
+    """Write the linear value of one channel of packed sRGB colours."""
+    for k in range(colour.shape[0]):
+        c = np.float32(np.int32((colour[k] >> shift) & BYTE))
+        reflectance[k] = P0 + c * (P1 + c * (P2 + c * (P3 + c * (P4 + c * (P5 + c * P6)))))
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _cosine(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[np.float32]) -> None:
+    """Write ``max(0, n . l)``."""
+    lx, ly, lz = light.towards_sun[0], light.towards_sun[1], light.towards_sun[2]
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    for k in range(cosine.shape[0]):
+        cosine[k] = max(nx[k] * lx + ny[k] * ly + nz[k] * lz, ZERO)
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _light_coordinate(
+    from_pixel: NDArray[np.float32],
+    row: int,
+    depth_m: NDArray[np.float32],
+    shift: np.float32,
+    low: np.float32,
+    high: np.float32,
+    coordinate: NDArray[np.float32],
+) -> None:
+    """Write ``depth * from_pixel[:3] @ (x, y, 1) + from_pixel[3] + shift`` at pixel centres, clipped to [low, high]."""
+    base = from_pixel[1] * (np.float32(row) + HALF) + from_pixel[2] + HALF * from_pixel[0]
+    step, at = from_pixel[0], from_pixel[3] + shift
+    for k in range(depth_m.shape[0]):
+        z = min(depth_m[k], FARTHEST_M)
+        coordinate[k] = min(max((base + step * np.float32(np.int32(k))) * z + at, low), high)
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _raise_by_bias(
+    texel_m: np.float32, cosine: NDArray[np.float32], height: NDArray[np.float32]
+) -> None:
+    """Add what a lit surface itself may rise by within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``."""
+    for k in range(height.shape[0]):
+        c = max(cosine[k], FLATTEST)
+        height[k] += texel_m * (np.float32(1.5) * np.sqrt(max(ONE - c * c, ZERO)) / c + np.float32(0.75))
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _split_position(size: int, s: NDArray[np.float32], t: NDArray[np.float32], at: NDArray[np.uint32]) -> None:
+    """Turn positions in texels into the number of the upper left texel and the fractions beyond it."""
+    pitch = np.int32(size)
+    for k in range(at.shape[0]):
+        j, i = np.int32(s[k]), np.int32(t[k])
+        at[k] = np.uint32(np.int32(i * pitch) + j)
+        s[k] -= np.float32(j)
+        t[k] -= np.float32(i)
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _filter_shadow(
+    corners: NDArray[np.float32],
+    s: NDArray[np.float32],
+    t: NDArray[np.float32],
+    height: NDArray[np.float32],
+    lit: NDArray[np.float32],
+) -> None:
+    """Multiply ``lit`` by the bilinear share of the four texels (4, W) that are not higher than ``height``."""
+    c00, c01, c10, c11 = corners[0], corners[1], corners[2], corners[3]
+    for k in range(lit.shape[0]):
+        h, fs, ft = height[k], s[k], t[k]
+        upper = (ONE - fs if c00[k] <= h else ZERO) + (fs if c01[k] <= h else ZERO)
+        lower = (ONE - fs if c10[k] <= h else ZERO) + (fs if c11[k] <= h else ZERO)
+        lit[k] *= upper + (lower - upper) * ft
+
+
+@njit(cache=True, error_model="numpy")
+def _lit(
     light: DaylightArrays,
     shadows: ShadowArrays,
     row: int,
     depth_m: NDArray[np.float32],
-    normal_world: NDArray[np.float32],
+    normal: NDArray[np.float32],
+    room: NDArray[np.float32],
+    at: NDArray[np.uint32],
     lit: NDArray[np.float32],
 ) -> None:
-    """Write max(0, n . l) times the share of sun rays that arrive, for one row of pixels.
+    """Write ``max(0, n . l)`` times the share of sun rays that arrive.
 
-    A surface at height h (towards the sun) is lit by the texels whose caster is not higher than ``h +
-    bias``. Within the 2x2 texels the surface itself rises by up to ``1.5 texel tan(n, l)``, which the bias
-    must be.
+    The map's outermost texels are never covered, so what lies outside is lit.
     """
-    m = shadows.from_pixel
-    y = np.float32(row) + HALF
-    column_base, column_step, column_at = m[0, 1] * y + m[0, 2], m[0, 0], m[0, 3]
-    row_base, row_step, row_at = m[1, 1] * y + m[1, 2], m[1, 0], m[1, 3]
-    height_base, height_step, height_at = m[2, 1] * y + m[2, 2], m[2, 0], m[2, 3]
-    lx, ly, lz = light.towards_sun[0], light.towards_sun[1], light.towards_sun[2]
-    size = np.int32(shadows.size)
-    last = np.float32(size - 1)
-    bias_m = np.float32(1.5) * shadows.texel_m
-    for k in range(depth_m.shape[0]):
-        cosine = normal_world[k, 0] * lx + normal_world[k, 1] * ly + normal_world[k, 2] * lz
-        lit[k] = max(cosine, ZERO)
-        z = depth_m[k]
-        x = np.float32(k) + HALF
-        s = (column_base + column_step * x) * z + column_at - HALF
-        t = (row_base + row_step * x) * z + row_at - HALF
-        if not (cosine > ZERO and s >= ZERO and s < last and t >= ZERO and t < last):
-            continue
-        slope = min(np.sqrt(max(ONE - cosine * cosine, ZERO)) / cosine, STEEPEST)
-        h = (height_base + height_step * x) * z + height_at + bias_m * (slope + HALF)
-        j, i = np.int32(s), np.int32(t)
-        fs, ft = s - np.float32(j), t - np.float32(i)
-        at = np.uint32(i * size + j)
-        below = at + np.uint32(size)
-        upper = (ONE - fs if shadows.height_m[at] <= h else ZERO) + (
-            fs if shadows.height_m[at + np.uint32(1)] <= h else ZERO
-        )
-        lower = (ONE - fs if shadows.height_m[below] <= h else ZERO) + (
-            fs if shadows.height_m[below + np.uint32(1)] <= h else ZERO
-        )
-        lit[k] = cosine * (upper + (lower - upper) * ft)
+    s, t, height, corners = room[0], room[1], room[2], room[3:7]
+    largest = np.float32(shadows.size) - np.float32(1.001)
+    _cosine(light, normal, lit)
+    _light_coordinate(shadows.from_pixel[0], row, depth_m, -HALF, ZERO, largest, s)
+    _light_coordinate(shadows.from_pixel[1], row, depth_m, -HALF, ZERO, largest, t)
+    _light_coordinate(shadows.from_pixel[2], row, depth_m, ZERO, -ALWAYS, ALWAYS, height)
+    _raise_by_bias(shadows.texel_m, lit, height)
+    _split_position(shadows.size, s, t, at)
+    heights_m, below = shadows.height_m, np.uint64(shadows.size)
+    for k in range(lit.shape[0]):
+        corner = np.uint64(at[k])
+        corners[0, k] = heights_m[corner]
+        corners[1, k] = heights_m[corner + np.uint64(1)]
+        corners[2, k] = heights_m[corner + below]
+        corners[3, k] = heights_m[corner + below + np.uint64(1)]
+    _filter_shadow(corners, s, t, height, lit)
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def shade_row(
+def _light_up(
     light: DaylightArrays,
+    channel: int,
     lit: NDArray[np.float32],
-    base_colour_rgb: NDArray[np.uint8],
     depth_m: NDArray[np.float32],
-    normal_world: NDArray[np.float32],
+    normal_z: NDArray[np.float32],
     radiance: NDArray[np.float32],
 ) -> None:
-    """Write ``L = rho (sun lit + sky (1 + n_z) / 2 + bounce (1 - n_z) / 2) / pi`` of one row; the sky's
-    where depth is inf.
+    """Turn one channel's reflectance rho into ``L = rho (sun lit + sky (1 + n_z) / 2 + bounce (1 - n_z) / 2) / pi``.
 
-    ``lit`` includes the factor ``max(0, n . l)``.
+    ``lit`` includes the factor ``max(0, n . l)``. Where depth is inf, the sky itself is seen.
     """
     infinity = np.float32(np.inf)
-    for channel in range(3):
-        sun = light.sun[channel] * PER_PI
-        sky, bounce = light.sky[channel] * PER_PI, light.bounce[channel] * PER_PI
-        level, tilt = HALF * (sky + bounce), HALF * (sky - bounce)
+    sun, sky = light.sun[channel] * PER_PI, light.sky[channel] * PER_PI
+    bounce = light.bounce[channel] * PER_PI
+    level, tilt = HALF * (sky + bounce), HALF * (sky - bounce)
+    for k in range(depth_m.shape[0]):
+        out = radiance[k] * (sun * lit[k] + level + tilt * normal_z[k])
+        radiance[k] = out if depth_m[k] < infinity else sky
+    if light.haze_per_m > ZERO:
         for k in range(depth_m.shape[0]):
-            light_in = sun * lit[k] + level + tilt * normal_world[k, 2]
-            out = LINEAR[base_colour_rgb[k, channel]] * light_in
-            radiance[channel, k] = out if depth_m[k] < infinity else sky
-        if light.haze_per_m > ZERO:
-            for k in range(depth_m.shape[0]):
-                through = np.exp(-light.haze_per_m * depth_m[k])
-                radiance[channel, k] = sky + (radiance[channel, k] - sky) * through
+            radiance[k] = sky + (radiance[k] - sky) * np.exp(-light.haze_per_m * depth_m[k])

@@ -1,0 +1,142 @@
+"""From world to finished picture: renderer, shader and sensor in one call.
+
+The stages are those of ``Renderer.gbuffer``, ``DaylightShader.shade`` and ``CameraSensor.expose``, with the same
+kernels. Where the picture needs no light moved between pixels, ``raster`` takes each row through all of them while it
+is in the processor's nearest memory, and the stages' whole pictures are never written.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sim.optics import PinholeCamera
+from sim.render.attributes import resolve_row
+from sim.render.protocol import Renderer
+from sim.render.raster import Raster
+from sim.render.sampling import BLOCK
+from sim.render.scene import SceneArrays
+from sim.render.textures import TexturePool
+from sim.render.visibility import TriangleTable
+from sim.sensors.camera_sensor import CameraSensor
+from sim.sensors.config import Picture, SensorSettings
+from sim.sensors.exposure import METER_STEP_PX, luminance_of
+from sim.sensors.noise import develop_row
+from sim.sensors.resampling import needs_blur
+from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, DaylightShader, ShadowArrays
+from sim.shaders.daylight_kernels import shade_row
+
+
+@dataclass(frozen=True, slots=True)
+class Capture:
+    """A finished picture and what is seen in it; see ``GBuffer`` for the two maps.
+
+    Attributes:
+        depth_m: (H, W) float32.
+        instance_id: (H, W) int32.
+    """
+
+    picture: Picture
+    depth_m: NDArray[np.float32]
+    instance_id: NDArray[np.int32]
+
+
+def capture(
+    renderer: Renderer,
+    shader: DaylightShader,
+    sensor: CameraSensor,
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    frame: int,
+    *,
+    motion: NDArray[np.float64] | None = None,
+    interval_s: float = 1.0,
+) -> Capture:
+    """Draw, light and photograph the world as it is now; the sensor's exposure loop takes one step.
+
+    Arguments as for ``CameraSensor.expose``.
+    """
+    settings = sensor.settings
+    if isinstance(renderer, Raster) and settings is not None and camera.radial_distortion == (0.0, 0.0):
+        share = settings.exposure_s / interval_s
+        if motion is None or not needs_blur(camera.width_px, camera.height_px, motion, share):
+            return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings)
+    gbuffer = renderer.gbuffer(camera, T_world_camera)
+    radiance = shader.shade(gbuffer, camera, T_world_camera)
+    picture = sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
+    return Capture(picture, gbuffer.depth_m, gbuffer.instance_id)
+
+
+def _capture_by_rows(
+    renderer: Raster,
+    shader: DaylightShader,
+    sensor: CameraSensor,
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    frame: int,
+    settings: SensorSettings,
+) -> Capture:
+    nearness, triangle = renderer.visible(camera, T_world_camera)
+    with np.errstate(divide="ignore"):
+        probe_depth_m = 1.0 / nearness[::PROBE_STEP_PX, ::PROBE_STEP_PX]
+    shape = nearness.shape
+    image_rgb = np.empty((*shape, 3), np.uint8)
+    depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
+    response, keys = sensor.response(settings), sensor.frame_keys(frame)
+    metered = _finish_rows(
+        renderer.scene,
+        renderer.textures,
+        renderer.table,
+        nearness,
+        triangle,
+        shader.light,
+        shader.shadows(probe_depth_m, camera, T_world_camera),
+        response,
+        keys,
+        depth_m,
+        instance_id,
+        image_rgb,
+    )
+    sensor.step(luminance_of(metered))
+    return Capture(Picture(image_rgb, settings), depth_m, instance_id)
+
+
+@njit(cache=True)
+def _finish_rows(
+    scene: SceneArrays,
+    textures: TexturePool,
+    table: TriangleTable,
+    nearness: NDArray[np.float32],
+    triangle: NDArray[np.int32],
+    light: DaylightArrays,
+    shadows: ShadowArrays,
+    response: NDArray[np.float32],
+    keys: NDArray[np.uint32],
+    depth_m: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
+    image_rgb: NDArray[np.uint8],
+) -> NDArray[np.float64]:
+    """Write the last three arrays row by row; return the light meter's mean radiance (3,)."""
+    height, width = triangle.shape
+    room, at = np.empty((8, width), np.float32), np.empty(width, np.uint32)
+    texel_room, colour = np.empty((6, BLOCK), np.uint32), np.empty(width, np.uint32)
+    normal, radiance = np.empty((3, width), np.float32), np.empty((3, width), np.float32)
+    values = np.empty((3, width), np.uint16)
+    metered = np.zeros(3)
+    count = 0
+    for row in range(height):
+        depth, identity = depth_m[row], instance_id[row]
+        resolve_row(
+            scene, textures, table, row, nearness[row], triangle[row], texel_room, colour, depth, identity, normal
+        )
+        shade_row(light, shadows, row, colour, depth, normal, room, at, radiance)
+        develop_row(radiance, response, keys, row, values, room, image_rgb[row])
+        if row % METER_STEP_PX == 0:
+            for column in range(0, width, METER_STEP_PX):
+                count += 1
+                for channel in range(3):
+                    metered[channel] += radiance[channel, column]
+    return metered / count
