@@ -4,85 +4,116 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 _SHIFT = 4
 """OpenCV's fixed-point bits below a pixel."""
+_GRAIN_TILE_PX = 512
+
+Colour = int | tuple[int, int, int]
 
 
 class Canvas:
     """Draws anti-aliased shapes given in world metres.
 
     Attributes:
-        rgb: (size, size, channels) uint8; row 0 is +y, column 0 is -x.
+        picture: (size, size, 3) uint8, or (size, size, 1) for maps of classes, whose edges are not blended; row 0 is
+            at +y, column 0 at -x.
     """
 
-    def __init__(self, extent_m: float, size_px: int, channels: int = 3) -> None:
-        self.rgb = np.zeros((size_px, size_px, channels), dtype=np.uint8)
-        self._half_m = 0.5 * extent_m
-        self._px_per_m = size_px / extent_m
-        self._line_type = cv2.LINE_AA if channels == 3 else cv2.LINE_8
+    def __init__(self, picture: NDArray[np.uint8], extent_m: float) -> None:
+        self.picture = picture
+        self.extent_m = extent_m
+        self._px_per_m = len(picture) / extent_m
+        self._line_type = cv2.LINE_AA if picture.shape[2] == 3 else cv2.LINE_8
 
-    def rectangle(
-        self, centre_m: tuple[float, float], size_m: tuple[float, float], yaw_rad: float
-    ) -> NDArray[np.float64]:
-        """Return the corners (4, 2) of a rectangle, metres."""
-        c, s = np.cos(yaw_rad), np.sin(yaw_rad)
-        half = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size_m
-        return np.asarray(centre_m) + half @ np.array([[c, s], [-s, c]])
-
-    def polygon(self, corners_m: NDArray[np.float64], colour: int | tuple[int, int, int]) -> None:
+    def polygon(self, corners_m: NDArray[np.float64], colour: Colour) -> None:
         """Fill a convex polygon (n, 2)."""
-        cv2.fillConvexPoly(self.rgb, self._fixed_point(corners_m), _scalar(colour), self._line_type, _SHIFT)
+        cv2.fillConvexPoly(self.picture, self._fixed_point(corners_m), _scalar(colour), self._line_type, _SHIFT)
 
-    def line(self, points_m: NDArray[np.float64], width_m: float, colour: int | tuple[int, int, int]) -> None:
-        """Draw a polyline (n, 2), at least a pixel wide."""
+    def area(self, area: shapely.Geometry, colour: Colour) -> None:
+        """Fill polygons with their holes left out."""
+        rings = [self._fixed_point(shapely.get_coordinates(ring)) for ring in rings_of(area)]
+        cv2.fillPoly(self.picture, rings, _scalar(colour), self._line_type, _SHIFT)
+
+    def outline(self, area: shapely.Geometry, width_m: float, colour: Colour) -> None:
+        """Draw the edges of polygons, holes included."""
+        for ring in rings_of(area):
+            self.line(shapely.get_coordinates(ring), width_m, colour)
+
+    def line(self, points_m: NDArray[np.float64], width_m: float, colour: Colour) -> None:
+        """Draw a polyline (n, 2), at least a pixel wide, with round ends."""
         width_px = max(1, round(width_m * self._px_per_m))
-        cv2.polylines(
-            self.rgb, [self._fixed_point(points_m)], False, _scalar(colour), width_px, self._line_type, _SHIFT
-        )
+        points = [self._fixed_point(points_m)]
+        cv2.polylines(self.picture, points, False, _scalar(colour), width_px, self._line_type, _SHIFT)
 
-    def disc(self, centre_m: NDArray[np.float64], radius_m: float, colour: tuple[int, int, int]) -> None:
+    def bar(self, start_m: NDArray[np.float64], end_m: NDArray[np.float64], width_m: float, colour: Colour) -> None:
+        """Draw a straight bar with square ends."""
+        along = end_m - start_m
+        side = 0.5 * width_m * np.array([-along[1], along[0]]) / np.linalg.norm(along)
+        self.polygon(np.array([start_m - side, end_m - side, end_m + side, start_m + side]), colour)
+
+    def disc(self, centre_m: NDArray[np.float64], radius_m: float, colour: Colour) -> None:
         """Fill a circle."""
         centre = self._fixed_point(np.asarray(centre_m)[None])[0]
         radius = round(radius_m * self._px_per_m * (1 << _SHIFT))
-        cv2.circle(self.rgb, centre.tolist(), radius, _scalar(colour), -1, self._line_type, _SHIFT)
-
-    def fill_with_noise(
-        self, colour: tuple[int, int, int], rng: np.random.Generator, deviation_by_cells: dict[int, float]
-    ) -> None:
-        """Fill with a colour whose lightness and hue vary at several scales.
-
-        Args:
-            deviation_by_cells: number of cells along a side -> standard deviation of the variation at that scale.
-        """
-        size = self.rgb.shape[0]
-        # Hue varies slowly; one picture of it at low resolution is enough.
-        hue = cv2.resize(rng.normal(0, 3.5, (96, 96, 3)).astype(np.float32), (size, size))
-        lightness = np.zeros((size, size), dtype=np.float32)
-        for cells, deviation in deviation_by_cells.items():
-            noise = (deviation * rng.standard_normal((cells, cells), dtype=np.float32)).astype(np.float32)
-            lightness += cv2.resize(noise, (size, size), interpolation=cv2.INTER_LINEAR)
-        hue += lightness[..., None]
-        hue += np.array(colour, dtype=np.float32)
-        np.clip(hue, 0, 255, out=hue)
-        self.rgb[:] = hue
+        cv2.circle(self.picture, centre.tolist(), radius, _scalar(colour), -1, self._line_type, _SHIFT)
 
     def grain(self, rng: np.random.Generator, deviation: float) -> None:
-        """Add noise of texel size to everything drawn so far; a tile of it is repeated."""
-        size = self.rgb.shape[0]
-        tile = rng.normal(0.0, deviation, (1024, 1024)).round().astype(np.int8)
-        repeats = -(-size // 1024)
-        noise = np.tile(tile, (repeats, repeats))[:size, :size]
-        brighter = cv2.merge([np.maximum(noise, 0).astype(np.uint8)] * 3)
-        darker = cv2.merge([np.maximum(-noise, 0).astype(np.uint8)] * 3)
-        self.rgb = cv2.subtract(cv2.add(self.rgb, brighter), darker)
+        """Add noise of texel size to everything drawn so far; a tile of it is repeated, turned and mirrored."""
+        noise = rng.normal(0.0, deviation, (_GRAIN_TILE_PX, _GRAIN_TILE_PX, 1)).round()
+        tiles = [(np.maximum(sign * noise, 0).astype(np.uint8) + np.zeros(3, np.uint8)) for sign in (1, -1)]
+        size = len(self.picture)
+        for top in range(0, size, _GRAIN_TILE_PX):
+            for left in range(0, size, _GRAIN_TILE_PX):
+                part = self.picture[top : top + _GRAIN_TILE_PX, left : left + _GRAIN_TILE_PX]
+                rows, columns = part.shape[:2]
+                brighter, darker = (np.ascontiguousarray(tile[:rows, :columns]) for tile in tiles)
+                cv2.subtract(cv2.add(part, brighter), darker, dst=part)
+                tiles = [np.rot90(tile) if (top + left) % 1024 else tile[::-1] for tile in tiles]
+
+    def window(self, corners_m: NDArray[np.float64]) -> tuple[slice, slice, NDArray[np.int32]]:
+        """Return the rows and columns that a polygon (n, 2) reaches over, and its corners in them, whole pixels."""
+        pixels = (self._fixed_point(corners_m) + (1 << (_SHIFT - 1))) >> _SHIFT
+        low = np.clip(pixels.min(axis=0), 0, len(self.picture))
+        high = np.clip(pixels.max(axis=0) + 1, 0, len(self.picture))
+        return slice(low[1], high[1]), slice(low[0], high[0]), pixels - low
 
     def _fixed_point(self, points_m: NDArray[np.float64]) -> NDArray[np.int32]:
-        x = (points_m[:, 0] + self._half_m) * self._px_per_m - 0.5
-        y = (self._half_m - points_m[:, 1]) * self._px_per_m - 0.5
+        half_m = 0.5 * self.extent_m
+        x = (points_m[:, 0] + half_m) * self._px_per_m - 0.5
+        y = (half_m - points_m[:, 1]) * self._px_per_m - 0.5
         return np.round(np.column_stack([x, y]) * (1 << _SHIFT)).astype(np.int32)
 
 
-def _scalar(colour: int | tuple[int, int, int]) -> tuple[int, ...]:
+def rectangle(
+    centre_m: NDArray[np.float64] | tuple[float, float], size_m: tuple[float, float], yaw_rad: float
+) -> NDArray[np.float64]:
+    """Return the corners (4, 2) of a rectangle, counter-clockwise from (-x, -y) in its own frame, metres."""
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    half = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size_m
+    return np.asarray(centre_m) + half @ np.array([[c, s], [-s, c]])
+
+
+def rings_of(area: shapely.Geometry) -> list[shapely.LinearRing]:
+    """Return the outlines and holes of a polygon or several."""
+    polygons = [part for part in shapely.get_parts(area) if isinstance(part, shapely.Polygon)]
+    return [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
+
+
+def smooth_noise(rng: np.random.Generator, size_px: int, deviation_by_cells: dict[int, float]) -> NDArray[np.float32]:
+    """Return noise (size, size) of several scales.
+
+    Args:
+        deviation_by_cells: number of cells along a side -> standard deviation of the noise at that scale.
+    """
+    total = np.zeros((size_px, size_px), dtype=np.float32)
+    for cells, deviation in deviation_by_cells.items():
+        noise = deviation * rng.standard_normal((cells, cells), dtype=np.float32)
+        total += cv2.resize(noise, (size_px, size_px), interpolation=cv2.INTER_CUBIC)
+    return total
+
+
+def _scalar(colour: Colour) -> tuple[int, ...]:
     return (colour,) if isinstance(colour, int) else colour

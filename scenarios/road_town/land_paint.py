@@ -1,0 +1,187 @@
+"""Paints what grows: meadows, fields, footpaths, and the plots that houses stand on with all that is in gardens."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.road_town.canvas import Canvas, rectangle, smooth_noise
+from scenarios.road_town.layout import Building, Layout
+from scenarios.road_town.palette import BEDS, CROPS, HEDGES, LAWNS, MEADOW, PATHS, POOL, YARDS, Rgb, pick
+
+_FIELDS = 9
+_PATHS = 14
+_HUE_CELLS = 96
+
+
+def paint_land(layout: Layout, rng: np.random.Generator, size_px: int) -> NDArray[np.uint8]:
+    """Return the land (size_px, size_px, 3) without anything paved: flat tones first, then light and hue over all."""
+    canvas = Canvas(np.full((size_px, size_px, 3), MEADOW, dtype=np.uint8), layout.extent_m)
+    _paint_meadows(canvas, rng)
+    _paint_fields(canvas, rng)
+    _paint_footpaths(canvas, rng)
+    nearest = _nearest_building(layout, size_px)
+    for index, building in enumerate(layout.buildings):
+        _paint_plot(canvas, building, nearest == index, rng)
+    light = smooth_noise(rng, size_px, {24: 3.0, 128: 5.0, 400: 6.0, 1024: 7.0})
+    hue = rng.normal(0.0, 3.5, (_HUE_CELLS, _HUE_CELLS, 3)).astype(np.float32)
+    variation = cv2.resize(hue, (size_px, size_px)) + light[..., None]
+    return np.asarray(cv2.add(canvas.picture, variation, dtype=cv2.CV_8U))
+
+
+def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator) -> None:
+    """Paint what is too small for ``paint_land``: terraces, beds, sheds' floors, pools, garden paths, driveways."""
+    for building in layout.buildings:
+        frame = _HouseFrame(building)
+        _paint_beds(canvas, frame, rng)
+        if rng.random() < 0.6:
+            _paint_terrace(canvas, frame, rng)
+        if rng.random() < 0.12:
+            pool = frame.place(rng.uniform(-0.3, 0.3), -0.5, (0.0, -6.5))
+            canvas.polygon(rectangle(pool, (7.2, 4.2), building.yaw_rad), pick(PATHS, rng))
+            canvas.polygon(rectangle(pool, (6.2, 3.2), building.yaw_rad), pick((POOL,), rng))
+        if rng.random() < 0.7:
+            side = float(rng.choice([-1.0, 1.0]))
+            drive = (
+                frame.place(0.5 * side, 0.0, (-2.0 * side, 0.0)),
+                frame.place(0.5 * side, 0.5, (-2.0 * side, 13.0)),
+            )
+            canvas.bar(*drive, float(rng.uniform(2.4, 3.6)), pick((*PATHS, *YARDS), rng))
+        path = (frame.place(0.0, 0.5, (0.0, -1.0)), frame.place(0.0, 0.5, (float(rng.normal(0, 1.0)), 12.0)))
+        canvas.bar(*path, 1.1, pick(PATHS, rng))
+
+
+class _HouseFrame:
+    """Places beside a house; its street lies to its left (+y)."""
+
+    def __init__(self, building: Building) -> None:
+        c, s = np.cos(building.yaw_rad), np.sin(building.yaw_rad)
+        self.building = building
+        self._axes = np.array([[c, s], [-s, c]])
+
+    def place(self, along: float, across: float, beyond_m: tuple[float, float]) -> NDArray[np.float64]:
+        """Return the world place (2,) of fractions of the house's length and width, and metres beyond it."""
+        size = np.array(self.building.size_m[:2])
+        local = np.array([along, across]) * size + beyond_m
+        world: NDArray[np.float64] = np.array(self.building.centre_m) + local @ self._axes
+        return world
+
+
+def _paint_meadows(canvas: Canvas, rng: np.random.Generator) -> None:
+    """Paint soft patches of longer, drier or fresher grass."""
+    half_m = 0.5 * canvas.extent_m
+    for _ in range(260):
+        centre, radius = rng.uniform(-half_m, half_m, 2), rng.uniform(2.0, 14.0)
+        angles = np.sort(rng.uniform(0, 2 * np.pi, 9))
+        reach = radius * rng.uniform(0.6, 1.2, 9)
+        blob = centre + reach[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+        canvas.polygon(cv2.convexHull(blob.astype(np.float32))[:, 0], pick(LAWNS, rng, 10.0))
+    cv2.blur(canvas.picture, (9, 9), dst=canvas.picture)
+
+
+def _paint_fields(canvas: Canvas, rng: np.random.Generator) -> None:
+    """Paint fields and allotments with rows, mostly near the edge of the land."""
+    half_m = 0.5 * canvas.extent_m
+    for _ in range(_FIELDS):
+        angle = rng.uniform(0, 2 * np.pi)
+        centre = half_m * rng.uniform(0.5, 1.1) * np.array([np.cos(angle), np.sin(angle)])
+        field = rectangle(centre, tuple(rng.uniform(22, 70, 2)), float(rng.uniform(0, np.pi)))
+        _fill_striped(canvas, field, None, pick(CROPS, rng), float(rng.uniform(5, 14)), float(rng.uniform(1.0, 3.2)))
+
+
+def _paint_footpaths(canvas: Canvas, rng: np.random.Generator) -> None:
+    half_m = 0.5 * canvas.extent_m
+    for _ in range(_PATHS):
+        start, end = rng.uniform(-half_m, half_m, (2, 2))
+        t = np.linspace(0, 1, 40)[:, None]
+        swing = rng.normal(0, 12, (2, 2))
+        line = start + (end - start) * t + swing[0] * np.sin(np.pi * t) + swing[1] * np.sin(2 * np.pi * t)
+        canvas.line(line, float(rng.uniform(0.6, 1.7)), pick(PATHS, rng))
+
+
+def _nearest_building(layout: Layout, size_px: int) -> NDArray[np.int32]:
+    """Return for each pixel which building is nearest (size, size)."""
+    footprints = Canvas(np.ones((size_px // 2, size_px // 2, 1), dtype=np.uint8), layout.extent_m)
+    for building in layout.buildings:
+        footprints.polygon(rectangle(building.centre_m, building.size_m[:2], building.yaw_rad), 0)
+    _, labels = cv2.distanceTransformWithLabels(footprints.picture[..., 0], cv2.DIST_L2, cv2.DIST_MASK_5)
+    index_of_label = np.full(labels.max() + 1, -1, dtype=np.int32)
+    centres = np.array([building.centre_m for building in layout.buildings]).reshape(-1, 2)
+    half_m = 0.5 * layout.extent_m
+    cells = ((centres * (1, -1) + half_m) * len(labels) / layout.extent_m).astype(int)
+    index_of_label[labels[cells[:, 1], cells[:, 0]]] = np.arange(len(centres))
+    nearest = index_of_label[labels]
+    return np.asarray(cv2.resize(nearest, (size_px, size_px), interpolation=cv2.INTER_NEAREST))
+
+
+def _paint_plot(canvas: Canvas, building: Building, own: NDArray[np.bool_], rng: np.random.Generator) -> None:
+    """Paint a plot up to the neighbours' plots: lawn, perhaps in mowing stripes, or yard; hedge or fence around it."""
+    margin, depth = rng.uniform(4.0, 9.0), rng.uniform(6.0, 15.0)
+    size = (building.size_m[0] + 2 * margin, building.size_m[1] + 12.0 + depth)
+    frame = _HouseFrame(building)
+    centre = frame.place(0.0, 0.0, (0.0, 0.5 * (12.0 - depth)))
+    corners = rectangle(centre, size, building.yaw_rad)
+    rows, columns, pixels = canvas.window(corners)
+    mask = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.uint8)
+    if not mask.size:
+        return
+    cv2.fillConvexPoly(mask, pixels, 1)
+    mask &= own[rows, columns]
+    kind = rng.random()
+    tone = pick(LAWNS if kind < 0.75 else YARDS, rng, 10.0)
+    stripes = float(rng.uniform(4, 8)) if kind < 0.25 else 0.0
+    _fill_striped(canvas, corners, mask, tone, stripes, float(rng.uniform(1.0, 1.6)))
+    if rng.random() < 0.75:
+        outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        part = np.ascontiguousarray(canvas.picture[rows, columns])
+        cv2.drawContours(part, outlines, -1, pick(HEDGES, rng), int(rng.integers(2, 6)), cv2.LINE_AA)
+        canvas.picture[rows, columns] = part
+
+
+def _fill_striped(
+    canvas: Canvas,
+    corners_m: NDArray[np.float64],
+    mask: NDArray[np.uint8] | None,
+    tone: Rgb,
+    contrast: float,
+    period_m: float,
+) -> None:
+    """Fill a rectangle, or its part in ``mask``, with rows along its first side."""
+    rows, columns, pixels = canvas.window(corners_m)
+    if rows.stop <= rows.start or columns.stop <= columns.start:
+        return
+    if mask is None:
+        mask = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.uint8)
+        cv2.fillConvexPoly(mask, pixels, 1)
+    across = (pixels[3] - pixels[0]).astype(np.float32)
+    across /= max(float(np.linalg.norm(across)), 1.0)
+    period_px = period_m * len(canvas.picture) / canvas.extent_m
+    y, x = np.mgrid[0 : mask.shape[0], 0 : mask.shape[1]].astype(np.float32)
+    wave = contrast * np.sign(np.sin((2 * np.pi / period_px) * (x * across[0] + y * across[1])))
+    filled = np.clip(np.array(tone, dtype=np.float32) + wave[..., None], 0, 255).astype(np.uint8)
+    part = canvas.picture[rows, columns]
+    part[mask > 0] = filled[mask > 0]
+
+
+def _paint_beds(canvas: Canvas, frame: _HouseFrame, rng: np.random.Generator) -> None:
+    for _ in range(int(rng.integers(2, 8))):
+        place = frame.place(rng.uniform(-0.75, 0.75), rng.uniform(-0.6, 0.6), (0.0, float(rng.uniform(-7.0, 5.0))))
+        if rng.random() < 0.5:
+            size = (float(rng.uniform(0.8, 3.5)), float(rng.uniform(0.6, 1.6)))
+            canvas.polygon(rectangle(place, size, frame.building.yaw_rad), pick(BEDS, rng, 14.0))
+        else:
+            canvas.disc(place, float(rng.uniform(0.3, 1.1)), pick((*HEDGES, *BEDS), rng, 12.0))
+
+
+def _paint_terrace(canvas: Canvas, frame: _HouseFrame, rng: np.random.Generator) -> None:
+    """Paint slabs behind the house, with joints."""
+    along = float(rng.uniform(-0.25, 0.25))
+    size = (float(rng.uniform(3.0, 6.0)), float(rng.uniform(2.5, 4.0)))
+    tone = pick(PATHS, rng)
+    centre = frame.place(along, -0.5, (0.0, -0.5 * size[1]))
+    canvas.polygon(rectangle(centre, size, frame.building.yaw_rad), tone)
+    joint: Rgb = (tone[0] - 22, tone[1] - 22, tone[2] - 22)
+    for at in np.arange(-0.5 * size[0] + 0.6, 0.5 * size[0], 0.6):
+        line = [frame.place(along, -0.5, (float(at), -depth)) for depth in (0.0, size[1])]
+        canvas.line(np.array(line), 0.06, joint)
