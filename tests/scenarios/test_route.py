@@ -15,9 +15,7 @@ from sim.rng import generator
 
 def _route(seed: int, pattern: str = "organic"):
     graph = make_streets(pattern, generator(seed, "streets"))
-    return graph, random_route(
-        graph, generator(seed, "route"), 300.0, keep_within_m=140.0, turn_preference=1.0
-    )
+    return graph, random_route(graph, generator(seed, "route"), 300.0, keep_within_m=140.0, turn_preference=1.0)
 
 
 @pytest.mark.parametrize("pattern", ["grid", "organic", "ring", "winding"])
@@ -35,9 +33,7 @@ def test_route_is_long_enough_evenly_spaced_and_drivable(pattern):
 def test_lanes_are_on_the_right_of_the_centre_line():
     graph, route = _route(1)
     arc = np.arange(0, route.length_m, 5.0)
-    away = np.array(
-        [all(abs(a - p.enter_m) > 15 and abs(a - p.leave_m) > 15 for p in route.passages) for a in arc]
-    )
+    away = np.array([all(abs(a - p.enter_m) > 15 and abs(a - p.leave_m) > 15 for p in route.passages) for a in arc])
     away &= np.array([not any(p.enter_m < a < p.leave_m for p in route.passages) for a in arc])
     position, heading = route.at(arc[away])
     right = np.column_stack([np.sin(heading), -np.cos(heading)])

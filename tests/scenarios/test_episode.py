@@ -1,0 +1,157 @@
+"""Every preset: byte-identical repeats; truth agrees with itself and with the picture; bad input is refused by name."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from scenarios.catalog import names, scenario
+from scenarios.road_town.frame_outs import OUT, picture_states
+from scenarios.road_town.presets import PRESETS, RoadTown
+from sim.optics import project
+from trackers.types import CameraCommand, Observation
+
+ROAD_TOWN = scenario("road-town-v1")
+
+
+def _frames(preset: str, seed: int, count: int, **options):
+    episode = ROAD_TOWN.episode(preset, seed, **options)
+    frames = []
+    for k in range(count):
+        command = CameraCommand(forward_mps=3.0, yaw_rate_rad_s=0.1) if episode.closed_loop and k else None
+        frames.append(episode.step(command))
+    return episode, frames
+
+
+def _flat(value) -> list[np.ndarray]:
+    if dataclasses.is_dataclass(value):
+        return [leaf for field in dataclasses.fields(value) for leaf in _flat(getattr(value, field.name))]
+    return [np.asarray(value)]
+
+
+@pytest.mark.parametrize("preset", sorted(PRESETS))
+def test_same_seed_same_bytes(preset):
+    first, second = (_frames(preset, 0, 4) for _ in range(2))
+    for a, b in zip(first[1], second[1], strict=True):
+        for x, y in zip(_flat(a), _flat(b), strict=True):
+            np.testing.assert_array_equal(x, y)
+    other = _frames(preset, 1, 1)[1][0]
+    assert (other.observation.image_rgb != first[1][0].observation.image_rgb).any()
+    first[0].close()
+    second[0].close()
+
+
+def test_pictures_do_not_depend_on_larger_views_drawn_between():
+    plain, with_views = (ROAD_TOWN.episode("quick", 3) for _ in range(2))
+    for _ in range(3):
+        a, b = plain.step(), with_views.step()
+        with_views.larger_view(2.0)
+        np.testing.assert_array_equal(a.observation.image_rgb, b.observation.image_rgb)
+
+
+@pytest.fixture(scope="module")
+def quick():
+    episode, frames = _frames("quick", 1, PRESETS["quick"].frame_count)
+    yield episode, frames
+    episode.close()
+
+
+def test_states_and_exit_counts_are_those_of_the_plan(quick):
+    episode, frames = quick
+    planned = picture_states(episode.plan.camera, episode.plan.camera_poses, episode.plan.target_corners_m()) == OUT
+    # The plan's box is the car's bounding box; the truth's is around its vertices, a little smaller.
+    out = np.array([f.truth.state == "out" for f in frames])
+    assert (out & ~planned).sum() <= 4
+    assert not (planned & ~out).any()
+    assert out.any()
+    run = -1
+    for frame in frames:
+        run = run + 1 if frame.truth.state == "out" else -1
+        assert frame.truth.frames_since_exit == run
+        assert (frame.truth.side is not None) or run == -1
+
+
+def test_target_is_drawn_where_truth_says(quick):
+    _, frames = quick
+    for frame in frames[::10]:
+        t = frame.truth
+        rows, columns = np.nonzero(t.instance_map == t.instance_id[0])
+        if t.state == "in" and t.visible_fraction[0] > 0.98:
+            box = t.box_xyxy[0]
+            drawn = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+            np.testing.assert_allclose(box, drawn, atol=1.6)
+            assert box[0] < t.position_px[0, 0] < box[2]
+        if t.state == "out":
+            assert len(rows) == 0
+            assert t.visible_fraction[0] == 0.0
+
+
+def test_depth_and_ids_agree_with_projected_places(quick):
+    episode, frames = quick
+    t = frames[40].truth
+    ground = t.instance_map == 0
+    rows, columns = (index[::997] for index in np.nonzero(ground))
+    focal, centre = episode.plan.camera.focal_px, episode.plan.camera.centre_px
+    depth = t.depth_m[rows, columns]
+    rays = np.column_stack([(columns + 0.5 - centre[0]) / focal, (rows + 0.5 - centre[1]) / focal, np.ones(len(rows))])
+    world = (rays * depth[:, None]) @ t.T_world_camera[:3, :3].T + t.T_world_camera[:3, 3]
+    np.testing.assert_allclose(world[:, 2], 0.0, atol=2e-3)
+
+
+def test_flow_of_the_target_is_its_motion(quick):
+    episode, frames = quick
+    for before, after in zip(frames[20:30], frames[21:31], strict=True):
+        car = episode.plan.sizes_m[0]
+        roof = np.array([0.0, 0.0, 0.5 * car[2], 1.0])
+        now, _ = project(episode.plan.camera, after.truth.T_world_camera, (after.truth.T_world_object[0] @ roof)[:3])
+        then, _ = project(episode.plan.camera, before.truth.T_world_camera, (before.truth.T_world_object[0] @ roof)[:3])
+        rows, columns = np.nonzero(after.truth.instance_map == after.truth.instance_id[0])
+        mean = after.truth.flow_px[rows, columns].mean(axis=0)
+        np.testing.assert_allclose(mean, then - now, atol=0.4)
+
+
+def test_observation_holds_no_truth():
+    fields = {field.name for field in dataclasses.fields(Observation)}
+    assert fields == {"image_rgb", "time_s", "camera", "settings", "ego"}
+
+
+def test_measured_pose_has_errors_where_the_preset_says():
+    _, frames = _frames("standard", 4, 3)
+    for frame in frames:
+        measured = frame.observation.ego.T_world_camera
+        assert 0.01 < np.linalg.norm(measured[:3, 3] - frame.truth.T_world_camera[:3, 3]) < 8.0
+    assert _frames("paper-a3", 4, 1)[1][0].observation.ego is None
+    exact = _frames("paper-a2", 4, 1)[1][0]
+    np.testing.assert_allclose(exact.observation.ego.T_world_camera, exact.truth.T_world_camera)
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (lambda: scenario("road-city"), "scenario: expected one of road-town-v1; got 'road-city'"),
+        (lambda: ROAD_TOWN.episode("rural", 0), "preset: expected one of .*standard.*; got 'rural'"),
+        (lambda: ROAD_TOWN.episode("quick", -1), "master_seed: expected a whole number >= 0, got -1"),
+        (lambda: ROAD_TOWN.episode("quick", 0, renderer="optix"), "renderer: expected .*pybullet.*got 'optix'"),
+        (lambda: RoadTown("x", width_px=0), "width_px: expected a whole number from 32 to 4096, got 0"),
+        (lambda: RoadTown("x", frame_count=1), "frame_count: expected at least 2, got 1"),
+    ],
+)
+def test_bad_input_gets_one_clear_message(action, message):
+    with pytest.raises(ValueError, match=message):
+        action()
+
+
+def test_commands_are_asked_for_in_closed_loop_and_refused_on_a_set_path():
+    looped, _ = _frames("paper-a2", 0, 1)
+    with pytest.raises(ValueError, match="command: expected a CameraCommand"):
+        looped.step()
+    flown, _ = _frames("quick", 0, 1)
+    with pytest.raises(ValueError, match="command: expected None"):
+        flown.step(CameraCommand())
+
+
+def test_version_may_be_left_out():
+    assert scenario("road-town") is scenario("road-town-v1")
+    assert names() == ("road-town-v1",)
