@@ -37,7 +37,8 @@ class BodyShape:
         length, width: over all.
         sill: height of the lower edge.
         belt: height at which the windows begin.
-        nose, tail: heights of the bonnet's front edge and of the boot's (or the bed's) rear edge.
+        nose, tail: heights of the bonnet's front edge and of the boot (or the bed). A tail far below the belt
+            makes a step behind the cabin.
         bonnet_end, boot_start: x where the bonnet meets the windscreen, and the boot the rear window.
         wheelbase, wheel_radius: of the axles, which lie evenly about ``axle_centre``.
     """
@@ -94,7 +95,8 @@ def add_body(facets: Facets, shape: BodyShape) -> None:
         (-half, 0.78, 0.16, shape.tail - 0.13),
         (-half + 0.07, 0.90, 0.06, shape.tail - 0.02),
         (-half + 0.30, 0.98, 0.0, shape.tail),
-        (shape.boot_start, 1.0, 0.0, max(shape.tail, shape.belt - 0.03)),
+        (shape.boot_start, 1.0, 0.0, shape.tail),
+        *([(shape.boot_start + 0.03, 1.0, 0.0, shape.belt)] if shape.tail < shape.belt - 0.1 else []),
         (shape.bonnet_end, 1.0, 0.0, shape.belt),
         (0.45 * shape.bonnet_end + 0.55 * half, 0.985, 0.0, 0.45 * shape.belt + 0.55 * shape.nose + 0.03),
         (half - 0.28, 0.94, 0.0, shape.nose),
@@ -183,7 +185,7 @@ def add_wheels(facets: Facets, shape: BodyShape) -> None:
 def _add_axle(facets: Facets, x: float, radius: float, half_width: float) -> None:
     angles = (np.arange(8) + 0.5) * (2.0 * np.pi / 8)
     rings = []
-    for y, scale in ((-half_width, 0.6), (-half_width, 1.0), (half_width, 1.0), (half_width, 0.6)):
+    for y, scale in ((-half_width, 0.55), (-half_width, 1.0), (half_width, 1.0), (half_width, 0.55)):
         # Counter-clockwise seen from the left, where y grows to.
         circle = np.column_stack([np.sin(angles), np.full(8, y), np.cos(angles)]) * (scale, 1.0, scale)
         rings.append(circle * (radius, 1.0, radius) + (x, 0.0, radius))
@@ -191,9 +193,9 @@ def _add_axle(facets: Facets, x: float, radius: float, half_width: float) -> Non
 
 
 def add_mirrors(facets: Facets, x: float, height: float, half_width: float) -> None:
-    """Add the two wing mirrors, from the side of the body outwards by 16 cm."""
+    """Add the two wing mirrors, which stand out from the body by 7 cm."""
     for side in (-1.0, 1.0):
-        inner, outer = side * (half_width - 0.06), side * (half_width + 0.10)
+        inner, outer = side * (half_width - 0.06), side * (half_width + 0.07)
         facets.box(
             (x - 0.06, min(inner, outer), height - 0.07),
             (x + 0.06, max(inner, outer), height + 0.07),

@@ -49,25 +49,28 @@ def plain_uv(part: HousePart) -> tuple[float, float]:
 
 
 def house_texture(
-    length_m: float, eaves_m: float, roof: str, wall_rgb: Rgb, roof_rgb: Rgb, rng: np.random.Generator
+    size_m: tuple[float, float, float],
+    is_flat: bool,
+    wall_rgb: Rgb,
+    roof_rgb: Rgb,
+    rng: np.random.Generator,
 ) -> Texture:
     """Return the texture of one house.
 
     Args:
-        length_m, eaves_m: decide how many windows and floors its walls have.
-        roof: ``flat`` is felt with patches, others are rows of tiles.
+        size_m: length, height of the eaves, and height of the gable above them (0 = none); they decide how many
+            windows its walls have.
+        is_flat: roofing felt, not rows of tiles.
     """
-    picture = np.zeros((TEXELS, TEXELS, 3))
+    length_m, eaves_m, gable_m = size_m
     floors = max(1, round(eaves_m / 2.9))
-    _fill(picture, HousePart.ROOF, _felt(roof_rgb, rng) if roof == "flat" else _tiles(roof_rgb, rng))
-    for part, bays in (
-        (HousePart.FRONT, max(2, round(length_m / 2.6))),
-        (HousePart.BACK, max(2, round(length_m / 3.2))),
-        (HousePart.GABLE, 2),
-    ):
-        has_door = part == HousePart.FRONT
-        gable_floors = floors + (roof == "gable") if part == HousePart.GABLE else floors
-        _fill(picture, part, _wall(part.value[2:], bays, gable_floors, has_door, wall_rgb, rng))
+    picture = np.zeros((TEXELS, TEXELS, 3))
+    _fill(picture, HousePart.ROOF, _felt(roof_rgb, rng) if is_flat else _tiles(roof_rgb, rng))
+    front = _wall(HousePart.FRONT, max(2, round(length_m / 2.6)), floors, wall_rgb, rng)
+    _cut_door(front, max(2, round(length_m / 2.6)), floors, rng)
+    _fill(picture, HousePart.FRONT, front)
+    _fill(picture, HousePart.BACK, _wall(HousePart.BACK, max(2, round(length_m / 3.2)), floors, wall_rgb, rng))
+    _fill(picture, HousePart.GABLE, _gable(floors, eaves_m / (eaves_m + gable_m), wall_rgb, rng))
     plain = {
         HousePart.DARK: tuple(0.45 * c for c in roof_rgb),
         HousePart.LIGHT: tuple(0.5 * c + 0.5 * 205 for c in wall_rgb),
@@ -77,7 +80,7 @@ def house_texture(
         HousePart.SOLAR: (30, 36, 58),
     }
     for part, rgb in plain.items():
-        _fill(picture, part, np.broadcast_to(np.array(rgb), (*part.value[2:], 3)))
+        _fill(picture, part, np.broadcast_to(np.array(rgb, dtype=float), (*part.value[2:], 3)))
     return Texture(np.clip(picture, 0, 255).astype(np.uint8))
 
 
@@ -91,7 +94,7 @@ def _tiles(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
     rows, columns = HousePart.ROOF.value[2:]
     light = 1.0 + 0.05 * rng.normal(size=(rows, columns)) + _stains(rows, columns, 0.06, rng)
     light[1::2] *= 0.9
-    return np.array(rgb) * light[..., None]
+    return np.array(rgb, dtype=np.float64) * light[..., None]
 
 
 def _felt(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -99,37 +102,57 @@ def _felt(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
     rows, columns = HousePart.ROOF.value[2:]
     light = 1.0 + 0.02 * rng.normal(size=(rows, columns)) + _stains(rows, columns, 0.09, rng)
     light[:, int(rng.integers(4, 9)) :: 9] *= 0.88
-    return np.array(rgb) * light[..., None]
+    return np.array(rgb, dtype=np.float64) * light[..., None]
 
 
 def _stains(rows: int, columns: int, strength: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    coarse = rng.normal(size=(4, 8))
-    return strength * np.asarray(cv2.resize(coarse, (columns, rows), interpolation=cv2.INTER_CUBIC))
+    coarse = strength * rng.normal(size=(4, 8))
+    return np.asarray(cv2.resize(coarse, (columns, rows), interpolation=cv2.INTER_CUBIC), dtype=np.float64)
 
 
-def _wall(
-    shape: tuple[int, int],
-    bays: int,
-    floors: int,
-    has_door: bool,
-    rgb: Rgb,
-    rng: np.random.Generator,
-) -> NDArray[np.float64]:
-    """Return a wall (rows, columns, 3) with a grid of windows and perhaps a door in one bay."""
-    rows, columns = shape
-    light = 1.0 + 0.025 * rng.normal(size=shape) + _stains(rows, columns, 0.03, rng)
+def _plaster(rows: int, columns: int, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
+    light = 1.0 + 0.015 * rng.normal(size=(rows, columns)) + _stains(rows, columns, 0.03, rng)
     light[-1] *= 0.75
-    wall = np.array(rgb) * light[..., None]
-    door_bay = int(rng.integers(bays)) if has_door else -1
+    return np.array(rgb, dtype=np.float64) * light[..., None]
+
+
+def _wall(part: HousePart, bays: int, floors: int, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return a wall (rows, columns, 3) with a window in every bay of every floor."""
+    rows, columns = part.value[2:]
+    wall = _plaster(rows, columns, rgb, rng)
     for floor in range(floors):
-        bottom = rows - (floor + 0.28) * rows / floors
-        top = rows - (floor + 0.8) * rows / floors
         for bay in range(bays):
-            is_door = floor == 0 and bay == door_bay
-            left, right = ((bay + edge) * columns / bays for edge in (0.3, 0.7))
-            place = (
-                slice(round(top), rows if is_door else max(round(bottom), round(top) + 1)),
-                slice(round(left), max(round(right), round(left) + 1)),
-            )
-            wall[place] = (88, 62, 46) if is_door else np.array((52, 60, 70)) * rng.uniform(0.8, 1.5)
+            wall[_opening(rows / floors, columns / bays, rows, floor, bay)] = _pane(rng)
     return wall
+
+
+def _gable(floors: int, eaves_share: float, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return a gable wall: two windows a floor up to the eaves, one below the ridge where there is room."""
+    rows, columns = HousePart.GABLE.value[2:]
+    wall = _plaster(rows, columns, rgb, rng)
+    floor_rows = rows * eaves_share / floors
+    for floor in range(floors):
+        for bay in range(2):
+            wall[_opening(floor_rows, columns / 2, rows, floor, bay)] = _pane(rng)
+    if (1.0 - eaves_share) * rows > 0.7 * floor_rows:
+        wall[_opening(0.7 * floor_rows, columns / 3, round(rows * (1.0 - eaves_share)), 0, 1)] = _pane(rng)
+    return wall
+
+
+def _cut_door(wall: NDArray[np.float64], bays: int, floors: int, rng: np.random.Generator) -> None:
+    """Put a door, which reaches down to the ground, in the place of one window."""
+    rows, columns = wall.shape[:2]
+    down, across = _opening(rows / floors, columns / bays, rows, 0, int(rng.integers(bays)))
+    wall[down.start :, across] = (88, 62, 46)
+
+
+def _opening(floor_rows: float, bay_columns: float, ground_row: int, floor: int, bay: int) -> tuple[slice, slice]:
+    """Return the rows and columns of a window, at least one texel of each."""
+    top = round(ground_row - (floor + 0.8) * floor_rows)
+    bottom = round(ground_row - (floor + 0.28) * floor_rows)
+    left, right = round((bay + 0.3) * bay_columns), round((bay + 0.7) * bay_columns)
+    return slice(max(top, 0), max(bottom, top + 1)), slice(left, max(right, left + 1))
+
+
+def _pane(rng: np.random.Generator) -> NDArray[np.float64]:
+    return np.asarray(rng.uniform(0.8, 1.5) * np.array((52.0, 60.0, 70.0)), dtype=np.float64)

@@ -40,6 +40,9 @@ class Facets:
         length = np.linalg.norm(area)
         if length < 1e-9:
             return
+        if len(corners) > 4:
+            start = _best_fan_start(corners)
+            corners, colours = np.roll(corners, -start, axis=0), np.roll(colours, -start, axis=0)
         fan = np.arange(1, len(corners) - 1)
         self._faces.append((self._vertex_count + np.column_stack([np.zeros_like(fan), fan, fan + 1])).astype(np.int32))
         self._vertices_m.append(corners)
@@ -105,6 +108,15 @@ class Facets:
             np.concatenate(self._faces),
             texture,
         )
+
+
+def _best_fan_start(corners_m: NDArray[np.float64]) -> int:
+    """Return the corner from which a fan's smallest triangle is largest (corners may lie on straight sides)."""
+    smallest = []
+    for start in range(len(corners_m)):
+        spokes = np.roll(corners_m, -start, axis=0)[1:] - corners_m[start]
+        smallest.append(np.linalg.norm(np.cross(spokes[:-1], spokes[1:]), axis=1).min())
+    return int(np.argmax(smallest))
 
 
 def palette(colours_rgb: Sequence[tuple[int, int, int]]) -> Texture:

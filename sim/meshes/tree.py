@@ -96,7 +96,7 @@ def _add_trunk(facets: Facets, radius_m: float, top_m: float) -> None:
         for radius, height in ((radius_m, 0.0), (0.6 * radius_m, top_m))
     ]
     bark = (0.5, 1.0 - 0.5 * BARK_TEXELS / TEXELS)
-    facets.loft(rings, lambda segment, side: bark, None, None)
+    facets.loft(rings, lambda segment, side: bark, bark, bark)
 
 
 def _leaf_uv(triangle_m: NDArray[np.float64], radius_m: float, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -112,9 +112,10 @@ def _leaf_uv(triangle_m: NDArray[np.float64], radius_m: float, rng: np.random.Ge
     angle = rng.uniform(0.0, 2.0 * np.pi)
     turned = flat @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     turned /= 2.0 * radius_m
-    room = np.array([1.0, 1.0 - (BARK_TEXELS + 1) / TEXELS]) - np.ptp(turned, axis=0)
-    turned *= min(1.0, float((room + np.ptp(turned, axis=0)).min() / np.ptp(turned, axis=0).max()))
-    room = np.maximum(np.array([1.0, 1.0 - (BARK_TEXELS + 1) / TEXELS]) - np.ptp(turned, axis=0), 0.0)
+    # Above the bark, and a texel away from it.
+    limits = np.array([1.0, 1.0 - (BARK_TEXELS + 1) / TEXELS])
+    turned *= min(1.0, float((limits / np.ptp(turned, axis=0)).min()))
+    room = np.maximum(limits - np.ptp(turned, axis=0), 0.0)
     return turned - turned.min(axis=0) + rng.random(2) * room
 
 

@@ -87,7 +87,7 @@ def _paint(rgb: tuple[int, int, int]) -> Texture:
         Swatch.BLACK: (20, 20, 21),
         Swatch.LIGHT: (226, 228, 222),
         Swatch.RED: (158, 22, 20),
-        Swatch.CHROME: (168, 170, 172),
+        Swatch.CHROME: (142, 144, 146),
     }
     return palette([colours[swatch] for swatch in Swatch])
 
@@ -131,8 +131,8 @@ def _suv(facets: Facets) -> None:
 
 @vehicle_model("van")
 def _van(facets: Facets) -> None:
-    body = BodyShape(5.30, 1.94, 0.30, 1.16, 0.98, 1.14, 1.62, -2.40, 3.20, 0.35)
-    cabin = CabinShape(1.72, 1.08, -2.60, -2.52, 1.16, 2.22, 1.86, 0.10, ((0.26, 0.985), (0.99, 1.0)), rear_glass=False)
+    body = BodyShape(5.30, 1.90, 0.30, 1.16, 0.98, 1.14, 1.62, -2.40, 3.20, 0.35)
+    cabin = CabinShape(1.72, 1.08, -2.60, -2.52, 1.16, 2.22, 1.82, 0.10, ((0.26, 0.985), (0.99, 1.0)), rear_glass=False)
     _add_car(facets, body, cabin)
 
 
