@@ -1,6 +1,6 @@
 """A world of one line of arithmetic: cars on circles, a camera that looks straight down, blank pictures.
 
-Importing it adds the scenario ``fake-town-v1`` to the catalogue and trackers that behave well and badly to the registry.
+Importing it adds the scenario ``fake-town-v1`` to the catalogue and trackers, good and bad, to the registry.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ class _Fake:
         camera_m = observation.ego.T_world_camera[:3, 3] if observation.ego else np.zeros(3)
         scale = (HEIGHT_M - 0.5 * SIZE_M[2]) / CAMERA.focal_px
         x, y = (self._centre - CAMERA.centre_px) * scale
-        place = camera_m[:2] + [-y, -x]
+        place = camera_m[:2] + np.array([-y, -x])
         self._phase = float(np.arctan2(place[1], place[0]))
 
     def update(self, observation: Observation) -> Estimate:

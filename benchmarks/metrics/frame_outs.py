@@ -49,7 +49,7 @@ def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
     out = np.concatenate([[False], truth.state == "out", [False]])
     exits = np.flatnonzero(out[1:] & ~out[:-1])
     ends = np.flatnonzero(~out[1:] & out[:-1])
-    watch_ends = np.append(exits[1:], truth.frame_count)
+    watch_ends = np.append(exits, truth.frame_count)[1:]
     found = []
     for index, (exit_frame, end, watch_end) in enumerate(zip(exits, ends, watch_ends, strict=True)):
         whole_again = np.flatnonzero(truth.state[end:watch_end] == "in")

@@ -78,10 +78,12 @@ def particle_calibration(
 ) -> Calibration:
     """Judge weighted particles (N, 2), weights summing to 1.
 
-    Level = total weight of the particles that lie where the posterior is at least as dense as at the truth.
-    The density is a Gaussian kernel estimate with Scott's bandwidth for the effective number of particles; a
-    particle's own kernel is left out of the density at it, so that truth and particles are alike and the
-    level does not depend on the bandwidth. Hyndman, Computing and graphing highest density regions, 1996.
+    Level = total weight of the particles that lie where the posterior is at least as dense as at the truth. The
+    density is a Gaussian kernel estimate with Scott's bandwidth for the effective number of particles; at a
+    particle it is made with the truth in that particle's place. So truth and particle stand in for each other,
+    and of an honest posterior the levels are uniform whatever the bandwidth. (Hyndman, Computing and graphing
+    highest density regions, 1996; ranks of exchangeable points as in Vovk et al., Algorithmic learning in a random
+    world, 2005.)
     """
     usable = np.isfinite(particles_m).all(axis=1) & (weights > 0)
     if not usable.any() or not np.isfinite(truth_m).all():
@@ -105,23 +107,23 @@ def particle_calibration(
 def _densities(
     points: NDArray[np.float64], weights: NDArray[np.float64], query: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float]:
-    """Return unnormalised densities at the points (N,), each without its own kernel, and at the query.
+    """Return unnormalised densities at the points (N,), each with the query in its own place, and at the query.
 
-    ``f_i = sum_{j != i} w_j exp(-|x_i - x_j|^2 / 2) / (1 - w_i)``; ``f(q) = sum_j w_j exp(-|q - x_j|^2 /
-    2)``. Points are whitened by the bandwidth.
+    ``f_i = sum_{j != i} w_j K(x_i - x_j) + w_i K(x_i - q)``; ``f(q) = sum_j w_j K(q - x_j)``; ``K(d) = exp(-|d|^2 / 2)``.
+    Points are whitened by the bandwidth.
     """
     count = points.shape[0]
     density = np.zeros(count)
     at_query = 0.0
     for i in range(count):
         x, y, w = points[i, 0], points[i, 1], weights[i]
-        at_query += w * np.exp(-0.5 * ((query[0] - x) ** 2 + (query[1] - y) ** 2))
+        to_query = w * np.exp(-0.5 * ((query[0] - x) ** 2 + (query[1] - y) ** 2))
+        density[i] += to_query
+        at_query += to_query
         for j in range(i):
             kernel = np.exp(-0.5 * ((points[j, 0] - x) ** 2 + (points[j, 1] - y) ** 2))
             density[i] += weights[j] * kernel
             density[j] += w * kernel
-    for i in range(count):
-        density[i] /= max(1.0 - weights[i], 1e-12)
     return density, at_query
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -80,7 +81,8 @@ class RecoveryCurve:
     Attributes:
         frames: (K,) increasing.
         waiting: (K,) share still not recovered *after* that frame, in [0, 1].
-        low, high: (K,) 95 % confidence band (log-log).
+        low, high: (K,) 95 % confidence band (log-log); where its formula is undefined, before the first recovery and after
+            the last, the curve itself.
     """
 
     frames: NDArray[np.float64]
@@ -106,11 +108,12 @@ def recovery_curve(frames: Sequence[float | None], watched_frames: Sequence[floa
         right=np.asarray(watched_frames, dtype=float)[never],
     )
     survival = stats.ecdf(data).sf
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
+        warnings.simplefilter("ignore", RuntimeWarning)
         band = survival.confidence_interval(0.95, method="log-log")
     return RecoveryCurve(
         survival.quantiles,
         survival.probabilities,
-        np.nan_to_num(band.low.probabilities, nan=0.0),
-        np.nan_to_num(band.high.probabilities, nan=1.0),
+        np.where(np.isnan(band.low.probabilities), survival.probabilities, band.low.probabilities),
+        np.where(np.isnan(band.high.probabilities), survival.probabilities, band.high.probabilities),
     )
