@@ -8,10 +8,13 @@ from numpy.typing import NDArray
 
 ALONG, ACROSS = 12, 6
 """Samples inside the box, nose to tail and left to right."""
-INSIDE, AROUND, MISMATCH, MOVED, MOVED_AROUND, COVERED = range(6)
+INSIDE, AROUND, MISMATCH, MOVED, MOVED_AROUND, KNOWN, COVERED = range(7)
 """Columns of what is measured: mean log-ratio of colour inside the box and around it, mean difference from the template, mean difference
-from the background inside the box and around it, and the share of the box that lies within the picture."""
-MEASURES = 6
+from the background inside the box and around it where that is known, and the shares of the box where it is known and that lie
+within the picture."""
+MEASURES = 7
+UNKNOWN = 255
+"""Stands for a difference from the background where that was never seen; true differences are at most 254."""
 _RING = 1.45
 
 
@@ -60,7 +63,8 @@ def measure_box(
     """Return the measures (MEASURES,) of a box.
 
     Inside: a grid of ALONG x ACROSS samples; around: a frame of samples at 1.45 times the box. ``MISMATCH = mean |I - T|`` over samples and
-    colours, 8-bit levels, after the brightness of I is scaled to T's by a factor within [0.6, 1.6].
+    colours, 8-bit levels, after the brightness of I is scaled to T's by a factor within [0.6, 1.6]; the lesser one of T and T turned by half
+    a turn, since the axis does not say where the nose is.
 
     Args:
         rgb (H, W, 3), log_ratio (H, W), difference (H, W): picture, colour log-ratio, difference from the background.
@@ -69,7 +73,7 @@ def measure_box(
     """
     height, width = log_ratio.shape
     result = np.zeros(MEASURES)
-    inside, moved, count = 0.0, 0.0, 0
+    inside, moved, known, count = 0.0, 0.0, 0, 0
     picture_sum, template_sum = 1e-6, 1e-6
     for a in range(ALONG):
         along = 1.0 - (2 * a + 1.0) / ALONG
@@ -81,7 +85,9 @@ def measure_box(
                 continue
             count += 1
             inside += log_ratio[i, j]
-            moved += difference[i, j]
+            if difference[i, j] != UNKNOWN:
+                known += 1
+                moved += difference[i, j]
             for c in range(3):
                 picture_sum += rgb[i, j, c]
                 template_sum += template[a, b, c]
@@ -89,8 +95,9 @@ def measure_box(
     if count == 0:
         return result
     result[INSIDE] = inside / count
-    result[MOVED] = moved / count
-    around, moved_around, count_around = 0.0, 0.0, 0
+    result[MOVED] = moved / max(known, 1)
+    result[KNOWN] = known / count
+    around, moved_around, known_around, count_around = 0.0, 0.0, 0, 0
     for a in range(-ALONG // 2, ALONG // 2 + 1):
         for b in range(-ACROSS // 2, ACROSS // 2 + 1):
             if abs(a) != ALONG // 2 and abs(b) != ACROSS // 2:
@@ -102,13 +109,15 @@ def measure_box(
                 continue
             count_around += 1
             around += log_ratio[i, j]
-            moved_around += difference[i, j]
+            if difference[i, j] != UNKNOWN:
+                known_around += 1
+                moved_around += difference[i, j]
     result[AROUND] = around / max(count_around, 1)
-    result[MOVED_AROUND] = moved_around / max(count_around, 1)
+    result[MOVED_AROUND] = moved_around / max(known_around, 1)
     if template_sum < 1.0:
         return result
     gain = min(max(template_sum / picture_sum, 0.6), 1.6)
-    mismatch = 0.0
+    forth, back = 0.0, 0.0
     for a in range(ALONG):
         along = 1.0 - (2 * a + 1.0) / ALONG
         for b in range(ACROSS):
@@ -118,8 +127,10 @@ def measure_box(
             if i < 0 or j < 0 or i >= height or j >= width:
                 continue
             for c in range(3):
-                mismatch += abs(gain * rgb[i, j, c] - template[a, b, c])
-    result[MISMATCH] = mismatch / (3 * count)
+                value = gain * rgb[i, j, c]
+                forth += abs(value - template[a, b, c])
+                back += abs(value - template[ALONG - 1 - a, ACROSS - 1 - b, c])
+    result[MISMATCH] = min(forth, back) / (3 * count)
     return result
 
 

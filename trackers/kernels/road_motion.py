@@ -63,7 +63,6 @@ class Habits(NamedTuple):
 _CORNER_M = 7.0
 _DECIDE_M = 28.0
 _HALT_BEFORE_M = 8.0
-_ASSOCIATE_M = 6.5
 _BEND_AHEAD_M = 10.0
 
 
@@ -72,19 +71,23 @@ def associate(states: NDArray[np.float64], roads: Roads) -> None:
     """Put each state on the road it drives on, or set it free, in place.
 
     Of the centre-line points nearest to it, and to where it will be 5 m and 10 m on, the one with the least
-    ``|p - x| + 6 (1 - |cos angle|)`` is taken, if it is within 6.5 m and 50 degrees.
+    ``|p - x| + 6 (1 - |cos angle|)`` is taken, if it is within 6.5 m and 50 degrees; for a state that was on a road before, in the middle
+    of a turn perhaps, within 9 m and 80 degrees.
     """
     for i in range(states.shape[0]):
-        _associate_one(states[i], roads)
+        if states[i, ON_ROAD] > 0:
+            _associate_one(states[i], roads, 9.0, 0.17)
+        else:
+            _associate_one(states[i], roads, 6.5, 0.64)
 
 
 @njit(cache=True)
-def _associate_one(s: NDArray[np.float64], roads: Roads) -> None:
+def _associate_one(s: NDArray[np.float64], roads: Roads, within_m: float, least_cosine: float) -> None:
     s[ON_ROAD] = 0.0
     s[CHOICE] = -1.0
     s[HALTS] = 0.0
     c, si = np.cos(s[HEADING]), np.sin(s[HEADING])
-    best = _ASSOCIATE_M + 6.0
+    best = within_m + 6.0
     chosen = -1
     for probe in range(4):
         # Beside the lane, here, and ahead: at crossings the nearest point alone may lie on the wrong street.
@@ -107,7 +110,7 @@ def _associate_one(s: NDArray[np.float64], roads: Roads) -> None:
         distance = np.sqrt(d_x * d_x + d_y * d_y)
         cosine = c * roads.tangents[p, 0] + si * roads.tangents[p, 1]
         cost = distance + 6.0 * (1.0 - abs(cosine))
-        if cost < best and distance < _ASSOCIATE_M and abs(cosine) > 0.64:
+        if cost < best and distance < within_m and abs(cosine) > least_cosine:
             best, chosen = cost, p
     if chosen >= 0:
         edge = roads.edge_of_point[chosen]
@@ -268,7 +271,7 @@ def drive(
             if uniforms[i, 0] < habits.leave_rate * dt_s:
                 s[ON_ROAD] = 0.0
         elif uniforms[i, 0] < habits.return_rate * dt_s:
-            _associate_one(s, roads)
+            _associate_one(s, roads, 6.5, 0.64)
         push = min(max(1.5 * (goal - s[SPEED]), -1.3 * habits.braking), habits.acceleration)
         s[SPEED] = max(0.0, s[SPEED] + push * dt_s + habits.speed_noise * root * normals[i, 0])
         # A standing car does not turn.

@@ -11,14 +11,17 @@ from numpy.typing import NDArray
 from trackers.kernels import oriented_box as ob
 from trackers.mosaic_graph_pf.colour_model import ColourModel
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
+from trackers.mosaic_graph_pf.likeness import Likeness
 from trackers.mosaic_graph_pf.mosaic import SHRINK
 from trackers.mosaic_graph_pf.registration import Registered
 
 CENTRE_HEIGHT_M = 0.7
 """Height above ground of the middle of a car, to which boxes and truth refer."""
 _OFTEN_SEEN = 4
-_ALIGN = np.array([1.0, -0.7, -0.03, 0.0, 0.0, 0.0])
+_ALIGN = np.array([1.0, -0.7, -0.08, 0.0, 0.0, 0.0, 0.0])
 _TEMPLATE_RATE = 0.06
+_SURROUNDINGS = 0.7
+_COLOUR_STANDS_OUT, _MOTION_STANDS_OUT, _MOVED_CAP = 0.3, 8.0, 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +47,8 @@ class Cues:
 
     Attributes:
         log_ratio: (H, W) of colour.
-        difference: (H, W) uint8, largest difference from the mosaic over the colours, 0 where it was not seen often enough to tell.
+        difference: (H, W) uint8, largest difference from the mosaic over the colours, ``UNKNOWN`` where it was not seen often
+            enough to tell.
     """
 
     log_ratio: NDArray[np.float32]
@@ -56,15 +60,18 @@ class Detector:
 
     def __init__(self, size_m: tuple[float, float], candidates: int) -> None:
         """Begin for a target of ``size_m`` (length, width); find at most ``candidates`` beside those asked for."""
+        self._size_m = size_m
         self._half_size_m = 0.5 * np.array(size_m)
         self._candidates = candidates
         self.colours = ColourModel()
+        self.likeness = Likeness()
         self._template = np.zeros((ob.ALONG, ob.ACROSS, 3), np.float32)
 
     def cues(self, registered: Registered) -> Cues:
         """Return the maps of a picture."""
         difference = cv2.absdiff(registered.small_rgb, registered.background_rgb).max(axis=2)
-        difference[registered.seen < _OFTEN_SEEN] = 0
+        np.minimum(difference, ob.UNKNOWN - 1, out=difference)
+        difference[registered.seen < _OFTEN_SEEN] = ob.UNKNOWN
         return Cues(self.colours.log_ratio(registered.small_rgb), difference)
 
     def search(
@@ -115,17 +122,18 @@ class Detector:
         self.colours.refresh()
 
     def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
-        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot of the target's colours stands out."""
-        pixels_per_metre = 1.0 / (SHRINK * camera.metres_per_pixel())
-        half = cv2.resize(cues.log_ratio, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-        narrow = max(1, int(self._half_size_m[1] * pixels_per_metre / 2)) * 2 + 1
-        wide = int(1.6 * self._half_size_m[0] * pixels_per_metre / 2) * 2 + 1
-        spot = cv2.blur(half, (narrow, narrow)) - 0.7 * cv2.blur(half, (wide, wide))
-        radius = max(1, int(0.8 * self._half_size_m[0] * pixels_per_metre / 2))
-        highest = cv2.dilate(spot, np.ones((2 * radius + 1, 2 * radius + 1), np.uint8))
-        row, column = np.nonzero((spot >= highest) & (spot > 0.3))
-        order = np.argsort(spot[row, column])[::-1][: self._candidates]
-        return 2.0 * np.column_stack([column, row])[order] + 0.5
+        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in colour or by not being part of the
+        background."""
+        pixels_per_metre = 0.5 / (SHRINK * camera.metres_per_pixel())
+        narrow_px = 2 * max(1, int(0.5 * self._size_m[1] * pixels_per_metre)) + 1
+        wide_px = 2 * int(0.8 * self._size_m[0] * pixels_per_metre) + 1
+        radius_px = max(1, int(0.4 * self._size_m[0] * pixels_per_metre))
+        moved = np.where(cues.difference == ob.UNKNOWN, 0, np.minimum(cues.difference, _MOVED_CAP)).astype(np.float32)
+        found = [
+            _spots(cues.log_ratio, narrow_px, wide_px, radius_px, _COLOUR_STANDS_OUT, self._candidates),
+            _spots(moved, narrow_px, wide_px, radius_px, _MOTION_STANDS_OUT, self._candidates // 2),
+        ]
+        return 2.0 * np.vstack(found) + 0.5
 
     def _fit(
         self,
@@ -155,13 +163,19 @@ class Detector:
         if measures[ob.COVERED] < 0.4:
             return None
         place_m = registered.camera.to_map(((centre + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
-        return Candidate(place_m, heading, self._log_ratio(measures), measures)
+        return Candidate(place_m, heading, self.likeness.log_ratio(measures), measures)
 
-    def _log_ratio(self, measures: NDArray[np.float64]) -> float:
-        """Return log p(measures | target) / p(measures | something else): logistic regression on development episodes."""
-        contrast = measures[ob.INSIDE] - 0.5 * measures[ob.AROUND]
-        value = -2.0 + 1.6 * contrast - 0.05 * max(measures[ob.MISMATCH] - 15.0, 0.0)
-        return float(np.clip(value, -5.0, 4.0))
+
+def _spots(
+    cue: NDArray[np.float32], narrow_px: int, wide_px: int, radius_px: int, threshold: float, most: int
+) -> NDArray[np.float64]:
+    """Return the places (K, 2), (column, row) at half the size of ``cue``, where it is highest above its surroundings."""
+    half = cv2.resize(cue, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    spot = cv2.blur(half, (narrow_px, narrow_px)) - _SURROUNDINGS * cv2.blur(half, (wide_px, wide_px))
+    highest = cv2.dilate(spot, np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8))
+    row, column = np.nonzero((spot >= highest) & (spot > threshold))
+    order = np.argsort(spot[row, column])[::-1][:most]
+    return np.column_stack([column, row])[order].astype(np.float64)
 
 
 def _is_new(candidate: Candidate, found: list[Candidate], radius_m: float) -> bool:

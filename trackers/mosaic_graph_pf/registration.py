@@ -22,6 +22,7 @@ _MEASURED_TILT_RAD = 0.015
 # Consecutive pictures see the same corners with the same errors: their evidence on the bend is far from independent.
 _BEND_LEARNING = 0.02
 _CHAIN_TRUST = 0.1
+_GAIN_STEP, _GAIN_PIXELS = 6, 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,7 @@ class Registered:
 
     Attributes:
         camera: pose of the camera on the map.
-        small_rgb: (H, W, 3) the picture shrunk by ``SHRINK``.
+        small_rgb: (H, W, 3) the picture shrunk by ``SHRINK``, as bright as the mosaic.
         background_rgb: (H, W, 3) what the mosaic held of the same view before.
         seen: (H, W) how often the mosaic had seen each pixel's ground before.
         support: number of corners that agreed; 0 where the pose is a guess.
@@ -65,6 +66,7 @@ class Registration:
         small_rgb = shrink(observation.image_rgb)
         self._grey = cv2.cvtColor(small_rgb, cv2.COLOR_RGB2GRAY)
         self._corners = _find_corners(self._grey)
+        self._gain = 1.0
         black = np.zeros_like(small_rgb)
         self.first = Registered(self.camera, small_rgb, black, black[..., 0], 0.0)
 
@@ -87,7 +89,9 @@ class Registration:
                 fit = corrected
                 background_rgb, seen = mosaic.render(fit.camera)
         self.camera, self._grey, self._corners = fit.camera, grey, _find_corners(grey)
-        return Registered(fit.camera, small_rgb, background_rgb, seen, fit.support)
+        self._gain = _gain(small_rgb, background_rgb, seen, self._gain)
+        adapted_rgb = cv2.convertScaleAbs(small_rgb, alpha=self._gain)
+        return Registered(fit.camera, adapted_rgb, background_rgb, seen, fit.support)
 
     def _predict(self, ego: EgoPose | None) -> GroundCamera:
         """Return the camera moved as measured on board since the last picture: slow errors of the instruments cancel."""
@@ -125,6 +129,19 @@ def shrink(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the picture at 1 / SHRINK of its size, by averaging."""
     height, width = image_rgb.shape[:2]
     return cv2.resize(image_rgb, (width // SHRINK, height // SHRINK), interpolation=cv2.INTER_AREA)
+
+
+def _gain(
+    rgb: NDArray[np.uint8], background_rgb: NDArray[np.uint8], seen: NDArray[np.uint8], before: float
+) -> float:
+    """Return the factor that makes a picture as bright as the mosaic: the median over pixels seen before, or the last one where those
+    are few."""
+    step = (slice(None, None, _GAIN_STEP), slice(None, None, _GAIN_STEP))
+    picture, background = rgb[step][..., 1].astype(np.float64), background_rgb[step][..., 1].astype(np.float64)
+    usable = (seen[step] > 1) & (picture > 10) & (picture < 240) & (background > 10) & (background < 240)
+    if np.count_nonzero(usable) < _GAIN_PIXELS:
+        return before
+    return float(np.median(background[usable] / picture[usable]))
 
 
 def _match_to_mosaic(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels import road_motion as rm
+from trackers.kernels.oriented_box import UNKNOWN
 from trackers.kernels.posterior import geometric_median
 from trackers.kernels.weights import circular_mean
 from trackers.mosaic_graph_pf.detector import CENTRE_HEIGHT_M, Detector
@@ -242,6 +243,10 @@ class MosaicGraphParticleFilter:
             ):
                 self._roads.learn(left_m)
             self._driven.append(target.position_m)
+            self._detector.likeness.learn_target(target.candidate.measures)
+            for other in self._sightings.seen():
+                if other is not target:
+                    self._detector.likeness.learn_rest(other.candidate.measures)
             sure = np.linalg.norm(target.velocity_mps) > 2.0 and target.age > 5
             self._detector.learn(registered, target.candidate.position_m, target.heading_rad, shape=bool(sure))
         if self._frame % 5 == 0:
@@ -253,7 +258,7 @@ class MosaicGraphParticleFilter:
         """Return how far each pixel is to be taken for standing ground, 1-255: what changed suddenly less, the target hardly."""
         weight = np.full(registered.small_rgb.shape[:2], 255, np.uint8)
         if difference.shape == weight.shape:
-            weight[difference > _SUDDEN_LEVELS] = 70
+            weight[(difference > _SUDDEN_LEVELS) & (difference != UNKNOWN)] = 70
         if target_m is not None:
             pixel = registered.camera.to_picture(target_m[None], CENTRE_HEIGHT_M)[0] / SHRINK
             radius = 0.7 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
@@ -273,10 +278,11 @@ class MosaicGraphParticleFilter:
         inside = ahead & (particles_px >= 0).all(axis=1) & (particles_px <= size).all(axis=1)
         along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
         ends_px = camera.to_picture(np.stack([position_m, position_m + along]), CENTRE_HEIGHT_M)
+        box_xyxy = _box_px(camera, position_m, heading_rad, self._size_m)
         kept = weights * ahead
         return Estimate(
             position_px=ends_px[0],
-            box_xyxy=_box_px(camera, position_m, heading_rad, self._size_m),
+            box_xyxy=box_xyxy if np.isfinite(box_xyxy).all() else None,
             heading_rad=float(np.arctan2(*(ends_px[1] - ends_px[0])[::-1])),
             in_view_probability=float(np.clip(weights[inside].sum(), 0.0, 1.0)),
             particles_px=np.where(ahead[:, None], particles_px, ends_px[0]),
