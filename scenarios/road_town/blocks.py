@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.road_town.canvas import rectangle
 from scenarios.road_town.layout import Building, CarPark, Layout, RoadGraph, Tree
 from scenarios.road_town.palette import FLAT_ROOFS, ROOFS, WALLS, pick
 
@@ -14,8 +15,8 @@ BAY_SIZE_M = (5.0, 2.5)
 _CELL_M = 0.5
 _CAR_PARKS = 3
 _HOUSES = 112
-_STREET_TREES, _GARDEN_TREES = 45, 60
-_PARKED_SHARE = 0.35
+_STREET_TREES, _GARDEN_TREES, _COPSE_TREES = 40, 40, 30
+_PARKED_SHARE = 0.5
 _MOST_PARKED = 30
 
 
@@ -28,7 +29,7 @@ def fill_blocks(graph: RoadGraph, rng: np.random.Generator, extent_m: float) -> 
     ground = _FreeGround(graph, extent_m)
     car_parks = _place_car_parks(graph, ground, rng)
     buildings = _place_houses(graph, ground, rng)
-    trees = _place_trees(graph, ground, rng)
+    trees = _place_trees(graph, buildings, ground, rng)
     return Layout(extent_m, graph, tuple(buildings), tuple(trees), tuple(car_parks))
 
 
@@ -46,7 +47,7 @@ class _FreeGround:
 
     def take(self, centre_m: NDArray[np.float64], size_m: tuple[float, float], yaw_rad: float, margin_m: float) -> bool:
         """Take a rectangle if it is free and inside the town, with a margin; return whether it was."""
-        corners = _rectangle(centre_m, (size_m[0] + 2 * margin_m, size_m[1] + 2 * margin_m), yaw_rad)
+        corners = rectangle(centre_m, (size_m[0] + 2 * margin_m, size_m[1] + 2 * margin_m), yaw_rad)
         if np.abs(corners).max() > self.half_m - 2.0:
             return False
         cells = self._cells(corners)
@@ -61,12 +62,6 @@ class _FreeGround:
 
     def _cells(self, points_m: NDArray[np.float64]) -> NDArray[np.int32]:
         return np.floor((points_m + self.half_m) / _CELL_M).astype(np.int32)
-
-
-def _rectangle(centre_m: NDArray[np.float64], size_m: tuple[float, float], yaw_rad: float) -> NDArray[np.float64]:
-    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
-    half = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size_m
-    return np.asarray(centre_m) + half @ np.array([[c, s], [-s, c]])
 
 
 def _beside(
@@ -139,19 +134,46 @@ def _place_car_parks(graph: RoadGraph, ground: _FreeGround, rng: np.random.Gener
     return car_parks
 
 
-def _place_trees(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generator) -> list[Tree]:
+def _place_trees(
+    graph: RoadGraph, buildings: list[Building], ground: _FreeGround, rng: np.random.Generator
+) -> list[Tree]:
+    """Plant rows along streets, single trees in gardens, and copses where there is room."""
     trees: list[Tree] = []
-    for k in range(12 * (_STREET_TREES + _GARDEN_TREES)):
-        if len(trees) == _STREET_TREES + _GARDEN_TREES:
-            break
-        beside_street = k % 2 == 0 and len(trees) < 2 * _STREET_TREES
-        radius = float(rng.uniform(1.3, 2.2) if beside_street else rng.uniform(1.5, 3.6))
-        if beside_street:
-            centre, _ = _beside(graph, rng, 0.0, float(rng.uniform(0.9, 1.6)))
-        else:
-            centre = rng.uniform(-ground.half_m + 5, ground.half_m - 5, 2)
-        # The trunk must stand free; the crown may reach over pavement and lawn.
-        if ground.take(centre, (1.0, 1.0), 0.0, 0.2 if beside_street else 0.45 * radius):
-            x, y = map(float, centre)
-            trees.append(Tree((x, y), radius))
+    for wanted, propose in (
+        (_STREET_TREES, lambda: (_row_beside_street(graph, rng), 1.5, 2.5)),
+        (_STREET_TREES + _GARDEN_TREES, lambda: (_in_a_garden(buildings, rng), 1.6, 4.2)),
+        (_STREET_TREES + _GARDEN_TREES + _COPSE_TREES, lambda: (_copse(ground, rng), 2.2, 4.6)),
+    ):
+        for _ in range(400):
+            places, least_m, most_m = propose()
+            for place in places:
+                if len(trees) < wanted:
+                    _plant(trees, ground, place, float(rng.uniform(least_m, most_m)))
     return trees
+
+
+def _row_beside_street(graph: RoadGraph, rng: np.random.Generator) -> list[NDArray[np.float64]]:
+    """Return places just behind a pavement, 8 to 14 m apart."""
+    street = graph.streets[int(rng.integers(len(graph.streets)))]
+    side, apart_m = rng.choice([-1.0, 1.0]), rng.uniform(8.0, 14.0)
+    along = np.gradient(street.centre_m, axis=0)
+    left = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1, keepdims=True)
+    distance = 0.5 * street.width_m + PAVEMENT_WIDTH_M + rng.uniform(0.9, 1.6)
+    return list((street.centre_m + side * distance * left)[14 : -14 : round(apart_m)])
+
+
+def _in_a_garden(buildings: list[Building], rng: np.random.Generator) -> list[NDArray[np.float64]]:
+    house = np.array(buildings[int(rng.integers(len(buildings)))].centre_m)
+    return [house + rng.normal(0.0, 13.0, 2)]
+
+
+def _copse(ground: _FreeGround, rng: np.random.Generator) -> list[NDArray[np.float64]]:
+    middle = rng.uniform(-ground.half_m + 12, ground.half_m - 12, 2)
+    return list(middle + rng.normal(0.0, 7.0, (int(rng.integers(1, 9)), 2)))
+
+
+def _plant(trees: list[Tree], ground: _FreeGround, centre: NDArray[np.float64], radius_m: float) -> None:
+    # The trunk must stand free; the crown may reach over pavement and lawn.
+    if ground.take(centre, (1.0, 1.0), 0.0, max(0.3, 0.5 * (radius_m - 2.0))):
+        x, y = map(float, centre)
+        trees.append(Tree((x, y), radius_m))
