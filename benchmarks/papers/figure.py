@@ -12,6 +12,7 @@ from scenarios import catalog
 from scenarios.scenario import RendererName
 
 _SCALE = 3.0
+_TITLE = "The paper's figure, in this world"
 
 
 def paper_figure(experiment: PaperExperiment, out: Path, seed: int, renderer: RendererName) -> Picture:
@@ -34,5 +35,5 @@ def paper_figure(experiment: PaperExperiment, out: Path, seed: int, renderer: Re
     )
     condition = ("frame-out", scenario, experiment.preset, renderer, experiment.controller or "")
     name = f"paper-{experiment.name.lower()}-{renderer}"
-    write_picture(out, name, contact_sheet(rows), condition, caption, made_from=f"seed {seed}")
+    write_picture(out, name, contact_sheet(rows), condition, _TITLE, caption, made_from=f"seed {seed}")
     return next(picture for picture in read_pictures(out) if picture.caption == caption)

@@ -46,7 +46,7 @@ def show_frame_out(
     if found is not None and all(_made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
         seed, frame_out = found
         sheet = contact_sheet(_instants(condition, seed, frame_out, shown))
-        write_picture(directory, name, sheet, condition, _CAPTION.format(seed=seed), key)
+        write_picture(directory, name, sheet, condition, "One frame-out", _CAPTION.format(seed=seed), key)
 
 
 def _instants(

@@ -24,11 +24,12 @@ class Picture:
 
     Attributes:
         condition: what section it belongs to.
-        caption: what it shows. source: data address of the picture itself.
+        title, caption: what it shows. source: data address of the picture itself.
         width_px, height_px: its size.
     """
 
     condition: Condition
+    title: str
     caption: str
     source: str
     width_px: int
@@ -40,6 +41,7 @@ def write_picture(
     name: str,
     image_rgb: NDArray[np.uint8],
     condition: Condition,
+    title: str,
     caption: str,
     made_from: str,
 ) -> None:
@@ -55,6 +57,7 @@ def write_picture(
     beside.replace(folder / f"{name}.jpg")
     words = {
         "condition": condition,
+        "title": title,
         "caption": caption,
         "made_from": made_from,
         "width_px": image_rgb.shape[1],
@@ -86,6 +89,7 @@ def _read(path: Path) -> Picture:
     condition: Sequence[str] = words["condition"]
     return Picture(
         condition=(condition[0], condition[1], condition[2], condition[3], condition[4]),
+        title=words["title"],
         caption=words["caption"],
         source=f"data:image/jpeg;base64,{data}",
         width_px=words["width_px"],

@@ -60,7 +60,7 @@ class Caption:
         if not with_tracker:
             return
         marks.draw_corners(strip, np.array([x, y - 12, x + 20, y + 2.0]), marks.ESTIMATE)
-        marks.draw_cross(strip, np.array([x + 10.0, y - 5.0]), marks.ESTIMATE, arm_px=5.0)
+        marks.draw_cross(strip, np.array([x + 10.0, y - 5.0]), marks.ESTIMATE, stroke_px=1)
         x = marks.draw_text(strip, (x + 28, y), "estimate", _QUIET, size=14) + 24
         cloud = np.array([[2.0, -3], [7, -8], [9, -1], [13, -6], [18, -4]]) + np.array([x, y])
         marks.draw_particles(strip, cloud, None, marks.PARTICLE)

@@ -15,7 +15,7 @@ _GROUND = (24, 26, 31)
 _INK = (240, 242, 246)
 
 
-def contact_sheet(rows: Mapping[str, Sequence[Instant]], cell_width_px: int = 480) -> NDArray[np.uint8]:
+def contact_sheet(rows: Mapping[str, Sequence[Instant]], cell_width_px: int = 600) -> NDArray[np.uint8]:
     """Return the sheet (H, W, 3) uint8.
 
     Args:

@@ -40,6 +40,11 @@ class _Canvas:
     corner_px: NDArray[np.float64]
     zoom: float
 
+    @property
+    def stroke_px(self) -> int:
+        """Width of the lines on the car, which must not hide it."""
+        return 2 if self.zoom >= 1 else 1
+
     def point(self, picture_px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Take points (..., 2) of the observed picture to the canvas."""
         return np.asarray(picture_px) * self.zoom + self.corner_px
@@ -61,7 +66,7 @@ def draw_instant(instant: Instant, zoom: float | None = None) -> NDArray[np.uint
     if instant.estimate is not None:
         _draw_posterior(canvas, instant.estimate)
     truth = instant.frame.truth
-    marks.draw_box(image, canvas.box(truth.box_xyxy[truth.target]), marks.TRUTH)
+    marks.draw_box(image, canvas.box(truth.box_xyxy[truth.target]), marks.TRUTH, canvas.stroke_px)
     marks.draw_pointer(image, canvas.point(truth.position_px[truth.target]), marks.TRUTH)
     if instant.estimate is not None:
         _draw_estimate(canvas, instant.estimate)
@@ -94,9 +99,9 @@ def _draw_estimate(canvas: _Canvas, estimate: Estimate) -> None:
     if not np.isfinite(estimate.position_px).all():
         return
     if estimate.box_xyxy is not None:
-        marks.draw_corners(canvas.image, canvas.box(estimate.box_xyxy), marks.ESTIMATE)
+        marks.draw_corners(canvas.image, canvas.box(estimate.box_xyxy), marks.ESTIMATE, canvas.stroke_px)
     position = canvas.point(estimate.position_px)
-    marks.draw_cross(canvas.image, position, marks.ESTIMATE)
+    marks.draw_cross(canvas.image, position, marks.ESTIMATE, stroke_px=canvas.stroke_px)
     marks.draw_pointer(canvas.image, position, marks.ESTIMATE)
 
 

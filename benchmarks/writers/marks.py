@@ -31,36 +31,38 @@ def fixed_point(points_px: ArrayLike) -> NDArray[np.int32]:
     return np.round(clipped * (1 << _SHIFT)).astype(np.int32)
 
 
-def draw_lines(image: Image, lines_px: ArrayLike, colour: Rgb, thickness: int = 2) -> None:
+def draw_lines(image: Image, lines_px: ArrayLike, colour: Rgb, stroke_px: int = 2) -> None:
     """Draw polylines (L, P, 2) with a dark halo."""
     lines = list(fixed_point(lines_px))
-    cv2.polylines(image, lines, False, HALO, thickness + 2, cv2.LINE_AA, _SHIFT)
-    cv2.polylines(image, lines, False, colour, thickness, cv2.LINE_AA, _SHIFT)
+    cv2.polylines(image, lines, False, HALO, stroke_px + 2, cv2.LINE_AA, _SHIFT)
+    cv2.polylines(image, lines, False, colour, stroke_px, cv2.LINE_AA, _SHIFT)
 
 
-def draw_box(image: Image, box_xyxy: NDArray[np.float64], colour: Rgb, thickness: int = 2) -> None:
+def draw_box(image: Image, box_xyxy: NDArray[np.float64], colour: Rgb, stroke_px: int = 2) -> None:
     """Draw the outline of a box; nothing where it is not finite."""
     if np.isfinite(box_xyxy).all():
         x0, y0, x1, y1 = box_xyxy
-        draw_lines(image, [[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]], colour, thickness)
+        draw_lines(image, [[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]], colour, stroke_px)
 
 
-def draw_corners(image: Image, box_xyxy: NDArray[np.float64], colour: Rgb, thickness: int = 2) -> None:
+def draw_corners(image: Image, box_xyxy: NDArray[np.float64], colour: Rgb, stroke_px: int = 2) -> None:
     """Draw a box by its four corners alone; nothing where it is not finite."""
     if not np.isfinite(box_xyxy).all():
         return
     x0, y0, x1, y1 = box_xyxy
     ex, ey = 0.28 * (x1 - x0), 0.28 * (y1 - y0)
     corners = ((x0, y0, ex, ey), (x1, y0, -ex, ey), (x1, y1, -ex, -ey), (x0, y1, ex, -ey))
-    draw_lines(image, [[(x + dx, y), (x, y), (x, y + dy)] for x, y, dx, dy in corners], colour, thickness)
+    draw_lines(image, [[(x + dx, y), (x, y), (x, y + dy)] for x, y, dx, dy in corners], colour, stroke_px)
 
 
-def draw_cross(image: Image, centre_px: NDArray[np.float64], colour: Rgb, arm_px: float = 9.0) -> None:
+def draw_cross(image: Image, centre_px: NDArray[np.float64], colour: Rgb, *, stroke_px: int = 2) -> None:
     """Draw an upright cross, open in the middle."""
     x, y = centre_px
+    arm_px = 2.0 + 3.5 * stroke_px
     gap = 0.3 * arm_px
     arms = [(dx * s, dy * s) for dx, dy in ((1, 0), (0, 1)) for s in (-1, 1)]
-    draw_lines(image, [[(x + gap * a, y + gap * b), (x + arm_px * a, y + arm_px * b)] for a, b in arms], colour)
+    lines = [[(x + gap * a, y + gap * b), (x + arm_px * a, y + arm_px * b)] for a, b in arms]
+    draw_lines(image, lines, colour, stroke_px)
 
 
 def draw_particles(
