@@ -5,13 +5,29 @@ Nothing here looks at light; both renderers give the same labels up to their sam
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.gbuffer import SKY, GBuffer
+from sim.flow_kernels import flow_picture
 from sim.mesh import TexturedMesh
 from sim.optics import PinholeCamera, invert_pose
+
+
+class SeenSurfaces(Protocol):
+    """What labels need of a picture: a ``GBuffer`` has it, and so has a ``Capture``."""
+
+    @property
+    def depth_m(self) -> NDArray[np.float32]:
+        """(H, W), see ``GBuffer``."""
+        ...
+
+    @property
+    def instance_id(self) -> NDArray[np.int32]:
+        """(H, W), see ``GBuffer``."""
+        ...
 
 
 def amodal_box(
@@ -28,7 +44,7 @@ def amodal_box(
 
 
 def visible_fraction(
-    gbuffer: GBuffer,
+    seen: SeenSurfaces,
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
     mesh: TexturedMesh,
@@ -44,7 +60,7 @@ def visible_fraction(
 
     Args:
         box_xyxy: the body's ``amodal_box`` (4,).
-        pixel_offset: where in a pixel ``gbuffer`` was sampled.
+        pixel_offset: where in a pixel ``seen`` was sampled.
     """
     left, top, right, bottom = box_xyxy
     # Comparisons with NaN are false.
@@ -58,8 +74,8 @@ def visible_fraction(
     homogeneous = mesh.vertices_m.astype(float) @ view[:, :3].T + view[:, 3]
     covered = np.zeros((height, width), dtype=np.bool_)
     _cover(homogeneous[:, :2] / homogeneous[:, 2:], mesh.faces, covered)
-    window = gbuffer.instance_id[max(y, 0) : y + height, max(x, 0) : x + width]
-    return min(1.0, np.count_nonzero(window == instance_id) / max(np.count_nonzero(covered), 1))
+    window = seen.instance_id[max(y, 0) : y + height, max(x, 0) : x + width]
+    return min(1.0, np.count_nonzero(window == instance_id) / max(int(np.count_nonzero(covered)), 1))
 
 
 def ground_homography(
@@ -77,7 +93,7 @@ def ground_homography(
 
 
 def backward_flow(
-    gbuffer: GBuffer,
+    seen: SeenSurfaces,
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
     T_world_camera_before: NDArray[np.float64],
@@ -93,15 +109,27 @@ def backward_flow(
         (H, W, 2) float32 pixels; NaN for sky and for points that were behind the camera.
     """
     K = camera.intrinsic_matrix
-    to_world, from_world = T_world_camera, K @ invert_pose(T_world_camera_before)[:3]
-    # One (3, 4) matrix a body takes camera coordinates of now to pixels of before. Most bodies stand still.
-    matrices = np.broadcast_to(from_world @ to_world, (len(body_poses), 3, 4)).copy()
-    for body in np.flatnonzero((body_poses != body_poses_before).any(axis=(1, 2))):
-        matrices[body] = from_world @ body_poses_before[body] @ invert_pose(body_poses[body]) @ to_world
-    flow = np.empty((*gbuffer.depth_m.shape, 2), dtype=np.float32)
-    centre_x, centre_y = camera.centre_px
-    _flow(gbuffer.depth_m, gbuffer.instance_id, matrices, camera.focal_px, centre_x, centre_y, flow)
+    to_world = T_world_camera @ _homogeneous(np.linalg.inv(K).astype(float))
+    from_world = _homogeneous(K) @ invert_pose(T_world_camera_before)
+    moved = (body_poses != body_poses_before).any(axis=(1, 2))
+    matrices = np.zeros((len(body_poses), 3, 4), dtype=np.float32)
+    for body in np.flatnonzero(moved):
+        motion = body_poses_before[body] @ invert_pose(body_poses[body])
+        matrices[body] = _less_identity(from_world @ motion @ to_world)
+    at_rest = _less_identity(from_world @ to_world).astype(np.float32)
+    flow = np.empty((*seen.depth_m.shape, 2), dtype=np.float32)
+    flow_picture(seen.depth_m, seen.instance_id, at_rest, moved, matrices, flow)
     return flow
+
+
+def _homogeneous(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    whole = np.eye(4)
+    whole[:3, :3] = matrix
+    return whole
+
+
+def _less_identity(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    return (matrix - np.eye(4))[:3]
 
 
 @njit(cache=True)
@@ -118,41 +146,6 @@ def _box(vertices_m: NDArray[np.float32], view: NDArray[np.float64]) -> NDArray[
             box[axis] = min(box[axis], pixel)
             box[axis + 2] = max(box[axis + 2], pixel)
     return box
-
-
-@njit(cache=True)
-def _flow(
-    depth_m: NDArray[np.float32],
-    instance_id: NDArray[np.int32],
-    matrices: NDArray[np.float64],
-    focal_px: float,
-    centre_x: float,
-    centre_y: float,
-    flow: NDArray[np.float32],
-) -> None:
-    """flow = π(M p) - (u, v) with p = depth ((u - c_x) / f, (v - c_y) / f, 1), π((x, y, w)) = (x / w, y / w)."""
-    for row in range(depth_m.shape[0]):
-        v = row + 0.5
-        y = (v - centre_y) / focal_px
-        for column in range(depth_m.shape[1]):
-            body = instance_id[row, column]
-            if body == SKY:
-                flow[row, column, 0] = np.nan
-                flow[row, column, 1] = np.nan
-                continue
-            u = column + 0.5
-            x = (u - centre_x) / focal_px
-            M = matrices[body]
-            # M (p, 1) / depth, which leaves pixels unchanged and needs depth once.
-            nearness = 1.0 / depth_m[row, column]
-            w = M[2, 0] * x + M[2, 1] * y + M[2, 2] + M[2, 3] * nearness
-            if w <= 0.0:
-                flow[row, column, 0] = np.nan
-                flow[row, column, 1] = np.nan
-                continue
-            scale = 1.0 / w
-            flow[row, column, 0] = (M[0, 0] * x + M[0, 1] * y + M[0, 2] + M[0, 3] * nearness) * scale - u
-            flow[row, column, 1] = (M[1, 0] * x + M[1, 1] * y + M[1, 2] + M[1, 3] * nearness) * scale - v
 
 
 @njit(cache=True)

@@ -17,6 +17,7 @@ from scenarios.scenario import Frame, RendererName
 from scenarios.truth import Light, Side, Truth, VisibilityState
 from sim.labels import amodal_box, backward_flow, ground_homography, visible_fraction
 from sim.optics import PinholeCamera, project
+from sim.render.pipeline import capture
 from sim.render.protocol import create_renderer
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
@@ -121,21 +122,27 @@ class RoadTownEpisode:
     def _capture(self, T_world_camera_before: NDArray[np.float64], body_poses_before: NDArray[np.float64]) -> Frame:
         plan, camera, T_world_camera, frame = self.plan, self.plan.camera, self._T_world_camera, self._frame
         time_s = frame / plan.preset.rate_hz
-        gbuffer = self._renderer.gbuffer(camera, T_world_camera)
-        radiance = self._shader.shade(gbuffer, camera, T_world_camera)
-        flow_px = backward_flow(
-            gbuffer, camera, T_world_camera, T_world_camera_before, self._body_poses, body_poses_before
-        )
         background_motion = ground_homography(camera, T_world_camera_before, T_world_camera)
-        picture = self._sensor.expose(
-            radiance, camera, frame, motion=background_motion, interval_s=1.0 / plan.preset.rate_hz
+        seen = capture(
+            self._renderer,
+            self._shader,
+            self._sensor,
+            camera,
+            T_world_camera,
+            frame,
+            motion=background_motion,
+            interval_s=1.0 / plan.preset.rate_hz,
+        )
+        picture = seen.picture
+        flow_px = backward_flow(
+            seen, camera, T_world_camera, T_world_camera_before, self._body_poses, body_poses_before
         )
         self._settings = picture.settings
         boxes = np.array([self._box(car) for car in range(len(self._cars))])
         poses = self._body_poses[[body.index for body in self._cars]]
         fractions = np.array(
             [
-                visible_fraction(gbuffer, camera, T_world_camera, body.mesh, pose, body.index, box)
+                visible_fraction(seen, camera, T_world_camera, body.mesh, pose, body.index, box)
                 for body, pose, box in zip(self._cars, poses, boxes, strict=True)
             ]
         )
@@ -160,8 +167,8 @@ class RoadTownEpisode:
             frames_since_exit=self._frames_since_exit,
             on_road=bool(self._roads.is_on_road(poses[TARGET, None, :2, 3])[0]),
             turning=plan.turning(frame),
-            instance_map=gbuffer.instance_id,
-            depth_m=gbuffer.depth_m,
+            instance_map=seen.instance_id,
+            depth_m=seen.depth_m,
             flow_px=flow_px,
             background_motion=background_motion,
             light=self._light,

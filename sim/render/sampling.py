@@ -106,8 +106,8 @@ def sample_nearest(
     row_pitch = 16 * ((width + 3) // 4)
     for k in range(depth_m.shape[0]):
         column = np.float32(first_column + k)
-        j = min(max(np.int32((u_base + u_step * column) * depth_m[k]), 0), width - 1)
-        i = min(max(np.int32((v_base + v_step * column) * depth_m[k]), 0), height - 1)
+        j = min(max(int((u_base + u_step * column) * depth_m[k]), 0), width - 1)
+        i = min(max(int((v_base + v_step * column) * depth_m[k]), 0), height - 1)
         at = (i >> 2) * row_pitch + ((i & 3) << 2) + ((j >> 2) << 4) + (j & 3)
         colour[k] = texels[np.uint64(at)]
 

@@ -45,7 +45,7 @@ class Sun:
         colour_rgb: relative linear R, G, B.
     """
 
-    direction: tuple[float, float, float]
+    direction: tuple[float, float, float] | NDArray[np.float64]
     illuminance_lx: float
     colour_rgb: tuple[float, float, float] = (1.06, 1.0, 0.88)
 
@@ -113,7 +113,10 @@ class DaylightShader:
         bounce_lx = GROUND_REFLECTANCE * (sun_lx * max(0.0, towards_sun[2]) + sky_lx)
         self._caster = ShadowCaster(world, towards_sun)
         self.light = DaylightArrays(
-            *(values.astype(np.float32) for values in (towards_sun, sun_lx, sky_lx, bounce_lx)),
+            towards_sun.astype(np.float32),
+            sun_lx.astype(np.float32),
+            sky_lx.astype(np.float32),
+            bounce_lx.astype(np.float32),
             np.float32(0.0 if visibility_m is None else 3.912 / visibility_m),
         )
         announce_compilation(shade_picture)
@@ -139,7 +142,7 @@ class DaylightShader:
                 cover.
         """
         i, j = np.nonzero(probe_depth_m < SHADOW_REACH_M)
-        pixels = np.column_stack([j, i]) * float(PROBE_STEP_PX)
+        pixels = np.column_stack([j, i]).astype(np.float64) * PROBE_STEP_PX
         depth_m = probe_depth_m[i, j].astype(float)
         position_m = T_world_camera[:3, 3]
         points_m = position_m + rays(camera, T_world_camera, pixels) * depth_m[:, None]

@@ -117,9 +117,7 @@ def _light_coordinate(
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def _raise_by_bias(
-    texel_m: np.float32, cosine: NDArray[np.float32], height: NDArray[np.float32]
-) -> None:
+def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDArray[np.float32]) -> None:
     """Add what a lit surface itself may rise by within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``."""
     for k in range(height.shape[0]):
         c = max(cosine[k], FLATTEST)
