@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from benchmarks.metrics.long_term import f_score
+from benchmarks.pooling import RESTRICTED_TO_FRAMES, pooled
+from benchmarks.statistics import bootstrap_interval
+from benchmarks.suites import FRAME_OUT, Metric
+
+
+def row(seed: int, metric: str, value: Any, weight: float = 1.0, **frame_out: Any) -> dict[str, Any]:
+    """Return a row with what pooling looks at."""
+    return {"seed": seed, "metric": metric, "value": value, "weight": weight, "frame_out": frame_out or None}
+
+
+def metric_of(rows: tuple[str, ...], statistic: Any = "mean", kind: Any = None) -> Metric:
+    return Metric("m", "", "1", "higher", rows, statistic, kind)
+
+
+def test_a_mean_weighs_rows() -> None:
+    rows = [row(0, "a", 1.0, 3.0), row(1, "a", 0.0, 1.0), row(1, "b", 7.0)]
+    pool = pooled(rows, metric_of(("a",)))
+    assert pool is not None
+    assert pool.mean == 0.75
+
+
+def test_undefined_values_are_left_out_and_their_seed_stays() -> None:
+    rows = [row(0, "a", 1.0), row(1, "a", None), row(2, "a", 0.0)]
+    pool = pooled(rows, metric_of(("a",)))
+    assert pool is not None
+    assert (pool.mean, pool.seed_count, pool.seeds.tolist()) == (0.5, 2, [0, 1, 2])
+    assert pooled(rows, metric_of(("nothing",))) is None
+
+
+def test_kinds_choose_frame_outs() -> None:
+    rows = [
+        row(0, "recovered", 1.0, kind="road", turned=True),
+        row(0, "recovered", 0.0, kind="excursion", turned=False),
+        row(1, "recovered", 1.0, kind="road", turned=False),
+    ]
+    means = {}
+    for kind in (None, "road", "excursion", "turned"):
+        pool = pooled(rows, metric_of(("recovered",), kind=kind))
+        assert pool is not None
+        means[kind] = pool.mean
+    assert means == {None: pytest.approx(2 / 3), "road": 1.0, "excursion": 0.0, "turned": 1.0}
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.floats(0, 200, allow_nan=False)), min_size=1, max_size=25))
+def test_a_median_is_numpys(data: list[tuple[int, float]]) -> None:
+    pool = pooled([row(seed, "a", value) for seed, value in data], metric_of(("a",), "median"))
+    assert pool is not None
+    assert pool.mean == pytest.approx(np.median([value for _, value in data]))
+
+
+def test_the_interval_of_a_median_is_scipys() -> None:
+    values = np.random.default_rng(0).exponential(5.0, 45)
+    pool = pooled([row(k, "a", float(value)) for k, value in enumerate(values)], metric_of(("a",), "median"))
+    assert pool is not None
+    rng = np.random.default_rng(1)
+    expected = stats.bootstrap(
+        (values,), np.median, method="percentile", n_resamples=10_000, rng=rng
+    ).confidence_interval
+    assert bootstrap_interval(pool) == pytest.approx((expected.low, expected.high), rel=0.06)
+
+
+def test_a_geometric_mean_is_that_of_the_pooled_rates() -> None:
+    rows = [row(0, "p", 0.5, 10), row(1, "p", 1.0, 30), row(0, "n", 0.2, 5), row(1, "n", None, 0)]
+    pool = pooled(rows, metric_of(("p", "n"), "geometric mean"))
+    assert pool is not None
+    assert pool.mean == pytest.approx(np.sqrt(0.875 * 0.2))
+
+
+def test_f_is_taken_at_the_best_threshold_of_the_mean_curves() -> None:
+    rng = np.random.default_rng(2)
+    precision, recall = rng.random((6, 21)), rng.random((6, 21))
+    rows = [row(k, "precision_curve", precision[k].tolist()) for k in range(6)]
+    rows += [row(k, "recall_curve", recall[k].tolist()) for k in range(6)]
+    scores = f_score(precision.mean(axis=0), recall.mean(axis=0))
+    best = int(np.argmax(scores))
+    curves = ("precision_curve", "recall_curve")
+    expected = {"f": scores[best], "precision": precision.mean(axis=0)[best], "recall": recall.mean(axis=0)[best]}
+    for statistic, value in expected.items():
+        pool = pooled(rows, metric_of(curves, statistic))
+        assert pool is not None
+        assert pool.mean == pytest.approx(value)
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 80), st.integers(0, 90)), min_size=1, max_size=25))
+def test_the_restricted_mean_is_the_area_under_scipys_curve(cars: list[tuple[int, int, int]]) -> None:
+    """(seed, frames to recover, watched frames); one that is not recovered while watched is censored."""
+    rows, events, censored = [], [], []
+    for seed, frames, watched in cars:
+        recovered = frames < watched
+        rows.append(row(seed, "recovery_frames", float(frames) if recovered else None, kind="road", turned=False))
+        rows.append(row(seed, "watched_frames", float(watched), kind="road", turned=False))
+        (events if recovered else censored).append(frames if recovered else watched)
+    survival = stats.ecdf(stats.CensoredData(uncensored=events, right=censored)).sf
+    area = float(np.sum(survival.evaluate(np.arange(RESTRICTED_TO_FRAMES))))
+    pool = pooled(rows, FRAME_OUT.metric("time_to_recover_frames"))
+    assert pool is not None
+    assert pool.mean == pytest.approx(area, abs=1e-9)
