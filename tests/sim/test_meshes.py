@@ -7,70 +7,25 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from sim.mesh import Texture, TexturedMesh
+from sim.mesh import TexturedMesh
 from sim.meshes import vehicle as vehicle_module
 from sim.meshes.car_parts import Swatch, colour
 from sim.meshes.facets import Facets
-from sim.meshes.ground import ground, kerb, surroundings
 from sim.meshes.house import OVERHANG_M, PARAPET_M, ROOFS, house
 from sim.meshes.tree import tree
 from sim.meshes.vehicle import VEHICLES, vehicle, vehicle_model
+from tests.sim.mesh_checks import require_closed, require_sound, texels
 
 RED, BLUE = (176, 24, 26), (28, 62, 150)
 WALL, TILES = (214, 204, 186), (142, 68, 52)
-PLAIN = Texture(np.full((8, 8, 3), 120, dtype=np.uint8), smooth=True)
 
 seeds = st.integers(0, 10_000)
 
 
 def rng_of(seed: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(seed))
-
-
-def welded(mesh: TexturedMesh) -> trimesh.Trimesh:
-    """Return the shape with corners at the same place made one."""
-    shape = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
-    shape.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=4)
-    return shape
-
-
-def parts(mesh: TexturedMesh) -> list[trimesh.Trimesh]:
-    return list(welded(mesh).split(only_watertight=False))
-
-
-def require_sound(mesh: TexturedMesh) -> None:
-    """Types, ranges, and normals that are those of the faces."""
-    assert (mesh.vertices_m.dtype, mesh.normals.dtype, mesh.uv.dtype) == (np.float32,) * 3
-    assert mesh.faces.dtype == np.int32
-    assert len(mesh.vertices_m) == len(mesh.normals) == len(mesh.uv)
-    assert mesh.uv.min() >= 0.0
-    assert mesh.uv.max() <= 1.0
-    a, b, c = np.moveaxis(mesh.vertices_m[mesh.faces].astype(float), 1, 0)
-    area = np.cross(b - a, c - a)
-    doubled = np.linalg.norm(area, axis=1)
-    assert doubled.min() > 1e-6
-    for corner in range(3):
-        cosine = (mesh.normals[mesh.faces[:, corner]] * area).sum(axis=1) / doubled
-        assert cosine.min() > 0.999
-
-
-def require_closed(mesh: TexturedMesh) -> None:
-    """Every edge is walked as often one way as the other, and every part holds a volume, not a hollow."""
-    faces = np.asarray(welded(mesh).faces)
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    there = {tuple(e): n for e, n in zip(*np.unique(edges, axis=0, return_counts=True), strict=True)}
-    assert all(there.get(edge[::-1]) == n for edge, n in there.items())
-    assert min(part.volume for part in parts(mesh)) > 0.0
-
-
-def texels(mesh: TexturedMesh) -> NDArray[np.uint8]:
-    """Return the colour (F, 3) that nearest sampling finds in the middle of every face."""
-    rows, columns = mesh.texture.rgb.shape[:2]
-    u, v = mesh.uv[mesh.faces].mean(axis=1).T
-    return mesh.texture.rgb[(v * rows).astype(int), (u * columns).astype(int)]
 
 
 def colour_at(mesh: TexturedMesh, x: float, y: float) -> tuple[int, ...]:
@@ -250,62 +205,3 @@ def test_an_impossible_tree_is_named() -> None:
         tree(0, 3.0, rng_of(1))
     with pytest.raises(ValueError, match=r"height_m: expected more than radius_m = 3.0, got 2.0"):
         tree(3.0, 2.0, rng_of(1))
-
-
-def test_the_ground_shows_its_texture_once_with_the_top_left_corner_in_the_north_west() -> None:
-    mesh = ground(50.0, PLAIN)
-    require_sound(mesh)
-    assert (mesh.normals == (0, 0, 1)).all()
-    np.testing.assert_allclose(mesh.uv[:, 0], mesh.vertices_m[:, 0] / 50.0 + 0.5, atol=1e-6)
-    np.testing.assert_allclose(mesh.uv[:, 1], 0.5 - mesh.vertices_m[:, 1] / 50.0, atol=1e-6)
-    assert welded(mesh).area == pytest.approx(2500.0, rel=1e-6)
-
-
-@pytest.mark.parametrize(("outer_m", "side_m"), [(120.0, 150.0), (150.0, 150.0), (200.0, 250.0)])
-def test_the_surroundings_leave_out_the_ground_and_go_on_without_a_seam(outer_m: float, side_m: float) -> None:
-    mesh = surroundings(50.0, outer_m, PLAIN)
-    require_sound(mesh)
-    np.testing.assert_allclose(mesh.size_m, (side_m, side_m, 0.0), atol=1e-4)
-    assert welded(mesh).area == pytest.approx(side_m**2 - 50.0**2, rel=1e-5)
-    middle = mesh.vertices_m[mesh.faces].mean(axis=1)
-    assert (np.abs(middle[:, :2]).max(axis=1) > 25.0).all()
-    # Corners at the same place have the same place in the texture, whichever tile they belong to.
-    at = np.round(mesh.vertices_m, 3)
-    for _, group in _grouped(at, mesh.uv):
-        np.testing.assert_allclose(np.ptp(group, axis=0), 0.0, atol=1e-5)
-
-
-def _grouped(keys: NDArray[np.float32], values: NDArray[np.float32]) -> list[tuple[bytes, NDArray[np.float32]]]:
-    groups: dict[bytes, list[NDArray[np.float32]]] = {}
-    for key, value in zip(keys + 0.0, values, strict=True):
-        groups.setdefault(key.tobytes(), []).append(value)
-    return [(key, np.array(group)) for key, group in groups.items()]
-
-
-def test_impossible_land_is_named() -> None:
-    with pytest.raises(ValueError, match="extent_m: expected a length > 0 m, got -1"):
-        ground(-1, PLAIN)
-    with pytest.raises(ValueError, match=r"outer_m: expected more than extent_m = 50.0, got 50.0"):
-        surroundings(50.0, 50.0, PLAIN)
-
-
-def test_a_kerb_follows_its_curve_and_keeps_its_width() -> None:
-    angle = np.linspace(0.0, 1.5, 60)
-    mesh = kerb(20.0 * np.column_stack([np.cos(angle), np.sin(angle)]), 0.2, 0.1, (190, 188, 180))
-    require_sound(mesh)
-    from_centre = np.linalg.norm(mesh.vertices_m[:, :2], axis=1)
-    np.testing.assert_allclose(np.abs(from_centre - 20.0), 0.1, atol=0.01)
-    assert set(np.round(mesh.vertices_m[:, 2], 6).tolist()) == {0.0, np.float32(0.1).round(6).item()}
-    top = mesh.normals[:, 2] > 0.99
-    assert (mesh.vertices_m[top, 2] > 0.09).all()
-    # Simplified, but by no more than the tolerance: the top's area is that of the ring.
-    upper = welded(mesh).area_faces[np.asarray(welded(mesh).face_normals)[:, 2] > 0.99].sum()
-    assert upper == pytest.approx(0.2 * 20.0 * 1.5, rel=0.01)
-    assert len(mesh.faces) < 6 * 59
-
-
-def test_an_impossible_kerb_is_named() -> None:
-    with pytest.raises(ValueError, match=r"polyline_m: expected at least two points \(n, 2\), got shape \(1, 2\)"):
-        kerb(np.zeros((1, 2)), 0.2, 0.1, (190, 188, 180))
-    with pytest.raises(ValueError, match="height_m: expected a length > 0 m, got 0"):
-        kerb(np.array([[0.0, 0.0], [1.0, 0.0]]), 0.2, 0.0, (190, 188, 180))
