@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,23 @@ class Score:
     value: float | list[float] | None
     weight: float = 1.0
     frame_out: FrameOut | None = None
+
+
+EpisodeScore = Callable[[TruthSeries, EstimateSeries], float]
+_ADDED: dict[str, EpisodeScore] = {}
+
+
+def episode_score(metric: str) -> Callable[[EpisodeScore], EpisodeScore]:
+    """Register a function ``f(truth, estimate) -> value`` of a whole episode: its value becomes a row ``metric``.
+
+    NaN means undefined in this episode. ``suites.add_metric`` puts the row's mean into summary and report.
+    """
+
+    def add(score: EpisodeScore) -> EpisodeScore:
+        _ADDED[metric] = score
+        return score
+
+    return add
 
 
 def score_episode(
@@ -53,6 +70,7 @@ def score_episode(
         scores.append(Score("losses_per_minute", losses, truth.frame_count))
     silent = np.isnan(estimate.position_px).any(axis=1)
     scores.append(Score("silent_frames", float(silent.sum())))
+    scores += [Score(metric, _number(score(truth, estimate))) for metric, score in _ADDED.items()]
     return scores
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 Statistic = Literal["mean", "median", "geometric mean", "precision", "recall", "f", "restricted mean"]
@@ -183,6 +183,19 @@ FRAME_OUT = Suite(
 )
 
 SUITES = {suite.name: suite for suite in (FRAME_OUT,)}
+
+
+def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> None:
+    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard.
+
+    Raises:
+        ValueError: if the suite is unknown or has a metric of this name.
+    """
+    old = suite(suite_name)
+    if any(metric.name == known.name for known in old.metrics):
+        raise ValueError(f"metric: expected a new name, got {metric.name!r}, which the suite has")
+    shown = (*old.headline, metric.name) if headline else old.headline
+    SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
 
 
 def suite(name: str) -> Suite:
