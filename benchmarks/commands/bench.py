@@ -71,8 +71,8 @@ class Bench:
         return status
 
     def _run_suite(self, name: str) -> int:
-        wanted = suite(name)
         load_modules(self.modules)
+        wanted = suite(name)
         experiment = self._experiment(wanted)
         out = self.out or Path("results") / ("quick" if self.quick else wanted.name)
         with progress_bar(f"{wanted.name}, {len(experiment.trackers)} trackers") as progress:
