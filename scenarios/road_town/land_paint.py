@@ -13,6 +13,8 @@ from scenarios.road_town.palette import BEDS, CROPS, HEDGES, LAWNS, MEADOW, PATH
 _FIELDS = 9
 _PATHS = 14
 _HUE_CELLS = 96
+_TUFT_GROUPS = 1500
+_TUFTS: tuple[Rgb, ...] = ((62, 78, 42), (54, 66, 40), (126, 128, 84), (140, 124, 92), (112, 92, 68), (150, 152, 118))
 
 
 def paint_land(layout: Layout, rng: np.random.Generator, size_px: int) -> NDArray[np.uint8]:
@@ -24,10 +26,20 @@ def paint_land(layout: Layout, rng: np.random.Generator, size_px: int) -> NDArra
     nearest = _nearest_building(layout, size_px)
     for index, building in enumerate(layout.buildings):
         _paint_plot(canvas, building, nearest == index, rng)
-    light = smooth_noise(rng, size_px, {24: 3.0, 128: 5.0, 400: 6.0, 1024: 7.0})
-    hue = rng.normal(0.0, 3.5, (_HUE_CELLS, _HUE_CELLS, 3)).astype(np.float32)
-    variation = cv2.resize(hue, (size_px, size_px)) + light[..., None]
-    return np.asarray(cv2.add(canvas.picture, variation, dtype=cv2.CV_8U))
+    _paint_tufts(canvas, rng)
+    return _varied(canvas.picture, rng)
+
+
+def paint_countryside(extent_m: float, rng: np.random.Generator, size_px: int) -> NDArray[np.uint8]:
+    """Return the picture (size_px, size_px, 3) of a square of land without houses and streets."""
+    canvas = Canvas(np.full((size_px, size_px, 3), MEADOW, dtype=np.uint8), extent_m)
+    _paint_meadows(canvas, rng)
+    _paint_fields(canvas, rng)
+    _paint_footpaths(canvas, rng)
+    _paint_tufts(canvas, rng)
+    canvas.picture = _varied(canvas.picture, rng)
+    canvas.grain(rng, 6.0)
+    return canvas.picture
 
 
 def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator) -> None:
@@ -50,6 +62,15 @@ def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator) ->
             canvas.bar(*drive, float(rng.uniform(2.4, 3.6)), pick((*PATHS, *YARDS), rng))
         path = (frame.place(0.0, 0.5, (0.0, -1.0)), frame.place(0.0, 0.5, (float(rng.normal(0, 1.0)), 12.0)))
         canvas.bar(*path, 1.1, pick(PATHS, rng))
+
+
+def _varied(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Vary lightness at several scales and hue slowly."""
+    size_px = len(picture)
+    light = smooth_noise(rng, size_px, {24: 3.0, 128: 5.0, 400: 6.0, 1024: 7.0})
+    hue = rng.normal(0.0, 3.5, (_HUE_CELLS, _HUE_CELLS, 3)).astype(np.float32)
+    variation = cv2.resize(hue, (size_px, size_px)) + light[..., None]
+    return np.asarray(cv2.add(picture, variation, dtype=cv2.CV_8U))
 
 
 class _HouseFrame:
@@ -78,6 +99,16 @@ def _paint_meadows(canvas: Canvas, rng: np.random.Generator) -> None:
         blob = centre + reach[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
         canvas.polygon(cv2.convexHull(blob.astype(np.float32))[:, 0], pick(LAWNS, rng, 10.0))
     cv2.blur(canvas.picture, (9, 9), dst=canvas.picture)
+
+
+def _paint_tufts(canvas: Canvas, rng: np.random.Generator) -> None:
+    """Paint what stands out of any grass: weeds, bare spots, molehills, shrubs and their shade, in loose groups."""
+    half_m = 0.5 * canvas.extent_m
+    groups = rng.uniform(-half_m, half_m, (_TUFT_GROUPS, 2))
+    for group in groups:
+        tone = pick(_TUFTS, rng, 12.0)
+        for place in group + rng.normal(0, rng.uniform(1.0, 7.0), (int(rng.integers(2, 9)), 2)):
+            canvas.disc(place, float(rng.uniform(0.15, 0.55)), tone)
 
 
 def _paint_fields(canvas: Canvas, rng: np.random.Generator) -> None:

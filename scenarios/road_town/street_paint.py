@@ -13,7 +13,7 @@ from scenarios.road_town.road_map import road_area
 
 CROSSING_CLEAR_M = 10.0
 """Markings end so far before the middle of a crossing."""
-EDGE_LINE_INSET_M = 0.35
+EDGE_LINE_INSET_M = 0.5
 _JOINT: Rgb = (132, 128, 122)
 _SEAM: Rgb = (60, 60, 62)
 _PIECE_M = 14.0
@@ -168,7 +168,7 @@ _WEAR_SHARES = (0.28, 0.12, 0.30, 0.14, 0.16)
 def _paint_lines(strip: _Strip, clear_m: float) -> None:
     """Paint edge lines and the dashed centre line."""
     for side in (-1, 1):
-        strip.along(clear_m, strip.length_m - clear_m, side * (strip.half_m - EDGE_LINE_INSET_M), 0.15, MARKING)
+        strip.along(clear_m, strip.length_m - clear_m, side * (strip.half_m - EDGE_LINE_INSET_M), 0.18, MARKING)
     for start in np.arange(clear_m + 1.0, strip.length_m - clear_m - 3.0, 6.0):
         strip.canvas.bar(strip.at(start, 0.0), strip.at(start + 3.0, 0.0), 0.15, MARKING)
 

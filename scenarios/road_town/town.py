@@ -4,22 +4,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
+from scenarios.road_town.canvas import rings_of
 from scenarios.road_town.ground import paint_ground
+from scenarios.road_town.land_paint import paint_countryside
 from scenarios.road_town.layout import Layout
-from scenarios.road_town.palette import MEADOW, Rgb, draw_paint
+from scenarios.road_town.palette import KERB, Rgb, draw_paint
+from scenarios.road_town.road_map import road_area
 from sim.mesh import Texture, TexturedMesh
-from sim.meshes.ground import ground, surroundings
+from sim.meshes.ground import ground, kerb, surroundings
 from sim.meshes.house import house
 from sim.meshes.tree import tree
 from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.world import Body, World
 
 _LAND_REACHES_M = 1600.0
-_FIELDS_PX = 512
+_FIELDS_PX = 1024
+_KERB_SIZE_M = (0.2, 0.12)
+_KERB_TOLERANCE_M = 0.06
+_KERB_PIECE_M = 25.0
+_KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
 
 
@@ -28,8 +35,9 @@ def build_town(layout: Layout, rng: np.random.Generator) -> World:
     world = World()
     town = Texture(paint_ground(layout, rng), smooth=True)
     world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
-    fields = Texture(_paint_fields(rng), smooth=True)
+    fields = Texture(paint_countryside(layout.extent_m, rng, _FIELDS_PX), smooth=True)
     world.add(surroundings(layout.extent_m, _LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
+    _add_kerbs(world, layout)
     for k, building in enumerate(layout.buildings):
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
         pose = pose_on_ground(*building.centre_m, building.yaw_rad)
@@ -63,15 +71,12 @@ def _scaled(mesh: TexturedMesh, factor: float) -> TexturedMesh:
     return replace(mesh, vertices_m=(factor * mesh.vertices_m).astype(np.float32))
 
 
-def _paint_fields(rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Return the picture (n, n, 3) of the farmland around the town."""
-    picture = np.empty((_FIELDS_PX, _FIELDS_PX, 3), dtype=np.float32)
-    picture[:] = MEADOW
-    for _ in range(40):
-        corner = rng.uniform(0, _FIELDS_PX, 2)
-        size = rng.uniform(40, 160, 2)
-        tone = np.array(MEADOW) + rng.normal(0, 12) + rng.normal(0, 8, 3)
-        box = cv2.boxPoints((corner.tolist(), size.tolist(), float(rng.uniform(0, 20)))).astype(np.int32)
-        cv2.fillConvexPoly(picture, box, tone.tolist())
-    picture += rng.normal(0, 6, (_FIELDS_PX, _FIELDS_PX, 1))
-    return np.clip(picture, 0, 255).astype(np.uint8)
+def _add_kerbs(world: World, layout: Layout) -> None:
+    """Add the kerb stones around the carriageways, in pieces that renderers can leave out where they are not seen."""
+    pieces = 0
+    for ring in rings_of(road_area(layout.graph).simplify(_KERB_TOLERANCE_M)):
+        corners = shapely.get_coordinates(ring.segmentize(_KERB_PIECE_M))
+        for start in range(0, len(corners) - 1, _KERB_PIECE_CORNERS):
+            piece = kerb(corners[start : start + _KERB_PIECE_CORNERS + 1], *_KERB_SIZE_M, KERB)
+            world.add(piece, np.eye(4), name=f"kerb-{pieces}", category="kerb")
+            pieces += 1
