@@ -8,11 +8,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-X, Y, HEADING, SPEED, ON_ROAD, EDGE, ARC, DIRECTION, LATERAL, CHOICE, CRUISE, HALTS, LOG_PRIOR = range(13)
+X, Y, HEADING, SPEED, ON_ROAD, EDGE, ARC, DIRECTION, LATERAL, CHOICE, CRUISE, HALTS, URGE, LOG_PRIOR = range(14)
 """Columns of a state: map position (m), heading (rad), speed (m/s); 1 on a road, 0 free; edge, point on it (fractional, from the edge's
 first), +1 or -1 as it is driven, offset to the right of the centre line (m); entry of ``node_edges`` chosen at the next crossing, or -1;
-speed wished for (m/s); 1 if it means to halt there; log-weight it was born with."""
-COLUMNS = 13
+speed wished for (m/s); 1 if it means to halt there; acceleration beside that (m/s^2); log-weight it was born with."""
+COLUMNS = 14
 
 
 class Roads(NamedTuple):
@@ -37,6 +37,7 @@ class Habits(NamedTuple):
     Attributes:
         lateral_acceleration, braking, acceleration: m/s^2; comfortable ones, and the most that is done.
         cruise_mps, cruise_spread_mps, cruise_rate: speed wished for: mean, deviation, rate of return to the mean.
+        urge_spread, urge_rate: acceleration that nothing here explains: deviation (m/s^2), and rate at which it fades.
         speed_noise, heading_noise, free_heading_noise, position_noise: of the step.
         leave_rate, return_rate: of leaving the road, and of taking to one that lies near.
         halt_share, halt_s: share of crossings where a car halts, and for how long on average.
@@ -49,6 +50,8 @@ class Habits(NamedTuple):
     cruise_mps: float
     cruise_spread_mps: float
     cruise_rate: float
+    urge_spread: float
+    urge_rate: float
     speed_noise: float
     heading_noise: float
     free_heading_noise: float
@@ -233,12 +236,13 @@ def drive(
     """Move every state on by ``dt_s``, in place.
 
     On a road: the heading turns towards the lane's point ``L = max(4, 0.7 v)`` ahead along the way chosen (pure pursuit:
-    ``curvature = 2 sin(alpha) / L``); the speed goes towards what ``_allowed_speed`` says. Free: heading is a random walk. Both: ``v' = v + a dt +
-    n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for returns to its mean (Ornstein-Uhlenbeck).
+    ``curvature = 2 sin(alpha) / L``); the speed goes towards what ``_allowed_speed`` says. Free: heading is a random walk. Both: ``v' = v + (a + u) dt +
+    n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and the urge u return to their means
+    (Ornstein-Uhlenbeck).
 
     Args:
         states: (N, COLUMNS).
-        normals: (N, 5) standard normal: speed, heading, x, y, wished speed. uniforms: (N, 4) in [0, 1): mode, way on, halt,
+        normals: (N, 6) standard normal: speed, heading, x, y, wished speed, urge. uniforms: (N, 4) in [0, 1): mode, way on, halt,
             release.
     """
     root = np.sqrt(dt_s)
@@ -272,8 +276,10 @@ def drive(
                 s[ON_ROAD] = 0.0
         elif uniforms[i, 0] < habits.return_rate * dt_s:
             _associate_one(s, roads, 6.5, 0.64)
+        fade = np.exp(-habits.urge_rate * dt_s)
+        s[URGE] = fade * s[URGE] + habits.urge_spread * np.sqrt(1 - fade * fade) * normals[i, 5]
         push = min(max(1.5 * (goal - s[SPEED]), -1.3 * habits.braking), habits.acceleration)
-        s[SPEED] = max(0.0, s[SPEED] + push * dt_s + habits.speed_noise * root * normals[i, 0])
+        s[SPEED] = max(0.0, s[SPEED] + (push + s[URGE]) * dt_s + habits.speed_noise * root * normals[i, 0])
         # A standing car does not turn.
         turns = min(1.0, s[SPEED] / 2.0)
         s[HEADING] = wrap(s[HEADING] + curvature * s[SPEED] * dt_s + noise * root * turns * normals[i, 1])

@@ -18,8 +18,8 @@ from trackers.mosaic_graph_pf.registration import Registered
 CENTRE_HEIGHT_M = 0.7
 """Height above ground of the middle of a car, to which boxes and truth refer."""
 _OFTEN_SEEN = 4
-_ALIGN = np.array([1.0, -0.7, -0.08, 0.0, 0.0, 0.0, 0.0])
-_TEMPLATE_RATE = 0.06
+_ALIGN = np.array([1.0, -0.7, -0.08, 0.03, -0.03, 0.0, 0.0])
+_TURNS_RAD = np.array([-0.3, -0.15, 0.0, 0.15, 0.3])
 _SURROUNDINGS = 0.7
 _COLOUR_STANDS_OUT, _MOTION_STANDS_OUT, _MOVED_CAP = 0.3, 8.0, 50
 
@@ -81,7 +81,7 @@ class Detector:
         camera = registered.camera
         found: list[Candidate] = []
         for position_m, heading_rad in expected_m:
-            candidate = self._fit(
+            candidate = self.measure(
                 registered, cues, position_m, heading_rad + np.array([-0.3, -0.15, 0.0, 0.15, 0.3]), 6
             )
             if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
@@ -89,16 +89,16 @@ class Detector:
         headings = np.arange(8) * np.pi / 8
         for pixel in self._peaks(cues, camera):
             position_m = camera.to_map(((pixel + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
-            candidate = self._fit(registered, cues, position_m, headings, 2)
+            candidate = self.measure(registered, cues, position_m, headings, 2)
             if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
                 found.append(candidate)
         return found
 
     def learn(
-        self, registered: Registered, position_m: NDArray[np.float64], heading_rad: float, *, shape: bool
+        self, registered: Registered, position_m: NDArray[np.float64], heading_rad: float, shape_rate: float
     ) -> None:
-        """Take what is at a place on the map for the target; its shape too if ``shape`` (its heading is sure)."""
-        centre, jacobian = _place(registered.camera, position_m)
+        """Take what is at a place on the map for the target: its colours, and its shape by ``shape_rate`` (1 = it alone)."""
+        centre, jacobian = place(registered.camera, position_m)
         along, across = _axes(jacobian, self._half_size_m, heading_rad)
         patch = ob.sample_template(registered.small_rgb, centre, along, across)
         if np.isnan(patch).any():
@@ -106,36 +106,9 @@ class Detector:
         # The outermost samples may show the road.
         core = np.ascontiguousarray(np.clip(patch[1:-1, 1:-1] + 0.5, 0, 255).astype(np.uint8))
         self.colours.learn_target(core, np.ones(core.shape[:2], np.float32))
-        if shape:
-            rate = _TEMPLATE_RATE if self._template.any() else 1.0
-            self._template += rate * (patch - self._template)
+        self._template += shape_rate * (patch - self._template)
 
-    def learn_rest(self, registered: Registered, target_m: NDArray[np.float64] | None) -> None:
-        """Take the whole picture, without the surroundings of the target (2,) if it is in it, for what the target is not."""
-        weight = np.ones(registered.small_rgb.shape[:2], np.float32)
-        if target_m is not None:
-            centre, jacobian = _place(registered.camera, target_m)
-            radius = 1.1 * self._half_size_m[0] * float(np.sqrt(abs(np.linalg.det(jacobian))))
-            if np.isfinite(centre).all() and np.abs(centre).max() < 2000:
-                cv2.circle(weight, tuple(np.round(centre).astype(int).tolist()), int(radius) + 1, 0.0, -1)
-        self.colours.learn_rest(registered.small_rgb, weight)
-        self.colours.refresh()
-
-    def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
-        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in colour or by not being part of the
-        background."""
-        pixels_per_metre = 0.5 / (SHRINK * camera.metres_per_pixel())
-        narrow_px = 2 * max(1, int(0.5 * self._size_m[1] * pixels_per_metre)) + 1
-        wide_px = 2 * int(0.8 * self._size_m[0] * pixels_per_metre) + 1
-        radius_px = max(1, int(0.4 * self._size_m[0] * pixels_per_metre))
-        moved = np.where(cues.difference == ob.UNKNOWN, 0, np.minimum(cues.difference, _MOVED_CAP)).astype(np.float32)
-        found = [
-            _spots(cues.log_ratio, narrow_px, wide_px, radius_px, _COLOUR_STANDS_OUT, self._candidates),
-            _spots(moved, narrow_px, wide_px, radius_px, _MOTION_STANDS_OUT, self._candidates // 2),
-        ]
-        return 2.0 * np.vstack(found) + 0.5
-
-    def _fit(
+    def measure(
         self,
         registered: Registered,
         cues: Cues,
@@ -143,8 +116,12 @@ class Detector:
         headings_rad: NDArray[np.float64],
         reach_px: int,
     ) -> Candidate | None:
-        """Return the best box near a place on the map, or None if it lies outside the picture."""
-        centre, jacobian = _place(registered.camera, position_m)
+        """Return the best box near a place on the map, or None if it lies outside the picture.
+
+        Args:
+            headings_rad: (K,) on the map, tried first. reach_px: how far from the place to look, shrunk pixels.
+        """
+        centre, jacobian = place(registered.camera, position_m)
         height, width = cues.difference.shape
         if not (-4 < centre[0] < width + 4 and -4 < centre[1] < height + 4):
             return None
@@ -165,6 +142,31 @@ class Detector:
         place_m = registered.camera.to_map(((centre + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
         return Candidate(place_m, heading, self.likeness.log_ratio(measures), measures)
 
+    def learn_rest(self, registered: Registered, target_m: NDArray[np.float64] | None) -> None:
+        """Take the whole picture, without the surroundings of the target (2,) if it is in it, for what the target is not."""
+        weight = np.ones(registered.small_rgb.shape[:2], np.float32)
+        if target_m is not None:
+            centre, jacobian = place(registered.camera, target_m)
+            radius = 1.1 * self._half_size_m[0] * float(np.sqrt(abs(np.linalg.det(jacobian))))
+            if np.isfinite(centre).all() and np.abs(centre).max() < 2000:
+                cv2.circle(weight, tuple(np.round(centre).astype(int).tolist()), int(radius) + 1, 0.0, -1)
+        self.colours.learn_rest(registered.small_rgb, weight)
+        self.colours.refresh()
+
+    def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
+        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in colour or by not being part of the
+        background."""
+        pixels_per_metre = 0.5 / (SHRINK * camera.metres_per_pixel())
+        narrow_px = 2 * max(1, int(0.5 * self._size_m[1] * pixels_per_metre)) + 1
+        wide_px = 2 * int(0.8 * self._size_m[0] * pixels_per_metre) + 1
+        radius_px = max(1, int(0.4 * self._size_m[0] * pixels_per_metre))
+        moved = np.where(cues.difference == ob.UNKNOWN, 0, np.minimum(cues.difference, _MOVED_CAP)).astype(np.float32)
+        found = [
+            _spots(cues.log_ratio, narrow_px, wide_px, radius_px, _COLOUR_STANDS_OUT, self._candidates),
+            _spots(moved, narrow_px, wide_px, radius_px, _MOTION_STANDS_OUT, self._candidates // 2),
+        ]
+        return 2.0 * np.vstack(found) + 0.5
+
 
 def _spots(
     cue: NDArray[np.float32], narrow_px: int, wide_px: int, radius_px: int, threshold: float, most: int
@@ -182,7 +184,7 @@ def _is_new(candidate: Candidate, found: list[Candidate], radius_m: float) -> bo
     return all(np.linalg.norm(candidate.position_m - other.position_m) > radius_m for other in found)
 
 
-def _place(camera: GroundCamera, position_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def place(camera: GroundCamera, position_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the index (2,) in the shrunk picture of a car's middle, and its derivative (2, 2) by the map position."""
     around = position_m + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     pixels = camera.to_picture(around, CENTRE_HEIGHT_M) / SHRINK - 0.5

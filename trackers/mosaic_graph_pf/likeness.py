@@ -11,11 +11,11 @@ _FEATURES = (ob.INSIDE, ob.AROUND, ob.MISMATCH, ob.MOVED, ob.MOVED_AROUND)
 # Means, deviations and least deviations of the measures, and how many pictures this prior is worth: medians over development episodes.
 _TARGET = (np.array([3.2, -2.6, 14.0, 58.0, 10.0]), np.array([0.8, 1.0, 8.0, 18.0, 8.0]), 6.0)
 _REST = (np.array([0.4, -2.4, 30.0, 25.0, 15.0]), np.array([1.3, 1.1, 14.0, 20.0, 12.0]), 40.0)
-_TARGET_FLOOR = np.array([0.5, 0.5, 5.0, 12.0, 6.0])
+_TARGET_FLOOR = np.array([0.6, 0.8, 8.0, 15.0, 10.0])
 _REST_FLOOR = np.array([0.8, 0.8, 10.0, 15.0, 8.0])
 _LONGEST_MEMORY = 150.0
 # A normal's tails would make one odd measure decide; beyond this many deviations squared, more says no more.
-_TAIL = 12.0
+_TAIL = 6.0
 _LEAST, _MOST = -6.0, 5.0
 _MOSTLY_KNOWN = 0.5
 
@@ -38,6 +38,10 @@ class _Class:
         self._mean += rate * surprise
         self._square += rate * np.where(given, surprise**2 - self._square, 0.0)
 
+    def recentre(self, features: NDArray[np.float64]) -> None:
+        """Put the means at features (F,), where they are given."""
+        self._mean = np.where(np.isfinite(features), features, self._mean)
+
     def log_density(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the log of a heavy-tailed normal density at each feature (F,)."""
         deviation = np.maximum(np.sqrt(self._square), self._floor)
@@ -56,6 +60,16 @@ class Likeness:
         features = _features(measures)
         difference = self._target.log_density(features) - self._rest.log_density(features)
         return float(np.clip(np.nansum(difference), _LEAST, _MOST))
+
+    def start(self, measures: NDArray[np.float64]) -> None:
+        """Take the measures (MEASURES,) of the first picture, where the target is known, in the place of the target's prior means.
+
+        Its difference from the background is there one from the ground around it.
+        """
+        features = _features(measures)
+        # The ground next to the car is what the ring sees: it hardly differs from itself.
+        features[_FEATURES.index(ob.MOVED_AROUND)] = np.nan
+        self._target.recentre(features)
 
     def learn_target(self, measures: NDArray[np.float64]) -> None:
         """Take measures (MEASURES,) as the target's."""

@@ -19,6 +19,7 @@ _REACH_M = 120.0
 _TYPICAL_QUANTILE = 0.5
 _NARROWEST_M = 4.0
 _CLOSING_M = 2.5
+_CONTINUED_M = 5.0
 _NEAREST_REACH_M = 12.0
 _SAMPLE_RADIUS_M = 1.3
 _OFTEN_SEEN = 5
@@ -57,8 +58,9 @@ class RoadFinder:
 
     def road_probability(
         self, mosaic: Mosaic, centre_m: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """Return the probability of road (H, W) on a grid of 0.5 m around a map point, and the grid's origin (2,) on the map.
+    ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
+        """Return the probability of road (H, W) on a grid of 0.5 m around a map point, where it was seen (H, W), and the grid's origin (2,)
+        on the map.
 
         ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled so that the middle one of the road's own pixels has 1; 0 where
         nothing was seen.
@@ -78,7 +80,7 @@ class RoadFinder:
         order = np.argsort(ratio)
         typical = ratio[order[min(np.searchsorted(np.cumsum(road[order]), _TYPICAL_QUANTILE), CELLS - 1)]]
         table = np.minimum(ratio / max(float(typical), 1e-9), 1.0)
-        return look_up(table.astype(np.float32), rgb) * (count > 0), origin_m
+        return look_up(table.astype(np.float32), rgb) * (count > 0), count > 0, origin_m
 
     def _driven_cells(
         self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]
@@ -92,13 +94,26 @@ class RoadFinder:
 
     def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> RoadMap:
         """Return the roads within 120 m of a map point."""
-        probability, origin_m = self.road_probability(mosaic, centre_m)
-        mask = _road_mask(probability)
+        probability, seen, origin_m = self.road_probability(mosaic, centre_m)
+        mask = _road_mask(_continued(probability, seen))
         cells, offsets = trace_lines(thin(mask))
         points = origin_m + _GRID_M * (cells[:, ::-1] + 0.5)
         lines = [points[a:b] for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
         graph = build_graph(lines)
         return RoadMap(graph, *_nearest_points(graph, centre_m))
+
+
+def _continued(probability: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the probability (H, W) carried on a little way into the unseen, each cell taking that of the nearest seen one: a side
+    street of which only the mouth was seen then reaches out of the crossing.
+    """
+    unseen = np.where(seen, 0, 255).astype(np.uint8)
+    distance, label = cv2.distanceTransformWithLabels(
+        unseen, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    value_of_label = np.zeros(int(label.max()) + 1, np.float32)
+    value_of_label[label[seen]] = probability[seen]
+    return np.where(distance * _GRID_M < _CONTINUED_M, value_of_label[label], 0.0).astype(np.float32)
 
 
 def _road_mask(probability: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -15,8 +15,8 @@ _PATIENCE = 4
 _PLAUSIBLE = -2.0
 _MOST_EXPECTED = 8
 # One car's pictures resemble one another: each adds less than its own worth.
-_INDEPENDENCE = 0.5
-_MOST_EVIDENCE, _LEAST_EVIDENCE = 10.0, -6.0
+_INDEPENDENCE = 0.7
+_MOST_EVIDENCE, _LEAST_EVIDENCE = 12.0, -6.0
 _RIVAL_STEP, _RIVAL_MOST = 0.4, 5.0
 
 

@@ -14,6 +14,7 @@ from trackers.kernels.oriented_box import UNKNOWN
 from trackers.kernels.posterior import geometric_median
 from trackers.kernels.weights import circular_mean
 from trackers.mosaic_graph_pf.detector import CENTRE_HEIGHT_M, Detector
+from trackers.mosaic_graph_pf.first_look import WIDTH_TO_LENGTH, apparent_length_px, look_first
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
 from trackers.mosaic_graph_pf.mosaic import SHRINK, Mosaic
 from trackers.mosaic_graph_pf.motion_model import Birth, CarModel, Instant
@@ -24,15 +25,15 @@ from trackers.particle_filter import ParticleFilter, Posterior
 from trackers.registry import register, register_variant, tunable
 from trackers.types import Estimate, Observation
 
-_WIDTH_TO_LENGTH = 0.42
 _TYPICAL_LENGTH_M, _SHORTEST_M, _LONGEST_M = 4.5, 3.2, 7.0
 _CAR_HEIGHT_M = 1.5
 _REDRAW_FRAMES = 10
 _DRIVEN_DELAY_FRAMES = 18
 _LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
 _FASTEST_MPS, _REACH_MARGIN_M = 15.0, 12.0
-_BIRTH_AREA_M2 = 1.0
+_BIRTH_AREA_M2, _DRIVABLE_SHARE = 1.6, 0.25
 _SUDDEN_LEVELS = 30
+_SHAPE_RATE = 0.06
 
 
 @dataclass(frozen=True)
@@ -45,15 +46,16 @@ class Parameters:
         detection_probability: chance that a target in full view is found, given it was missed in the picture before.
         detection_deviation_m: standard deviation of a detection.
         surprise: prior probability, each picture, that the target is where no particle is.
-        speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, free_heading_noise: see ``Habits``.
+        urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, free_heading_noise: see ``Habits``.
     """
 
     particles: int = 1000
     candidates: int = 6
     detection_probability: float = tunable(0.6, 0.2, 0.95)
-    detection_deviation_m: float = tunable(0.5, 0.2, 1.5, log=True)
-    surprise: float = tunable(0.02, 0.001, 0.2, log=True)
-    speed_noise: float = tunable(0.7, 0.2, 2.0, log=True)
+    detection_deviation_m: float = tunable(0.3, 0.2, 1.5, log=True)
+    surprise: float = tunable(0.1, 0.001, 0.5, log=True)
+    urge_spread_mps2: float = tunable(1.0, 0.2, 3.0, log=True)
+    speed_noise: float = tunable(0.3, 0.2, 2.0, log=True)
     cruise_spread_mps: float = tunable(2.5, 0.5, 5.0)
     cruise_rate: float = tunable(0.25, 0.05, 1.0, log=True)
     turn_weight: float = tunable(0.7, 0.1, 2.0, log=True)
@@ -83,27 +85,25 @@ class MosaicGraphParticleFilter:
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Begin the mosaic with the first picture and the particles inside the box."""
         p = self._p
-        centre_px = 0.5 * (box_xyxy[:2] + box_xyxy[2:])
-        length_px = _length_px(box_xyxy)
+        length_px = apparent_length_px(box_xyxy)
         self._registration = Registration(
             observation, _TYPICAL_LENGTH_M / length_px, use_ego=p.use_ego, use_mosaic=p.use_mosaic
         )
-        camera = self._registration.camera
+        first, camera = self._registration.first, self._registration.camera
         metres_per_pixel = camera.metres_per_pixel()
         length_m = float(np.clip(length_px * metres_per_pixel, _SHORTEST_M, _LONGEST_M))
-        self._size_m = (length_m, _WIDTH_TO_LENGTH * length_m)
+        self._size_m = (length_m, WIDTH_TO_LENGTH * length_m)
+        self._detector = Detector(self._size_m, p.candidates)
+        target = look_first(self._detector, first, box_xyxy, length_m)
+        self._car = self._model(target.position_m, target.axis_rad)
+        self._filter = ParticleFilter(self._car, p.particles, self._rng)
         self._mosaic = Mosaic(SHRINK * metres_per_pixel)
+        self._mosaic.add(first.small_rgb, camera, self._standing(first, None, target.position_m))
         self._roads = RoadFinder()
         self._road_map: RoadMap | None = None
         self._sightings = Sightings()
-        self._detector = Detector(self._size_m, p.candidates)
-        first = self._registration.first
-        start_m = camera.to_map(centre_px[None], CENTRE_HEIGHT_M)[0]
-        heading_rad = self._learn_start(first, start_m)
-        self._car = self._model(start_m, heading_rad)
-        self._filter = ParticleFilter(self._car, p.particles, self._rng)
-        self._mosaic.add(first.small_rgb, camera, self._standing(first, np.zeros((1, 1), np.uint8), start_m))
-        self._driven: deque[NDArray[np.float64]] = deque([start_m], maxlen=_DRIVEN_DELAY_FRAMES)
+        self._driven: deque[NDArray[np.float64]] = deque([target.position_m], maxlen=_DRIVEN_DELAY_FRAMES)
+        self._shape_is_sure = False
         self._frame, self._time_s = 0, observation.time_s
         self._since_lock_s = 0.0
 
@@ -134,6 +134,8 @@ class MosaicGraphParticleFilter:
             cruise_mps=9.0,
             cruise_spread_mps=p.cruise_spread_mps,
             cruise_rate=p.cruise_rate,
+            urge_spread=p.urge_spread_mps2,
+            urge_rate=0.7,
             speed_noise=p.speed_noise,
             heading_noise=0.06,
             free_heading_noise=p.free_heading_noise,
@@ -154,15 +156,6 @@ class MosaicGraphParticleFilter:
             detection_deviation_m=p.detection_deviation_m,
             border_m=0.5 * self._size_m[0],
         )
-
-    def _learn_start(self, first: Registered, start_m: NDArray[np.float64]) -> float:
-        """Learn the target's colours from the first picture and return its axis on the map."""
-        self._detector.learn(first, start_m, 0.0, shape=False)
-        self._detector.learn(first, start_m, 0.5 * np.pi, shape=False)
-        self._detector.learn_rest(first, start_m)
-        found = self._detector.search(first, self._detector.cues(first), [(start_m, a * np.pi / 6) for a in range(6)])
-        near = [c for c in found if np.linalg.norm(c.position_m - start_m) < 0.5 * self._size_m[0]]
-        return max(near, key=lambda c: c.log_ratio).axis_rad if near else 0.0
 
     def _expected(self, dt_s: float) -> list[tuple[NDArray[np.float64], float]]:
         """Return where to look closely: at the mean of the particles if they agree, and at every sighting."""
@@ -199,9 +192,9 @@ class MosaicGraphParticleFilter:
         births = []
         for sighting in seen:
             near = np.linalg.norm(sighting.position_m - around_m) < reach_m
-            if not near or sighting.age < 2 or sighting.evidence + sighting.log_ratio < 1.0:
+            if not near or sighting.age < 2 or sighting.evidence + sighting.log_ratio < 2.0:
                 continue
-            log_prior = np.log(self._p.surprise * _BIRTH_AREA_M2 / (np.pi * reach_m**2)) + sighting.evidence
+            log_prior = np.log(self._p.surprise * _BIRTH_AREA_M2 / (_DRIVABLE_SHARE * np.pi * reach_m**2)) + sighting.evidence
             speed = float(np.linalg.norm(sighting.velocity_mps))
             births.append(Birth(sighting.candidate.position_m, sighting.heading_rad, speed, log_prior))
         return tuple(births)
@@ -247,17 +240,19 @@ class MosaicGraphParticleFilter:
             for other in self._sightings.seen():
                 if other is not target:
                     self._detector.likeness.learn_rest(other.candidate.measures)
-            sure = np.linalg.norm(target.velocity_mps) > 2.0 and target.age > 5
-            self._detector.learn(registered, target.candidate.position_m, target.heading_rad, shape=bool(sure))
+            sure = bool(np.linalg.norm(target.velocity_mps) > 2.0) and target.age > 5
+            rate = 0.0 if not sure else _SHAPE_RATE if self._shape_is_sure else 1.0
+            self._shape_is_sure = self._shape_is_sure or sure
+            self._detector.learn(registered, target.candidate.position_m, target.heading_rad, rate)
         if self._frame % 5 == 0:
             self._detector.learn_rest(registered, None if target is None else target.position_m)
 
     def _standing(
-        self, registered: Registered, difference: NDArray[np.uint8], target_m: NDArray[np.float64] | None
+        self, registered: Registered, difference: NDArray[np.uint8] | None, target_m: NDArray[np.float64] | None
     ) -> NDArray[np.uint8]:
         """Return how far each pixel is to be taken for standing ground, 1-255: what changed suddenly less, the target hardly."""
         weight = np.full(registered.small_rgb.shape[:2], 255, np.uint8)
-        if difference.shape == weight.shape:
+        if difference is not None:
             weight[(difference > _SUDDEN_LEVELS) & (difference != UNKNOWN)] = 70
         if target_m is not None:
             pixel = registered.camera.to_picture(target_m[None], CENTRE_HEIGHT_M)[0] / SHRINK
@@ -288,14 +283,6 @@ class MosaicGraphParticleFilter:
             particles_px=np.where(ahead[:, None], particles_px, ends_px[0]),
             weights=kept / kept.sum() if kept.sum() > 0 else None,
         )
-
-
-def _length_px(box_xyxy: NDArray[np.float64]) -> float:
-    """Return the length of a car that fills an upright box: ``W + H`` and ``|W - H|`` give L (|cos| +- |sin|) of its heading."""
-    width, height = box_xyxy[2:] - box_xyxy[:2]
-    total = (width + height) / (1 + _WIDTH_TO_LENGTH)
-    difference = (width - height) / (1 - _WIDTH_TO_LENGTH)
-    return float(np.sqrt(0.5 * (total**2 + difference**2)))
 
 
 def _box_px(
