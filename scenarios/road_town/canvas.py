@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 import shapely
@@ -56,9 +58,14 @@ class Canvas:
 
     def disc(self, centre_m: NDArray[np.float64], radius_m: float, colour: Colour) -> None:
         """Fill a circle."""
-        centre = self._fixed_point(np.asarray(centre_m)[None])[0]
-        radius = round(radius_m * self._px_per_m * (1 << _SHIFT))
-        cv2.circle(self.picture, centre.tolist(), radius, _scalar(colour), -1, self._line_type, _SHIFT)
+        self.discs(np.asarray(centre_m)[None], np.array([radius_m]), [colour])
+
+    def discs(self, centres_m: NDArray[np.float64], radii_m: NDArray[np.float64], colours: Sequence[Colour]) -> None:
+        """Fill circles: centres (n, 2), radii (n,) and n colours."""
+        centres = self._fixed_point(centres_m).tolist()
+        radii = np.round(radii_m * self._px_per_m * (1 << _SHIFT)).astype(int).tolist()
+        for centre, radius, colour in zip(centres, radii, colours, strict=True):
+            cv2.circle(self.picture, centre, radius, _scalar(colour), -1, self._line_type, _SHIFT)
 
     def grain(self, rng: np.random.Generator, deviation: float) -> None:
         """Add noise of texel size to everything drawn so far; a tile of it is repeated, turned and mirrored."""

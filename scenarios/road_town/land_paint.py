@@ -104,11 +104,14 @@ def _paint_meadows(canvas: Canvas, rng: np.random.Generator) -> None:
 def _paint_tufts(canvas: Canvas, rng: np.random.Generator) -> None:
     """Paint what stands out of any grass: weeds, bare spots, molehills, shrubs and their shade, in loose groups."""
     half_m = 0.5 * canvas.extent_m
-    groups = rng.uniform(-half_m, half_m, (_TUFT_GROUPS, 2))
-    for group in groups:
-        tone = pick(_TUFTS, rng, 12.0)
-        for place in group + rng.normal(0, rng.uniform(1.0, 7.0), (int(rng.integers(2, 9)), 2)):
-            canvas.disc(place, float(rng.uniform(0.15, 0.55)), tone)
+    sizes = rng.integers(2, 9, _TUFT_GROUPS)
+    middles = rng.uniform(-half_m, half_m, (_TUFT_GROUPS, 2))
+    spreads = rng.uniform(1.0, 7.0, _TUFT_GROUPS)
+    tones = [pick(_TUFTS, rng, 12.0) for _ in sizes]
+    places = np.repeat(middles, sizes, axis=0)
+    places += np.repeat(spreads, sizes)[:, None] * rng.normal(0.0, 1.0, places.shape)
+    colours = [tone for tone, size in zip(tones, sizes, strict=True) for _ in range(size)]
+    canvas.discs(places, rng.uniform(0.15, 0.55, len(places)), colours)
 
 
 def _paint_fields(canvas: Canvas, rng: np.random.Generator) -> None:

@@ -31,12 +31,11 @@ class Facets:
         """
         corners = np.asarray(corners_m, dtype=float)
         colours = np.broadcast_to(np.asarray(uv, dtype=float), (len(corners), 2))
-        distinct = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1) > 1e-6
+        distinct = np.linalg.norm(corners - corners[np.arange(-1, len(corners) - 1)], axis=1) > 1e-6
         corners, colours = corners[distinct], colours[distinct]
         if len(corners) < 3:
             return
-        # Newell: twice the area, as a vector along the normal.
-        area = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+        area = _twice_area(corners)
         length = np.linalg.norm(area)
         if length < 1e-9:
             return
@@ -54,7 +53,7 @@ class Facets:
         """Add four corners (4, 3) that need not lie in one plane: one face, or two triangles."""
         corners = np.asarray(corners_m, dtype=float)
         colours = np.broadcast_to(np.asarray(uv, dtype=float), (4, 2))
-        normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
+        normal = _twice_area(corners)
         warp_m = abs(normal @ (corners[1] - corners[0])) / max(float(np.linalg.norm(normal)), 1e-12)
         if warp_m < 1e-3:
             self.polygon(corners, colours)
@@ -117,6 +116,13 @@ def _best_fan_start(corners_m: NDArray[np.float64]) -> int:
         spokes = np.roll(corners_m, -start, axis=0)[1:] - corners_m[start]
         smallest.append(np.linalg.norm(np.cross(spokes[:-1], spokes[1:]), axis=1).min())
     return int(np.argmax(smallest))
+
+
+def _twice_area(corners_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return twice the area of a polygon (n, 3) as a vector (3,) along its normal (Newell's method)."""
+    x, y, z = corners_m.T
+    after = np.arange(1 - len(corners_m), 1)
+    return np.array([y @ z[after] - z @ y[after], z @ x[after] - x @ z[after], x @ y[after] - y @ x[after]])
 
 
 def palette(colours_rgb: Sequence[tuple[int, int, int]]) -> Texture:
