@@ -143,7 +143,7 @@ def _target_driver(preset: RoadTown, layout: Layout, rng: np.random.Generator) -
     route = random_route(
         layout.graph,
         rng,
-        needed + 150.0,
+        needed + (900.0 if preset.start_before_bend else 150.0),
         keep_within_m=0.33 * preset.extent_m,
         turn_preference=preset.turn_preference,
     )
@@ -175,7 +175,7 @@ def _start_before_bend(route: Route, needed_m: float, cruise_mps: float) -> floa
     before = np.abs(heading - route.at(arcs - lead_m)[1])
     at_crossing = np.zeros(len(arcs), dtype=bool)
     for passage in route.passages:
-        at_crossing |= passage.is_turn & (arcs > passage.enter_m - 45.0) & (arcs < passage.leave_m + lead_m)
+        at_crossing |= (arcs > passage.enter_m - 45.0) & (arcs < passage.leave_m + 0.5 * lead_m)
     return float(arcs[np.argmax(bend - 1.5 * before - 10.0 * at_crossing)] - lead_m)
 
 

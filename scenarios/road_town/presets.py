@@ -119,7 +119,7 @@ PRESETS: dict[str, RoadTown] = {
         start_before_bend=True,
         stop_share=0.0,
         excursions=(0, 0),
-        altitude_m=(42.0, 48.0),
+        altitude_m=(55.0, 62.0),
         attitude_noise_deg=0.8,
         frame_outs=FrameOuts(count=(1, 1), frames=(40, 45), turn_share=1.0, start_frame=34, aim="ahead"),
         ego=EgoErrors(0.0, 0.0, 0.0, 0.0),
