@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -64,8 +65,9 @@ def graph_of_roads(points_m: NDArray[np.float64], roads: list[Road]) -> RoadGrap
             turned = road.points[cuts[0] :] + road.points[: cuts[0]]
             spline, knots, order = _spline(points_m, Road(turned, road.width_m, closed=True))
             cuts = [i for i, point in enumerate(order) if point in node_of_point]
-        for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+        for a, b in pairwise(cuts):
             centre_m = _equal_steps(spline, knots[a], knots[b])
+            centre_m[[0, -1]] = points_m[[order[a], order[b]]]
             streets.append(Street(node_of_point[order[a]], node_of_point[order[b]], centre_m, road.width_m))
     return RoadGraph(points_m[node_points], tuple(streets))
 

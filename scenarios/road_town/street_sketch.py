@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ class Rail:
         if self._period is not None:
             stations.append((stations[0][0] + self._period, stations[0][1]))
         points = [stations[0][1]]
-        for (t0, p0), (t1, p1) in zip(stations[:-1], stations[1:], strict=True):
+        for (t0, p0), (t1, p1) in pairwise(stations):
             gap_m = np.linalg.norm(self._sketch.point(p1) - self._sketch.point(p0))
             for t in np.linspace(t0, t1, int(np.ceil(gap_m / fill_m)) + 1)[1:-1]:
                 points.append(self._sketch.add(self._at(float(t))))
