@@ -1,7 +1,7 @@
 """From radiance to codes, with the noise of photons and of the read-out.
 
-    electrons  e  = min(L * electrons_per_nit_s * exposure, full_well)
-    noisy      e' = e + sqrt(e + read_noise²) * n,   n ~ N(0, 1)
+    electrons  e  = L * electrons_per_nit_s * exposure
+    noisy      e' = min(e + sqrt(e + read_noise²) * n, full_well),   n ~ N(0, 1)
     12 bits    d  = clip(round(4095 * e' * gain / full_well), 0, 4095)
     8 bits        = round(255 * sRGB(d / 4095))
 
@@ -92,8 +92,8 @@ def develop_row(
     for channel in range(3):
         light, n, value = radiance[channel], room[channel], values[channel]
         for k in range(width):
-            e = min(light[k] * per_nit, full_well)
-            e += np.sqrt(e + read_variance) * n[k]
+            e = light[k] * per_nit
+            e = min(e + np.sqrt(e + read_variance) * n[k], full_well)
             value[k] = np.uint16(np.int32(min(max(e * per_electron + half, zero), white)))
     for k in range(width):
         for channel in range(3):

@@ -40,7 +40,7 @@ def cone(radius_m: float, height_m: float, texture: Texture, sides: int = 12) ->
             corners.append((radius * np.cos(angle), radius * np.sin(angle), z))
             normal = np.array([np.cos(angle), np.sin(angle), slope])
             normals.append(normal / np.linalg.norm(normal))
-            uv.append((0.5, 0.5))
+            uv.append((0.45, 0.5))
         vertices += corners
         faces.append((3 * k, 3 * k + 1, 3 * k + 2))
     return _mesh(vertices, normals, uv, faces, texture)
