@@ -12,14 +12,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.oracle_map import OracleMap
+from benchmarks.oracle_map import OracleMap, OracleParameters
 from scenarios.road_town.road_map import RoadMap
 from scenarios.scenario import Episode, Frame
 from trackers import registry
 from trackers.protocols import Tracker
 from trackers.types import Estimate
-
-ORACLE_MAP = "oracle_map"
 
 
 class Contestant(Protocol):
@@ -74,16 +72,7 @@ class Entrant:
 def entrants() -> dict[str, Entrant]:
     """Return everyone by name, the trackers in order of registration."""
     everyone = {name: _from_registry(entry) for name, entry in registry.entries().items()}
-    everyone[ORACLE_MAP] = Entrant(
-        name=ORACLE_MAP,
-        role="oracle",
-        summary="knows the road graph and the state at the exit, sees nothing until the car is back",
-        reproducible=True,
-        parameters=OracleMap.Parameters(),
-        module=OracleMap.__module__,
-        create=lambda episode, rng: OracleMap(OracleMap.Parameters(), RoadMap(episode.map_of().graph), rng),
-    )
-    return everyone
+    return {**everyone, **{oracle.name: oracle for oracle in _oracles()}}
 
 
 def entrant(name: str) -> Entrant:
@@ -116,6 +105,33 @@ def load_modules(modules: Sequence[str]) -> None:
             importlib.import_module(module)
         except ImportError as error:
             raise ValueError(f"modules: expected one that can be imported, got {module!r}: {error}") from None
+
+
+def _oracles() -> tuple[Entrant, Entrant]:
+    return (
+        _oracle(
+            "oracle_map",
+            "knows the road graph and the state at the exit, sees nothing until the car is back",
+            OracleParameters(),
+        ),
+        _oracle(
+            "oracle_driver",
+            "knows moreover how this scenario's drivers leave the road: nobody can do better",
+            OracleParameters(slows_off_road=True),
+        ),
+    )
+
+
+def _oracle(name: str, summary: str, parameters: OracleParameters) -> Entrant:
+    return Entrant(
+        name=name,
+        role="oracle",
+        summary=summary,
+        reproducible=True,
+        parameters=parameters,
+        module=OracleMap.__module__,
+        create=lambda episode, rng: OracleMap(parameters, RoadMap(episode.map_of().graph), rng),
+    )
 
 
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:

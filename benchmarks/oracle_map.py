@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from benchmarks.oracle_routes import fan_of_routes
 from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.traffic import BRAKING_MPS2, LATERAL_ACCELERATION_MPS2
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.optics import PinholeCamera, project
@@ -24,7 +25,10 @@ _TIME_GAP_S = 1.2
 _ACCELERATION_MPS2 = 1.8
 _HARDEST_BRAKING_MPS2 = 5.0
 _LEAVE_OVER_M = 13.0
+_HELD_UP_WITHIN_S = 4.0
 _PROPOSALS_PER_PARTICLE = 12
+_BRAKING_REACH_M = np.arange(0.0, 22.0, 2.0)
+_SLOWEST_MPS = 2.0
 _RECENT_FRAMES = 5
 
 
@@ -36,9 +40,14 @@ class OracleParameters:
         particles: number of guesses.
         cruise_mps: range of speeds on a free straight.
         stop_share, stop_s: share of crossings where a car halts first, and how long.
-        off_road_share: prior share of guesses that leave the road somewhere near.
+        off_road_share: prior share of guesses with a way off the road. Half of them may be on it already, the others
+            leave the road ``leaves_within_m`` metres from the exit.
         aside_m, along_m: ranges of such a way's sideways distance and length.
-        acceleration_noise_mps2: standard deviation of what the driver model leaves out, a frame.
+        slows_off_road: whether it knows how slowly this scenario's drivers leave the road, which no map tells.
+        held_up_share: share of guesses in which another car slows this one down, from some moment of the next 4 s on, to any
+            speed below its own.
+        acceleration_noise_mps2, acceleration_noise_s: standard deviation and correlation time of what is left out by
+            the driver model.
         place_sigma_m, heading_sigma_rad, acceleration_sigma_mps2: how well a guess must fit the state at the
             exit.
     """
@@ -47,10 +56,14 @@ class OracleParameters:
     cruise_mps: tuple[float, float] = (7.0, 12.0)
     stop_share: float = 0.25
     stop_s: tuple[float, float] = (0.8, 2.5)
-    off_road_share: float = 0.25
+    off_road_share: float = 0.3
+    leaves_within_m: tuple[float, float] = (-4.0, 25.0)
     aside_m: tuple[float, float] = (7.0, 16.0)
     along_m: tuple[float, float] = (34.0, 70.0)
-    acceleration_noise_mps2: float = 0.6
+    slows_off_road: bool = False
+    held_up_share: float = 0.2
+    acceleration_noise_mps2: float = 0.8
+    acceleration_noise_s: float = 1.0
     place_sigma_m: float = 0.4
     heading_sigma_rad: float = 0.08
     acceleration_sigma_mps2: float = 0.6
@@ -69,6 +82,9 @@ class _Guesses:
     leave_m: NDArray[np.float64]
     along_m: NDArray[np.float64]
     aside_m: NDArray[np.float64]
+    held_up_in_s: NDArray[np.float64]
+    held_up_mps: NDArray[np.float64]
+    noise_mps2: NDArray[np.float64]
 
     def chosen(self, index: NDArray[np.int64]) -> _Guesses:
         return _Guesses(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
@@ -107,7 +123,11 @@ class OracleMap:
             self._guesses = None
             self._remember(truth)
             target = truth.target
-            return Estimate(truth.position_px[target].copy(), truth.box_xyxy[target].copy(), in_view_probability=1.0)
+            return Estimate(
+                truth.position_px[target].copy(),
+                truth.box_xyxy[target].copy(),
+                in_view_probability=float(truth.visible_fraction[target]),
+            )
         if self._guesses is None:
             # The state at the exit is the one of the first frame outside.
             self._remember(truth)
@@ -129,6 +149,7 @@ class OracleMap:
         route = rng.choice(len(fan.prior), size=count, p=fan.prior)
         arc_m = fan.nearest_arc_m[route] + rng.normal(0.0, p.place_sigma_m, count)
         off_road = rng.random(count) < p.off_road_share
+        on_it = rng.random(count) < 0.5
         halts = rng.random(count) < p.stop_share
         fastest_seen = max(self._speeds)
         guesses = _Guesses(
@@ -138,9 +159,15 @@ class OracleMap:
             cruise_mps=rng.uniform(*p.cruise_mps, count).clip(fastest_seen),
             stop_at_m=np.where(halts, fan.next_crossing_m(route, arc_m), np.inf),
             wait_s=rng.uniform(*p.stop_s, count),
-            leave_m=arc_m + rng.uniform(-p.along_m[1], p.along_m[1], count),
+            leave_m=arc_m
+            + np.where(on_it, rng.uniform(-p.along_m[1], 0.0, count), rng.uniform(*p.leaves_within_m, count)),
             along_m=rng.uniform(*p.along_m, count),
             aside_m=rng.uniform(*p.aside_m, count) * rng.choice([-1.0, 1.0], count) * off_road,
+            held_up_in_s=np.where(
+                rng.random(count) < p.held_up_share, rng.uniform(0.0, _HELD_UP_WITHIN_S, count), np.inf
+            ),
+            held_up_mps=rng.uniform(0.0, p.cruise_mps[1], count),
+            noise_mps2=rng.normal(0.0, p.acceleration_noise_mps2, count),
         )
         log_weight = self._fit(guesses, frame_s)
         weight = np.exp(log_weight - log_weight.max())
@@ -160,10 +187,14 @@ class OracleMap:
         return -0.5 * (distance_m / p.place_sigma_m) ** 2 - 0.5 * (turned / p.heading_sigma_rad) ** 2 + by_acceleration
 
     def _drive(self, guesses: _Guesses, passed_s: float) -> None:
-        noise = self._rng.normal(0.0, self._parameters.acceleration_noise_mps2, len(guesses.arc_m))
+        p = self._parameters
+        kept = np.exp(-passed_s / p.acceleration_noise_s)
+        fresh = self._rng.normal(0.0, p.acceleration_noise_mps2, len(guesses.arc_m))
+        guesses.noise_mps2 = kept * guesses.noise_mps2 + np.sqrt(1.0 - kept**2) * fresh
+        guesses.held_up_in_s = guesses.held_up_in_s - passed_s
         before = guesses.speed_mps
         moving = before > 0.1
-        after = np.maximum(before + (self._acceleration_mps2(guesses) + noise * moving) * passed_s, 0.0)
+        after = np.maximum(before + (self._acceleration_mps2(guesses) + guesses.noise_mps2 * moving) * passed_s, 0.0)
         guesses.arc_m = guesses.arc_m + 0.5 * (before + after) * passed_s
         guesses.speed_mps = after
         gap_m = guesses.stop_at_m - guesses.arc_m
@@ -176,6 +207,9 @@ class OracleMap:
         cars drive.
         """
         limit = np.minimum(self._fan.limit_mps(guesses.route, guesses.arc_m), guesses.cruise_mps)
+        if self._parameters.slows_off_road:
+            limit = np.minimum(limit, self._aside_limit_mps(guesses))
+        limit = np.where(guesses.held_up_in_s <= 0, np.minimum(limit, guesses.held_up_mps), limit)
         wanted_m = _STANDSTILL_GAP_M + guesses.speed_mps * _TIME_GAP_S
         free_m = np.maximum(guesses.stop_at_m - guesses.arc_m, 0.0) + _STANDSTILL_GAP_M
         share = (guesses.speed_mps / np.maximum(limit, 0.5)) ** 4 + (wanted_m / free_m) ** 2
@@ -193,8 +227,19 @@ class OracleMap:
 
     def _aside_share(self, guesses: _Guesses, arc_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far aside (0-1 of its most) a way off the road is: a smooth step out and one back."""
-        end_m = guesses.leave_m + guesses.along_m - _LEAVE_OVER_M
-        return _smooth_step((arc_m - guesses.leave_m) / _LEAVE_OVER_M) - _smooth_step((arc_m - end_m) / _LEAVE_OVER_M)
+        shape = (-1,) + (1,) * (arc_m.ndim - 1)
+        leave_m, along_m = guesses.leave_m.reshape(shape), guesses.along_m.reshape(shape)
+        end_m = leave_m + along_m - _LEAVE_OVER_M
+        return _smooth_step((arc_m - leave_m) / _LEAVE_OVER_M) - _smooth_step((arc_m - end_m) / _LEAVE_OVER_M)
+
+    def _aside_limit_mps(self, guesses: _Guesses) -> NDArray[np.float64]:
+        """Return the speed (K,) that the bends of a way off the road allow, here and in reach of the brakes."""
+        ahead_m = guesses.arc_m[:, None] + _BRAKING_REACH_M
+        step = _BRAKING_REACH_M[1] - _BRAKING_REACH_M[0]
+        before, here, after = (self._aside_share(guesses, ahead_m + offset) for offset in (-step, 0.0, step))
+        curvature = np.abs(guesses.aside_m[:, None] * (before - 2 * here + after)) / step**2
+        squared = np.maximum(LATERAL_ACCELERATION_MPS2 / np.maximum(curvature, 1e-6), _SLOWEST_MPS**2)
+        return np.sqrt((squared + 2 * BRAKING_MPS2 * _BRAKING_REACH_M).min(axis=1))
 
     def _estimate(self, frame: Frame, places_m: NDArray[np.float64]) -> Estimate:
         truth, model = frame.truth, frame.observation.camera
