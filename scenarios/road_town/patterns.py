@@ -158,7 +158,7 @@ def ring(rng: np.random.Generator, extent_m: float) -> RoadGraph:
 
 @street_pattern("winding")
 def winding(rng: np.random.Generator, extent_m: float) -> RoadGraph:
-    """One long winding road, closed so that nobody gets stuck, with bends of 25 to 60 m radius and a few side streets."""
+    """One long winding road, closed so that nobody gets stuck, bends of 25 to 60 m radius, a few side streets."""
     half_m = extent_m / 2 - EDGE_MARGIN_M
     lobes = 5
 

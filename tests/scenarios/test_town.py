@@ -1,0 +1,162 @@
+"""The world holds what the layout says, where it says so, and is seen so from above."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+import shapely
+
+from scenarios.road_town.blocks import fill_blocks
+from scenarios.road_town.ground import class_map
+from scenarios.road_town.layout import BUILDING, ROAD, Layout
+from scenarios.road_town.patterns import make_streets
+from scenarios.road_town.road_map import RoadMap, road_area
+from scenarios.road_town.town import add_vehicle, build_town, pose_on_ground
+from sim.optics import PinholeCamera, intersect_plane, look_down_pose
+from sim.render.raster import Raster
+from sim.rng import generator
+from sim.world import World
+
+
+@pytest.fixture(scope="module")
+def layout() -> Layout:
+    return fill_blocks(make_streets("organic", generator(3, "streets")), generator(3, "blocks"), 420.0)
+
+
+@pytest.fixture(scope="module")
+def world(layout):
+    with build_town(layout, generator(3, "town")) as world:
+        yield world
+
+
+def _corners_world_m(world: World, index: int) -> np.ndarray:
+    T = world.poses[index]
+    return world.bodies[index].mesh.vertices_m @ T[:3, :3].T + T[:3, 3]
+
+
+def test_there_is_one_body_a_thing(world, layout):
+    count = Counter(body.category for body in world.bodies)
+    assert count["building"] == len(layout.buildings)
+    assert count["tree"] == len(layout.trees)
+    assert count["vehicle"] == sum(sum(park.taken) for park in layout.car_parks)
+    assert count["ground"] == 2
+    assert set(count) == {"ground", "kerb", "building", "tree", "vehicle"}
+    assert len({body.name for body in world.bodies}) == len(world.bodies)
+    assert not any(body.movable for body in world.bodies)
+
+
+def test_houses_stand_on_their_footprints(world, layout):
+    houses = [body for body in world.bodies if body.category == "building"]
+    for building, body in zip(layout.buildings, houses, strict=True):
+        corners = _corners_world_m(world, body.index)
+        c, s = np.cos(building.yaw_rad), np.sin(building.yaw_rad)
+        local = (corners[:, :2] - building.centre_m) @ np.array([[c, -s], [s, c]])
+        # Roofs hang over by less than a metre on each side.
+        beyond = np.ptp(local, axis=0) - building.size_m[:2]
+        assert ((beyond > -0.01) & (beyond < 2.0)).all()
+        assert abs(corners[:, 2].min()) < 1e-4
+        assert building.size_m[2] <= corners[:, 2].max() < building.size_m[2] + 8.0
+
+
+def test_only_cars_and_kerbs_touch_paved_ground(world, layout):
+    roads = road_area(layout.graph)
+    for body in world.bodies:
+        if body.category == "building":
+            hull = shapely.MultiPoint(_corners_world_m(world, body.index)[:, :2]).convex_hull
+            assert not hull.intersects(roads), body.name
+
+
+def test_kerbs_run_along_the_edge_of_the_road(world, layout):
+    edge = road_area(layout.graph).boundary
+    corners = np.concatenate([_corners_world_m(world, b.index) for b in world.bodies if b.category == "kerb"])
+    assert shapely.distance(edge, shapely.points(corners[:, :2])).max() < 0.3
+    assert 0.08 < corners[:, 2].max() < 0.2
+    # Everywhere on the edge there is a kerb: its pieces' outlines, joined, reach each point of it.
+    outlines = [
+        shapely.LineString(_corners_world_m(world, b.index)[face][[0, 1, 2, 0], :2])
+        for b in world.bodies
+        if b.category == "kerb"
+        for face in b.mesh.faces
+    ]
+    tree = shapely.STRtree(outlines)
+    along = shapely.points(shapely.get_coordinates(shapely.segmentize(edge, 3.0)))
+    _, distance = tree.query_nearest(along, return_distance=True, all_matches=False)
+    assert distance.max() < 0.3
+
+
+def test_parked_cars_stand_in_their_bays(world, layout):
+    cars = [body for body in world.bodies if body.category == "vehicle"]
+    parks = [shapely.Polygon(_park_corners(park)).buffer(0.2) for park in layout.car_parks]
+    for car in cars:
+        hull = shapely.MultiPoint(_corners_world_m(world, car.index)[:, :2]).convex_hull
+        assert any(park.contains(hull.centroid) for park in parks)
+        assert max(park.intersection(hull).area for park in parks) > 0.9 * hull.area
+
+
+def _park_corners(park) -> np.ndarray:
+    c, s = np.cos(park.yaw_rad), np.sin(park.yaw_rad)
+    return park.centre_m + 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * park.size_m @ [[c, s], [-s, c]]
+
+
+def test_seen_from_above_classes_and_pictures_agree(world, layout):
+    """Where a look straight down shows a house, the class map says building; where it says road, asphalt is seen."""
+    camera = PinholeCamera.from_field_of_view(320, 240, np.deg2rad(50))
+    classes = class_map(layout, 0.25)
+    house_ids = [body.index for body in world.bodies if body.category == "building"]
+    renderer = Raster(world)
+    asphalt = []
+    for street in layout.graph.streets[:6]:
+        middle = street.centre_m[len(street.centre_m) // 2]
+        T_world_camera = look_down_pose(np.array([*middle, 60.0]), 0.4, 0.0, 0.0)
+        seen = renderer.gbuffer(camera, T_world_camera)
+        rows, columns = np.mgrid[0:240, 0:320]
+        ground_m = intersect_plane(camera, T_world_camera, np.stack([columns + 0.5, rows + 0.5], axis=-1), 0.0)
+        cells = np.floor(np.stack([210 - ground_m[..., 1], ground_m[..., 0] + 210], axis=-1) / 0.25).astype(int)
+        expected = classes[cells[..., 0], cells[..., 1]]
+        # Walls lean outwards in perspective, so a footprint is always covered by its own house or a taller one.
+        assert np.isin(seen.instance_id[expected == BUILDING], house_ids).mean() > 0.97
+        open_road = (expected == ROAD) & (seen.instance_id == 0)
+        assert open_road.sum() > 500
+        asphalt.append(seen.base_colour_rgb[open_road].astype(float))
+    colours = np.concatenate(asphalt)
+    # Grey: what is on a road has no hue, whether asphalt, line or kerb.
+    assert np.median(np.ptp(colours, axis=1)) < 12
+    assert 60 < np.median(colours) < 120
+
+
+def test_every_lane_is_free_for_driving(world, layout):
+    """No body but kerbs and ground is below 2 m over a lane's middle: trees may hang over, nothing stands there."""
+    roads = RoadMap(layout.graph)
+    lanes = []
+    for street, length_m in enumerate(roads.length_m):
+        for side in (-0.25, 0.25):
+            arc = np.arange(0.0, length_m, 1.0)
+            lanes.append(roads.pose_at(np.full(len(arc), street), arc, side * roads.width_m[street])[0])
+    free = shapely.union_all([shapely.LineString(lane).buffer(1.2) for lane in lanes])
+    shapely.prepare(free)
+    for body in world.bodies:
+        if body.category in ("building", "tree", "vehicle"):
+            corners = _corners_world_m(world, body.index)
+            low = corners[corners[:, 2] < 2.0]
+            assert not shapely.contains_xy(free, low[:, 0], low[:, 1]).any(), body.name
+
+
+def test_same_generator_same_world(world, layout):
+    with build_town(layout, generator(3, "town")) as again:
+        assert len(again.bodies) == len(world.bodies)
+        np.testing.assert_array_equal(again.poses, world.poses)
+        for first, second in zip(world.bodies, again.bodies, strict=True):
+            assert (first.name, first.category) == (second.name, second.category)
+            np.testing.assert_array_equal(first.mesh.vertices_m, second.mesh.vertices_m)
+            np.testing.assert_array_equal(first.mesh.uv, second.mesh.uv)
+            np.testing.assert_array_equal(first.mesh.texture.rgb, second.mesh.texture.rgb)
+
+
+def test_a_car_that_moves(layout):
+    with World() as world:
+        body = add_vehicle(world, "target", "sedan", (176, 24, 26))
+        world.move(body, pose_on_ground(3.0, -4.0, 0.5))
+        assert body.category == "vehicle"
+        np.testing.assert_allclose(world.poses[body.index] @ [1, 0, 0, 1], [3 + np.cos(0.5), -4 + np.sin(0.5), 0, 1])
