@@ -18,6 +18,8 @@ MAXIMUM_YAW_RATE_RAD_S = 1.0
 ALTITUDE_RANGE_M = (40.0, 100.0)
 _ATTITUDE_TIME_CONSTANT_S = 0.6
 _RESPONSE_TIME_S = 0.5
+_WANDER_SHARE = 0.13
+"""Standard deviation of a set path's wandering, as a share of half the picture's width on the ground."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +75,8 @@ def draw_air(
     deviation = np.deg2rad(preset.attitude_noise_deg) * np.array([1.0, 1.0, 1.5])
     altitude = rng.uniform(*preset.altitude_m)
     attitude = _coloured_noise(rng, frames, 3, _ATTITUDE_TIME_CONSTANT_S / dt) * deviation
-    wander = _coloured_noise(rng, frames, 2, 2.5 / dt) * 0.06 * altitude
+    half_width_m = altitude * np.tan(0.5 * np.deg2rad(preset.field_of_view_deg))
+    wander = _coloured_noise(rng, frames, 2, 2.5 / dt) * _WANDER_SHARE * half_width_m
     heading = np.unwrap(car_heading_rad)
     yaw = ndimage.gaussian_filter1d(heading, 2.0 / dt, mode="nearest") + rng.normal(0, 0.3)
     return AirState(float(altitude), attitude, wander, yaw)
