@@ -15,7 +15,7 @@ from trackers.types import CameraModel, EgoPose
 
 @dataclass(frozen=True)
 class PictureMotion:
-    """Rigid motion of the picture of the ground from one frame to the next (paper: hVx, hVy, hω or hx, hy, hθ).
+    """Rigid motion of the picture of the ground from one frame to the next (paper: hVx, hVy, hω).
 
     A ground point at p, in pixels *from the image centre*, comes to ``p' = Rot(-rotation) p - translation``; for small
     turns its flow is ``u = -Vx + ω Y, v = -Vy - ω X``.
@@ -35,49 +35,46 @@ class PictureMotion:
         return points_px @ rotation.T - self.translation_px
 
 
+@dataclass(frozen=True)
+class GroundMotion:
+    """Motion of the picture of flat ground, exactly.
+
+    Attributes:
+        homography: (3, 3), takes ground pixels of the previous frame to this one, both from the image centre, with a
+            positive scale before the horizon.
+    """
+
+    homography: NDArray[np.float64]
+
+    def move(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where points (..., 2) of the previous frame lie in this one; those beyond the horizon come far off."""
+        moved = points_px @ self.homography[:, :2].T + self.homography[:, 2]
+        return np.clip(moved[..., :2] / np.maximum(moved[..., 2:], 1e-3), -_FAR_PX, _FAR_PX)
+
+
+_FAR_PX = 1e4
+Motion = PictureMotion | GroundMotion
 STILL = PictureMotion(np.zeros(2), 0.0)
 
 
-def measured_motion(previous: EgoPose | None, current: EgoPose | None, camera: CameraModel) -> PictureMotion:
-    """Return the motion {hx, hy, hθ} that two measured poses give to the picture of flat ground (z = 0).
+def measured_motion(previous: EgoPose | None, current: EgoPose | None, camera: CameraModel) -> Motion:
+    """Return the motion that two measured poses give to the picture of flat ground (z = 0); none without poses.
 
-    The ground under a 5 x 5 grid of the previous picture is projected into the current one; the three numbers are the
-    least-squares rigid motion of the grid. Without poses, or with the ground out of sight, the motion is zero.
+    With the camera level it is the paper's {hx, hy, hθ}. Reading: the paper takes the helicopter's motion for correctly
+    known, so where the camera tilts the picture moves by the homography of the ground and not by its rigid part.
     """
     if previous is None or current is None:
         return STILL
-    before = _grid(camera)
-    after = _through_ground(before, previous.T_world_camera, current.T_world_camera, camera.focal_px)
-    seen = np.isfinite(after).all(axis=1)
-    return rigid_motion(before[seen], after[seen]) if seen.sum() >= 3 else STILL
+    a, b = (_pixels_from_ground(pose.T_world_camera, camera.focal_px) for pose in (previous, current))
+    homography = b @ np.linalg.inv(a)
+    return GroundMotion(homography / homography[2, 2])
 
 
-def rigid_motion(before_px: NDArray[np.float64], after_px: NDArray[np.float64]) -> PictureMotion:
-    """Return the motion that takes points (M, 2) to points (M, 2) with the least sum of squares, M >= 2."""
-    mean_before, mean_after = before_px.mean(axis=0), after_px.mean(axis=0)
-    a, b = before_px - mean_before, after_px - mean_after
-    rotation_rad = -float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
-    turned = PictureMotion(np.zeros(2), rotation_rad).move(mean_before)
-    return PictureMotion(turned - mean_after, rotation_rad)
-
-
-def _grid(camera: CameraModel) -> NDArray[np.float64]:
-    x = np.linspace(-0.5, 0.5, 5) * camera.width_px
-    y = np.linspace(-0.5, 0.5, 5) * camera.height_px
-    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-
-
-def _through_ground(
-    pixels: NDArray[np.float64], T_world_a: NDArray[np.float64], T_world_b: NDArray[np.float64], focal_px: float
-) -> NDArray[np.float64]:
-    """Return where camera b sees the ground points (z = 0) under pixels (M, 2) of camera a; NaN where it does not."""
-    rays = np.column_stack([pixels / focal_px, np.ones(len(pixels))]) @ T_world_a[:3, :3].T
-    falls = rays[:, 2] < 0
-    depth_m = np.where(falls, -T_world_a[2, 3] / np.where(falls, rays[:, 2], -1.0), np.nan)
-    ground = T_world_a[:3, 3] + rays * depth_m[:, None]
-    seen = (ground - T_world_b[:3, 3]) @ T_world_b[:3, :3]
-    ahead = seen[:, 2] > 1e-6
-    return np.where(ahead[:, None], seen[:, :2] * focal_px / np.where(ahead, seen[:, 2], 1.0)[:, None], np.nan)
+def _pixels_from_ground(T_world_camera: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+    """Return H (3, 3): metres (x, y, 1) on the ground z = 0 to pixels from the image centre."""
+    R_camera_world = T_world_camera[:3, :3].T
+    origin = -R_camera_world @ T_world_camera[:3, 3]
+    return np.diag([focal_px, focal_px, 1.0]) @ np.column_stack([R_camera_world[:, :2], origin])
 
 
 @dataclass(frozen=True)

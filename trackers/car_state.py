@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.background_motion import PictureMotion
+from trackers.background_motion import Motion
 from trackers.kernels.boxes import box_around, inside_picture
 from trackers.kernels.weights import circular_mean
 from trackers.particle_filter import Posterior
@@ -42,28 +42,29 @@ def initial_states(
 
 
 def move_on(
-    states: NDArray[np.float64], motion: PictureMotion, speed_noise_px: float, rng: np.random.Generator
+    states: NDArray[np.float64], motion: Motion, speed_noise_px: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return states (N, 4) one frame on: by their own velocity, then with the picture; the heading's noise is not added.
+    """Return states (N, 4) one frame on: by their own velocity, then with the picture; the heading has no noise yet.
 
-    ``(x, y)' = Rot(-ω) ((x, y) + V (cos θ, sin θ)) - (Vx, Vy)``, ``V' = |V + N(0, τV²)|``, ``θ' = θ - ω``
-    (paper A, equations 2.2-2.4 and 4.19-4.21). Reading: a speed is never negative (it would turn the heading round),
-    so the walk is reflected at zero.
+    ``(x, y)' = m((x, y) + V (cos θ, sin θ))``, ``V' = |V + N(0, τV²)|``, ``θ'`` the heading as turned by m. With m the
+    paper's rigid motion: ``m(p) = Rot(-ω) p - (Vx, Vy)``, ``θ' = θ - ω`` (paper A, equations 2.2-2.4, 4.19-4.21).
+    Reading: a speed is never negative (it would turn the heading round), so the walk is reflected at zero.
     """
+    heading = np.column_stack([np.cos(states[:, HEADING]), np.sin(states[:, HEADING])])
+    before = states[:, POSITION] + states[:, SPEED, None] * heading
     moved = np.empty_like(states)
-    heading = states[:, HEADING]
-    step = states[:, SPEED, None] * np.column_stack([np.cos(heading), np.sin(heading)])
-    moved[:, POSITION] = motion.move(states[:, POSITION] + step)
+    moved[:, POSITION] = motion.move(before)
+    turned = motion.move(before + heading) - moved[:, POSITION]
     moved[:, SPEED] = np.abs(states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states)))
-    moved[:, HEADING] = heading - motion.rotation_rad
+    moved[:, HEADING] = np.arctan2(turned[:, 1], turned[:, 0])
     return moved
 
 
 def car_estimate(posterior: Posterior, camera: CameraModel, size_px: NDArray[np.float64]) -> Estimate:
     """Return the estimate of a posterior over car states: weighted means before resampling.
 
-    The box keeps its first size (2,) as the paper's rectangle does. The papers' methods do not say whether the car is in
-    view; the share of the weight inside the picture stands in.
+    The box keeps its first size (2,) as the paper's rectangle does. The papers' methods do not say whether the car is
+    in view; the share of the weight inside the picture stands in.
     """
     particles_px = posterior.states[:, POSITION] + image_centre(camera)
     weights = posterior.weights

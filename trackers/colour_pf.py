@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.background_motion import PictureMotion, measured_motion
+from trackers.background_motion import Motion, measured_motion
 from trackers.car_state import HEADING, POSITION, car_estimate, image_centre, initial_states, move_on
 from trackers.colour_template import ColourTemplate
 from trackers.kernels.boxes import box_centre
@@ -40,11 +40,11 @@ class Parameters:
 
 @dataclass(frozen=True)
 class ColourInstant:
-    """What the model needs of one picture: its bins (H, W), its centre (2,), and how the ground moved since the last."""
+    """What the model needs of one picture: its bins (H, W), centre (2,), and how the ground moved since the last."""
 
     bins: NDArray[np.uint8]
     centre_px: NDArray[np.float64]
-    motion: PictureMotion
+    motion: Motion
 
 
 class ColourModel:
@@ -54,9 +54,7 @@ class ColourModel:
     ``V' = V + N(0, τV²)`` (2.4), ``θ' = θ + N(0, τθ²)`` (2.5); weight ``exp{-λ (1 - L)}`` (2.8).
     """
 
-    def __init__(
-        self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]
-    ) -> None:
+    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
         self._parameters = parameters
         self._template = template
         self._start_px = start_px

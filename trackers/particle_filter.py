@@ -22,9 +22,7 @@ class ParticleModel(Protocol[Observed]):
         """Draw ``count`` states (N, D) from the prior at the first instant."""
         ...
 
-    def predict(
-        self, states: NDArray[np.float64], observed: Observed, rng: np.random.Generator
-    ) -> NDArray[np.float64]:
+    def predict(self, states: NDArray[np.float64], observed: Observed, rng: np.random.Generator) -> NDArray[np.float64]:
         """Draw each of the states (N, D) one instant on: x_k ~ p(x_k | x_{k-1}). Must not change ``states``."""
         ...
 

@@ -64,7 +64,7 @@ def rectangle_similarities(
     Args:
         bins: (H, W) from ``hs_bins``.
         centres_px: (N, 2), inside the picture or not; NaN counts as outside.
-        size_px: (2,) width and height, rounded to whole pixels; the rectangle's corner goes to the nearest pixel corner.
+        size_px: (2,) width and height, rounded to whole pixels; the corner goes to the nearest pixel corner.
         template: (128,) histogram p, sum 1.
         outside_similarity: L where no pixel of a rectangle is visible (equation 3.13).
 
@@ -73,9 +73,7 @@ def rectangle_similarities(
         visible ones, which is the histogram of the visible ones.
     """
     width, height = (max(int(side), 1) for side in np.rint(size_px))
-    return _similarities(
-        bins, np.ascontiguousarray(centres_px), width, height, np.sqrt(template), outside_similarity
-    )
+    return _similarities(bins, np.ascontiguousarray(centres_px), width, height, np.sqrt(template), outside_similarity)
 
 
 @njit(cache=True, fastmath={"nsz", "contract", "reassoc"})

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 def systematic_indices(weights: NDArray[np.float64], offset: float) -> NDArray[np.int64]:
     """Return the ancestors of N equally weighted particles: systematic resampling with one uniform number.
 
-    ``a_i = min{j : w_0 + ... + w_j > W (i + u) / N}``, W the sum of the weights. Particle j is taken floor(N w_j / W) or
-    ceil(N w_j / W) times, on average N w_j / W times, and never where w_j = 0.
+    ``a_i = min{j : w_0 + ... + w_j > W (i + u) / N}``, W the sum of the weights. Particle j is taken floor(N w_j / W)
+    or ceil(N w_j / W) times, on average N w_j / W times, and never where w_j = 0.
 
     Args:
         weights: (N,) non-negative, finite, not all zero; need not sum to one.

@@ -1,0 +1,145 @@
+"""The background-model particle filter of paper A, section 4 (A.3): the helicopter's motion is not known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.background_motion import STILL, BackgroundMotionFilter, BackgroundMotionParameters, PictureMotion
+from trackers.car_state import HEADING, POSITION, car_estimate, image_centre, initial_states, move_on
+from trackers.colour_template import ColourTemplate
+from trackers.existence import ExistenceMap
+from trackers.kernels.boxes import box_centre
+from trackers.kernels.histogram import hs_bins
+from trackers.kernels.weights import circular_mean
+from trackers.models.classes import load_class_statistics
+from trackers.particle_filter import ParticleFilter, Posterior
+from trackers.registry import register, tunable
+from trackers.road_lines import RoadSearch
+from trackers.road_model import RoadCurve, RoadModel
+from trackers.types import Estimate, Observation
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Setting of ``background_pf``; the paper gives no values.
+
+    Attributes:
+        particles: N of the car; motion_particles: N of the background's motion.
+        colour_sharpness: lambda of the colour's weight.
+        speed_noise_px, heading_noise_rad: standard deviations of the car's random walk, a frame.
+        translation_noise_px, rotation_noise_rad: of the background's.
+        start_noise_px, fastest_start_px: first position's standard deviation, highest first speed.
+        class_model: name or .json path of the colour statistics of road and other.
+    """
+
+    particles: int = 500
+    motion_particles: int = 1000
+    colour_sharpness: float = tunable(30.0, 3.0, 300.0, log=True)
+    speed_noise_px: float = tunable(0.5, 0.1, 5.0, log=True)
+    heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
+    translation_noise_px: float = tunable(4.0, 0.5, 20.0, log=True)
+    rotation_noise_rad: float = tunable(0.008, 0.001, 0.05, log=True)
+    start_noise_px: float = tunable(2.0, 0.5, 10.0, log=True)
+    fastest_start_px: float = tunable(8.0, 2.0, 40.0, log=True)
+    class_model: str = "road_town_classes"
+
+
+@dataclass(frozen=True)
+class BackgroundInstant:
+    """One picture's bins (H, W), centre (2,), estimated motion, road if one is known, and where cars can be."""
+
+    bins: NDArray[np.uint8]
+    centre_px: NDArray[np.float64]
+    motion: PictureMotion
+    road: RoadCurve | None
+    existence: ExistenceMap
+
+
+class BackgroundModel:
+    """State x = (x, y, V, θ) in pixels from the image centre.
+
+    ``(x, y)' = Rot(-ω) ((x, y) + V (cos θ, sin θ)) - (Vx, Vy)``, ``θ' = θ - ω + N``, ``V' = V + N`` (4.19-4.21).
+    Weight ``exp{-λ (1 - L)} * exp(-(θ - rθ)²) * p(x)``, p the mean existence probability over the rectangle (4.22,
+    4.23). Readings: rectangles outside the picture or cut by its border have the colour weight of A.2; without a known
+    road its factor is left out.
+    """
+
+    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
+        self._parameters = parameters
+        self._template = template
+        self._start_px = start_px
+
+    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        p = self._parameters
+        return initial_states(count, self._start_px, p.start_noise_px, p.fastest_start_px, rng)
+
+    def predict(
+        self, states: NDArray[np.float64], observed: BackgroundInstant, rng: np.random.Generator
+    ) -> NDArray[np.float64]:
+        moved = move_on(states, observed.motion, self._parameters.speed_noise_px, rng)
+        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
+        return moved
+
+    def log_weights(self, states: NDArray[np.float64], observed: BackgroundInstant) -> NDArray[np.float64]:
+        centres_px = states[:, POSITION] + observed.centre_px
+        similarity = self._template.similarities(observed.bins, centres_px)
+        log_weights = -self._parameters.colour_sharpness * (1.0 - similarity)
+        log_weights += np.log(observed.existence.mean_over(centres_px, self._template.size_px))
+        if observed.road is not None:
+            heading = states[:, HEADING]
+            _, direction = observed.road.offset_and_direction(states[:, POSITION], heading)
+            log_weights -= np.square(heading - direction)
+        return log_weights
+
+
+@register(
+    "background_pf", role="as-written", summary="particle filter with pixel classes, motion from pixels (paper A.3)"
+)
+class BackgroundParticleFilter:
+    """Paper A.3. It never looks at a measured pose.
+
+    Readings: see ``BackgroundMotionFilter``, ``BackgroundModel``, ``ExistenceMap``, ``RoadModel``, ``ColourTemplate``. The
+    rectangle keeps the size of the first box and does not turn.
+    """
+
+    Parameters = Parameters
+
+    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._rng = rng
+        self._classes = load_class_statistics(parameters.class_model)
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Take the template, trace the road beside the car, scatter the particles about it."""
+        p = self._parameters
+        self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
+        self._start_px = box_centre(box_xyxy) - image_centre(observation.camera)
+        model = BackgroundModel(p, self._template, self._start_px)
+        self._filter = ParticleFilter[BackgroundInstant](model, p.particles, self._rng)
+        walk = BackgroundMotionParameters(p.motion_particles, p.translation_noise_px, p.rotation_noise_rad)
+        self._motion = BackgroundMotionFilter(walk, observation.image_rgb, self._rng)
+        self._road = RoadModel(RoadSearch(), float(self._template.size_px.max()), self._rng)
+        self._last: Posterior | None = None
+        self._follow_road(observation, STILL)
+
+    def update(self, observation: Observation) -> Estimate:
+        """Estimate the background's motion, move the road, then move, weight and resample the particles."""
+        motion = self._motion.update(observation.image_rgb)
+        road = self._follow_road(observation, motion)
+        centre_px = image_centre(observation.camera)
+        existence = ExistenceMap(observation.image_rgb, self._classes, road, centre_px)
+        instant = BackgroundInstant(hs_bins(observation.image_rgb), centre_px, motion, road, existence)
+        self._last = self._filter.step(instant)
+        return car_estimate(self._last, observation.camera, self._template.size_px)
+
+    def _follow_road(self, observation: Observation, motion: PictureMotion) -> RoadCurve | None:
+        grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
+        if self._last is None:
+            return self._road.update(grey, motion, self._start_px, None)
+        position_px = self._last.weights @ self._last.states[:, POSITION]
+        heading_rad = circular_mean(self._last.states[:, HEADING], self._last.weights)
+        return self._road.update(grey, motion, position_px, heading_rad)

@@ -1,0 +1,139 @@
+"""The road-shape particle filter of paper A, section 3 (A.2): the helicopter's motion is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.background_motion import STILL, Motion, measured_motion
+from trackers.car_state import HEADING, POSITION, car_estimate, image_centre, initial_states, move_on
+from trackers.colour_template import ColourTemplate
+from trackers.kernels.boxes import box_centre
+from trackers.kernels.histogram import hs_bins
+from trackers.kernels.weights import circular_mean
+from trackers.particle_filter import ParticleFilter, Posterior
+from trackers.registry import register, tunable
+from trackers.road_lines import RoadSearch
+from trackers.road_model import RoadCurve, RoadModel
+from trackers.types import EgoPose, Estimate, Observation
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Setting of ``road_shape_pf``; the paper gives no values.
+
+    Attributes:
+        particles: N.
+        colour_sharpness: λ of the colour's weight.
+        colour_share: alpha of the mixture.
+        road_width_px: distance from the centre line that counts one in the road's weight.
+        speed_noise_px: τV, pixels a frame.
+        heading_noise_rad: τ'θ about the road's direction.
+        start_noise_px, fastest_start_px: first position's standard deviation, highest first speed.
+    """
+
+    particles: int = 500
+    colour_sharpness: float = tunable(30.0, 3.0, 300.0, log=True)
+    colour_share: float = tunable(0.95, 0.3, 0.999)
+    road_width_px: float = tunable(10.0, 1.0, 60.0, log=True)
+    speed_noise_px: float = tunable(0.6, 0.1, 5.0, log=True)
+    heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
+    start_noise_px: float = tunable(2.0, 0.5, 10.0, log=True)
+    fastest_start_px: float = tunable(12.0, 2.0, 40.0, log=True)
+
+
+@dataclass(frozen=True)
+class RoadInstant:
+    """One picture's bins (H, W), its centre (2,), the ground's motion since the last, and the road if one is known."""
+
+    bins: NDArray[np.uint8]
+    centre_px: NDArray[np.float64]
+    motion: Motion
+    road: RoadCurve | None
+
+
+class RoadShapeModel:
+    """State x = (x, y, V, θ) in pixels from the image centre.
+
+    Position and speed move as in A.1; then ``θ' = rθ + N(0, τ'θ²)`` (3.10), rθ the road's direction at the new place.
+    Weight ``alpha exp{-λ (1 - L)} + (1 - alpha) exp{-|x - S(y)| / w}`` (3.11, 3.12).
+    Readings: |.| is meant in 3.11, in units of w; without a known road θ walks at random and its term is left out.
+    """
+
+    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
+        self._parameters = parameters
+        self._template = template
+        self._start_px = start_px
+
+    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        p = self._parameters
+        return initial_states(count, self._start_px, p.start_noise_px, p.fastest_start_px, rng)
+
+    def predict(
+        self, states: NDArray[np.float64], observed: RoadInstant, rng: np.random.Generator
+    ) -> NDArray[np.float64]:
+        moved = move_on(states, observed.motion, self._parameters.speed_noise_px, rng)
+        if observed.road is not None:
+            _, moved[:, HEADING] = observed.road.offset_and_direction(moved[:, POSITION], moved[:, HEADING])
+        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
+        return moved
+
+    def log_weights(self, states: NDArray[np.float64], observed: RoadInstant) -> NDArray[np.float64]:
+        p = self._parameters
+        similarity = self._template.similarities(observed.bins, states[:, POSITION] + observed.centre_px)
+        colour = -p.colour_sharpness * (1.0 - similarity)
+        if observed.road is None:
+            return colour
+        offset, _ = observed.road.offset_and_direction(states[:, POSITION], states[:, HEADING])
+        road = -np.abs(offset) / p.road_width_px
+        return np.logaddexp(np.log(p.colour_share) + colour, np.log1p(-p.colour_share) + road)
+
+
+@register(
+    "road_shape_pf", role="as-written", summary="particle filter with the road's shape, motion measured (paper A.2)"
+)
+class RoadShapeParticleFilter:
+    """Paper A.2, with the measured motion of the helicopter (zero motion where none is measured).
+
+    Readings: see ``RoadModel``, ``RoadShapeModel`` and ``ColourTemplate``; the road is looked for about the last
+    estimate, moved with the ground. The rectangle keeps the size of the first box and does not turn.
+    """
+
+    Parameters = Parameters
+
+    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._rng = rng
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Take the template, trace the road beside the car, scatter the particles about it."""
+        self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
+        start_px = box_centre(box_xyxy) - image_centre(observation.camera)
+        model = RoadShapeModel(self._parameters, self._template, start_px)
+        self._filter = ParticleFilter[RoadInstant](model, self._parameters.particles, self._rng)
+        self._road = RoadModel(RoadSearch(), float(self._template.size_px.max()), self._rng)
+        grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
+        self._road.update(grey, STILL, start_px, None)
+        self._last: Posterior | None = None
+        self._start_px = start_px
+        self._ego: EgoPose | None = observation.ego
+
+    def update(self, observation: Observation) -> Estimate:
+        """Move the road, then move, weight and resample the particles by the next picture."""
+        motion = measured_motion(self._ego, observation.ego, observation.camera)
+        self._ego = observation.ego
+        road = self._follow_road(observation, motion)
+        bins, centre_px = hs_bins(observation.image_rgb), image_centre(observation.camera)
+        self._last = self._filter.step(RoadInstant(bins, centre_px, motion, road))
+        return car_estimate(self._last, observation.camera, self._template.size_px)
+
+    def _follow_road(self, observation: Observation, motion: Motion) -> RoadCurve | None:
+        grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
+        if self._last is None:
+            return self._road.update(grey, motion, self._start_px, None)
+        position_px = self._last.weights @ self._last.states[:, POSITION]
+        heading_rad = circular_mean(self._last.states[:, HEADING], self._last.weights)
+        return self._road.update(grey, motion, position_px, heading_rad)
