@@ -23,6 +23,7 @@ from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
 from sim.shaders.daylight import DaylightShader, Sun
+from sim.world import World
 from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation
 
 SUN_ILLUMINANCE_LX = 90_000.0
@@ -101,6 +102,11 @@ class RoadTownEpisode:
         gbuffer = self._renderer.gbuffer(wide, self._T_world_camera)
         radiance = self._shader.shade(gbuffer, wide, self._T_world_camera)
         return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb
+
+    @property
+    def world(self) -> World:
+        """The bodies, where they are now; for other renderers to draw."""
+        return self._world
 
     def close(self) -> None:
         """Free the world."""

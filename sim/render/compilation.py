@@ -26,6 +26,6 @@ def _is_compiled(kernel: Any) -> bool:
     if getattr(kernel, "signatures", True):
         return True
     source = Path(kernel.py_func.__code__.co_filename)
-    stem = f"{source.stem}.{kernel.py_func.__qualname__}-"
-    folder = Path(kernel.stats.cache_path)
-    return any(index.stat().st_mtime >= source.stat().st_mtime for index in folder.glob(f"{stem}*.nbi"))
+    # The name of the index that numba keeps of a function's compiled forms.
+    pattern = f"{source.stem}.{kernel.py_func.__qualname__}-*.nbi"
+    return any(Path(kernel.stats.cache_path).glob(pattern))

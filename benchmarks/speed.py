@@ -1,0 +1,169 @@
+"""How fast pictures are made: a finished frame with all its truth, against a bare call of PyBullet's renderer.
+
+Both are timed in one run, in turns, on the same scene, camera and size, in CPU time of the one thread that does the
+work (wall times of short calls flatter whoever runs while others wait). A *finished frame* is one ``Episode.step``: traffic
+and camera moved, picture with shadows, light and sensor noise, boxes, visible fractions, flow, ground motion. The *bare
+call* is ``getCameraImage`` of TinyRenderer with shadows: no noise, no exposure, no truth but ids and depth.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+
+from benchmarks.statistics import PooledRatios, bootstrap_interval
+from scenarios import catalog
+from scenarios.scenario import Frame
+from sim.optics import PinholeCamera
+from sim.world import World
+
+WARM_UP_FRAMES = 5
+FRAMES_PER_BARE_CALL = 8
+_NEAR_M, _FAR_M = 1.0, 1000.0
+_PATIENCE_S = 300.0
+
+
+class Subject(Protocol):
+    """What is measured: an episode whose world can be drawn by others."""
+
+    @property
+    def world(self) -> World:
+        """The bodies, where they are now."""
+        ...
+
+    def step(self) -> Frame:
+        """Return the next finished frame."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedSample:
+    """CPU seconds of single frames of one episode.
+
+    Attributes:
+        frame_s: (N,) of finished frames.
+        bare_s: (M,) of bare calls of TinyRenderer, spread evenly among them.
+        wall_frame_s: wall time of a finished frame, mean.
+    """
+
+    frame_s: tuple[float, ...]
+    bare_s: tuple[float, ...]
+    wall_frame_s: float
+
+    @property
+    def speedup(self) -> float:
+        """Mean bare call over mean finished frame."""
+        return float(np.mean(self.bare_s) / np.mean(self.frame_s))
+
+
+def measure(episode: Subject, frames: int) -> SpeedSample:
+    """Time ``frames`` finished frames and, after every eighth, a bare call from the same camera."""
+    cv2.setNumThreads(1)
+    for _ in range(WARM_UP_FRAMES):
+        frame = episode.step()
+    bare_call(episode.world, frame)
+    frame_s, bare_s, wall_s = [], [], 0.0
+    for k in range(frames):
+        wall, cpu = time.perf_counter(), time.thread_time()
+        frame = episode.step()
+        frame_s.append(time.thread_time() - cpu)
+        wall_s += time.perf_counter() - wall
+        if k % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
+            cpu = time.thread_time()
+            bare_call(episode.world, frame)
+            bare_s.append(time.thread_time() - cpu)
+    return SpeedSample(tuple(frame_s), tuple(bare_s), wall_s / frames)
+
+
+def bare_call(world: World, frame: Frame) -> None:
+    """Draw a frame's view with TinyRenderer and its shadows, and drop the picture."""
+    model = frame.observation.camera
+    camera = PinholeCamera(model.width_px, model.height_px, model.focal_px)
+    world.camera_image(camera, frame.truth.T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)
+
+
+def process_throughput(scenario: str, preset: str, seed: int, frames: int, processes: int) -> float:
+    """Return finished frames a second of wall time, all processes together; each runs the episode for itself.
+
+    All start at once, after each has built its town and warmed up.
+    """
+    context = multiprocessing.get_context("spawn")
+    start, results = context.Barrier(processes), context.Queue()
+    workers = [
+        context.Process(target=_work, args=(scenario, preset, seed, frames, start, results)) for _ in range(processes)
+    ]
+    for worker in workers:
+        worker.start()
+    seconds = [results.get(timeout=_PATIENCE_S) for _ in workers]
+    for worker in workers:
+        worker.join()
+    return sum(frames / each for each in seconds)
+
+
+def _work(scenario: str, preset: str, seed: int, frames: int, start: Any, results: Any) -> None:
+    cv2.setNumThreads(1)
+    episode = catalog.scenario(scenario).episode(preset, seed)
+    for _ in range(WARM_UP_FRAMES):
+        episode.step()
+    start.wait(_PATIENCE_S)
+    began = time.perf_counter()
+    for _ in range(frames):
+        episode.step()
+    results.put(time.perf_counter() - began)
+    episode.close()
+
+
+def measure_scenario(
+    scenario: str,
+    preset: str,
+    seeds: range,
+    frames: int,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> list[dict[str, Any]]:
+    """Return the entries of ``summary.json`` on speed (shape: ``benchmarks.summary``), over towns of these seeds.
+
+    Args:
+        frames: finished frames timed in each town.
+        progress: called with (parts done, parts in all).
+    """
+    of = 3 * len(seeds)
+    samples, one, two = [], [], []
+    for k, seed in enumerate(seeds):
+        progress(3 * k, of)
+        episode: Any = catalog.scenario(scenario).episode(preset, seed)
+        samples.append(measure(episode, frames))
+        episode.close()
+        progress(3 * k + 1, of)
+        one.append(process_throughput(scenario, preset, seed, frames, 1))
+        progress(3 * k + 2, of)
+        two.append(process_throughput(scenario, preset, seed, frames, 2))
+    progress(of, of)
+    bare, finished = ([float(np.mean(getattr(s, name))) for s in samples] for name in ("bare_s", "frame_s"))
+    ones, walls = [1.0] * len(samples), [sample.wall_frame_s for sample in samples]
+    entries = (
+        ("speedup_over_tinyrenderer", "ratio", "higher", bare, finished),
+        ("frames_per_s", "1/s", "higher", ones, walls),
+        ("process_scaling", "ratio", "higher", two, one),
+        ("frame_cpu_ms", "ms", "lower", [1e3 * each for each in finished], ones),
+        ("tinyrenderer_cpu_ms", "ms", "lower", [1e3 * each for each in bare], ones),
+    )
+    id_of = catalog.scenario(scenario).id
+    return [
+        {"suite": "speed", "scenario": id_of, "preset": preset, "tracker": "raster", "role": "ours"}
+        | {"renderer": "raster", "metric": metric, "unit": unit, "better": better}
+        | dict(_statistic(np.array(seeds), np.array(above), np.array(below)))
+        for metric, unit, better, above, below in entries
+    ]
+
+
+def _statistic(seeds: np.ndarray, above: np.ndarray, below: np.ndarray) -> Iterator[tuple[str, float]]:
+    """Ratio of sums over towns, with the 95 % bootstrap interval over towns."""
+    pool = PooledRatios(seeds, above[:, None], below[:, None], lambda ratios: ratios[..., 0])
+    low, high = bootstrap_interval(pool)
+    yield from (("mean", pool.mean), ("ci_low", low), ("ci_high", high), ("n", len(seeds)))
