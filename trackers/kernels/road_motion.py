@@ -8,11 +8,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-X, Y, HEADING, SPEED, ON_ROAD, EDGE, ARC, DIRECTION, LATERAL, CHOICE, CRUISE, HALTS, URGE, LOG_PRIOR = range(14)
+X, Y, HEADING, SPEED, ON_ROAD, EDGE, ARC, DIRECTION, LATERAL, CHOICE, CRUISE, HALTS, URGE, CURVE, TURN, LOG_PRIOR = range(
+    16
+)
 """Columns of a state: map position (m), heading (rad), speed (m/s); 1 on a road, 0 free; edge, point on it (fractional, from the edge's
 first), +1 or -1 as it is driven, offset to the right of the centre line (m); entry of ``node_edges`` chosen at the next crossing, or -1;
-speed wished for (m/s); 1 if it means to halt there; acceleration beside that (m/s^2); log-weight it was born with."""
-COLUMNS = 14
+speed wished for (m/s); 1 if it means to halt there; acceleration beside that (m/s^2); curvature of its path (1/m) and
+rest of a turn (rad) where it is free; log-weight it was born with."""
+COLUMNS = 16
 
 
 class Roads(NamedTuple):
@@ -38,7 +41,9 @@ class Habits(NamedTuple):
         lateral_acceleration, braking, acceleration: m/s^2; comfortable ones, and the most that is done.
         cruise_mps, cruise_spread_mps, cruise_rate: speed wished for: mean, deviation, rate of return to the mean.
         urge_spread, urge_rate: acceleration that nothing here explains: deviation (m/s^2), and rate at which it fades.
-        speed_noise, heading_noise, free_heading_noise, position_noise: of the step.
+        curve_spread_per_m, curve_rate: curvature of paths off the known roads: deviation, and rate at which it fades.
+        unseen_turns_per_m: crossings at which a car turns, on roads that were never seen.
+        speed_noise, heading_noise, position_noise: of the step.
         leave_rate, return_rate: of leaving the road, and of taking to one that lies near.
         halt_share, halt_s: share of crossings where a car halts, and for how long on average.
         turn_weight: of a turn at a crossing against going straight on.
@@ -52,9 +57,11 @@ class Habits(NamedTuple):
     cruise_rate: float
     urge_spread: float
     urge_rate: float
+    curve_spread_per_m: float
+    curve_rate: float
+    unseen_turns_per_m: float
     speed_noise: float
     heading_noise: float
-    free_heading_noise: float
     position_noise: float
     leave_rate: float
     return_rate: float
@@ -67,6 +74,7 @@ _CORNER_M = 7.0
 _DECIDE_M = 28.0
 _HALT_BEFORE_M = 8.0
 _BEND_AHEAD_M = 10.0
+_SHARPEST_PER_M, _TURN_PER_M = 0.22, 0.13
 
 
 @njit(cache=True)
@@ -236,59 +244,108 @@ def drive(
     """Move every state on by ``dt_s``, in place.
 
     On a road: the heading turns towards the lane's point ``L = max(4, 0.7 v)`` ahead along the way chosen (pure pursuit:
-    ``curvature = 2 sin(alpha) / L``); the speed goes towards what ``_allowed_speed`` says. Free: heading is a random walk. Both: ``v' = v + (a + u) dt +
+    ``curvature = 2 sin(alpha) / L``); the speed goes towards what ``_allowed_speed`` says. Free: the curvature is an Ornstein-Uhlenbeck process,
+    with turns as at crossings where no road is known. Both: ``v' = v + (a + u) dt +
     n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and the urge u return to their means
     (Ornstein-Uhlenbeck).
 
     Args:
         states: (N, COLUMNS).
-        normals: (N, 6) standard normal: speed, heading, x, y, wished speed, urge. uniforms: (N, 4) in [0, 1): mode, way on, halt,
-            release.
+        normals: (N, 7) standard normal: speed, heading, x, y, wished speed, urge, curvature. uniforms: (N, 6) in [0, 1): mode, way on, halt,
+            release, turn, side.
     """
     root = np.sqrt(dt_s)
     for i in range(states.shape[0]):
         s = states[i]
-        decay = np.exp(-habits.cruise_rate * dt_s)
-        s[CRUISE] = (
-            habits.cruise_mps
-            + (s[CRUISE] - habits.cruise_mps) * decay
-            + habits.cruise_spread_mps * np.sqrt(1 - decay * decay) * normals[i, 4]
+        s[CRUISE] = habits.cruise_mps + _fade(
+            s[CRUISE] - habits.cruise_mps, habits.cruise_spread_mps, habits.cruise_rate, dt_s, normals[i, 4]
         )
-        goal = max(s[CRUISE], 0.0)
-        noise = habits.free_heading_noise
-        curvature = 0.0
-        if s[ON_ROAD] > 0:
-            if s[CHOICE] < 0 and _to_node_m(s, roads) < _DECIDE_M:
-                s[CHOICE] = _choose(roads, int(s[EDGE]), s[DIRECTION], habits.turn_weight, uniforms[i, 1])
-                crossing = roads.ends[int(s[EDGE]), 1 if s[DIRECTION] > 0 else 0]
-                wide = roads.node_first[crossing + 1] - roads.node_first[crossing] > 2
-                s[HALTS] = 1.0 if wide and uniforms[i, 2] < habits.halt_share else 0.0
-            goal = _allowed_speed(s, roads, habits)
-            if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[i, 3] < dt_s / habits.halt_s:
-                s[HALTS] = 0.0
-            distance = max(4.0, 0.7 * s[SPEED])
-            x, y, _ = _ahead(s, roads, distance)
-            alpha = wrap(np.arctan2(y - s[Y], x - s[X]) - s[HEADING])
-            curvature = 2.0 * np.sin(min(max(alpha, -1.5), 1.5)) / distance
-            curvature = min(max(curvature, -0.22), 0.22)
-            noise = habits.heading_noise
-            if uniforms[i, 0] < habits.leave_rate * dt_s:
-                s[ON_ROAD] = 0.0
-        elif uniforms[i, 0] < habits.return_rate * dt_s:
-            _associate_one(s, roads, 6.5, 0.64)
-        fade = np.exp(-habits.urge_rate * dt_s)
-        s[URGE] = fade * s[URGE] + habits.urge_spread * np.sqrt(1 - fade * fade) * normals[i, 5]
+        s[URGE] = _fade(s[URGE], habits.urge_spread, habits.urge_rate, dt_s, normals[i, 5])
+        on_road = s[ON_ROAD] > 0
+        if on_road:
+            goal, curvature = _follow_road(s, roads, habits, dt_s, uniforms[i])
+        else:
+            goal, curvature = _go_free(s, roads, habits, dt_s, normals[i, 6], uniforms[i])
         push = min(max(1.5 * (goal - s[SPEED]), -1.3 * habits.braking), habits.acceleration)
         s[SPEED] = max(0.0, s[SPEED] + (push + s[URGE]) * dt_s + habits.speed_noise * root * normals[i, 0])
-        # A standing car does not turn.
-        turns = min(1.0, s[SPEED] / 2.0)
-        s[HEADING] = wrap(s[HEADING] + curvature * s[SPEED] * dt_s + noise * root * turns * normals[i, 1])
+        # A standing car neither turns nor drifts.
+        noise = root * min(1.0, s[SPEED] / 2.0)
+        s[HEADING] = wrap(s[HEADING] + curvature * s[SPEED] * dt_s + habits.heading_noise * noise * normals[i, 1])
         step_x = s[SPEED] * dt_s * np.cos(s[HEADING])
         step_y = s[SPEED] * dt_s * np.sin(s[HEADING])
-        s[X] += step_x + habits.position_noise * root * turns * normals[i, 2]
-        s[Y] += step_y + habits.position_noise * root * turns * normals[i, 3]
-        if s[ON_ROAD] > 0:
+        s[X] += step_x + habits.position_noise * noise * normals[i, 2]
+        s[Y] += step_y + habits.position_noise * noise * normals[i, 3]
+        if on_road:
             _move_along(s, roads, step_x, step_y)
+
+
+@njit(cache=True)
+def _fade(value: float, spread: float, rate: float, dt_s: float, normal: float) -> float:
+    """Return a step of an Ornstein-Uhlenbeck process about 0: ``f x + s sqrt(1 - f^2) n``, ``f = exp(-rate dt)``."""
+    factor = np.exp(-rate * dt_s)
+    return factor * value + spread * np.sqrt(1 - factor * factor) * normal
+
+
+@njit(cache=True)
+def _follow_road(
+    s: NDArray[np.float64], roads: Roads, habits: Habits, dt_s: float, uniforms: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Return speed aimed at and curvature of a car on a road; it may choose its way on, halt, or begin to leave the road."""
+    edge = int(s[EDGE])
+    if s[CHOICE] < 0 and _to_node_m(s, roads) < _DECIDE_M:
+        s[CHOICE] = _choose(roads, edge, s[DIRECTION], habits.turn_weight, uniforms[1])
+        crossing = roads.ends[edge, 1 if s[DIRECTION] > 0 else 0]
+        wide = roads.node_first[crossing + 1] - roads.node_first[crossing] > 2
+        s[HALTS] = 1.0 if wide and uniforms[2] < habits.halt_share else 0.0
+    goal = _allowed_speed(s, roads, habits)
+    if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:
+        s[HALTS] = 0.0
+    distance = max(4.0, 0.7 * s[SPEED])
+    x, y, _ = _ahead(s, roads, distance)
+    alpha = wrap(np.arctan2(y - s[Y], x - s[X]) - s[HEADING])
+    curvature = 2.0 * np.sin(min(max(alpha, -1.5), 1.5)) / distance
+    curvature = min(max(curvature, -_SHARPEST_PER_M), _SHARPEST_PER_M)
+    s[CURVE] = curvature
+    if uniforms[0] < habits.leave_rate * dt_s:
+        s[ON_ROAD] = 0.0
+        s[TURN] = 1.6 * uniforms[4] - 0.8
+    return goal, curvature
+
+
+@njit(cache=True)
+def _go_free(
+    s: NDArray[np.float64],
+    roads: Roads,
+    habits: Habits,
+    dt_s: float,
+    normal: float,
+    uniforms: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return speed aimed at and curvature of a car off the known roads; where none is near it may turn as at a crossing, where one is it
+    may take to it."""
+    goal = max(s[CRUISE], 0.0)
+    s[CURVE] = _fade(s[CURVE], habits.curve_spread_per_m, habits.curve_rate, dt_s, normal)
+    if s[TURN] == 0.0 and uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s and _nearest(s, roads) < 0:
+        s[TURN] = 1.57 if uniforms[5] < 0.5 else -1.57
+    if uniforms[0] < habits.return_rate * dt_s:
+        _associate_one(s, roads, 6.5, 0.64)
+    if s[TURN] == 0.0:
+        return goal, s[CURVE]
+    curvature = min(_TURN_PER_M, 1.6 * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0))
+    curvature = curvature if s[TURN] > 0 else -curvature
+    rest = s[TURN] - curvature * s[SPEED] * dt_s
+    s[TURN] = rest if rest * s[TURN] > 0 else 0.0
+    return min(goal, np.sqrt(habits.lateral_acceleration / _TURN_PER_M)), curvature
+
+
+@njit(cache=True)
+def _nearest(s: NDArray[np.float64], roads: Roads) -> int:
+    """Return the centre-line point nearest to a state, -1 if none is near."""
+    column = int(np.floor((s[X] - roads.origin_m[0]) / roads.cell_m))
+    row = int(np.floor((s[Y] - roads.origin_m[1]) / roads.cell_m))
+    if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:
+        return -1
+    return roads.nearest[row, column]
 
 
 @njit(cache=True)

@@ -95,17 +95,20 @@ class Detector:
         return found
 
     def learn(
-        self, registered: Registered, position_m: NDArray[np.float64], heading_rad: float, shape_rate: float
+        self, registered: Registered, position_m: NDArray[np.float64], axis_rad: float, shape_rate: float
     ) -> None:
         """Take what is at a place on the map for the target: its colours, and its shape by ``shape_rate`` (1 = it alone)."""
         centre, jacobian = place(registered.camera, position_m)
-        along, across = _axes(jacobian, self._half_size_m, heading_rad)
+        along, across = _axes(jacobian, self._half_size_m, axis_rad)
         patch = ob.sample_template(registered.small_rgb, centre, along, across)
         if np.isnan(patch).any():
             return
         # The outermost samples may show the road.
         core = np.ascontiguousarray(np.clip(patch[1:-1, 1:-1] + 0.5, 0, 255).astype(np.uint8))
         self.colours.learn_target(core, np.ones(core.shape[:2], np.float32))
+        turned = np.ascontiguousarray(patch[::-1, ::-1])
+        if np.abs(turned - self._template).sum() < np.abs(patch - self._template).sum():
+            patch = turned
         self._template += shape_rate * (patch - self._template)
 
     def measure(
@@ -141,6 +144,21 @@ class Detector:
             return None
         place_m = registered.camera.to_map(((centre + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
         return Candidate(place_m, heading, self.likeness.log_ratio(measures), measures)
+
+    def measure_at(
+        self, registered: Registered, cues: Cues, position_m: NDArray[np.float64], axis_rad: float
+    ) -> Candidate:
+        """Return the box at just this place and axis."""
+        centre, jacobian = place(registered.camera, position_m)
+        along, across = _axes(jacobian, self._half_size_m, axis_rad)
+        pictures = (registered.small_rgb, cues.log_ratio, cues.difference, self._template)
+        measures = ob.measure_box(*pictures, centre, along, across)
+        return Candidate(position_m, float(axis_rad), self.likeness.log_ratio(measures), measures)
+
+    @staticmethod
+    def merit(candidate: Candidate) -> float:
+        """Return how well a box lies on what it is laid on: what ``measure`` makes greatest."""
+        return float(_ALIGN @ candidate.measures)
 
     def learn_rest(self, registered: Registered, target_m: NDArray[np.float64] | None) -> None:
         """Take the whole picture, without the surroundings of the target (2,) if it is in it, for what the target is not."""

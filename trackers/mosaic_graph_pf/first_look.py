@@ -31,11 +31,10 @@ def look_first(
     detector.learn_rest(registered, start_m)
     contrast = _contrast(registered, start_m, length_m)
     cues = Cues(detector.colours.log_ratio(registered.small_rgb), contrast)
+    # The box tells the place; only the axis is to be found. Free to move, the best fit would take in the car's shadow.
     trials = (axes_rad[:, None] + _SPREAD_RAD).ravel()
-    found = detector.measure(registered, cues, start_m, trials, 2)
-    if found is None:
-        found = Candidate(start_m, float(axes_rad[0]), 0.0, np.zeros(ob.MEASURES))
-    detector.learn(registered, found.position_m, found.axis_rad, shape_rate=1.0)
+    found = max((detector.measure_at(registered, cues, start_m, axis) for axis in trials), key=detector.merit)
+    detector.learn(registered, start_m, found.axis_rad, shape_rate=1.0)
     detector.likeness.start(found.measures)
     return found
 

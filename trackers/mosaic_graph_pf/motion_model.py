@@ -118,7 +118,7 @@ class CarModel:
             roads = road_arrays(observed.roads)
             if observed.roads_are_new:
                 self._associate_anew(states, roads)
-        rm.drive(states, roads, self._habits, observed.dt_s, rng.normal(size=(count, 6)), rng.random((count, 4)))
+        rm.drive(states, roads, self._habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 6)))
         if observed.births:
             self._give_birth(states, observed, roads, rng)
         return states

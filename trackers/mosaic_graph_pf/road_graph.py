@@ -1,4 +1,4 @@
-"""A graph of centre lines out of the raw lines of a skeleton: crossings joined, spurs cut, dead ends drawn on."""
+"""A graph of centre lines out of the raw lines of a skeleton: crossings joined, spurs cut, dead ends connected."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SPUR_M = 9.0
 _SMOOTHING_M = 4.0
 _TANGENT_M = 12.0
 _SHORTEST_TO_EXTEND_M = 14.0
-_EXTENSION_M = 70.0
+_EXTENSION_M = 45.0
 _JOIN_M = 4.0
 
 Line = NDArray[np.float64]
@@ -135,7 +135,7 @@ class _Sketch:
         self.edges = [(start, end, _smoothed(points)) for start, end, points in self.edges]
 
     def extend(self) -> None:
-        """Draw dead ends straight on, up to the next road or for ``_EXTENSION_M``."""
+        """Draw dead ends straight on to a road that they meet within ``_EXTENSION_M``. Others stay dead: where they lead was not seen."""
         degree = self._degrees()
         dead_ends = [
             (k, side)
@@ -149,27 +149,20 @@ class _Sketch:
             back = points[-1 - min(len(points) - 1, int(_TANGENT_M / SPACING_M))]
             along = (points[-1] - back) / max(float(np.linalg.norm(points[-1] - back)), 1e-9)
             steps = np.arange(0.0, _EXTENSION_M + SPACING_M, SPACING_M)[:, None]
-            self._add_until_met(node, points[-1] + steps * along, k)
+            self._connect(node, points[-1] + steps * along, k)
 
-    def _add_until_met(self, node: int, ray: Line, own: int) -> None:
-        """Add ``ray`` as an edge from ``node``; where it meets another road (not ``own``), it ends in a crossing with it."""
+    def _connect(self, node: int, ray: Line, own: int) -> None:
+        """Add ``ray`` as an edge from ``node`` up to where it meets another road (not ``own``) first, if it does."""
+        target = -1
         for k, (start, end, points) in enumerate(self.edges):
-            if k == own:
+            if k == own or node in (start, end):
                 continue
-            distance = np.linalg.norm(ray[:, None] - points[None], axis=-1)
-            met = np.flatnonzero(distance.min(axis=1) < _JOIN_M)
-            if len(met) and node not in (start, end):
-                ray = ray[: met[0] + 1]
-        last = ray[-1]
-        target, best = -1, _JOIN_M
-        for k, (_, _, points) in enumerate(self.edges):
-            nearest = float(np.linalg.norm(points - last, axis=1).min())
-            if k != own and nearest < best:
-                target, best = k, nearest
-        far = self._new_node()
+            met = np.flatnonzero(np.linalg.norm(ray[:, None] - points[None], axis=-1).min(axis=1) < _JOIN_M)
+            if len(met):
+                target, ray = k, ray[: met[0] + 1]
         if target >= 0:
-            far, last = self._split(target, last)
-        self.edges.append((node, far, _smoothed(np.vstack([ray, last]) if target >= 0 else ray)))
+            far, last = self._split(target, ray[-1])
+            self.edges.append((node, far, _smoothed(np.vstack([ray, last]))))
 
     def _split(self, k: int, near_m: NDArray[np.float64]) -> tuple[int, NDArray[np.float64]]:
         """Return a node, and where it is, on edge k next to ``near_m``: one of its ends, or a new one that cuts it in two."""

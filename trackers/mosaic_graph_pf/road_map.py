@@ -80,7 +80,9 @@ class RoadFinder:
         order = np.argsort(ratio)
         typical = ratio[order[min(np.searchsorted(np.cumsum(road[order]), _TYPICAL_QUANTILE), CELLS - 1)]]
         table = np.minimum(ratio / max(float(typical), 1e-9), 1.0)
-        return look_up(table.astype(np.float32), rgb) * (count > 0), count > 0, origin_m
+        # Cells at the edge of what was seen are mixed with nothing.
+        seen = cv2.erode((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+        return look_up(table.astype(np.float32), rgb) * seen, seen, origin_m
 
     def _driven_cells(
         self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]

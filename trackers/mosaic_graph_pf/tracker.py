@@ -33,7 +33,7 @@ _LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
 _FASTEST_MPS, _REACH_MARGIN_M = 15.0, 12.0
 _BIRTH_AREA_M2, _DRIVABLE_SHARE = 1.6, 0.25
 _SUDDEN_LEVELS = 30
-_SHAPE_RATE = 0.06
+_SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,8 @@ class Parameters:
         detection_probability: chance that a target in full view is found, given it was missed in the picture before.
         detection_deviation_m: standard deviation of a detection.
         surprise: prior probability, each picture, that the target is where no particle is.
-        urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, free_heading_noise: see ``Habits``.
+        urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, curve_spread_per_m,
+            unseen_turns_per_m: see ``Habits``.
     """
 
     particles: int = 1000
@@ -60,7 +61,8 @@ class Parameters:
     cruise_rate: float = tunable(0.25, 0.05, 1.0, log=True)
     turn_weight: float = tunable(0.7, 0.1, 2.0, log=True)
     leave_rate: float = tunable(0.02, 0.002, 0.2, log=True)
-    free_heading_noise: float = tunable(0.25, 0.05, 0.6, log=True)
+    curve_spread_per_m: float = tunable(0.02, 0.003, 0.1, log=True)
+    unseen_turns_per_m: float = tunable(0.01, 0.001, 0.03, log=True)
     use_ego: bool = True
     use_mosaic: bool = True
     use_roads: bool = True
@@ -103,7 +105,6 @@ class MosaicGraphParticleFilter:
         self._road_map: RoadMap | None = None
         self._sightings = Sightings()
         self._driven: deque[NDArray[np.float64]] = deque([target.position_m], maxlen=_DRIVEN_DELAY_FRAMES)
-        self._shape_is_sure = False
         self._frame, self._time_s = 0, observation.time_s
         self._since_lock_s = 0.0
 
@@ -138,7 +139,9 @@ class MosaicGraphParticleFilter:
             urge_rate=0.7,
             speed_noise=p.speed_noise,
             heading_noise=0.06,
-            free_heading_noise=p.free_heading_noise,
+            curve_spread_per_m=p.curve_spread_per_m,
+            curve_rate=0.5,
+            unseen_turns_per_m=p.unseen_turns_per_m,
             position_noise=0.15,
             leave_rate=p.leave_rate,
             return_rate=0.5,
@@ -240,10 +243,9 @@ class MosaicGraphParticleFilter:
             for other in self._sightings.seen():
                 if other is not target:
                     self._detector.likeness.learn_rest(other.candidate.measures)
-            sure = bool(np.linalg.norm(target.velocity_mps) > 2.0) and target.age > 5
-            rate = 0.0 if not sure else _SHAPE_RATE if self._shape_is_sure else 1.0
-            self._shape_is_sure = self._shape_is_sure or sure
-            self._detector.learn(registered, target.candidate.position_m, target.heading_rad, rate)
+            seen = target.candidate
+            if seen.log_ratio > _SURE_LOG_RATIO:
+                self._detector.learn(registered, seen.position_m, seen.axis_rad, _SHAPE_RATE)
         if self._frame % 5 == 0:
             self._detector.learn_rest(registered, None if target is None else target.position_m)
 
