@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -46,6 +47,7 @@ class Experiment:
         controllers: who steers the camera, ``SET_PATH`` for nobody; None = as each preset says, and where
             that says that the tracker steers, by the controller ``centre``.
         workers: processes; 0 = this very process (then a tracker that ends its process ends everything).
+        repeats: runs an episode of a tracker whose random numbers no seed reaches.
         limit_s: the longest a tracker may take over a frame.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
@@ -59,6 +61,7 @@ class Experiment:
     renderer: RendererName = "raster"
     controllers: tuple[str, ...] | None = None
     workers: int = 1
+    repeats: int = 3
     limit_s: float = 20.0
     modules: tuple[str, ...] = ()
     backend: str = "loky"
@@ -98,8 +101,9 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     load_modules(experiment.modules)
     check_names(experiment)
     _make_folder(out)
-    have = _current_blocks(experiment, out)
-    jobs = [_what_is_left(job, have) for job in _jobs(experiment, out / _NOTES)]
+    versions = {name: versions_of(entrant(name)) for name in experiment.trackers}
+    have = _current_blocks(experiment, out, versions)
+    jobs = [replace(_what_is_left(job, have), versions=versions) for job in _jobs(experiment, out / _NOTES)]
     jobs = [job for job in jobs if job.trackers]
     outcome = Outcome(resumed=len(have))
     total = len(have) + sum(len(job.trackers) for job in jobs)
@@ -113,6 +117,8 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
         for name, frames in result.silent.items():
             outcome.silent[name] = outcome.silent.get(name, 0) + frames
         report(len(have) + outcome.episodes, total)
+    with contextlib.suppress(OSError):
+        (out / _NOTES).rmdir()
     # Workers finish in any order; the file does not show it.
     rewrite(out, read_blocks(out).values())
     outcome.summary = write_summary(out)
@@ -146,6 +152,7 @@ def _jobs(experiment: Experiment, notes: Path) -> Iterator[Job]:
                         controller=controller,
                         trackers=trackers,
                         modules=experiment.modules,
+                        repeats=experiment.repeats,
                         limit_s=experiment.limit_s,
                         notes=notes,
                     )
@@ -193,7 +200,7 @@ def _key(job: Job, tracker: str) -> BlockKey:
     return BlockKey(job.suite, job.scenario, job.preset, job.renderer, job.controller or "", tracker, job.seed)
 
 
-def _current_blocks(experiment: Experiment, out: Path) -> set[BlockKey]:
+def _current_blocks(experiment: Experiment, out: Path, versions: dict[str, dict[str, str]]) -> set[BlockKey]:
     """Return which of the experiment's blocks are there already, made by the same code; other makings are
     removed.
     """
@@ -207,7 +214,6 @@ def _current_blocks(experiment: Experiment, out: Path) -> set[BlockKey]:
             f"out: expected a folder with no seeds but {wanted}, got {str(out)!r}, which holds seed {strangers[0]}"
         )
     wanted_keys = {_key(job, name) for job in _jobs(experiment, out) for name in job.trackers}
-    versions = {name: versions_of(entrant(name)) for name in experiment.trackers}
     outdated = {
         key for key, rows in blocks.items() if key in wanted_keys and rows[0]["versions"] != versions[key.tracker]
     }

@@ -21,14 +21,10 @@ from benchmarks.notes import Note, note_at
 from benchmarks.records import LAST_METRIC, Row, rounded
 from benchmarks.scoring import Score, score_episode
 from benchmarks.tracked import Failure, TrackedEpisode
-from benchmarks.versions import versions_of
 from scenarios import catalog
 from scenarios.scenario import Episode, Frame, RendererName
 from sim.rng import generator
 from trackers.controllers.catalogue import create_controller
-
-REPEATS = 3
-"""Runs an episode of a tracker whose random numbers no seed reaches."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +36,10 @@ class Job:
         controller: who steers the camera by the (then only) tracker; None = the set path.
         trackers: who watches.
         modules: users' own modules to import first.
+        repeats: runs of a tracker whose random numbers no seed reaches.
         limit_s: the longest a tracker may take over a frame.
         notes: folder for the note that says what the worker is at, so that its death can be explained.
+        versions: tracker → what its rows say of their making, as it was when the experiment began.
         settings: for tuning, label in ``trackers`` → the tracker's name and the values it is set to.
         deadly: trackers that ended their process in this episode, and the frame they did it on.
     """
@@ -54,8 +52,10 @@ class Job:
     controller: str | None
     trackers: tuple[str, ...]
     modules: tuple[str, ...] = ()
+    repeats: int = 3
     limit_s: float = 20.0
     notes: Path | None = None
+    versions: dict[str, dict[str, str]] = field(default_factory=dict)
     settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     deadly: dict[str, int] = field(default_factory=dict)
 
@@ -117,7 +117,7 @@ def _watchers(job: Job, episode: Episode) -> list[_Watcher]:
     watchers = []
     for name in job.trackers:
         who = with_parameters(*job.settings[name]) if name in job.settings else entrant(name)
-        for repeat in range(1 if who.reproducible else REPEATS):
+        for repeat in range(1 if who.reproducible else job.repeats):
             stream = f"tracker/{who.name}" if repeat == 0 else f"tracker/{who.name}/{repeat}"
             contestant = who.create(episode, generator(job.seed, stream))
             watchers.append(_Watcher(name, who, repeat, TrackedEpisode(contestant, job.limit_s)))
@@ -163,7 +163,7 @@ def _result(job: Job, scenario_id: str, truth: TruthSeries, watchers: list[_Watc
             "renderer": job.renderer,
             "seed": job.seed,
         }
-        ending = {"seconds": seconds, "versions": versions_of(mine[0].entrant)}
+        ending = {"seconds": seconds, "versions": job.versions.get(name, {})}
         scores = [(watcher.repeat, score) for watcher in mine for score in _scores(job, truth, watcher)]
         scores.append((0, Score(LAST_METRIC, float(truth.frame_count))))
         blocks.append([{**heading, **_as_row(repeat, score), **ending} for repeat, score in scores])

@@ -44,8 +44,8 @@ class OracleParameters:
             leave the road ``leaves_within_m`` metres from the exit.
         aside_m, along_m: ranges of such a way's sideways distance and length.
         slows_off_road: whether it knows how slowly this scenario's drivers leave the road, which no map tells.
-        held_up_share: share of guesses in which another car slows this one down, from some moment of the next 4 s on, to any
-            speed below its own.
+        held_up_share: share of guesses in which another car slows this one down, from some moment of the next 4 s
+            on, to any speed.
         acceleration_noise_mps2, acceleration_noise_s: standard deviation and correlation time of what is left out by
             the driver model.
         place_sigma_m, heading_sigma_rad, acceleration_sigma_mps2: how well a guess must fit the state at the
@@ -91,13 +91,11 @@ class _Guesses:
 
 
 class OracleMap:
-    """Says the truth while any of the car is in the picture; outside it guesses with the map from the state
-    at the exit.
+    """Says the truth while any of the car is in the picture; outside it guesses with the map from the exit on.
 
-    A guess is a route over the graph (branching at every crossing), a driver's speeds on it (those of the
-    scenario: slowing for bends, halts at crossings) and perhaps a way off the road. Guesses are weighted
-        once, by how well they
-    explain place, heading and acceleration at the exit. The estimate is their geometric median.
+    A guess is a route over the graph (branching at every crossing), a driver's speeds on it (slowing for bends,
+    halts at crossings, held up by others) and perhaps a way off the road. Guesses are weighted once, by how well
+    they explain place, heading and acceleration at the exit. The estimate is their geometric median.
     """
 
     Parameters = OracleParameters
@@ -149,6 +147,8 @@ class OracleMap:
         route = rng.choice(len(fan.prior), size=count, p=fan.prior)
         arc_m = fan.nearest_arc_m[route] + rng.normal(0.0, p.place_sigma_m, count)
         off_road = rng.random(count) < p.off_road_share
+        leaves_in_m = rng.uniform(*p.leaves_within_m, count)
+        held_up = rng.random(count) < p.held_up_share
         on_it = rng.random(count) < 0.5
         halts = rng.random(count) < p.stop_share
         fastest_seen = max(self._speeds)
@@ -159,13 +159,10 @@ class OracleMap:
             cruise_mps=rng.uniform(*p.cruise_mps, count).clip(fastest_seen),
             stop_at_m=np.where(halts, fan.next_crossing_m(route, arc_m), np.inf),
             wait_s=rng.uniform(*p.stop_s, count),
-            leave_m=arc_m
-            + np.where(on_it, rng.uniform(-p.along_m[1], 0.0, count), rng.uniform(*p.leaves_within_m, count)),
+            leave_m=arc_m + np.where(on_it, rng.uniform(-p.along_m[1], 0.0, count), leaves_in_m),
             along_m=rng.uniform(*p.along_m, count),
             aside_m=rng.uniform(*p.aside_m, count) * rng.choice([-1.0, 1.0], count) * off_road,
-            held_up_in_s=np.where(
-                rng.random(count) < p.held_up_share, rng.uniform(0.0, _HELD_UP_WITHIN_S, count), np.inf
-            ),
+            held_up_in_s=np.where(held_up, rng.uniform(0.0, _HELD_UP_WITHIN_S, count), np.inf),
             held_up_mps=rng.uniform(0.0, p.cruise_mps[1], count),
             noise_mps2=rng.normal(0.0, p.acceleration_noise_mps2, count),
         )

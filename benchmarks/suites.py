@@ -165,6 +165,8 @@ FRAME_OUT = Suite(
     headline=(
         "recovery_rate",
         "kept_rate",
+        "time_in_view",
+        "offscreen_error_m",
         "offscreen_error_30_m",
         "coverage_95",
         "in_view_gm",

@@ -12,7 +12,8 @@ from rich.table import Table
 
 from benchmarks.suites import Metric, Suite
 
-_WIDTH = 118
+_WIDTH = 132
+_WIDE_ENOUGH_FOR_INTERVALS = 120
 _ROLE_STYLES = {"ours": "bold green", "oracle": "italic", "variant": "dim"}
 
 
@@ -24,7 +25,7 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], suite: Suite) -> None:
     if not console.is_terminal:
         console = Console(width=_WIDTH)
     for title, entries in _conditions(summary):
-        console.print(_table(title, entries, suite))
+        console.print(_table(title, entries, suite, console.width >= _WIDE_ENOUGH_FOR_INTERVALS))
 
 
 def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
@@ -36,27 +37,31 @@ def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[d
     yield from groups.items()
 
 
-def _table(title: str, entries: Sequence[dict[str, Any]], suite: Suite) -> Table:
+def _table(title: str, entries: Sequence[dict[str, Any]], suite: Suite, intervals: bool) -> Table:
     trackers: dict[str, dict[str, dict[str, Any]]] = {}
     for entry in entries:
         trackers.setdefault(entry["tracker"], {})[entry["metric"]] = entry
     present = {entry["metric"] for entry in entries}
     columns = [suite.metric(name) for name in suite.headline if name in present]
     seeds = max(entry["n"] for entry in entries)
-    table = Table(title=f"{title}: {seeds} episodes, 95 % intervals over them", box=box.SIMPLE_HEAD)
-    table.add_column("tracker")
+    table = Table(
+        title=f"{title}: {seeds} episodes{', 95 % intervals over them' if intervals else ''}", box=box.SIMPLE_HEAD
+    )
+    table.add_column("tracker", no_wrap=True, min_width=max(map(len, trackers)))
     table.add_column("role")
     for metric in columns:
         arrow = "↑" if metric.better == "higher" else "↓"
         unit = "" if metric.unit in ("fraction", "1") else f" [{metric.unit}]"
-        table.add_column(f"{metric.name.replace('_', ' ')}{unit} {arrow}", justify="right")
+        table.add_column(
+            f"{metric.name.replace('_', ' ')}{unit} {arrow}", justify="right", min_width=9 if intervals else 5
+        )
 
-    def rank(name: str) -> tuple[float, float]:
-        return _goodness(trackers[name], columns[0]), _goodness(trackers[name], columns[2 % len(columns)])
+    def rank(name: str) -> tuple[float, ...]:
+        return tuple(_goodness(trackers[name], metric) for metric in columns)
 
     for name in sorted(trackers, key=rank, reverse=True):
         role = next(iter(trackers[name].values()))["role"]
-        cells = [_cell(trackers[name].get(metric.name)) for metric in columns]
+        cells = [_cell(trackers[name].get(metric.name), intervals) for metric in columns]
         table.add_row(name, role, *cells, style=_ROLE_STYLES.get(role, ""))
     return table
 
@@ -68,9 +73,11 @@ def _goodness(metrics: dict[str, dict[str, Any]], metric: Metric) -> float:
     return mean if metric.better == "higher" else -mean
 
 
-def _cell(entry: dict[str, Any] | None) -> str:
+def _cell(entry: dict[str, Any] | None, intervals: bool) -> str:
     if entry is None:
         return "-"
+    if not intervals:
+        return _number(entry["mean"])
     return f"{_number(entry['mean'])}\n{_number(entry['ci_low'])}-{_number(entry['ci_high'])}"
 
 

@@ -143,14 +143,14 @@ def test_a_silent_tracker_is_no_failure_but_has_the_worst_error(tmp_path: Path) 
 
 def test_a_tracker_that_kills_its_process_is_found_and_the_others_results_stand(tmp_path: Path) -> None:
     trackers = ("fake_knowing", "fake_kills", "fake_still")
-    outcome = run(replace(TINY, trackers=trackers, workers=2, seeds=range(3)), tmp_path)
-    assert sorted((f.tracker, f.seed, f.frame) for f in outcome.failures) == [("fake_kills", k, 20) for k in range(3)]
+    outcome = run(replace(TINY, trackers=trackers, workers=2, seeds=range(1)), tmp_path)
+    assert sorted((f.tracker, f.seed, f.frame) for f in outcome.failures) == [("fake_kills", k, 20) for k in range(1)]
     assert all("ended its process" in f.reason for f in outcome.failures)
     assert mean_of(outcome, "fake_kills", "offscreen_error_m") == WORST_ERROR_M
-    run(replace(TINY, seeds=range(3)), tmp_path / "without")
+    run(replace(TINY, seeds=range(1)), tmp_path / "without")
     others = [row for row in without_times(tmp_path) if row["tracker"] != "fake_kills"]
     assert others == without_times(tmp_path / "without")
-    assert list((tmp_path / ".running").iterdir()) == []
+    assert not (tmp_path / ".running").exists()
 
 
 def test_in_closed_loop_the_tracker_steers(tmp_path: Path) -> None:
