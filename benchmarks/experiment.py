@@ -100,7 +100,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     """
     load_modules(experiment.modules)
     check_names(experiment)
-    _make_folder(out)
+    make_folder(out)
     versions = {name: versions_of(entrant(name)) for name in experiment.trackers}
     have = _current_blocks(experiment, out, versions)
     jobs = [replace(_what_is_left(job, have), versions=versions) for job in _jobs(experiment, out / _NOTES)]
@@ -125,7 +125,8 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     return outcome
 
 
-def _make_folder(out: Path) -> None:
+def make_folder(out: Path) -> None:
+    """Make a folder for results. Raises ValueError if it cannot be made or written."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         probe = out / ".writable"
