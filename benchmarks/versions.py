@@ -50,6 +50,11 @@ def _package_versions() -> dict[str, str]:
     return {name: importlib.metadata.version(package) for name, package in _PACKAGES.items()}
 
 
+def hash_of_scenarios() -> str:
+    """Hash of the code that decides what episodes hold."""
+    return _hash_files(_files_of(_ROOT / "scenarios"))
+
+
 @cache
 def _scene_hash() -> str:
     """Hash of everything that makes pictures, truth and scores."""

@@ -7,13 +7,16 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
+from benchmarks.commands.progress import progress_bar
 from benchmarks.contestants import entrants, load_modules
 from benchmarks.records import write_beside
 from benchmarks.suites import SUITES
+from benchmarks.versions import hash_of_scenarios
 from scenarios import catalog
 from scenarios.road_town.survey import survey
 from trackers.controllers.catalogue import CONTROLLERS
@@ -51,7 +54,7 @@ class List:
         if not console.is_terminal:
             console = Console(width=118)
         for name in catalog.names():
-            console.print(_scenario_table(name, contents.get(name, {})))
+            console.print(_scenario_table(name, contents))
         for title, rows in _tables():
             console.print(_table(title, rows))
         return 0
@@ -59,36 +62,48 @@ class List:
 
 def _measure(seeds: range) -> None:
     """Write what each preset holds to the file that is kept with the code."""
-    contents: dict[str, Any] = {}
-    for name in catalog.names():
-        presets = catalog.scenario(name).presets
-        contents[name] = {preset: asdict(survey(presets[preset], name, seeds)) for preset in presets}
-    write_beside(_CONTENTS, json.dumps(contents, indent=1) + "\n")
+    held: dict[str, Any] = {}
+    todo = [(name, preset) for name in catalog.names() for preset in catalog.scenario(name).presets]
+    with progress_bar("measuring presets") as progress:
+        for k, (name, preset) in enumerate(todo):
+            progress(k, len(todo))
+            configuration = catalog.scenario(name).presets[preset]
+            held.setdefault(name, {})[preset] = asdict(survey(configuration, name, seeds))
+        progress(len(todo), len(todo))
+    document = {"seeds": f"{seeds.start}:{seeds.stop}", "code": hash_of_scenarios(), "holds": held}
+    write_beside(_CONTENTS, json.dumps(document, indent=1) + "\n")
 
 
 def _scenario_table(name: str, contents: dict[str, Any]) -> Table:
     scenario = catalog.scenario(name)
-    table = Table(title=f"{scenario.id}: {scenario.summary}", caption=f"trackers are given: {scenario.start}")
-    for column in ("preset", "", "camera", "frame-outs\nan episode", "frames outside\nmin / median / max"):
-        table.add_column(column)
-    for column in ("turning", "off road", "episodes\nmeasured"):
-        table.add_column(column, justify="right")
+    measured = f"measured over episodes {contents['seeds']}" if contents else "not measured yet (--measure)"
+    if contents and contents["code"] != hash_of_scenarios():
+        measured += ", with other code than this; measure anew: frameout list --measure"
+    table = Table(
+        title=f"{scenario.id}: {scenario.summary}",
+        caption=f"{measured}\ntrackers are given: {scenario.start}",
+        box=box.SIMPLE_HEAD,
+    )
+    for column in ("preset", "", "camera"):
+        table.add_column(column, no_wrap=column != "")
+    for column in ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad"):
+        table.add_column(column, justify="right", no_wrap=True)
     for preset, configuration in scenario.presets.items():
-        steered = "steered by the tracker" if configuration.closed_loop else "set path"
-        table.add_row(preset, configuration.summary, steered, *_contents_cells(contents.get(preset)))
+        flown = "closed loop" if configuration.closed_loop else "set path"
+        held = contents.get("holds", {}).get(name, {}).get(preset)
+        table.add_row(preset, configuration.summary, flown, *_contents_cells(held))
     return table
 
 
 def _contents_cells(held: dict[str, Any] | None) -> tuple[str, ...]:
     if held is None:
-        return ("?",) * 5
+        return ("?",) * 4
     lengths = (held["length_frames_minimum"], held["length_frames_median"], held["length_frames_maximum"])
     return (
-        f"{held['frame_outs_mean']:.1f} (at least {held['frame_outs_minimum']})",
+        f"{held['frame_outs_mean']:.1f} (≥ {held['frame_outs_minimum']})",
         " / ".join(f"{length:g}" for length in lengths),
         f"{held['share_turning']:.0%}",
         f"{held['share_off_road']:.0%}",
-        str(held["episodes"]),
     )
 
 
@@ -104,7 +119,7 @@ def _first_line(kind: type) -> str:
 
 
 def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
-    table = Table(title=title, show_header=False)
+    table = Table(title=title, show_header=False, box=box.SIMPLE)
     for row in rows:
         table.add_row(*row)
     return table
@@ -117,7 +132,7 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
             "summary": catalog.scenario(name).summary,
             "start": catalog.scenario(name).start,
             "presets": {
-                preset: {"summary": configuration.summary, "holds": contents.get(name, {}).get(preset)}
+                preset: {"summary": configuration.summary, "holds": contents.get("holds", {}).get(name, {}).get(preset)}
                 for preset, configuration in catalog.scenario(name).presets.items()
             },
         }
