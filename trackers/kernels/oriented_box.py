@@ -207,3 +207,41 @@ def _half_axes(
         along[k] = half_size_m[0] * (pixels_per_metre[k, 0] * c + pixels_per_metre[k, 1] * s)
         across[k] = half_size_m[1] * (pixels_per_metre[k, 0] * s - pixels_per_metre[k, 1] * c)
     return along, across
+
+
+@njit(cache=True)
+def spot_axis(
+    log_ratio: NDArray[np.float32],
+    difference: NDArray[np.uint8],
+    centre: NDArray[np.float64],
+    radius_px: float,
+    difference_worth: float,
+) -> tuple[NDArray[np.float64], float]:
+    """Return centre (2,) and axis (rad, from +x towards +y) of the spot around a pixel, by its moments.
+
+    Each pixel within ``radius_px`` has the mass ``max(log-ratio, 0) + worth * difference``; the window is moved to the centre of mass twice;
+    the axis is that of the larger second moment: ``tan 2a = 2 m_xy / (m_xx - m_yy)``.
+    """
+    height, width = log_ratio.shape
+    x, y = centre[0], centre[1]
+    angle = 0.0
+    for _ in range(3):
+        total, s_x, s_y, s_xx, s_xy, s_yy = 1e-9, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(max(0, int(y - radius_px)), min(height, int(y + radius_px) + 2)):
+            for j in range(max(0, int(x - radius_px)), min(width, int(x + radius_px) + 2)):
+                d_x, d_y = j - x, i - y
+                if d_x * d_x + d_y * d_y > radius_px * radius_px:
+                    continue
+                mass = max(log_ratio[i, j], 0.0)
+                if difference[i, j] != UNKNOWN:
+                    mass += difference_worth * difference[i, j]
+                total += mass
+                s_x += mass * d_x
+                s_y += mass * d_y
+                s_xx += mass * d_x * d_x
+                s_xy += mass * d_x * d_y
+                s_yy += mass * d_y * d_y
+        m_x, m_y = s_x / total, s_y / total
+        x, y = x + m_x, y + m_y
+        angle = 0.5 * np.arctan2(2 * (s_xy / total - m_x * m_y), s_xx / total - m_x * m_x - s_yy / total + m_y * m_y)
+    return np.array([x, y]), angle

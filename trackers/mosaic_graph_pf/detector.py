@@ -20,6 +20,8 @@ CENTRE_HEIGHT_M = 0.7
 _OFTEN_SEEN = 4
 _ALIGN = np.array([1.0, -0.7, -0.08, 0.03, -0.03, 0.0, 0.0])
 _TURNS_RAD = np.array([-0.3, -0.15, 0.0, 0.15, 0.3])
+_SPOT_TURNS_RAD = np.array([-0.5, -0.2, 0.0, 0.2, 0.5, 0.5 * np.pi])
+_DIFFERENCE_WORTH = 0.03
 _SURROUNDINGS = 0.7
 _COLOUR_STANDS_OUT, _MOTION_STANDS_OUT, _MOVED_CAP = 0.3, 8.0, 50
 
@@ -86,10 +88,8 @@ class Detector:
             )
             if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
                 found.append(candidate)
-        headings = np.arange(8) * np.pi / 8
         for pixel in self._peaks(cues, camera):
-            position_m = camera.to_map(((pixel + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
-            candidate = self.measure(registered, cues, position_m, headings, 2)
+            candidate = self._measure_spot(registered, cues, pixel)
             if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
                 found.append(candidate)
         return found
@@ -170,6 +170,18 @@ class Detector:
                 cv2.circle(weight, tuple(np.round(centre).astype(int).tolist()), int(radius) + 1, 0.0, -1)
         self.colours.learn_rest(registered.small_rgb, weight)
         self.colours.refresh()
+
+    def _measure_spot(self, registered: Registered, cues: Cues, pixel: NDArray[np.float64]) -> Candidate | None:
+        """Return the best box at a spot of the shrunk picture, begun along the spot's own axis and across it."""
+        radius_px = 0.65 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
+        centre, angle = ob.spot_axis(cues.log_ratio, cues.difference, pixel, radius_px, _DIFFERENCE_WORTH)
+        position_m = registered.camera.to_map(((centre + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
+        if not np.isfinite(position_m).all():
+            return None
+        map_from_picture = np.linalg.inv(place(registered.camera, position_m)[1])
+        along = map_from_picture @ np.array([np.cos(angle), np.sin(angle)])
+        axis_rad = float(np.arctan2(along[1], along[0]))
+        return self.measure(registered, cues, position_m, axis_rad + _SPOT_TURNS_RAD, 2)
 
     def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
         """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in colour or by not being part of the

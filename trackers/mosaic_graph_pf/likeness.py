@@ -14,8 +14,8 @@ _REST = (np.array([0.4, -2.4, 30.0, 25.0, 15.0]), np.array([1.3, 1.1, 14.0, 20.0
 _TARGET_FLOOR = np.array([0.6, 0.8, 8.0, 15.0, 10.0])
 _REST_FLOOR = np.array([0.8, 0.8, 10.0, 15.0, 8.0])
 _LONGEST_MEMORY = 150.0
-# A normal's tails would make one odd measure decide; beyond this many deviations squared, more says no more.
-_TAIL = 6.0
+# A normal's tails would make one odd measure decide; beyond so many deviations squared, more says no more. Colour may decide alone.
+_TAILS = np.array([14.0, 6.0, 8.0, 6.0, 3.0])
 _LEAST, _MOST = -6.0, 5.0
 _MOSTLY_KNOWN = 0.5
 
@@ -45,7 +45,7 @@ class _Class:
     def log_density(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the log of a heavy-tailed normal density at each feature (F,)."""
         deviation = np.maximum(np.sqrt(self._square), self._floor)
-        return -0.5 * np.minimum(((features - self._mean) / deviation) ** 2, _TAIL) - np.log(deviation)
+        return -0.5 * np.minimum(((features - self._mean) / deviation) ** 2, _TAILS) - np.log(deviation)
 
 
 class Likeness:

@@ -14,9 +14,8 @@ _POSITION_GAIN, _VELOCITY_GAIN = 0.7, 0.25
 _PATIENCE = 4
 _PLAUSIBLE = -2.0
 _MOST_EXPECTED = 8
-# One car's pictures resemble one another: each adds less than its own worth.
-_INDEPENDENCE = 0.7
-_MOST_EVIDENCE, _LEAST_EVIDENCE = 12.0, -6.0
+# One thing's pictures resemble one another: however long it is watched, it tells no more than so many independent ones.
+_INDEPENDENT_PICTURES = 4.0
 _RIVAL_STEP, _RIVAL_MOST = 0.4, 5.0
 
 
@@ -27,7 +26,7 @@ class Sighting:
     Attributes:
         candidate: the latest.
         position_m, velocity_mps: (2,) smoothed.
-        evidence: sum of (tempered) log-ratios that it is the target, the latest picture's not included.
+        evidence: log-ratio that it is the target, by the pictures before the latest.
         rivalry: evidence that it is another car: it was there while the target was surely elsewhere.
         age, missed: pictures since it was first seen, and since it was last seen.
     """
@@ -103,8 +102,11 @@ class Sightings:
 
 
 def _follow(sighting: Sighting, candidate: Candidate, dt_s: float) -> None:
-    evidence = sighting.evidence + _INDEPENDENCE * sighting.candidate.log_ratio
-    sighting.evidence = float(np.clip(evidence, _LEAST_EVIDENCE, _MOST_EVIDENCE))
+    seen = min(float(sighting.age), _INDEPENDENT_PICTURES)
+    before = min(float(sighting.age) - 1.0, _INDEPENDENT_PICTURES)
+    mean = sighting.evidence / max(before, 1.0)
+    mean += (sighting.candidate.log_ratio - mean) / (before + 1.0)
+    sighting.evidence = seen * mean
     surprise = candidate.position_m - sighting.position_m
     # The first step tells the velocity alone.
     gain = 0.8 if sighting.age == 1 else _VELOCITY_GAIN
