@@ -11,6 +11,7 @@ from scenarios.road_town.layout import Building, CarPark, Layout, RoadGraph, Tre
 from scenarios.road_town.palette import FLAT_ROOFS, ROOFS, WALLS, pick
 
 PAVEMENT_WIDTH_M = 2.0
+CAR_PARK_SETBACK_M = 2.5
 BAY_SIZE_M = (5.0, 2.5)
 _CELL_M = 0.5
 _CAR_PARKS = 3
@@ -104,7 +105,7 @@ def _place_houses(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generato
 
 
 def _place_car_parks(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generator) -> list[CarPark]:
-    """Place car parks with two rows of bays and a lane between them."""
+    """Place car parks: two rows of bays and between them a lane that leads to the street, along the length axis."""
     car_parks: list[CarPark] = []
     parked = 0
     for _ in range(200):
@@ -112,7 +113,8 @@ def _place_car_parks(graph: RoadGraph, ground: _FreeGround, rng: np.random.Gener
             break
         columns = int(rng.integers(6, 11))
         size = (columns * BAY_SIZE_M[1] + 2.0, 2 * BAY_SIZE_M[0] + 7.0)
-        centre, yaw = _beside(graph, rng, size[1], 2.5)
+        centre, front_yaw = _beside(graph, rng, size[0], CAR_PARK_SETBACK_M)
+        yaw = front_yaw + 0.5 * np.pi
         if not ground.take(centre, size, yaw, 1.0):
             continue
         c, s = np.cos(yaw), np.sin(yaw)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.road_town.blocks import PAVEMENT_WIDTH_M
+from scenarios.road_town.blocks import CAR_PARK_SETBACK_M, PAVEMENT_WIDTH_M
 from scenarios.road_town.canvas import Canvas, rectangle
 from scenarios.road_town.layout import CarPark, RoadGraph, Street
 from scenarios.road_town.palette import ASPHALT, KERB, MARKING, PAVEMENT, Rgb, pick
@@ -38,12 +38,15 @@ def paint_streets(canvas: Canvas, graph: RoadGraph, rng: np.random.Generator) ->
 
 
 def paint_car_park(canvas: Canvas, car_park: CarPark, rng: np.random.Generator) -> None:
-    """Paint a car park: asphalt, its edge, bays, oil and seams."""
+    """Paint a car park: its way in over the pavement, edge, asphalt, bays, oil and seams."""
     shade = pick(ASPHALT, rng, 6.0)
     length, width = car_park.size_m
+    to_street = np.array([np.cos(car_park.yaw_rad), np.sin(car_park.yaw_rad)])
+    middle = np.array(car_park.centre_m)
     canvas.polygon(rectangle(car_park.centre_m, (length + 0.5, width + 0.5), car_park.yaw_rad), KERB)
     corners = rectangle(car_park.centre_m, car_park.size_m, car_park.yaw_rad)
     canvas.polygon(corners, shade)
+    canvas.bar(middle, middle + (0.5 * length + CAR_PARK_SETBACK_M + PAVEMENT_WIDTH_M) * to_street, 6.0, shade)
     for share in rng.uniform(0.15, 0.85, 2):
         ends = (
             corners[:2] * (1 - share) + corners[[3, 2]] * share,

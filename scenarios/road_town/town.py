@@ -48,11 +48,7 @@ def build_town(layout: Layout, rng: np.random.Generator) -> World:
         mesh = _scaled(grown[int(rng.integers(len(grown)))], planted.radius_m)
         pose = pose_on_ground(*planted.centre_m, float(rng.uniform(-np.pi, np.pi)))
         world.add(mesh, pose, name=f"tree-{k}", category="tree")
-    bays = [bay for park in layout.car_parks for bay, taken in zip(park.bays, park.taken, strict=True) if taken]
-    models = list(VEHICLES)
-    for k, (x, y, facing) in enumerate(bays):
-        mesh = vehicle(models[int(rng.integers(len(models)))], draw_paint(rng))
-        world.add(mesh, pose_on_ground(x, y, facing), name=f"parked-{k}", category="vehicle")
+    _park_cars(world, layout, rng)
     return world
 
 
@@ -65,6 +61,17 @@ def pose_on_ground(x_m: float, y_m: float, yaw_rad: float) -> NDArray[np.float64
     """Return the pose (4, 4) of a thing that stands on the ground."""
     c, s = np.cos(yaw_rad), np.sin(yaw_rad)
     return np.array([[c, -s, 0, x_m], [s, c, 0, y_m], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+
+
+def _park_cars(world: World, layout: Layout, rng: np.random.Generator) -> None:
+    """Put cars into the taken bays, none quite straight, some backwards."""
+    models = list(VEHICLES)
+    bays = [bay for park in layout.car_parks for bay, taken in zip(park.bays, park.taken, strict=True) if taken]
+    for k, (x, y, facing) in enumerate(bays):
+        mesh = vehicle(models[int(rng.integers(len(models)))], draw_paint(rng))
+        yaw = facing + np.pi * float(rng.random() < 0.3) + float(rng.normal(0.0, 0.02))
+        place = np.array([x, y]) + rng.normal(0.0, (0.1, 0.1))
+        world.add(mesh, pose_on_ground(place[0], place[1], yaw), name=f"parked-{k}", category="vehicle")
 
 
 def _scaled(mesh: TexturedMesh, factor: float) -> TexturedMesh:

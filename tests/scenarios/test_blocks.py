@@ -11,7 +11,7 @@ import shapely
 from scenarios.road_town.blocks import fill_blocks
 from scenarios.road_town.excursion import with_excursion
 from scenarios.road_town.patterns import STREET_PATTERNS, make_streets
-from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.road_map import RoadMap, road_area
 from scenarios.road_town.route import random_route
 from sim.rng import generator
 
@@ -32,7 +32,7 @@ def _footprint(centre_m, size_m, yaw_rad) -> shapely.Polygon:
 @pytest.mark.parametrize("seed", [0, 1])
 def test_nothing_overlaps(pattern, seed):
     layout = _layout(pattern, seed)
-    roads = shapely.union_all([shapely.LineString(s.centre_m).buffer(0.5 * s.width_m) for s in layout.graph.streets])
+    roads = road_area(layout.graph)
     standing = [_footprint(b.centre_m, b.size_m[:2], b.yaw_rad) for b in layout.buildings]
     standing += [_footprint(p.centre_m, p.size_m, p.yaw_rad) for p in layout.car_parks]
     standing += [shapely.Point(t.centre_m).buffer(0.3) for t in layout.trees]
