@@ -235,7 +235,7 @@ def _results(jobs: Sequence[Job], experiment: Experiment) -> Iterator[JobResult]
     waiting = {job.note_file: job for job in jobs}
     while waiting:
         try:
-            for result in _in_processes(waiting.values(), experiment.workers, experiment.backend):
+            for result in _in_processes(tuple(waiting.values()), experiment.workers, experiment.backend):
                 del waiting[result.job.note_file]
                 yield result
         except BrokenProcessPool:
