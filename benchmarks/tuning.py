@@ -111,10 +111,8 @@ def tune(name: str, budget: Budget, progress: Progress) -> Tuned:
     return Tuned(study.best_params, study.best_value, study.trials[0].value, len(study.trials))
 
 
-def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str) -> Path:
-    """Write ``trackers/tuned/NAME.json``, whose values take the place of the defaults, and return its
-    path.
-    """
+def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str, folder: Path) -> Path:
+    """Write ``NAME.json``; in ``TUNED_FOLDER`` its values take the place of the defaults. Return its path."""
     document = {
         "parameters": {key: tuned.parameters[key] for key in sorted(tuned.parameters)},
         "score": round(tuned.score, 6),
@@ -126,8 +124,8 @@ def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str) -> Path:
         "preset": " ".join(budget.presets),
         "command": command,
     }
-    TUNED_FOLDER.mkdir(exist_ok=True)
-    path = TUNED_FOLDER / f"{name}.json"
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.json"
     write_beside(path, json.dumps(document, indent=1) + "\n")
     return path
 

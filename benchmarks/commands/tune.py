@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import SEEDS, WORKERS, cores, names
+from benchmarks.commands.arguments import FOLDER, SEEDS, WORKERS, cores, names
 from benchmarks.commands.learn_colours import development_seeds
 from benchmarks.commands.progress import progress_bar
-from benchmarks.tuning import Budget, tunables, tune, write_tuned
+from benchmarks.tuning import TUNED_FOLDER, Budget, tunables, tune, write_tuned
 from trackers import registry
 
 
@@ -29,6 +30,7 @@ class Tune:
         preset: one or more presets; their scores are averaged.
         seeds: episodes A:B, below 10,000.
         workers: processes.
+        out: folder for the values (default: trackers/tuned, the only place from which they are used).
     """
 
     trackers: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
@@ -36,6 +38,7 @@ class Tune:
     preset: tuple[str, ...] = ("standard",)
     seeds: Annotated[str, SEEDS] = "0:4"
     workers: Annotated[int | None, WORKERS] = None
+    out: Annotated[Path, FOLDER] = TUNED_FOLDER
 
     def run(self) -> int:
         """Tune them one after the other; return the exit status."""
@@ -52,7 +55,7 @@ class Tune:
             command = (
                 f"frameout tune {name} --trials {self.trials} --preset {' '.join(self.preset)} --seeds {self.seeds}"
             )
-            path = write_tuned(name, tuned, budget, command)
+            path = write_tuned(name, tuned, budget, command, self.out)
             print(f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}: {path}")
         return 0
 
