@@ -240,7 +240,10 @@ def _results(jobs: Sequence[Job], experiment: Experiment) -> Iterator[JobResult]
                 yield result
         except BrokenProcessPool:
             # One death ends the whole pool: who was at work is suspect, and is tried alone.
-            for job in [job for job in waiting.values() if job.note_file.exists()]:
+            suspects = [job for job in waiting.values() if job.note_file.exists()]
+            if not suspects:
+                raise RuntimeError("a worker process ended outside of any episode; the same command goes on") from None
+            for job in suspects:
                 del waiting[job.note_file]
                 yield _alone(job, experiment.backend)
 

@@ -20,8 +20,9 @@ from benchmarks.experiment import Progress as Report
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Report]:
-    """Show how far a long piece of work is, while the context lasts; yields what has to be called with
-    (done, of).
+    """Show how far a long piece of work is, from its first word on until the context ends.
+
+    Yields what has to be called with (done, of). Work that is refused before it begins shows nothing.
     """
     columns = (
         TextColumn("{task.description}"),
@@ -31,6 +32,16 @@ def progress_bar(what: str) -> Iterator[Report]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        task = progress.add_task(what, total=None)
-        yield lambda done, of: progress.update(task, completed=done, total=of)
+    progress = Progress(*columns, console=Console(stderr=True))
+    task = progress.add_task(what, total=None, start=False)
+
+    def report(done: int, of: int) -> None:
+        progress.start()
+        progress.start_task(task)
+        progress.update(task, completed=done, total=of)
+
+    try:
+        yield report
+    finally:
+        if progress.live.is_started:
+            progress.stop()

@@ -43,6 +43,8 @@ class Render:
     def run(self) -> int:
         """Write it; return the exit status."""
         scenario = catalog.scenario(self.scenario)
+        if self.seed < 0:
+            raise ValueError(f"seed: expected a whole number >= 0, got {self.seed}")
         name = f"{scenario.id}-{self.preset}-{self.seed}.mp4"
         path = render_episode(
             scenario.id,
