@@ -117,7 +117,7 @@ def backward_flow(
         motion = body_poses_before[body] @ invert_pose(body_poses[body])
         matrices[body] = _less_identity(from_world @ motion @ to_world)
     at_rest = _less_identity(from_world @ to_world).astype(np.float32)
-    flow = np.empty((*seen.depth_m.shape, 2), dtype=np.float32)
+    flow = np.empty((*seen.depth_m.shape, 2), np.float32)
     flow_picture(seen.depth_m, seen.instance_id, at_rest, moved, matrices, flow)
     return flow
 

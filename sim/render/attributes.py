@@ -2,20 +2,42 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.gbuffer import SKY
-from sim.render.sampling import BLOCK, mip_level, sample_nearest, sample_smooth
-from sim.render.scene import SceneArrays
+from sim.render.sampling import mip_level, sample_row
 from sim.render.textures import TexturePool
-from sim.render.visibility import TriangleTable
+from sim.render.visibility import NOTHING, TriangleTable
+
+LEVEL_BLOCK = 64
+"""The mip level is chosen once for so many neighbouring pixels of a row and triangle."""
+SHORT = 24
+"""Runs below this number of pixels are over before vector code has started."""
+
+
+class RowRoom(NamedTuple):
+    """What ``resolve_row`` works in, for rows of W pixels; see ``sample_row``.
+
+    Attributes:
+        position: (2, W) float32. level: (2, W) int32. texel: (6, W) uint32.
+    """
+
+    position: NDArray[np.float32]
+    level: NDArray[np.int32]
+    texel: NDArray[np.uint32]
+
+
+@njit(cache=True)
+def new_row_room(width: int) -> RowRoom:
+    """Return room for rows of ``width`` pixels."""
+    return RowRoom(np.empty((2, width), np.float32), np.empty((2, width), np.int32), np.empty((6, width), np.uint32))
 
 
 @njit(cache=True)
 def resolve_picture(
-    scene: SceneArrays,
     textures: TexturePool,
     table: TriangleTable,
     nearness: NDArray[np.float32],
@@ -27,12 +49,12 @@ def resolve_picture(
 ) -> None:
     """Write a ``GBuffer`` from what ``draw_picture`` found; arrays are (H, W) or (H, W, 3)."""
     width = triangle.shape[1]
-    room = np.empty((6, BLOCK), np.uint32)
+    room = new_row_room(width)
     colour = np.empty(width, np.uint32)
     normal = np.empty((3, width), np.float32)
     for row in range(triangle.shape[0]):
         depth, identity = depth_m[row], instance_id[row]
-        resolve_row(scene, textures, table, row, nearness[row], triangle[row], room, colour, depth, identity, normal)
+        resolve_row(textures, table, row, nearness[row], triangle[row], room, colour, depth, identity, normal)
         for column in range(width):
             texel = colour[column]
             base_colour_rgb[row, column, 0] = texel & np.uint32(255)
@@ -44,113 +66,150 @@ def resolve_picture(
 
 @njit(cache=True, error_model="numpy")
 def resolve_row(
-    scene: SceneArrays,
     textures: TexturePool,
     table: TriangleTable,
     row: int,
     nearness: NDArray[np.float32],
     triangle: NDArray[np.int32],
-    room: NDArray[np.uint32],
+    room: RowRoom,
     colour: NDArray[np.uint32],
     depth_m: NDArray[np.float32],
     instance_id: NDArray[np.int32],
     normal: NDArray[np.float32],
 ) -> None:
-    """Write what one row of pixels shows, a run of pixels with the same triangle at a time.
+    """Write what one row of pixels shows.
 
     With the planes of ``TriangleTable``: ``depth = 1 / nearness``, ``(u, v) = plane * depth`` and, on faces that
     are not flat, ``n = plane / |plane|``.
 
     Args:
-        room: (6, BLOCK), see ``sample_smooth``.
         colour: (W,), written: packed like texels, 0 where there is nothing; so are the others.
         normal: (3, W).
     """
-    width = triangle.shape[0]
-    for column in range(width):
+    width = np.uint64(triangle.shape[0])
+    for column in range(triangle.shape[0]):
         depth_m[column] = np.float32(1.0) / nearness[column]
-    first = 0
+    _describe(table.body, table.normal, triangle, instance_id, normal[0], normal[1], normal[2])
+    first = np.uint64(0)
+    # Unsigned numbers of columns: signed ones would be checked for counting from the end.
     while first < width:
         index = triangle[first]
-        last = first + 1
+        last = first + np.uint64(1)
         while last < width and triangle[last] == index:
-            last += 1
-        if index < 0:
-            for column in range(first, last):
-                instance_id[column], colour[column] = SKY, 0
-                normal[0, column] = normal[1, column] = normal[2, column] = 0.0
-        else:
-            _fill_integers(instance_id[first:last], table.body[index])
-            depth = depth_m[first:last]
-            _colour_run(scene, textures, table, index, row, first, depth, room, colour[first:last])
-            _normal_run(scene, table, index, row, first, last, normal)
+            last += np.uint64(1)
+        _place_run(textures, table, index, row, first, last, depth_m, room.position, room.level)
+        if not table.is_flat[index]:
+            _smooth_normals(table.normal_planes, index, row, first, last, normal)
         first = last
+    sample_row(textures.texels, room.position, room.level, room.texel, colour)
+    for column in range(triangle.shape[0]):
+        colour[column] = np.uint32(0) if triangle[column] == NOTHING else colour[column]
 
 
 @njit(cache=True, error_model="numpy")
-def _colour_run(
-    scene: SceneArrays,
+def _describe(
+    body: NDArray[np.int32],
+    face_normal: NDArray[np.float32],
+    triangle: NDArray[np.int32],
+    instance_id: NDArray[np.int32],
+    normal_x: NDArray[np.float32],
+    normal_y: NDArray[np.float32],
+    normal_z: NDArray[np.float32],
+) -> None:
+    """Write body and (flat) normal of each pixel's triangle."""
+    for column in range(triangle.shape[0]):
+        index = np.uint32(triangle[column])
+        instance_id[column] = body[index]
+        normal_x[column] = face_normal[index, 0]
+        normal_y[column] = face_normal[index, 1]
+        normal_z[column] = face_normal[index, 2]
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _smooth_normals(
+    planes: NDArray[np.float32],
+    index: int,
+    row: int,
+    first: np.uint64,
+    last: np.uint64,
+    normal: NDArray[np.float32],
+) -> None:
+    """Write ``n = plane / |plane|`` of the pixels first … last - 1 of a triangle."""
+    y = np.float32(row)
+    for column in range(first, last):
+        x = np.float32(np.int32(column))
+        nx = planes[index, 0] * x + planes[index, 1] * y + planes[index, 2]
+        ny = planes[index, 3] * x + planes[index, 4] * y + planes[index, 5]
+        nz = planes[index, 6] * x + planes[index, 7] * y + planes[index, 8]
+        scale = np.float32(1.0) / np.sqrt(nx * nx + ny * ny + nz * nz)
+        normal[0, column], normal[1, column], normal[2, column] = nx * scale, ny * scale, nz * scale
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _place_run(
     textures: TexturePool,
     table: TriangleTable,
     index: int,
     row: int,
-    first_column: int,
+    first: np.uint64,
+    last: np.uint64,
     depth_m: NDArray[np.float32],
-    room: NDArray[np.uint32],
-    colour: NDArray[np.uint32],
+    position: NDArray[np.float32],
+    level: NDArray[np.int32],
 ) -> None:
-    planes = table.uv_planes[index]
-    u_plane = (planes[0], planes[1] * np.float32(row) + planes[2])
-    v_plane = (planes[3], planes[4] * np.float32(row) + planes[5])
-    t = scene.texture[table.body[index]]
-    if not textures.smooth[t]:
-        texels = textures.texels[textures.offset[t, 0] :]
-        size = (textures.width[t, 0], textures.height[t, 0])
-        sample_nearest(texels, size, u_plane, v_plane, first_column, depth_m, colour)
+    """Write where in which mip level the pixels first … last - 1 of a triangle lie, as ``sample_row`` wants it.
+
+    Texel (i, j) has its centre at ``(u width, v height) = (j + 1/2, i + 1/2)``; beyond the outermost centres the
+    edge goes on. Palettes are not interpolated: each position is that of the nearest texel's centre.
+    """
+    if index == NOTHING:
+        for column in range(first, last):
+            position[0, column] = position[1, column] = np.float32(0.0)
+            level[0, column] = level[1, column] = np.int32(0)
         return
+    t, y = table.texture[index], np.float32(row)
+    planes, smooth, count = table.uv_planes, textures.smooth[t], textures.level_count[t]
+    half, zero, one = np.float32(0.5 if smooth else 0.0), np.float32(0.0), np.float32(1.0)
     density = table.uv_density[index] * np.float32(textures.width[t, 0] * textures.height[t, 0])
-    for start in range(0, depth_m.shape[0], BLOCK):
-        end = min(start + BLOCK, depth_m.shape[0])
-        z = depth_m[(start + end) // 2]
-        k = mip_level(density * z * z * z, textures.level_count[t])
-        texels = textures.texels[textures.offset[t, k] :]
-        size = (textures.width[t, k], textures.height[t, k])
-        depth, out = depth_m[start:end], colour[start:end]
-        sample_smooth(texels, size, u_plane, v_plane, first_column + start, depth, room, out)
+    start = first
+    while start < last:
+        end = min(start + np.uint64(LEVEL_BLOCK), last)
+        z = depth_m[start + ((end - start) >> np.uint64(1))]
+        k = mip_level(density * z * z * z, count) if count > 1 else 0
+        width, height = np.float32(textures.width[t, k]), np.float32(textures.height[t, k])
+        u_step, u_base = planes[index, 0] * width, (planes[index, 1] * y + planes[index, 2]) * width
+        v_step, v_base = planes[index, 3] * height, (planes[index, 4] * y + planes[index, 5]) * height
+        begin, pitch = np.int32(textures.offset[t, k]), textures.row_pitch[t, k]
+        if smooth and end - start >= np.uint64(SHORT):
+            _positions(u_step, u_base, width - one, start, end, depth_m, position[0])
+            _positions(v_step, v_base, height - one, start, end, depth_m, position[1])
+            for column in range(start, end):
+                level[0, column] = begin
+                level[1, column] = pitch
+        else:
+            for column in range(start, end):
+                x = np.float32(np.int32(column))
+                a = min(max((u_base + u_step * x) * depth_m[column] - half, zero), width - one)
+                b = min(max((v_base + v_step * x) * depth_m[column] - half, zero), height - one)
+                position[0, column] = a if smooth else np.floor(a)
+                position[1, column] = b if smooth else np.floor(b)
+                level[0, column] = begin
+                level[1, column] = pitch
+        start = end
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def _normal_run(
-    scene: SceneArrays,
-    table: TriangleTable,
-    index: int,
-    row: int,
-    first: int,
-    last: int,
-    normal: NDArray[np.float32],
+def _positions(
+    step: np.float32,
+    base: np.float32,
+    largest: np.float32,
+    first: np.uint64,
+    last: np.uint64,
+    depth_m: NDArray[np.float32],
+    position: NDArray[np.float32],
 ) -> None:
-    normal_x, normal_y, normal_z = normal[0, first:last], normal[1, first:last], normal[2, first:last]
-    p = table.normal_planes[index]
-    if scene.face_is_flat[table.face[index]]:
-        _fill_reals(normal_x, p[2])
-        _fill_reals(normal_y, p[5])
-        _fill_reals(normal_z, p[8])
-        return
-    y = np.float32(row)
-    for k in range(last - first):
-        x = np.float32(first + k)
-        nx, ny, nz = p[0] * x + p[1] * y + p[2], p[3] * x + p[4] * y + p[5], p[6] * x + p[7] * y + p[8]
-        scale = np.float32(1.0) / np.sqrt(nx * nx + ny * ny + nz * nz)
-        normal_x[k], normal_y[k], normal_z[k] = nx * scale, ny * scale, nz * scale
-
-
-@njit(cache=True)
-def _fill_integers(out: NDArray[np.int32], value: np.int32) -> None:
-    for k in range(out.shape[0]):
-        out[k] = value
-
-
-@njit(cache=True)
-def _fill_reals(out: NDArray[np.float32], value: np.float32) -> None:
-    for k in range(out.shape[0]):
-        out[k] = value
+    """Write ``(base + step * column) * depth - 1/2``, clipped to [0, largest]; a loop of its own, to be vector code."""
+    for column in range(first, last):
+        x = np.float32(np.int32(column))
+        value = (base + step * x) * depth_m[column] - np.float32(0.5)
+        position[column] = min(max(value, np.float32(0.0)), largest)

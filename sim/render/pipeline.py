@@ -14,11 +14,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera
-from sim.render.attributes import resolve_row
+from sim.render.attributes import new_row_room, resolve_row
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
-from sim.render.sampling import BLOCK
-from sim.render.scene import SceneArrays
 from sim.render.textures import TexturePool
 from sim.render.visibility import TriangleTable
 from sim.sensors.camera_sensor import CameraSensor
@@ -87,7 +85,6 @@ def _capture_by_rows(
     depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
     response, keys = sensor.response(settings), sensor.frame_keys(frame)
     metered = _finish_rows(
-        renderer.scene,
         renderer.textures,
         renderer.table,
         nearness,
@@ -106,7 +103,6 @@ def _capture_by_rows(
 
 @njit(cache=True)
 def _finish_rows(
-    scene: SceneArrays,
     textures: TexturePool,
     table: TriangleTable,
     nearness: NDArray[np.float32],
@@ -122,16 +118,14 @@ def _finish_rows(
     """Write the last three arrays row by row; return the light meter's mean radiance (3,)."""
     height, width = triangle.shape
     room, at = np.empty((8, width), np.float32), np.empty(width, np.uint32)
-    texel_room, colour = np.empty((6, BLOCK), np.uint32), np.empty(width, np.uint32)
+    row_room, colour = new_row_room(width), np.empty(width, np.uint32)
     normal, radiance = np.empty((3, width), np.float32), np.empty((3, width), np.float32)
     values = np.empty((3, width), np.uint16)
     metered = np.zeros(3)
     count = 0
     for row in range(height):
         depth, identity = depth_m[row], instance_id[row]
-        resolve_row(
-            scene, textures, table, row, nearness[row], triangle[row], texel_room, colour, depth, identity, normal
-        )
+        resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
         shade_row(light, shadows, row, colour, depth, normal, room, at, radiance)
         develop_row(radiance, response, keys, row, values, room, image_rgb[row])
         if row % METER_STEP_PX == 0:

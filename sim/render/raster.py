@@ -50,7 +50,6 @@ class Raster:
             np.empty((*shape, 3), np.float32),
         )
         resolve_picture(
-            self.scene,
             self.textures,
             self.table,
             nearness,
@@ -68,7 +67,7 @@ class Raster:
         """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
 
         Returns:
-            nearness (H, W), 1 / depth or 0; triangle (H, W), row of ``table`` or -1. Both are overwritten
+            nearness (H, W), 1 / depth or 0; triangle (H, W), row of ``table``. Both are overwritten
             by the next call.
         """
         self._pack()

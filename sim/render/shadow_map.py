@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.scene import SceneArrays, pack_geometry
-from sim.render.visibility import body_may_show, project_body, row_span, set_up_triangle
+from sim.render.triangles import body_may_show, project_body, row_span, set_up_triangle
 from sim.world import World
 
 NOTHING = np.float32(-1e30)

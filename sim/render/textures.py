@@ -20,6 +20,7 @@ class TexturePool(NamedTuple):
             tiles of 4x4 texels (see ``sim.render.sampling``).
         offset: (T, L) int64, where a level begins in ``texels``.
         width, height: (T, L) int32.
+        row_pitch: (T, L) int32, from a row of tiles to the next.
         level_count: (T,) int32; 1 for textures that are not smooth.
         smooth: (T,) bool, interpolate between texels.
     """
@@ -28,6 +29,7 @@ class TexturePool(NamedTuple):
     offset: NDArray[np.int64]
     width: NDArray[np.int32]
     height: NDArray[np.int32]
+    row_pitch: NDArray[np.int32]
     level_count: NDArray[np.int32]
     smooth: NDArray[np.bool_]
 
@@ -42,12 +44,14 @@ def pack_textures(textures: Sequence[Texture]) -> TexturePool:
     offset = np.zeros((count, depth), dtype=np.int64)
     width = np.ones((count, depth), dtype=np.int32)
     height = np.ones((count, depth), dtype=np.int32)
+    row_pitch = np.zeros((count, depth), dtype=np.int32)
     parts = []
     used = 0
     for t, chain in enumerate(chains):
         for k, level in enumerate(chain):
             height[t, k], width[t, k] = level.shape[:2]
             offset[t, k] = used
+            row_pitch[t, k] = 16 * (level.shape[1] // 4 + 1)
             parts.append(_tiled(level))
             used += parts[-1].size
     return TexturePool(
@@ -55,6 +59,7 @@ def pack_textures(textures: Sequence[Texture]) -> TexturePool:
         offset,
         width,
         height,
+        row_pitch,
         np.array([len(chain) for chain in chains], dtype=np.int32),
         np.array([texture.smooth for texture in textures], dtype=np.bool_),
     )
@@ -70,9 +75,13 @@ def _mip_chain(texture: Texture) -> list[NDArray[np.uint8]]:
 
 
 def _tiled(rgb: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """Return packed texels (N,) in tiles of 4x4, the last ones filled up; see ``sim.render.sampling``."""
+    """Return packed texels (N,) in tiles of 4x4, filled up with the last row and column: at least one of each is
+    added; see ``sim.render.sampling``.
+    """
     height, width = rgb.shape[:2]
-    rows, columns = -(-height // 4), -(-width // 4)
+    rows, columns = height // 4 + 1, width // 4 + 1
     rgbx = np.zeros((4 * rows, 4 * columns, 4), dtype=np.uint8)
     rgbx[:height, :width, :3] = rgb
+    rgbx[height:, :width] = rgbx[height - 1 : height, :width]
+    rgbx[:, width:] = rgbx[:, width - 1 : width]
     return rgbx.view("<u4").reshape(rows, 4, columns, 4).swapaxes(1, 2).ravel()

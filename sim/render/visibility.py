@@ -1,18 +1,4 @@
-"""Which triangle is nearest in each pixel: the first half of the rasteriser.
-
-One description serves a perspective picture and an orthographic map. A (4, 4) *view matrix* takes a
-homogeneous world point to ``(q_x, q_y, q_w, g)``. Its pixel is ``(q_x, q_y) / q_w`` and its *nearness* ``g
-/ q_w``: for a pinhole camera ``q_w`` is the depth and ``g = 1``, so nearness is 1 / depth; for an
-orthographic map ``q_w = 1`` and ``g`` is the height towards the viewer. Of two surfaces the one with the
-greater nearness hides the other.
-
-A triangle with corners ``q_0, q_1, q_2`` (x, y, w) covers pixel ``d = (column, row, 1)`` where all three
-edge functions ``e_i(d) = (q_j x q_k) . d / det`` are >= 0, with ``det = q_0 . (q_1 x q_2)``; there ``sum_i
-a_i e_i(d)`` is ``a / q_w`` for any attribute ``a`` that is linear on the triangle (Olano and Greer,
-"Triangle scan conversion using 2D homogeneous coordinates", 1997). So all that follows is linear in column
-and row, and triangles that reach behind the camera need
-no clipping into new ones: the near plane is a fourth edge.
-"""
+"""Which triangle is nearest in each pixel: the first half of the rasteriser. See ``sim.render.triangles``."""
 
 from __future__ import annotations
 
@@ -22,166 +8,58 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.gbuffer import SKY
 from sim.render.scene import SceneArrays
+from sim.render.triangles import body_may_show, project_body, row_span, set_up_triangle
 
 NEAR_M = 0.2
 """Nothing nearer to a camera than this is drawn."""
 
+NOTHING = 0
+"""Row of the ``TriangleTable`` of pixels that show no body."""
+
+SHORT = 24
+"""Spans below this number of pixels are over before vector code has started."""
+
 
 class TriangleTable(NamedTuple):
-    """Triangles that may be seen in one picture, with what is linear on them as planes (per column, per
-    row, constant).
+    """Triangles that may be seen in one picture, with what is linear on them as planes (per column, per row, constant).
+
+    Row ``NOTHING`` stands for where no body is.
 
     Attributes:
-        body, face: (N,) int32.
+        body, texture: (N,) int32.
         uv_planes: (N, 6) float32, of ``u / q_w`` and ``v / q_w``.
-        uv_density: (N,) float32, area in (u, v) that a pixel covers, times nearness³: the Jacobian of a
-            projective map.
-        normal_planes: (N, 9) float32, of ``n / q_w`` in the world frame, or on flat faces the normal itself
-            in 2, 5, 8.
+        uv_density: (N,) float32, area in (u, v) that a pixel covers, times nearness³: the Jacobian of a projective map.
+        is_flat: (N,) bool, all corners have the same normal.
+        normal: (N, 3) float32, that of flat faces in the world frame.
+        normal_planes: (N, 9) float32, of ``n / q_w`` in the world frame, of the others.
     """
 
     body: NDArray[np.int32]
-    face: NDArray[np.int32]
+    texture: NDArray[np.int32]
     uv_planes: NDArray[np.float32]
     uv_density: NDArray[np.float32]
+    is_flat: NDArray[np.bool_]
+    normal: NDArray[np.float32]
     normal_planes: NDArray[np.float32]
 
 
 def new_triangle_table(face_count: int) -> TriangleTable:
-    """Return room for ``face_count`` triangles."""
-    return TriangleTable(
-        np.empty(face_count, np.int32),
-        np.empty(face_count, np.int32),
-        np.empty((face_count, 6), np.float32),
-        np.empty(face_count, np.float32),
-        np.empty((face_count, 9), np.float32),
+    """Return room for ``face_count`` triangles; ``NOTHING`` is set."""
+    rows = face_count + 1
+    table = TriangleTable(
+        np.empty(rows, np.int32),
+        np.empty(rows, np.int32),
+        np.empty((rows, 6), np.float32),
+        np.empty(rows, np.float32),
+        np.empty(rows, np.bool_),
+        np.empty((rows, 3), np.float32),
+        np.empty((rows, 9), np.float32),
     )
-
-
-@njit(cache=True)
-def body_may_show(
-    view: NDArray[np.float64],
-    centre_m: NDArray[np.float64],
-    radius_m: float,
-    width: int,
-    height: int,
-    near: float,
-) -> bool:
-    """Return False if a sphere (world frame) lies wholly beyond one side of the picture or before the near
-    plane.
-
-    A side is the plane ``n . p + c = 0``; the sphere is beyond it if ``n . centre + c < -|n| radius``.
-    """
-    for side in range(5):
-        value = 0.0
-        square = 0.0
-        for k in range(4):
-            if side == 0:
-                coefficient = view[0, k]
-            elif side == 1:
-                coefficient = width * view[2, k] - view[0, k]
-            elif side == 2:
-                coefficient = view[1, k]
-            elif side == 3:
-                coefficient = height * view[2, k] - view[1, k]
-            else:
-                coefficient = view[2, k] - (near if k == 3 else 0.0)
-            if k < 3:
-                value += coefficient * centre_m[k]
-                square += coefficient * coefficient
-            else:
-                value += coefficient
-        if value < -np.sqrt(square) * radius_m:
-            return False
-    return True
-
-
-@njit(cache=True)
-def project_body(
-    view: NDArray[np.float64],
-    T_world_body: NDArray[np.float64],
-    vertices_m: NDArray[np.float32],
-    projected: NDArray[np.float64],
-) -> None:
-    """Write ``view @ T_world_body @ (vertex, 1)`` of every vertex (n, 3) to ``projected`` (>= n, 4)."""
-    matrix = np.empty((4, 4))
-    for i in range(4):
-        for j in range(4):
-            total = 0.0
-            for k in range(4):
-                total += view[i, k] * T_world_body[k, j]
-            matrix[i, j] = total
-    for n in range(vertices_m.shape[0]):
-        x, y, z = vertices_m[n, 0], vertices_m[n, 1], vertices_m[n, 2]
-        for i in range(4):
-            projected[n, i] = matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + matrix[i, 3]
-
-
-@njit(cache=True)
-def set_up_triangle(
-    q0: NDArray[np.float64],
-    q1: NDArray[np.float64],
-    q2: NDArray[np.float64],
-    near: float,
-    height: int,
-    edges: NDArray[np.float64],
-) -> tuple[int, int, int]:
-    """Write the edge functions of a triangle that faces the viewer.
-
-    ``edges[i] = (q_j x q_k) / det``; where the triangle reaches before the near plane, ``edges[3]`` is
-    ``1 - near * sum_i e_i``, which is >= 0 where ``q_w >= near``.
-
-    Returns:
-        first row, row after the last, number of edges (3 or 4). No rows if the triangle is turned away or
-        before the near plane. (``det < 0`` where counter-clockwise corners are seen as such with y down.)
-    """
-    before = int(q0[2] < near) + int(q1[2] < near) + int(q2[2] < near)
-    if before == 3:
-        return 0, 0, 0
-    for k in range(3):
-        a, b = (k + 1) % 3, (k + 2) % 3
-        edges[0, k] = q1[a] * q2[b] - q1[b] * q2[a]
-        edges[1, k] = q2[a] * q0[b] - q2[b] * q0[a]
-        edges[2, k] = q0[a] * q1[b] - q0[b] * q1[a]
-    det = q0[0] * edges[0, 0] + q0[1] * edges[0, 1] + q0[2] * edges[0, 2]
-    if not det < 0.0:
-        return 0, 0, 0
-    for k in range(3):
-        for i in range(3):
-            edges[i, k] /= det
-    if before:
-        for k in range(3):
-            edges[3, k] = (1.0 if k == 2 else 0.0) - near * (edges[0, k] + edges[1, k] + edges[2, k])
-        return 0, height, 4
-    y0, y1, y2 = q0[1] / q0[2], q1[1] / q1[2], q2[1] / q2[2]
-    top, bottom = min(y0, y1, y2), max(y0, y1, y2)
-    if not (top < height and bottom >= 0.0):
-        return 0, 0, 0
-    return max(0, int(np.ceil(top))), min(height, int(np.floor(bottom)) + 1), 3
-
-
-@njit(cache=True)
-def row_span(edges: NDArray[np.float64], edge_count: int, row: int, width: int) -> tuple[int, int]:
-    """Return the first column and the one after the last where all edge functions are >= 0 in a row.
-
-    An edge ``a column + r >= 0`` bounds the column from the left by ``-r / a`` if ``a > 0``, from the right
-    if ``a < 0``. Left bounds are inclusive and right ones exclusive, so that triangles with a common edge
-    share no pixel.
-    """
-    left, right = 0.0, float(width)
-    for k in range(edge_count):
-        slope = edges[k, 0]
-        rest = edges[k, 1] * row + edges[k, 2]
-        if slope > 0.0:
-            left = max(left, -rest / slope)
-        elif slope < 0.0:
-            right = min(right, -rest / slope)
-        elif rest < 0.0:
-            return 0, 0
-    if not left < right:
-        return 0, 0
-    return int(np.ceil(left)), int(np.ceil(right))
+    for array, value in zip(table, (SKY, 0, 0.0, 0.0, True, 0.0, 0.0), strict=True):
+        array[NOTHING] = value
+    return table
 
 
 @njit(cache=True)
@@ -202,17 +80,17 @@ def draw_picture(
         projected: room for the vertices of the largest body.
         table: written: the triangles that may be seen.
         nearness: (H, W), written: 1 / depth, 0 where there is nothing.
-        triangle: (H, W), written: row of ``table``, -1 where there is nothing.
+        triangle: (H, W), written: row of ``table``.
 
     Returns:
-        Number of triangles in ``table``.
+        Number of rows in use of ``table``.
     """
     height, width = nearness.shape
     nearness[:] = 0.0
-    triangle[:] = -1
+    triangle[:] = NOTHING
     edges = np.empty((4, 3))
     centre_m = np.empty(3)
-    count = 0
+    count = NOTHING + 1
     for body in range(poses.shape[0]):
         pose = poses[body]
         for k in range(3):
@@ -229,45 +107,60 @@ def draw_picture(
             first, last, edge_count = set_up_triangle(q0, q1, q2, NEAR_M, height, edges)
             if first >= last:
                 continue
-            drawn = False
-            # g = 1: nearness is the sum of the edge functions.
-            per_column = np.float32(edges[0, 0] + edges[1, 0] + edges[2, 0])
-            for row in range(first, last):
-                left, right = row_span(edges, edge_count, row, width)
-                if left >= right:
-                    continue
-                drawn = True
-                base = edges[0, 2] + edges[1, 2] + edges[2, 2]
-                base += (edges[0, 1] + edges[1, 1] + edges[2, 1]) * row
-                fill_span(
-                    np.float32(base),
-                    per_column,
-                    left,
-                    count,
-                    nearness[row, left:right],
-                    triangle[row, left:right],
-                )
-            if drawn:
+            if _draw_triangle(edges, edge_count, first, last, count, nearness, triangle):
                 _write_attributes(scene, pose, body, face, edges, table, count)
                 count += 1
     return count
 
 
 @njit(cache=True, fastmath={"contract"})
-def fill_span(
-    base: np.float32,
-    per_column: np.float32,
-    first_column: int,
+def _draw_triangle(
+    edges: NDArray[np.float64],
+    edge_count: int,
+    first_row: int,
+    last_row: int,
     index: int,
     nearness: NDArray[np.float32],
     triangle: NDArray[np.int32],
-) -> None:
-    """Where ``base + per_column * column`` exceeds ``nearness``, put it there, and ``index`` into
-    ``triangle``.
+) -> bool:
+    """Where the triangle's nearness ``sum_i e_i`` (g = 1) exceeds ``nearness``, put it there, and ``index`` into
+    ``triangle``. Return whether it covers any pixel.
     """
+    width = nearness.shape[1]
     new = np.int32(index)
+    per_column = np.float32(edges[0, 0] + edges[1, 0] + edges[2, 0])
+    per_row = edges[0, 1] + edges[1, 1] + edges[2, 1]
+    constant = edges[0, 2] + edges[1, 2] + edges[2, 2]
+    drawn = False
+    for row in range(first_row, last_row):
+        left, right = row_span(edges, edge_count, row, width)
+        if left >= right:
+            continue
+        drawn = True
+        base = np.float32(constant + per_row * row)
+        if right - left >= SHORT:
+            _fill_span(base, per_column, left, new, nearness[row, left:right], triangle[row, left:right])
+            continue
+        for column in range(np.uint64(left), np.uint64(right)):
+            value = base + per_column * np.float32(np.int32(column))
+            if value > nearness[row, column]:
+                nearness[row, column] = value
+                triangle[row, column] = new
+    return drawn
+
+
+@njit(cache=True, fastmath={"contract"})
+def _fill_span(
+    base: np.float32,
+    per_column: np.float32,
+    first_column: int,
+    new: np.int32,
+    nearness: NDArray[np.float32],
+    triangle: NDArray[np.int32],
+) -> None:
+    """``_draw_triangle`` for one row, in a form that becomes vector code."""
     for k in range(nearness.shape[0]):
-        value = base + per_column * np.float32(first_column + k)
+        value = base + per_column * np.float32(np.int32(first_column + k))
         old = nearness[k]
         nearer = value > old
         nearness[k] = value if nearer else old
@@ -295,7 +188,7 @@ def _write_attributes(
 ) -> None:
     """Write the planes ``sum_i a_i e_i`` of texture coordinates and normal."""
     table.body[index] = body
-    table.face[index] = face
+    table.texture[index] = scene.texture[body]
     for k in range(3):
         for c in range(2):
             total = 0.0
@@ -307,6 +200,7 @@ def _write_attributes(
     uv_area -= (scene.uv[k, 0] - scene.uv[i, 0]) * (scene.uv[j, 1] - scene.uv[i, 1])
     table.uv_density[index] = abs(uv_area * _determinant(edges))
     flat = scene.face_is_flat[face]
+    table.is_flat[index] = flat
     for c in range(3):
         for k in range(3):
             table.normal_planes[index, 3 * c + k] = 0.0
@@ -316,7 +210,7 @@ def _write_attributes(
             for m in range(3):
                 component += pose[c, m] * scene.normals[vertex, m]
             if flat:
-                table.normal_planes[index, 3 * c + 2] = component
+                table.normal[index, c] = component
             else:
                 for k in range(3):
                     table.normal_planes[index, 3 * c + k] += component * edges[i, k]

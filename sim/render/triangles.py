@@ -1,0 +1,146 @@
+"""From triangles of the world to the rows and columns of a picture that they cover.
+
+One description serves a perspective picture and an orthographic map. A (4, 4) *view matrix* takes a
+homogeneous world point to ``(q_x, q_y, q_w, g)``. Its pixel is ``(q_x, q_y) / q_w`` and its *nearness* ``g
+/ q_w``: for a pinhole camera ``q_w`` is the depth and ``g = 1``, so nearness is 1 / depth; for an
+orthographic map ``q_w = 1`` and ``g`` is the height towards the viewer. Of two surfaces the one with the
+greater nearness hides the other.
+
+A triangle with corners ``q_0, q_1, q_2`` (x, y, w) covers pixel ``d = (column, row, 1)`` where all three
+edge functions ``e_i(d) = (q_j x q_k) . d / det`` are >= 0, with ``det = q_0 . (q_1 x q_2)``; there ``sum_i
+a_i e_i(d)`` is ``a / q_w`` for any attribute ``a`` that is linear on the triangle (Olano and Greer,
+"Triangle scan conversion using 2D homogeneous coordinates", 1997). So all that follows is linear in column
+and row, and triangles that reach behind the camera need
+no clipping into new ones: the near plane is a fourth edge.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True)
+def body_may_show(
+    view: NDArray[np.float64],
+    centre_m: NDArray[np.float64],
+    radius_m: float,
+    width: int,
+    height: int,
+    near: float,
+) -> bool:
+    """Return False if a sphere (world frame) lies wholly beyond one side of the picture or before the near
+    plane.
+
+    A side is the plane ``n . p + c = 0``; the sphere is beyond it if ``n . centre + c < -|n| radius``.
+    """
+    for side in range(5):
+        value = 0.0
+        square = 0.0
+        for k in range(4):
+            if side == 0:
+                coefficient = view[0, k]
+            elif side == 1:
+                coefficient = width * view[2, k] - view[0, k]
+            elif side == 2:
+                coefficient = view[1, k]
+            elif side == 3:
+                coefficient = height * view[2, k] - view[1, k]
+            else:
+                coefficient = view[2, k] - (near if k == 3 else 0.0)
+            if k < 3:
+                value += coefficient * centre_m[k]
+                square += coefficient * coefficient
+            else:
+                value += coefficient
+        if value < -np.sqrt(square) * radius_m:
+            return False
+    return True
+
+
+@njit(cache=True)
+def project_body(
+    view: NDArray[np.float64],
+    T_world_body: NDArray[np.float64],
+    vertices_m: NDArray[np.float32],
+    projected: NDArray[np.float64],
+) -> None:
+    """Write ``view @ T_world_body @ (vertex, 1)`` of every vertex (n, 3) to ``projected`` (>= n, 4)."""
+    matrix = np.empty((4, 4))
+    for i in range(4):
+        for j in range(4):
+            total = 0.0
+            for k in range(4):
+                total += view[i, k] * T_world_body[k, j]
+            matrix[i, j] = total
+    for n in range(vertices_m.shape[0]):
+        x, y, z = vertices_m[n, 0], vertices_m[n, 1], vertices_m[n, 2]
+        for i in range(4):
+            projected[n, i] = matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + matrix[i, 3]
+
+
+@njit(cache=True)
+def set_up_triangle(
+    q0: NDArray[np.float64],
+    q1: NDArray[np.float64],
+    q2: NDArray[np.float64],
+    near: float,
+    height: int,
+    edges: NDArray[np.float64],
+) -> tuple[int, int, int]:
+    """Write the edge functions of a triangle that faces the viewer.
+
+    ``edges[i] = (q_j x q_k) / det``; where the triangle reaches before the near plane, ``edges[3]`` is
+    ``1 - near * sum_i e_i``, which is >= 0 where ``q_w >= near``.
+
+    Returns:
+        first row, row after the last, number of edges (3 or 4). No rows if the triangle is turned away or
+        before the near plane. (``det < 0`` where counter-clockwise corners are seen as such with y down.)
+    """
+    before = int(q0[2] < near) + int(q1[2] < near) + int(q2[2] < near)
+    if before == 3:
+        return 0, 0, 0
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        edges[0, k] = q1[a] * q2[b] - q1[b] * q2[a]
+        edges[1, k] = q2[a] * q0[b] - q2[b] * q0[a]
+        edges[2, k] = q0[a] * q1[b] - q0[b] * q1[a]
+    det = q0[0] * edges[0, 0] + q0[1] * edges[0, 1] + q0[2] * edges[0, 2]
+    if not det < 0.0:
+        return 0, 0, 0
+    for k in range(3):
+        for i in range(3):
+            edges[i, k] /= det
+    if before:
+        for k in range(3):
+            edges[3, k] = (1.0 if k == 2 else 0.0) - near * (edges[0, k] + edges[1, k] + edges[2, k])
+        return 0, height, 4
+    y0, y1, y2 = q0[1] / q0[2], q1[1] / q1[2], q2[1] / q2[2]
+    top, bottom = min(y0, y1, y2), max(y0, y1, y2)
+    if not (top < height and bottom >= 0.0):
+        return 0, 0, 0
+    return max(0, int(np.ceil(top))), min(height, int(np.floor(bottom)) + 1), 3
+
+
+@njit(cache=True)
+def row_span(edges: NDArray[np.float64], edge_count: int, row: int, width: int) -> tuple[int, int]:
+    """Return the first column and the one after the last where all edge functions are >= 0 in a row.
+
+    An edge ``a column + r >= 0`` bounds the column from the left by ``-r / a`` if ``a > 0``, from the right
+    if ``a < 0``. Left bounds are inclusive and right ones exclusive, so that triangles with a common edge
+    share no pixel.
+    """
+    left, right = 0.0, float(width)
+    for k in range(edge_count):
+        slope = edges[k, 0]
+        rest = edges[k, 1] * row + edges[k, 2]
+        if slope > 0.0:
+            left = max(left, -rest / slope)
+        elif slope < 0.0:
+            right = min(right, -rest / slope)
+        elif rest < 0.0:
+            return 0, 0
+    if not left < right:
+        return 0, 0
+    return int(np.ceil(left)), int(np.ceil(right))
