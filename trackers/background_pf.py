@@ -30,21 +30,18 @@ class Parameters:
     Attributes:
         particles: N of the car; motion_particles: N of the background's motion.
         colour_sharpness: lambda of the colour's weight.
-        speed_noise_px, heading_noise_rad: standard deviations of the car's random walk, a frame.
-        translation_noise_px, rotation_noise_rad: of the background's.
-        start_noise_px, fastest_start_px: first position's standard deviation, highest first speed.
+        speed_noise, heading_noise_rad: standard deviations of the car's random walk, a frame; speed in its lengths.
+        translation_noise, rotation_noise_rad: of the background's; translation in lengths of the car.
         class_model: name or .json path of the colour statistics of road and other.
     """
 
     particles: int = 500
     motion_particles: int = 1000
     colour_sharpness: float = tunable(30.0, 3.0, 300.0, log=True)
-    speed_noise_px: float = tunable(0.5, 0.1, 5.0, log=True)
+    speed_noise: float = tunable(0.015, 0.003, 0.2, log=True)
     heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
-    translation_noise_px: float = tunable(4.0, 0.5, 20.0, log=True)
+    translation_noise: float = tunable(0.15, 0.02, 1.0, log=True)
     rotation_noise_rad: float = tunable(0.008, 0.001, 0.05, log=True)
-    start_noise_px: float = tunable(2.0, 0.5, 10.0, log=True)
-    fastest_start_px: float = tunable(8.0, 2.0, 40.0, log=True)
     class_model: str = "road_town_classes"
 
 
@@ -74,13 +71,13 @@ class BackgroundModel:
         self._start_px = start_px
 
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        p = self._parameters
-        return initial_states(count, self._start_px, p.start_noise_px, p.fastest_start_px, rng)
+        return initial_states(count, self._start_px, self._template.car_px, rng)
 
     def predict(
         self, states: NDArray[np.float64], observed: BackgroundInstant, rng: np.random.Generator
     ) -> NDArray[np.float64]:
-        moved = move_on(states, observed.motion, self._parameters.speed_noise_px, rng)
+        speed_noise_px = self._parameters.speed_noise * self._template.car_px
+        moved = move_on(states, observed.motion, speed_noise_px, rng)
         moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
         return moved
 
@@ -102,8 +99,8 @@ class BackgroundModel:
 class BackgroundParticleFilter:
     """Paper A.3. It never looks at a measured pose.
 
-    Readings: see ``BackgroundMotionFilter``, ``BackgroundModel``, ``ExistenceMap``, ``RoadModel``, ``ColourTemplate``. The
-    rectangle keeps the size of the first box and does not turn.
+    Readings: see ``BackgroundMotionFilter``, ``BackgroundModel``, ``ExistenceMap``, ``RoadModel`` and
+    ``ColourTemplate``. The rectangle keeps the size of the first box and does not turn.
     """
 
     Parameters = Parameters
@@ -120,9 +117,11 @@ class BackgroundParticleFilter:
         self._start_px = box_centre(box_xyxy) - image_centre(observation.camera)
         model = BackgroundModel(p, self._template, self._start_px)
         self._filter = ParticleFilter[BackgroundInstant](model, p.particles, self._rng)
-        walk = BackgroundMotionParameters(p.motion_particles, p.translation_noise_px, p.rotation_noise_rad)
+        walk = BackgroundMotionParameters(
+            p.motion_particles, p.translation_noise * self._template.car_px, p.rotation_noise_rad
+        )
         self._motion = BackgroundMotionFilter(walk, observation.image_rgb, self._rng)
-        self._road = RoadModel(RoadSearch(), float(self._template.size_px.max()), self._rng)
+        self._road = RoadModel(RoadSearch(), self._template.car_px, self._rng)
         self._last: Posterior | None = None
         self._follow_road(observation, STILL)
 

@@ -103,7 +103,7 @@ class ConstantVelocityParameters:
 
 @register("constant_velocity", role="baseline", summary="Kalman filter of constant velocity in the picture")
 class ConstantVelocity:
-    """State (x, y, vx, vy) in pixels and pixels a frame, white acceleration; detections are best matches, as ``hold``'s.
+    """State (x, y, vx, vy) in pixels and pixels a frame, white acceleration; the car is looked for as ``hold`` does.
 
     ``x' = F x, P' = F P Fᵀ + Q``; ``K = P Hᵀ (H P Hᵀ + R)⁻¹, x += K (z - H x), P -= K H P``. Pixels alone.
     """

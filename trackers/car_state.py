@@ -23,20 +23,21 @@ def image_centre(camera: CameraModel) -> NDArray[np.float64]:
     return 0.5 * np.array([camera.width_px, camera.height_px])
 
 
+START_NOISE = 0.06
+FASTEST_START = 0.35
+
+
 def initial_states(
-    count: int,
-    position_px: NDArray[np.float64],
-    position_noise_px: float,
-    fastest_px: float,
-    rng: np.random.Generator,
+    count: int, position_px: NDArray[np.float64], car_px: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Draw states (N, 4): normal about the position (2,), speed uniform in [0, fastest], heading uniform.
 
-    A reading: the paper does not say how it starts. A box in one picture tells neither speed nor heading.
+    A reading: the paper does not say how it starts. A box in one picture tells neither speed nor heading; the
+    position's standard deviation is 0.06, the fastest 0.35 a frame, in lengths of the car (``car_px``).
     """
     states = np.empty((count, 4))
-    states[:, POSITION] = rng.normal(position_px, position_noise_px, (count, 2))
-    states[:, SPEED] = rng.uniform(0.0, fastest_px, count)
+    states[:, POSITION] = rng.normal(position_px, START_NOISE * car_px, (count, 2))
+    states[:, SPEED] = rng.uniform(0.0, FASTEST_START * car_px, count)
     states[:, HEADING] = rng.uniform(-np.pi, np.pi, count)
     return states
 

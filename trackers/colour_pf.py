@@ -24,18 +24,14 @@ class Parameters:
     Attributes:
         particles: N.
         colour_sharpness: λ of the weight.
-        speed_noise_px: τV, pixels a frame.
+        speed_noise: τV, lengths of the car a frame.
         heading_noise_rad: τθ.
-        start_noise_px: standard deviation of the first position.
-        fastest_start_px: highest speed at the start, pixels a frame.
     """
 
     particles: int = 500
     colour_sharpness: float = tunable(30.0, 3.0, 300.0, log=True)
-    speed_noise_px: float = tunable(1.0, 0.1, 5.0, log=True)
+    speed_noise: float = tunable(0.03, 0.003, 0.2, log=True)
     heading_noise_rad: float = tunable(0.15, 0.02, 1.0, log=True)
-    start_noise_px: float = tunable(2.0, 0.5, 10.0, log=True)
-    fastest_start_px: float = tunable(12.0, 2.0, 40.0, log=True)
 
 
 @dataclass(frozen=True)
@@ -60,13 +56,13 @@ class ColourModel:
         self._start_px = start_px
 
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        p = self._parameters
-        return initial_states(count, self._start_px, p.start_noise_px, p.fastest_start_px, rng)
+        return initial_states(count, self._start_px, self._template.car_px, rng)
 
     def predict(
         self, states: NDArray[np.float64], observed: ColourInstant, rng: np.random.Generator
     ) -> NDArray[np.float64]:
-        moved = move_on(states, observed.motion, self._parameters.speed_noise_px, rng)
+        speed_noise_px = self._parameters.speed_noise * self._template.car_px
+        moved = move_on(states, observed.motion, speed_noise_px, rng)
         moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
         return moved
 

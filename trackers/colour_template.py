@@ -39,6 +39,11 @@ class ColourTemplate:
             )
         return cls(histogram, size_px)
 
+    @property
+    def car_px(self) -> float:
+        """Length of the car in pixels: the rectangle's longer side, the unit in which filters measure lengths."""
+        return float(self.size_px.max())
+
     def similarities(self, bins: NDArray[np.uint8], centres_px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the Bhattacharyya coefficient L (N,) of the rectangles about positions (N, 2) of a binned picture.
 

@@ -57,6 +57,7 @@ _KNOT_EVERY = 3
 _LEAST_ADVANCE = 0.3
 _RETRACE_FRAMES = 5
 _KEPT_POINTS = 80
+_END_POINTS = 7
 
 
 class RoadModel:
@@ -128,11 +129,7 @@ class RoadModel:
         for _ in range(2):
             # Each pass grows the last end and turns the line round, so two leave it as it was.
             if len(self._points_px) >= 3 and finder.inside(self._points_px[-1]):
-                a, b, c = self._points_px[-3:]
-                turns = [float(np.arctan2(*step[::-1])) for step in (b - a, c - b)]
-                turn = (turns[1] - turns[0] + np.pi) % (2 * np.pi) - np.pi
-                length_px = float(np.hypot(*(c - b)))
-                end = RoadEnd(c, turns[1] + 0.5 * turn, turn / length_px, finder, self._rng)
+                end = RoadEnd(*_last_piece(self._points_px[-_END_POINTS:]), finder, self._rng)
                 self._points_px = np.array([*self._points_px, *end.grow(finder, self._half_width_px)])
                 self._points_px = self._points_px[-_KEPT_POINTS:]
             self._points_px = self._points_px[::-1]
@@ -169,3 +166,14 @@ def _carry(
         return moved, None
     ahead = motion.move(car_px + np.array([np.cos(heading_rad), np.sin(heading_rad)])) - moved
     return moved, float(np.arctan2(ahead[1], ahead[0]))
+
+
+def _last_piece(points_px: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
+    """Return place (2,), direction and curvature of a line's end: a parabola through its last points (n, 2), n >= 3."""
+    chord = points_px[-1] - points_px[0]
+    along = chord / max(float(np.hypot(*chord)), 1e-9)
+    across = np.array([-along[1], along[0]])
+    offsets = points_px - points_px[-1]
+    quadratic, slope, level = np.polyfit(offsets @ along, offsets @ across, 2)
+    direction_rad = float(np.arctan2(along[1], along[0]) + np.arctan(slope))
+    return points_px[-1] + level * across, direction_rad, float(2 * quadratic / (1 + slope**2) ** 1.5)

@@ -28,21 +28,18 @@ class Parameters:
     Attributes:
         particles: N.
         colour_sharpness: λ of the colour's weight.
-        colour_share: alpha of the mixture.
-        road_width_px: distance from the centre line that counts one in the road's weight.
-        speed_noise_px: τV, pixels a frame.
+        road_share: 1 - alpha, the road's share of the mixture.
+        road_width: w, distance from the centre line that counts one in the road's weight, in lengths of the car.
+        speed_noise: τV, lengths of the car a frame.
         heading_noise_rad: τ'θ about the road's direction.
-        start_noise_px, fastest_start_px: first position's standard deviation, highest first speed.
     """
 
     particles: int = 500
-    colour_sharpness: float = tunable(30.0, 3.0, 300.0, log=True)
-    colour_share: float = tunable(0.95, 0.3, 0.999)
-    road_width_px: float = tunable(10.0, 1.0, 60.0, log=True)
-    speed_noise_px: float = tunable(0.6, 0.1, 5.0, log=True)
+    colour_sharpness: float = tunable(50.0, 3.0, 300.0, log=True)
+    road_share: float = tunable(0.001, 0.00001, 0.5, log=True)
+    road_width: float = tunable(0.3, 0.03, 2.0, log=True)
+    speed_noise: float = tunable(0.015, 0.003, 0.2, log=True)
     heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
-    start_noise_px: float = tunable(2.0, 0.5, 10.0, log=True)
-    fastest_start_px: float = tunable(12.0, 2.0, 40.0, log=True)
 
 
 @dataclass(frozen=True)
@@ -69,13 +66,13 @@ class RoadShapeModel:
         self._start_px = start_px
 
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        p = self._parameters
-        return initial_states(count, self._start_px, p.start_noise_px, p.fastest_start_px, rng)
+        return initial_states(count, self._start_px, self._template.car_px, rng)
 
     def predict(
         self, states: NDArray[np.float64], observed: RoadInstant, rng: np.random.Generator
     ) -> NDArray[np.float64]:
-        moved = move_on(states, observed.motion, self._parameters.speed_noise_px, rng)
+        speed_noise_px = self._parameters.speed_noise * self._template.car_px
+        moved = move_on(states, observed.motion, speed_noise_px, rng)
         if observed.road is not None:
             _, moved[:, HEADING] = observed.road.offset_and_direction(moved[:, POSITION], moved[:, HEADING])
         moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
@@ -88,8 +85,8 @@ class RoadShapeModel:
         if observed.road is None:
             return colour
         offset, _ = observed.road.offset_and_direction(states[:, POSITION], states[:, HEADING])
-        road = -np.abs(offset) / p.road_width_px
-        return np.logaddexp(np.log(p.colour_share) + colour, np.log1p(-p.colour_share) + road)
+        road = -np.abs(offset) / (p.road_width * self._template.car_px)
+        return np.logaddexp(np.log1p(-p.road_share) + colour, np.log(p.road_share) + road)
 
 
 @register(
@@ -114,7 +111,7 @@ class RoadShapeParticleFilter:
         start_px = box_centre(box_xyxy) - image_centre(observation.camera)
         model = RoadShapeModel(self._parameters, self._template, start_px)
         self._filter = ParticleFilter[RoadInstant](model, self._parameters.particles, self._rng)
-        self._road = RoadModel(RoadSearch(), float(self._template.size_px.max()), self._rng)
+        self._road = RoadModel(RoadSearch(), self._template.car_px, self._rng)
         grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
         self._road.update(grey, STILL, start_px, None)
         self._last: Posterior | None = None
