@@ -71,21 +71,24 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
 
 def findings(experiment: PaperExperiment, summary: Sequence[dict[str, Any]]) -> list[Finding]:
     """Return what the summary says of each claim, for each renderer that it holds."""
-    found = []
-    for claim in experiment.claims:
-        for entry in summary:
-            place = (entry["preset"], entry["tracker"], entry["metric"])
-            if place == (experiment.preset, claim.tracker, claim.metric):
-                found.append(_finding(claim, entry))
-    return found
+    mine = [entry for entry in summary if entry["preset"] == experiment.preset]
+    said = {(entry["renderer"], entry["tracker"], entry["metric"]): entry for entry in mine}
+    renderers = dict.fromkeys(entry["renderer"] for entry in mine)
+    return [
+        _finding(claim, renderer, said.get((renderer, claim.tracker, claim.metric)))
+        for claim in experiment.claims
+        for renderer in renderers
+    ]
 
 
-def _finding(claim: Claim, entry: dict[str, Any]) -> Finding:
+def _finding(claim: Claim, renderer: str, entry: dict[str, Any] | None) -> Finding:
+    if entry is None:
+        return Finding(claim, renderer, "–", "", 0, agrees=False)
     mean = entry["mean"]
     agrees = mean is not None and (mean <= claim.level if claim.bound == "at most" else mean >= claim.level)
     return Finding(
         claim=claim,
-        renderer=entry["renderer"],
+        renderer=renderer,
         value=number_text(mean, entry["unit"]),
         interval=interval_text(entry["ci_low"], entry["ci_high"], entry["unit"]),
         episodes=entry["n"],

@@ -59,16 +59,24 @@ def test_a_claim_is_judged_by_its_bound(mean: float | None, metric: str, agrees:
     entry = {"preset": "paper-a3", "tracker": "background_pf", "metric": metric, "mean": mean}
     entry |= {"renderer": "raster", "unit": "fraction", "ci_low": 0.1, "ci_high": 0.9, "n": 50}
     strangers = [{**entry, "preset": "standard"}, {**entry, "tracker": "colour_pf"}]
-    (found,) = findings(a3.EXPERIMENT, [*strangers, entry])
-    assert found.agrees == agrees
-    assert found.interval == "10.0 … 90.0"
+    found = {each.claim.metric: each for each in findings(a3.EXPERIMENT, [*strangers, entry])}
+    assert found[metric].agrees == agrees
+    assert found[metric].interval == "10.0 … 90.0"
+    # Of the other claim nothing is known: that is said, and is no agreement.
+    (other,) = found.keys() - {metric}
+    assert (found[other].value, found[other].episodes, found[other].agrees) == ("–", 0, False)
 
 
 def test_both_renderers_are_shown_where_both_were_run() -> None:
     entry = {"preset": "paper-a2", "tracker": "colour_pf", "metric": "kept_run_rate", "mean": 0.1}
     entry |= {"unit": "fraction", "ci_low": 0.0, "ci_high": 0.2, "n": 50}
     found = findings(a2.EXPERIMENT, [{**entry, "renderer": name} for name in ("raster", "pybullet")])
-    assert [each.renderer for each in found] == ["raster", "pybullet"]
+    assert [(each.claim.tracker, each.renderer, each.episodes) for each in found] == [
+        ("colour_pf", "raster", 50),
+        ("colour_pf", "pybullet", 50),
+        ("road_shape_pf", "raster", 0),
+        ("road_shape_pf", "pybullet", 0),
+    ]
 
 
 @pytest.mark.parametrize("module", [a2, a3], ids=["A2", "A3"])

@@ -1,0 +1,111 @@
+"""What README and CONTRIBUTING say is followed word for word: files are written as shown, commands are run."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+MAKE = {"make demo", "make test"}
+"""Tested in a fresh clone, see tests/test_setup.py; the second would run itself."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: its language, what else stands behind the fence, its text, and the heading above it."""
+
+    language: str
+    mark: str
+    text: str
+    heading: str
+
+
+def blocks_of(name: str) -> list[Block]:
+    found, heading = [], ""
+    pattern = re.compile(
+        r"^#+ (?P<heading>[^\n]*)$|^```(?P<language>\w+) ?(?P<mark>\w*)\n(?P<text>.*?)^```$", re.M | re.S
+    )
+    for match in pattern.finditer((ROOT / name).read_text()):
+        if match["heading"]:
+            heading = match["heading"]
+        else:
+            found.append(Block(match["language"], match["mark"], match["text"], heading))
+    return found
+
+
+def commands(name: str, mark: str) -> list[str]:
+    texts = [block.text for block in blocks_of(name) if block.language == "bash" and block.mark == mark]
+    return [line for text in texts for line in text.splitlines() if line not in MAKE]
+
+
+def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command as a user would who has activated the environment."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path}
+    return subprocess.run(command, shell=True, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+def succeeds(command: str, folder: Path) -> str:
+    done = run(command, folder)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+@pytest.mark.parametrize("heading", ["Add a tracker", "Add a metric", "Add a street pattern", "Add a vehicle"])
+def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
+    section = [block for block in blocks_of("CONTRIBUTING.md") if block.heading == heading]
+    (file,) = [block.text for block in section if block.language == "python"]
+    name = re.match(r"# (\w+\.py)\n", file)
+    assert name, f"{heading}: expected the file's name on the first line"
+    (tmp_path / name[1]).write_text(file)
+    (shown,) = [block.text for block in section if block.language == "bash"]
+    output = "".join(succeeds(command, tmp_path) for command in shown.splitlines())
+    expected = {
+        "Add a tracker": "template_match",
+        "Add a metric": "jitter px",
+        "Add a street pattern": "wheel",
+        "Add a vehicle": r"\[11\.",
+    }
+    assert re.search(expected[heading], output)
+
+
+def test_commands_of_the_readme_run_one_after_the_other(tmp_path: Path) -> None:
+    for command in commands("README.md", ""):
+        succeeds(command, tmp_path)
+        out = re.search(r"--out (\S+)", command)
+        assert out is None or (tmp_path / out[1]).exists()
+
+
+@pytest.mark.parametrize("command", sorted(set(commands("README.md", "long"))))
+def test_long_commands_of_the_readme_are_understood(command: str, tmp_path: Path) -> None:
+    """Everything in them is right but for the folder added here, which cannot be written."""
+    (tmp_path / "file").touch()
+    done = run(f"{command} --out file/inside", tmp_path)
+    assert done.returncode == 2
+    assert "out: expected a folder that can be written" in done.stderr
+
+
+def test_python_in_the_readme_runs(tmp_path: Path) -> None:
+    (block,) = [block for block in blocks_of("README.md") if block.language == "python"]
+    (tmp_path / "look.py").write_text(block.text)
+    assert succeeds("python look.py", tmp_path).startswith("(240, 320, 3) in")
+
+
+def test_files_that_the_documents_point_to_exist() -> None:
+    for name in ("README.md", "CONTRIBUTING.md"):
+        text = (ROOT / name).read_text()
+        for target in re.findall(r"\]\(([^)#:]+)", text):
+            assert (ROOT / target).is_file(), target
+        for path in re.findall(r"`((?:sim|trackers|scenarios|benchmarks|tests)/[\w/.]+)`", text):
+            assert "NAME" in path or (ROOT / path).exists(), path
+
+
+def test_the_documents_have_the_blocks_that_are_followed() -> None:
+    assert len(commands("README.md", "")) >= 5
+    assert {"frameout bench frame-out", "frameout paper A2"} <= set(commands("README.md", "long"))
