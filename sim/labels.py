@@ -40,7 +40,8 @@ def amodal_box(
 
     NaN if any vertex is not in front of the camera.
     """
-    return _box(mesh.vertices_m, camera.intrinsic_matrix @ (invert_pose(T_world_camera) @ T_world_body)[:3])
+    view = body_view(camera.focal_px, 0.5 * camera.width_px, 0.5 * camera.height_px, T_world_camera, T_world_body)
+    return _box(mesh.vertices_m, view)
 
 
 def visible_fraction(
@@ -112,10 +113,15 @@ def backward_flow(
     to_world = T_world_camera @ _homogeneous(np.linalg.inv(K).astype(float))
     from_world = _homogeneous(K) @ invert_pose(T_world_camera_before)
     moved = (body_poses != body_poses_before).any(axis=(1, 2))
+    # The inverse of all rigid poses at once.
+    now, before = body_poses[moved], body_poses_before[moved]
+    R_back = now[:, :3, :3].transpose(0, 2, 1)
+    motion = np.zeros_like(now)
+    motion[:, :3, :3] = before[:, :3, :3] @ R_back
+    motion[:, :3, 3] = before[:, :3, 3] - (motion[:, :3, :3] @ now[:, :3, 3, None])[..., 0]
+    motion[:, 3, 3] = 1.0
     matrices = np.zeros((len(body_poses), 3, 4), dtype=np.float32)
-    for body in np.flatnonzero(moved):
-        motion = body_poses_before[body] @ invert_pose(body_poses[body])
-        matrices[body] = _less_identity(from_world @ motion @ to_world)
+    matrices[moved] = (from_world @ motion @ to_world - np.eye(4))[:, :3]
     at_rest = _less_identity(from_world @ to_world).astype(np.float32)
     flow = np.empty((*seen.depth_m.shape, 2), np.float32)
     flow_picture(seen.depth_m, seen.instance_id, at_rest, moved, matrices, flow)
@@ -130,6 +136,29 @@ def _homogeneous(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _less_identity(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return (matrix - np.eye(4))[:3]
+
+
+@njit(cache=True)
+def body_view(
+    focal_px: float,
+    centre_x: float,
+    centre_y: float,
+    T_world_camera: NDArray[np.float64],
+    T_world_body: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return ``K [R_cw | -R_cw c] T_world_body`` (3, 4): from a body's frame to homogeneous pixels."""
+    view = np.zeros((3, 4))
+    for k in range(4):
+        x = y = z = 0.0
+        for j in range(3):
+            away = T_world_body[j, k] - (T_world_camera[j, 3] if k == 3 else 0.0)
+            x += T_world_camera[j, 0] * away
+            y += T_world_camera[j, 1] * away
+            z += T_world_camera[j, 2] * away
+        view[0, k] = focal_px * x + centre_x * z
+        view[1, k] = focal_px * y + centre_y * z
+        view[2, k] = z
+    return view
 
 
 @njit(cache=True)

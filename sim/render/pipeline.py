@@ -22,8 +22,8 @@ from sim.render.visibility import TriangleTable
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import Picture, SensorSettings
 from sim.sensors.exposure import METER_STEP_PX, luminance_of
+from sim.sensors.motion_blur import needs_blur
 from sim.sensors.noise import develop_row
-from sim.sensors.resampling import needs_blur
 from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, DaylightShader, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
 

@@ -1,7 +1,7 @@
 """Shadow maps: how high, towards the sun, the nearest surface lies, drawn by the rasteriser's own kernels.
 
 A map covers a square *region* of the plane square to the sun. Regions come from a fixed lattice (sides in
-powers of sqrt 2, centres a ninth of a side apart), so which region a view gets depends on the view alone and
+powers of sqrt 2, centres a sixth of a side apart), so which region a view gets depends on the view alone and
 never on the views before it, while neighbouring views mostly share one: bodies that never move are drawn once
 for a region and kept.
 """
@@ -22,8 +22,8 @@ from sim.world import World
 NOTHING = np.float32(-1e30)
 """Height in a texel that no caster covers."""
 
-_CENTRES_PER_SIDE = 9
-_REGIONS_KEPT = 3
+_CENTRES_PER_SIDE = 6
+_REGIONS_KEPT = 6
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,9 @@ from sim.optics import PinholeCamera
 from sim.render.compilation import announce_compilation
 from sim.sensors.config import Picture, SensorConfig, SensorSettings
 from sim.sensors.exposure import metered_luminance, next_settings, right_settings
+from sim.sensors.lens import distort
+from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import develop_picture, frame_keys, response
-from sim.sensors.resampling import blur_by_motion, distort
 
 
 class CameraSensor:

@@ -13,8 +13,9 @@ from sim.optics import PinholeCamera
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig, SensorSettings
 from sim.sensors.exposure import metered_luminance, next_settings, right_settings
+from sim.sensors.lens import distort
+from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import CODES, frame_keys, normal_deviates
-from sim.sensors.resampling import blur_by_motion, distort
 from sim.shaders.colour import srgb_to_linear
 
 CAMERA = PinholeCamera(320, 240, 300.0)

@@ -1,0 +1,104 @@
+"""Motion of the camera during the exposure."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+SMALLEST_BLUR_PX = 0.5
+MOST_TAPS = 24
+BLOCK = 32
+"""Neighbouring pixels of a row that are taken to move alike."""
+
+
+def needs_blur(width: int, height: int, motion: NDArray[np.float64], exposure_share: float) -> bool:
+    """Return whether ``blur_by_motion`` changes a picture of that size."""
+    return _blur_length_px(width, height, motion, exposure_share) >= SMALLEST_BLUR_PX
+
+
+def blur_by_motion(
+    radiance: NDArray[np.float32], motion: NDArray[np.float64], exposure_share: float
+) -> NDArray[np.float32]:
+    """Return the mean radiance (H, 3, W) over an exposure centred on the picture's instant.
+
+    A pixel p collects light along ``p + s (H(p) - p)``, s in ``exposure_share * [-1/2, 1/2]``.
+
+    Args:
+        motion: homography H (3, 3) that takes pixels of this picture to the next one: the camera's own motion.
+        exposure_share: exposure time over the time between two pictures.
+
+    Returns:
+        ``radiance`` itself where no corner moves by half a pixel.
+    """
+    length_px = _blur_length_px(radiance.shape[2], radiance.shape[0], motion, exposure_share)
+    if length_px < SMALLEST_BLUR_PX:
+        return radiance
+    blurred = np.zeros_like(radiance)
+    taps = min(1 + int(np.ceil(length_px)), MOST_TAPS)
+    _average_along(radiance, motion / motion[2, 2], exposure_share, taps, blurred)
+    return blurred
+
+
+def _blur_length_px(width: int, height: int, motion: NDArray[np.float64], exposure_share: float) -> float:
+    """Return how far the corner that moves most moves during the exposure."""
+    corners = np.array([[0, 0, 1], [width, 0, 1], [0, height, 1], [width, height, 1.0]])
+    moved = corners @ motion.T
+    if (moved[:, 2] <= 0).any():
+        expected = "a homography that keeps the picture before the camera"
+        raise ValueError(f"motion: expected {expected}, got {motion.tolist()}")
+    return exposure_share * float(np.linalg.norm(moved[:, :2] / moved[:, 2:] - corners[:, :2], axis=1).max())
+
+
+@njit(cache=True)
+def _average_along(
+    radiance: NDArray[np.float32],
+    motion: NDArray[np.float64],
+    share: float,
+    taps: int,
+    blurred: NDArray[np.float32],
+) -> None:
+    """Add up ``taps`` bilinear samples at the middles of equal pieces of the path of each block's middle.
+
+    Beyond its borders the picture goes on as at the border.
+    """
+    height, width = radiance.shape[0], radiance.shape[2]
+    padded = np.empty((4, BLOCK + 1), np.float32)
+    for row in range(height):
+        for first in range(0, width, BLOCK):
+            last = min(first + BLOCK, width)
+            x, y = 0.5 * (first + last), row + 0.5
+            w = motion[2, 0] * x + motion[2, 1] * y + motion[2, 2]
+            dx = ((motion[0, 0] * x + motion[0, 1] * y + motion[0, 2]) / w - x) * share
+            dy = ((motion[1, 0] * x + motion[1, 1] * y + motion[1, 2]) / w - y) * share
+            for tap in range(taps):
+                s = (tap + 0.5) / taps - 0.5
+                column, line = first + s * dx, row + s * dy
+                j, i = int(np.floor(column)), int(np.floor(line))
+                fx, fy = column - j, line - i
+                upper, lower = min(max(i, 0), height - 1), min(max(i + 1, 0), height - 1)
+                for channel in range(3):
+                    out = blurred[row, channel, first:last]
+                    above = _window(radiance[upper, channel], j, last - first + 1, padded[0])
+                    below = _window(radiance[lower, channel], j, last - first + 1, padded[1])
+                    _add_shifted(above, np.float32(fx), np.float32((1.0 - fy) / taps), out)
+                    _add_shifted(below, np.float32(fx), np.float32(fy / taps), out)
+
+
+@njit(cache=True)
+def _window(line: NDArray[np.float32], first: int, count: int, room: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return ``count`` values of a line from ``first`` on, its ends repeated beyond it."""
+    if first >= 0 and first + count <= line.shape[0]:
+        return line[first : first + count]
+    for k in range(count):
+        room[k] = line[min(max(first + k, 0), line.shape[0] - 1)]
+    return room[:count]
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"})
+def _add_shifted(line: NDArray[np.float32], shift: np.float32, weight: np.float32, out: NDArray[np.float32]) -> None:
+    """Add ``weight ((1 - shift) line[k] + shift line[k + 1])`` to each ``out[k]``."""
+    a, b = weight * (np.float32(1.0) - shift), weight * shift
+    here, after = line[:-1], line[1:]
+    for k in range(out.shape[0]):
+        out[k] += a * here[k] + b * after[k]
