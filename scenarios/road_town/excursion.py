@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from scenarios.road_town.route import POINT_SPACING_M, Passage, Route, resample,
 
 _CLEARANCE_M = 1.8
 _LEAVE_OVER_M = 13.0
-_TRIES = 300
+_TRIES = 150
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +35,8 @@ def with_excursion(
     between_m: tuple[float, float],
     aside_m: tuple[float, float],
     along_m: tuple[float, float],
-) -> tuple[Route, Excursion | None]:
-    """Bend a route off the road somewhere.
+) -> tuple[Route, Layout, Excursion | None]:
+    """Bend a route off the road where least is in its way, and take that away: trees, at most one house.
 
     Args:
         between_m: arc lengths between which it may leave.
@@ -44,9 +44,11 @@ def with_excursion(
         along_m: range of the distance driven off the road.
 
     Returns:
-        The bent route and where it is off the road, or the same route and None where there is no room.
+        The bent route, the layout with a free way and where the route is off the road; or the same route and layout and
+        None where there is no room.
     """
     obstacles = _Obstacles(layout)
+    best: tuple[float, _Hits, NDArray[np.float64], float, float] | None = None
     for _ in range(_TRIES):
         leave = rng.uniform(*between_m)
         along = rng.uniform(*along_m)
@@ -64,9 +66,24 @@ def with_excursion(
         left = np.column_stack([-np.sin(route.heading_rad), np.cos(route.heading_rad)])
         bent = route.points_m + (aside * share)[:, None] * left
         off = share > 0.05
-        if obstacles.clear(bent[off]) and np.abs(bent[off]).max() < 0.45 * layout.extent_m:
-            return _rebuilt(route, bent, leave, leave + along)
-    return route, None
+        hits = obstacles.hits(bent[off])
+        if hits.parked or len(hits.buildings) > 1 or np.abs(bent[off]).max() > 0.45 * layout.extent_m:
+            continue
+        cost = 10.0 * len(hits.buildings) + len(hits.trees)
+        if best is None or cost < best[0]:
+            best = cost, hits, bent, leave, leave + along
+        if cost == 0:
+            break
+    if best is None:
+        return route, layout, None
+    _, hits, bent, leave, back = best
+    cleared = replace(
+        layout,
+        buildings=tuple(b for k, b in enumerate(layout.buildings) if k not in hits.buildings),
+        trees=tuple(t for k, t in enumerate(layout.trees) if k not in hits.trees),
+    )
+    bent_route, excursion = _rebuilt(route, bent, leave, back)
+    return bent_route, cleared, excursion
 
 
 def _smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -84,11 +101,21 @@ def _rebuilt(route: Route, bent: NDArray[np.float64], leave_m: float, return_m: 
     return Route(points, smooth_heading(points), passages), Excursion(moved(leave_m), moved(return_m))
 
 
+@dataclass(frozen=True, slots=True)
+class _Hits:
+    """What stands in the way: indices of buildings and trees, and whether a parked car does."""
+
+    buildings: frozenset[int]
+    trees: frozenset[int]
+    parked: bool
+
+
 class _Obstacles:
     """What a car must not drive into."""
 
     def __init__(self, layout: Layout) -> None:
         boxes = [(b.centre_m, b.size_m[:2], b.yaw_rad) for b in layout.buildings]
+        self._buildings = len(boxes)
         for park in layout.car_parks:
             for (x, y, yaw), taken in zip(park.bays, park.taken, strict=True):
                 if taken:
@@ -99,14 +126,16 @@ class _Obstacles:
         self._axis = np.column_stack([np.cos(yaw), np.sin(yaw)])
         self._trees = np.array([tree.centre_m for tree in layout.trees]).reshape(-1, 2)
 
-    def clear(self, points_m: NDArray[np.float64]) -> bool:
-        """Return whether all points (M, 2) keep their distance from every obstacle."""
+    def hits(self, points_m: NDArray[np.float64]) -> _Hits:
+        """Return what is nearer to any of the points (M, 2) than a car needs."""
         offset = points_m[:, None] - self._centre[None]
         along = np.einsum("mbk,bk->mb", offset, self._axis)
         across = offset[..., 1] * self._axis[:, 0] - offset[..., 0] * self._axis[:, 1]
         outside = np.maximum(np.abs(np.stack([along, across], axis=-1)) - self._half, 0.0)
-        if len(self._centre) and np.linalg.norm(outside, axis=-1).min() < _CLEARANCE_M:
-            return False
-        if not len(self._trees):
-            return True
-        return bool(np.linalg.norm(points_m[:, None] - self._trees[None], axis=-1).min() > _CLEARANCE_M)
+        near_boxes = np.flatnonzero((np.linalg.norm(outside, axis=-1) < _CLEARANCE_M).any(axis=0))
+        tree_distance = np.linalg.norm(points_m[:, None] - self._trees[None], axis=-1)
+        return _Hits(
+            frozenset(int(k) for k in near_boxes if k < self._buildings),
+            frozenset(np.flatnonzero((tree_distance < _CLEARANCE_M).any(axis=0)).tolist()),
+            bool((near_boxes >= self._buildings).any()),
+        )

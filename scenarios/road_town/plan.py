@@ -86,7 +86,7 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
     layout = fill_blocks(graph, streams["blocks"], preset.extent_m)
     looks = _draw_looks(preset, streams["looks"])
     sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
-    target, excursions = _target_driver(preset, layout, streams["traffic"])
+    target, layout, excursions = _target_driver(preset, layout, streams["traffic"])
     drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
     motion = simulate(drivers, preset.frame_count, preset.rate_hz)
     air = draw_air(preset, motion.position_m[:, TARGET], motion.heading_rad[:, TARGET], streams["air"])
@@ -136,8 +136,10 @@ def _draw_looks(preset: RoadTown, rng: np.random.Generator) -> tuple[Look, ...]:
     return tuple(looks)
 
 
-def _target_driver(preset: RoadTown, layout: Layout, rng: np.random.Generator) -> tuple[Driver, tuple[Excursion, ...]]:
-    """Return the target's plan, and where it leaves the road."""
+def _target_driver(
+    preset: RoadTown, layout: Layout, rng: np.random.Generator
+) -> tuple[Driver, Layout, tuple[Excursion, ...]]:
+    """Return the target's plan, the layout with a free way for it, and where it leaves the road."""
     cruise = float(rng.uniform(*preset.cruise_mps))
     needed = 1.15 * cruise * preset.frame_count / preset.rate_hz
     route = random_route(
@@ -147,13 +149,15 @@ def _target_driver(preset: RoadTown, layout: Layout, rng: np.random.Generator) -
         keep_within_m=0.33 * preset.extent_m,
         turn_preference=preset.turn_preference,
     )
-    start = _start_before_bend(route, needed, cruise) if preset.start_before_bend else float(rng.uniform(5.0, 60.0))
+    start = (
+        _start_before_bend(preset, route, needed, cruise) if preset.start_before_bend else float(rng.uniform(5.0, 60.0))
+    )
     excursions: list[Excursion] = []
     wanted = int(rng.integers(preset.excursions[0], preset.excursions[1] + 1))
     for k in range(wanted):
         # Bends and stops cost time: it gets about two thirds as far as at its cruising speed.
         share = 0.65 * needed / wanted
-        route, excursion = with_excursion(
+        route, layout, excursion = with_excursion(
             route,
             layout,
             rng,
@@ -163,12 +167,12 @@ def _target_driver(preset: RoadTown, layout: Layout, rng: np.random.Generator) -
         )
         if excursion is not None:
             excursions.append(excursion)
-    return Driver(route, start, cruise, _stops(preset, route, start, rng)), tuple(excursions)
+    return Driver(route, start, cruise, _stops(preset, route, start, rng)), layout, tuple(excursions)
 
 
-def _start_before_bend(route: Route, needed_m: float, cruise_mps: float) -> float:
-    """Return the start from which the car reaches the sharpest bend after a straight at about 2.5 s."""
-    lead_m = 2.5 * cruise_mps
+def _start_before_bend(preset: RoadTown, route: Route, needed_m: float, cruise_mps: float) -> float:
+    """Return the start from which the car is at the sharpest bend after a straight when it is first lost."""
+    lead_m = cruise_mps * (preset.frame_outs.start_frame or 0) / preset.rate_hz
     arcs = np.arange(lead_m, max(route.length_m - needed_m, lead_m + 1.0), 1.0)
     heading = route.at(arcs)[1]
     bend = np.abs(route.at(arcs + 32.0)[1] - heading)

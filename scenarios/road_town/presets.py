@@ -123,7 +123,7 @@ PRESETS: dict[str, RoadTown] = {
         field_of_view_deg=24.0,
         altitude_m=(90.0, 99.0),
         attitude_noise_deg=0.4,
-        frame_outs=FrameOuts(count=(1, 1), frames=(40, 45), turn_share=1.0, start_frame=34, aim="ahead"),
+        frame_outs=FrameOuts(count=(1, 1), frames=(24, 28), turn_share=1.0, start_frame=48, aim="ahead"),
         ego=EgoErrors(0.0, 0.0, 0.0, 0.0),
         closed_loop=True,
     ),

@@ -68,19 +68,24 @@ def test_excursion_leaves_the_road_clear_of_everything_and_comes_back(seed):
     layout = _layout("grid", seed)
     rng = generator(seed, "route")
     route = random_route(layout.graph, rng, 300.0, keep_within_m=140.0, turn_preference=1.0)
-    bent, excursion = with_excursion(
+    bent, cleared, excursion = with_excursion(
         route, layout, rng, between_m=(40.0, 280.0), aside_m=(7.0, 16.0), along_m=(34.0, 70.0)
     )
     if excursion is None:
         assert bent is route
+        assert cleared is layout
         return
+    # At most one house gives way, and nothing new stands anywhere.
+    assert len(layout.buildings) - 1 <= len(cleared.buildings)
+    assert set(cleared.buildings) <= set(layout.buildings)
+    assert set(cleared.trees) <= set(layout.trees)
     roads = RoadMap(layout.graph)
     arc = np.arange(excursion.leave_m, excursion.return_m, 0.5)
     places, _ = bent.at(arc)
     assert (~roads.is_on_road(places)).mean() > 0.3
     ends, _ = bent.at(np.array([excursion.leave_m - 1.0, excursion.return_m + 1.0]))
     assert roads.is_on_road(ends).all()
-    walls = shapely.union_all([_footprint(b.centre_m, b.size_m[:2], b.yaw_rad) for b in layout.buildings])
-    trunks = shapely.union_all([shapely.Point(t.centre_m) for t in layout.trees])
+    walls = shapely.union_all([_footprint(b.centre_m, b.size_m[:2], b.yaw_rad) for b in cleared.buildings])
+    trunks = shapely.union_all([shapely.Point(t.centre_m) for t in cleared.trees])
     assert shapely.distance(walls, shapely.points(places)).min() > 1.7
     assert shapely.distance(trunks, shapely.points(places)).min() > 1.7
