@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.render.sampling import mip_level, sample_row
+from sim.render.sampling import LEVEL_0_UP_TO, mip_level, sample_row
 from sim.render.textures import TexturePool
 from sim.render.visibility import NOTHING, TriangleTable
 
@@ -97,7 +97,11 @@ def resolve_row(
         last = first + np.uint64(1)
         while last < width and triangle[last] == index:
             last += np.uint64(1)
-        _place_run(textures, table, index, row, first, last, depth_m, room.position, room.level)
+        short = last - first < np.uint64(SHORT) and _place_short_run(
+            table, index, row, first, last, depth_m, room.position, room.level
+        )
+        if not short:
+            _place_run(textures, table, index, row, first, last, depth_m, room.position, room.level)
         if not table.is_flat[index]:
             _smooth_normals(table.normal_planes, index, row, first, last, normal)
         first = last
@@ -146,6 +150,39 @@ def _smooth_normals(
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _place_short_run(
+    table: TriangleTable,
+    index: int,
+    row: int,
+    first: np.uint64,
+    last: np.uint64,
+    depth_m: NDArray[np.float32],
+    position: NDArray[np.float32],
+    level: NDArray[np.int32],
+) -> bool:
+    """Do as ``_place_run``, of which this is the short cut for few pixels, and return True if mip level 0 will do."""
+    z = depth_m[first]
+    if index != NOTHING and table.texel_density[index] * z * z * z > LEVEL_0_UP_TO:
+        return False
+    planes, y = table.texel_planes, np.float32(row)
+    x_step, x_base = planes[index, 0], planes[index, 1] * y + planes[index, 2]
+    y_step, y_base = planes[index, 3], planes[index, 4] * y + planes[index, 5]
+    x_last, y_last = table.last_texel[index, 0], table.last_texel[index, 1]
+    begin, pitch, smooth = table.begin[index], table.row_pitch[index], table.is_smooth[index]
+    half, zero = np.float32(0.5 if smooth else 0.0), np.float32(0.0)
+    for column in range(first, last):
+        z = depth_m[column] if index != NOTHING else zero
+        x = np.float32(np.int32(column))
+        a = min(max((x_base + x_step * x) * z - half, zero), x_last)
+        b = min(max((y_base + y_step * x) * z - half, zero), y_last)
+        position[0, column] = a if smooth else np.floor(a)
+        position[1, column] = b if smooth else np.floor(b)
+        level[0, column] = begin
+        level[1, column] = pitch
+    return True
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place_run(
     textures: TexturePool,
     table: TriangleTable,
@@ -167,34 +204,28 @@ def _place_run(
             position[0, column] = position[1, column] = np.float32(0.0)
             level[0, column] = level[1, column] = np.int32(0)
         return
-    t, y = table.texture[index], np.float32(row)
-    planes, smooth, count = table.uv_planes, textures.smooth[t], textures.level_count[t]
-    half, zero, one = np.float32(0.5 if smooth else 0.0), np.float32(0.0), np.float32(1.0)
-    density = table.uv_density[index] * np.float32(textures.width[t, 0] * textures.height[t, 0])
+    t, y, one = table.texture[index], np.float32(row), np.float32(1.0)
+    planes, smooth, count = table.texel_planes, table.is_smooth[index], textures.level_count[t]
     start = first
     while start < last:
         end = min(start + np.uint64(LEVEL_BLOCK), last)
         z = depth_m[start + ((end - start) >> np.uint64(1))]
-        k = mip_level(density * z * z * z, count) if count > 1 else 0
+        k = mip_level(table.texel_density[index] * z * z * z, count)
         width, height = np.float32(textures.width[t, k]), np.float32(textures.height[t, k])
-        u_step, u_base = planes[index, 0] * width, (planes[index, 1] * y + planes[index, 2]) * width
-        v_step, v_base = planes[index, 3] * height, (planes[index, 4] * y + planes[index, 5]) * height
+        x_scale, y_scale = width / np.float32(textures.width[t, 0]), height / np.float32(textures.height[t, 0])
+        x_step, x_base = planes[index, 0] * x_scale, (planes[index, 1] * y + planes[index, 2]) * x_scale
+        y_step, y_base = planes[index, 3] * y_scale, (planes[index, 4] * y + planes[index, 5]) * y_scale
+        half = np.float32(0.5 if smooth else 0.0)
+        _positions(x_step, x_base, half, width - one, start, end, depth_m, position[0])
+        _positions(y_step, y_base, half, height - one, start, end, depth_m, position[1])
         begin, pitch = np.int32(textures.offset[t, k]), textures.row_pitch[t, k]
-        if smooth and end - start >= np.uint64(SHORT):
-            _positions(u_step, u_base, width - one, start, end, depth_m, position[0])
-            _positions(v_step, v_base, height - one, start, end, depth_m, position[1])
+        for column in range(start, end):
+            level[0, column] = begin
+            level[1, column] = pitch
+        if not smooth:
             for column in range(start, end):
-                level[0, column] = begin
-                level[1, column] = pitch
-        else:
-            for column in range(start, end):
-                x = np.float32(np.int32(column))
-                a = min(max((u_base + u_step * x) * depth_m[column] - half, zero), width - one)
-                b = min(max((v_base + v_step * x) * depth_m[column] - half, zero), height - one)
-                position[0, column] = a if smooth else np.floor(a)
-                position[1, column] = b if smooth else np.floor(b)
-                level[0, column] = begin
-                level[1, column] = pitch
+                position[0, column] = np.floor(position[0, column])
+                position[1, column] = np.floor(position[1, column])
         start = end
 
 
@@ -202,14 +233,15 @@ def _place_run(
 def _positions(
     step: np.float32,
     base: np.float32,
+    half: np.float32,
     largest: np.float32,
     first: np.uint64,
     last: np.uint64,
     depth_m: NDArray[np.float32],
     position: NDArray[np.float32],
 ) -> None:
-    """Write ``(base + step * column) * depth - 1/2``, clipped to [0, largest]; a loop of its own, to be vector code."""
+    """Write ``(base + step * column) * depth - half``, clipped to [0, largest]; by itself, to be vector code."""
     for column in range(first, last):
         x = np.float32(np.int32(column))
-        value = (base + step * x) * depth_m[column] - np.float32(0.5)
+        value = (base + step * x) * depth_m[column] - half
         position[column] = min(max(value, np.float32(0.0)), largest)

@@ -1,8 +1,9 @@
 """From world to finished picture: renderer, shader and sensor in one call.
 
 The stages are those of ``Renderer.gbuffer``, ``DaylightShader.shade`` and ``CameraSensor.expose``, with the same
-kernels. Where the picture needs no light moved between pixels, ``raster`` takes each row through all of them while it
-is in the processor's nearest memory, and the stages' whole pictures are never written.
+kernels. ``raster`` takes each row through all of them while it is in the processor's nearest memory, and the stages'
+whole pictures are never written; only where lens or motion bring light from one pixel to others does the sensor wait
+for the whole radiance.
 """
 
 from __future__ import annotations
@@ -57,11 +58,8 @@ def capture(
 
     Arguments as for ``CameraSensor.expose``.
     """
-    settings = sensor.settings
-    if isinstance(renderer, Raster) and settings is not None and camera.radial_distortion == (0.0, 0.0):
-        share = settings.exposure_s / interval_s
-        if motion is None or not needs_blur(camera.width_px, camera.height_px, motion, share):
-            return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings)
+    if isinstance(renderer, Raster):
+        return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, motion, interval_s)
     gbuffer = renderer.gbuffer(camera, T_world_camera)
     radiance = shader.shade(gbuffer, camera, T_world_camera)
     picture = sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
@@ -75,30 +73,60 @@ def _capture_by_rows(
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
     frame: int,
-    settings: SensorSettings,
+    motion: NDArray[np.float64] | None,
+    interval_s: float,
 ) -> Capture:
     nearness, triangle = renderer.visible(camera, T_world_camera)
     with np.errstate(divide="ignore"):
         probe_depth_m = 1.0 / nearness[::PROBE_STEP_PX, ::PROBE_STEP_PX]
+    shadows = shader.shadows(probe_depth_m, camera, T_world_camera)
+    drawn = (renderer.textures, renderer.table, nearness, triangle)
     shape = nearness.shape
-    image_rgb = np.empty((*shape, 3), np.uint8)
     depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
+    settings = sensor.settings
+    if settings is None or _moves_light(camera, settings, motion, interval_s):
+        radiance = np.empty((shape[0], 3, shape[1]), np.float32)
+        _light_rows(*drawn, shader.light, shadows, depth_m, instance_id, radiance)
+        picture = sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
+        return Capture(picture, depth_m, instance_id)
+    image_rgb = np.empty((*shape, 3), np.uint8)
     response, keys = sensor.response(settings), sensor.frame_keys(frame)
-    metered = _finish_rows(
-        renderer.textures,
-        renderer.table,
-        nearness,
-        triangle,
-        shader.light,
-        shader.shadows(probe_depth_m, camera, T_world_camera),
-        response,
-        keys,
-        depth_m,
-        instance_id,
-        image_rgb,
-    )
+    metered = _finish_rows(*drawn, shader.light, shadows, response, keys, depth_m, instance_id, image_rgb)
     sensor.step(luminance_of(metered))
     return Capture(Picture(image_rgb, settings), depth_m, instance_id)
+
+
+def _moves_light(
+    camera: PinholeCamera, settings: SensorSettings, motion: NDArray[np.float64] | None, interval_s: float
+) -> bool:
+    """Return whether lens or motion bring light from one pixel to others, so that rows need each other."""
+    if camera.radial_distortion != (0.0, 0.0):
+        return True
+    share = settings.exposure_s / interval_s
+    return motion is not None and needs_blur(camera.width_px, camera.height_px, motion, share)
+
+
+@njit(cache=True)
+def _light_rows(
+    textures: TexturePool,
+    table: TriangleTable,
+    nearness: NDArray[np.float32],
+    triangle: NDArray[np.int32],
+    light: DaylightArrays,
+    shadows: ShadowArrays,
+    depth_m: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
+    radiance: NDArray[np.float32],
+) -> None:
+    """Write the last three arrays row by row; ``radiance`` is (H, 3, W)."""
+    height, width = triangle.shape
+    room, at = np.empty((8, width), np.float32), np.empty(width, np.uint32)
+    row_room, colour = new_row_room(width), np.empty(width, np.uint32)
+    normal = np.empty((3, width), np.float32)
+    for row in range(height):
+        depth, identity = depth_m[row], instance_id[row]
+        resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
+        shade_row(light, shadows, row, colour, depth, normal, room, at, radiance[row])
 
 
 @njit(cache=True)

@@ -77,6 +77,7 @@ class Raster:
             self._triangle = np.empty(shape, np.int32)
         draw_picture(
             self.scene,
+            self.textures,
             self._world.poses,
             camera_view(camera, T_world_camera, pixel_offset),
             self._projected,

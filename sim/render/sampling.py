@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 RED_BLUE, GREEN = np.uint32(0x00FF00FF), np.uint32(0x0000FF00)
 HALVES, HALF = np.uint32(0x00800080), np.uint32(0x8000)
 EIGHT = np.uint32(8)
-TEXELS, WEIGHTS = 4, 2
-"""Rows of the room that ``sample_row`` needs."""
+LEVEL_0_UP_TO = 2.0
+"""Texels that a pixel may cover before the next mip level is taken."""
 
 
 @njit(cache=True)
@@ -124,7 +124,7 @@ def mip_level(texels_per_pixel: float, level_count: int) -> int:
     A level has a quarter of the texels of the one before.
     """
     level = 0
-    while texels_per_pixel > 2.0 and level + 1 < level_count:
+    while texels_per_pixel > LEVEL_0_UP_TO and level + 1 < level_count:
         texels_per_pixel *= 0.25
         level += 1
     return level

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import SKY
 from sim.render.scene import SceneArrays
+from sim.render.textures import TexturePool
 from sim.render.triangles import body_may_show, project_body, row_span, set_up_triangle
 
 NEAR_M = 0.2
@@ -29,8 +30,11 @@ class TriangleTable(NamedTuple):
 
     Attributes:
         body, texture: (N,) int32.
-        uv_planes: (N, 6) float32, of ``u / q_w`` and ``v / q_w``.
-        uv_density: (N,) float32, area in (u, v) that a pixel covers, times nearness³: the Jacobian of a projective map.
+        texel_planes: (N, 6) float32, of ``x / q_w`` and ``y / q_w``, the position (u width, v height) in the texture.
+        texel_density: (N,) float32, texels that a pixel covers times nearness³: the Jacobian of a projective map.
+        last_texel: (N, 2) float32, number of the texture's last column and row.
+        begin, row_pitch: (N,) int32, see ``TexturePool``. All these are of mip level 0.
+        is_smooth: (N,) bool, the texture is.
         is_flat: (N,) bool, all corners have the same normal.
         normal: (N, 3) float32, that of flat faces in the world frame.
         normal_planes: (N, 9) float32, of ``n / q_w`` in the world frame, of the others.
@@ -38,8 +42,12 @@ class TriangleTable(NamedTuple):
 
     body: NDArray[np.int32]
     texture: NDArray[np.int32]
-    uv_planes: NDArray[np.float32]
-    uv_density: NDArray[np.float32]
+    texel_planes: NDArray[np.float32]
+    texel_density: NDArray[np.float32]
+    last_texel: NDArray[np.float32]
+    begin: NDArray[np.int32]
+    row_pitch: NDArray[np.int32]
+    is_smooth: NDArray[np.bool_]
     is_flat: NDArray[np.bool_]
     normal: NDArray[np.float32]
     normal_planes: NDArray[np.float32]
@@ -53,11 +61,15 @@ def new_triangle_table(face_count: int) -> TriangleTable:
         np.empty(rows, np.int32),
         np.empty((rows, 6), np.float32),
         np.empty(rows, np.float32),
+        np.empty((rows, 2), np.float32),
+        np.empty(rows, np.int32),
+        np.empty(rows, np.int32),
+        np.empty(rows, np.bool_),
         np.empty(rows, np.bool_),
         np.empty((rows, 3), np.float32),
         np.empty((rows, 9), np.float32),
     )
-    for array, value in zip(table, (SKY, 0, 0.0, 0.0, True, 0.0, 0.0), strict=True):
+    for array, value in zip(table, (SKY, 0, 0.0, 0.0, 0.0, 0, 0, False, True, 0.0, 0.0), strict=True):
         array[NOTHING] = value
     return table
 
@@ -65,6 +77,7 @@ def new_triangle_table(face_count: int) -> TriangleTable:
 @njit(cache=True)
 def draw_picture(
     scene: SceneArrays,
+    textures: TexturePool,
     poses: NDArray[np.float64],
     view: NDArray[np.float64],
     projected: NDArray[np.float64],
@@ -108,7 +121,7 @@ def draw_picture(
             if first >= last:
                 continue
             if _draw_triangle(edges, edge_count, first, last, count, nearness, triangle):
-                _write_attributes(scene, pose, body, face, edges, table, count)
+                _write_attributes(scene, textures, pose, body, face, edges, table, count)
                 count += 1
     return count
 
@@ -179,6 +192,7 @@ def _determinant(m: NDArray[np.float64]) -> float:
 @njit(cache=True)
 def _write_attributes(
     scene: SceneArrays,
+    textures: TexturePool,
     pose: NDArray[np.float64],
     body: int,
     face: int,
@@ -186,19 +200,25 @@ def _write_attributes(
     table: TriangleTable,
     index: int,
 ) -> None:
-    """Write the planes ``sum_i a_i e_i`` of texture coordinates and normal."""
+    """Write the planes ``sum_i a_i e_i`` of texture position and normal, and what else the table holds."""
     table.body[index] = body
-    table.texture[index] = scene.texture[body]
-    for k in range(3):
-        for c in range(2):
+    t = scene.texture[body]
+    width, height = textures.width[t, 0], textures.height[t, 0]
+    table.texture[index] = t
+    table.begin[index], table.row_pitch[index] = textures.offset[t, 0], textures.row_pitch[t, 0]
+    table.last_texel[index, 0], table.last_texel[index, 1] = width - 1, height - 1
+    table.is_smooth[index] = textures.smooth[t]
+    for c in range(2):
+        size = width if c == 0 else height
+        for k in range(3):
             total = 0.0
             for i in range(3):
                 total += scene.uv[scene.faces[face, i], c] * edges[i, k]
-            table.uv_planes[index, 3 * c + k] = total
+            table.texel_planes[index, 3 * c + k] = size * total
     i, j, k = scene.faces[face, 0], scene.faces[face, 1], scene.faces[face, 2]
     uv_area = (scene.uv[j, 0] - scene.uv[i, 0]) * (scene.uv[k, 1] - scene.uv[i, 1])
     uv_area -= (scene.uv[k, 0] - scene.uv[i, 0]) * (scene.uv[j, 1] - scene.uv[i, 1])
-    table.uv_density[index] = abs(uv_area * _determinant(edges))
+    table.texel_density[index] = abs(uv_area * _determinant(edges)) * width * height
     flat = scene.face_is_flat[face]
     table.is_flat[index] = flat
     for c in range(3):
