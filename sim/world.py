@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import math
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -196,20 +197,24 @@ class World:
 
 
 def _to_bullet(T: NDArray[np.float64]) -> tuple[list[float], list[float]]:
-    """Return position and PyBullet's (x, y, z, w) quaternion of a pose."""
-    R = np.asarray(T)[:3, :3]
+    """Return position and PyBullet's (x, y, z, w) quaternion of a pose.
+
+    In plain floats: for so few numbers arrays cost ten times as much, and every mover comes here every frame.
+    """
+    (a, b, c, x), (d, e, f, y), (g, h, i, z) = np.asarray(T, dtype=float)[:3].tolist()
+    trace = a + e + i
     # Shepperd's method: divide by the largest component.
-    trace = np.array([R.trace(), R[0, 0], R[1, 1], R[2, 2]])
-    k = int(np.argmax(trace))
-    if k == 0:
-        q = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + R.trace()])
-    elif k == 1:
-        q = np.array([1 + 2 * R[0, 0] - R.trace(), R[0, 1] + R[1, 0], R[0, 2] + R[2, 0], R[2, 1] - R[1, 2]])
-    elif k == 2:
-        q = np.array([R[0, 1] + R[1, 0], 1 + 2 * R[1, 1] - R.trace(), R[1, 2] + R[2, 1], R[0, 2] - R[2, 0]])
+    largest = max(trace, a, e, i)
+    if largest == trace:
+        q = [h - f, c - g, d - b, 1 + trace]
+    elif largest == a:
+        q = [1 + 2 * a - trace, b + d, c + g, h - f]
+    elif largest == e:
+        q = [b + d, 1 + 2 * e - trace, f + h, c - g]
     else:
-        q = np.array([R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], 1 + 2 * R[2, 2] - R.trace(), R[1, 0] - R[0, 1]])
-    return list(map(float, np.asarray(T)[:3, 3])), list(map(float, q / np.linalg.norm(q)))
+        q = [c + g, f + h, 1 + 2 * i - trace, d - b]
+    length = math.hypot(*q)
+    return [x, y, z], [part / length for part in q]
 
 
 def _opengl_view(T_world_camera: NDArray[np.float64]) -> list[float]:
