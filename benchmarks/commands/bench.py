@@ -33,7 +33,8 @@ class Bench:
     Attributes:
         suites: what to run: frame-out.
         preset: presets of the scenario, one or more (default: standard; with --quick: quick).
-        trackers: who takes part, one or more names (default: everyone; see `frameout list`).
+        trackers: who takes part, one or more names, see `frameout list` (default: everyone; with --quick all but
+            variants).
         controllers: who steers the camera by the tracker's estimate: `centre`; `set-path` = nobody, the
             same pictures for everyone (default: as the preset says).
         seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
@@ -87,6 +88,10 @@ class Bench:
         _tell_what_went_wrong(outcome)
         return 1 if outcome.failures else 0
 
+    def _everyone(self) -> tuple[str, ...]:
+        """Who takes part if nobody is named; ablations take no part in a quick look."""
+        return tuple(name for name, who in entrants().items() if not (self.quick and who.role == "variant"))
+
     def _experiment(self, wanted: Suite) -> Experiment:
         preset = wanted.quick_preset if self.quick else wanted.preset
         quick_seeds = self.quick and self.seeds == type(self).seeds
@@ -94,7 +99,7 @@ class Bench:
             suite=wanted.name,
             scenario=wanted.scenario,
             presets=names(self.preset) or (preset,),
-            trackers=names(self.trackers) or tuple(entrants()),
+            trackers=names(self.trackers) or self._everyone(),
             seeds=seed_range(_QUICK_SEEDS if quick_seeds else self.seeds),
             renderer=check_renderer(self.renderer),
             controllers=names(self.controllers) or None,

@@ -48,7 +48,7 @@ def _table(title: str, entries: Sequence[dict[str, Any]], suite: Suite, interval
         title=f"{title}: {seeds} episodes{', 95 % intervals over them' if intervals else ''}", box=box.SIMPLE_HEAD
     )
     table.add_column("tracker", no_wrap=True, min_width=max(map(len, trackers)))
-    table.add_column("role")
+    table.add_column("role", no_wrap=True, min_width=len("as-written"))
     for metric in columns:
         arrow = "↑" if metric.better == "higher" else "↓"
         unit = "" if metric.unit in ("fraction", "1") else f" [{metric.unit}]"
