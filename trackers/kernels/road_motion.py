@@ -8,14 +8,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-X, Y, HEADING, SPEED, ON_ROAD, EDGE, ARC, DIRECTION, LATERAL, CHOICE, CRUISE, HALTS, URGE, CURVE, TURN, LOG_PRIOR = range(
-    16
+X, Y, HEADING, SPEED, ON_ROAD, EDGE, ARC, DIRECTION, LATERAL, CHOICE, CRUISE, HALTS, URGE, CURVE, TURN, LOOK, LOG_PRIOR = range(
+    17
 )
 """Columns of a state: map position (m), heading (rad), speed (m/s); 1 on a road, 0 free; edge, point on it (fractional, from the edge's
 first), +1 or -1 as it is driven, offset to the right of the centre line (m); entry of ``node_edges`` chosen at the next crossing, or -1;
 speed wished for (m/s); 1 if it means to halt there; acceleration beside that (m/s^2); curvature of its path (1/m) and
-rest of a turn (rad) where it is free; log-weight it was born with."""
-COLUMNS = 16
+rest of a turn (rad) where it is free; how far ahead it looks (m): short = sharp corners; log-weight it was born with."""
+COLUMNS = 17
 
 
 class Roads(NamedTuple):
@@ -72,57 +72,78 @@ class Habits(NamedTuple):
 
 _CORNER_M = 7.0
 _DECIDE_M = 28.0
+_PROBES = 7
+_FREE_WEIGHT = 0.082
 _HALT_BEFORE_M = 8.0
 _BEND_AHEAD_M = 10.0
+SHORTEST_LOOK_M, LONGEST_LOOK_M = 3.0, 10.0
 _SHARPEST_PER_M, _TURN_PER_M = 0.22, 0.13
 
 
 @njit(cache=True)
-def associate(states: NDArray[np.float64], roads: Roads) -> None:
-    """Put each state on the road it drives on, or set it free, in place.
+def associate(states: NDArray[np.float64], roads: Roads, uniforms: NDArray[np.float64]) -> None:
+    """Put each state on a road that it may be driving on, or set it free, in place.
 
-    Of the centre-line points nearest to it, and to where it will be 5 m and 10 m on, the one with the least
-    ``|p - x| + 6 (1 - |cos angle|)`` is taken, if it is within 6.5 m and 50 degrees; for a state that was on a road before, in the middle
-    of a turn perhaps, within 9 m and 80 degrees.
+    Points of centre lines nearest to it and to places ahead of it, straight on and to either side, are slid back to abreast of it.
+    One is drawn with weight ``exp(-c / 2)``, ``c = |p - x| + 12 (1 - |cos angle|)``: in the middle of a turn it is open which street a
+    car is on. Being free has c = 5. Only points within 6.5 m and 50 degrees count; a state that was on a road before stays on one within
+    9 m and 80 degrees if there is any.
+
+    Args:
+        uniforms: (N,) in [0, 1).
     """
     for i in range(states.shape[0]):
         if states[i, ON_ROAD] > 0:
-            _associate_one(states[i], roads, 9.0, 0.17)
+            _associate_one(states[i], roads, 9.0, 0.17, 1e-9, uniforms[i])
         else:
-            _associate_one(states[i], roads, 6.5, 0.64)
+            _associate_one(states[i], roads, 6.5, 0.64, _FREE_WEIGHT, uniforms[i])
 
 
 @njit(cache=True)
-def _associate_one(s: NDArray[np.float64], roads: Roads, within_m: float, least_cosine: float) -> None:
+def _associate_one(
+    s: NDArray[np.float64],
+    roads: Roads,
+    within_m: float,
+    least_cosine: float,
+    free_weight: float,
+    uniform: float,
+) -> None:
     s[ON_ROAD] = 0.0
     s[CHOICE] = -1.0
     s[HALTS] = 0.0
-    c, si = np.cos(s[HEADING]), np.sin(s[HEADING])
-    best = within_m + 6.0
+    total = free_weight
     chosen = -1
-    for probe in range(4):
-        # Beside the lane, here, and ahead: at crossings the nearest point alone may lie on the wrong street.
-        ahead = 0.0 if probe < 2 else 5.0 * (probe - 1)
-        left = 2.0 if probe == 1 else 0.0
-        column = int(np.floor((s[X] + ahead * c - left * si - roads.origin_m[0]) / roads.cell_m))
-        row = int(np.floor((s[Y] + ahead * si + left * c - roads.origin_m[1]) / roads.cell_m))
-        if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:
-            continue
-        p = roads.nearest[row, column]
+    c, si = np.cos(s[HEADING]), np.sin(s[HEADING])
+    edges = np.full(_PROBES, -1, np.int64)
+    points = np.zeros(_PROBES, np.int64)
+    weights = np.zeros(_PROBES)
+    for probe in range(_PROBES):
+        p = _probe(s, roads, probe)
         if p < 0:
             continue
-        # Slide back along the line to abreast of the state.
         edge = roads.edge_of_point[p]
-        along = (s[X] - roads.points_m[p, 0]) * roads.tangents[p, 0] + (s[Y] - roads.points_m[p, 1]) * roads.tangents[
-            p, 1
-        ]
+        along = (s[X] - roads.points_m[p, 0]) * roads.tangents[p, 0] + (
+            s[Y] - roads.points_m[p, 1]
+        ) * roads.tangents[p, 1]
         p = min(max(p + int(np.round(along)), roads.first[edge]), roads.first[edge + 1] - 1)
         d_x, d_y = s[X] - roads.points_m[p, 0], s[Y] - roads.points_m[p, 1]
         distance = np.sqrt(d_x * d_x + d_y * d_y)
-        cosine = c * roads.tangents[p, 0] + si * roads.tangents[p, 1]
-        cost = distance + 6.0 * (1.0 - abs(cosine))
-        if cost < best and distance < within_m and abs(cosine) > least_cosine:
-            best, chosen = cost, p
+        cosine = abs(c * roads.tangents[p, 0] + si * roads.tangents[p, 1])
+        known = False
+        for earlier in range(probe):
+            known = known or edges[earlier] == edge
+        if known or distance > within_m or cosine < least_cosine:
+            continue
+        edges[probe], points[probe] = edge, p
+        weights[probe] = np.exp(-0.5 * (distance + 12.0 * (1.0 - cosine)))
+        total += weights[probe]
+    threshold = uniform * total
+    for probe in range(_PROBES):
+        if edges[probe] >= 0:
+            threshold -= weights[probe]
+            if threshold < 0:
+                chosen = points[probe]
+                break
     if chosen >= 0:
         edge = roads.edge_of_point[chosen]
         t_x, t_y = roads.tangents[chosen, 0], roads.tangents[chosen, 1]
@@ -132,6 +153,16 @@ def _associate_one(s: NDArray[np.float64], roads: Roads, within_m: float, least_
         s[DIRECTION] = 1.0 if c * t_x + si * t_y > 0 else -1.0
         right = t_y * (s[X] - roads.points_m[chosen, 0]) - t_x * (s[Y] - roads.points_m[chosen, 1])
         s[LATERAL] = s[DIRECTION] * right
+
+
+@njit(cache=True)
+def _probe(s: NDArray[np.float64], roads: Roads, probe: int) -> int:
+    """Return the centre-line point nearest to the place of one probe: here, or 5 or 10 m ahead, straight or 60 degrees aside."""
+    ahead = 0.0 if probe == 0 else (5.0 if probe % 2 == 1 else 10.0)
+    aside = 0.0 if probe < 3 else (1.05 if probe < 5 else -1.05)
+    x = s[X] + ahead * np.cos(s[HEADING] + aside)
+    y = s[Y] + ahead * np.sin(s[HEADING] + aside)
+    return _nearest(x, y, roads)
 
 
 @njit(cache=True)
@@ -243,7 +274,7 @@ def drive(
 ) -> None:
     """Move every state on by ``dt_s``, in place.
 
-    On a road: the heading turns towards the lane's point ``L = max(4, 0.7 v)`` ahead along the way chosen (pure pursuit:
+    On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the way chosen (pure pursuit:
     ``curvature = 2 sin(alpha) / L``); the speed goes towards what ``_allowed_speed`` says. Free: the curvature is an Ornstein-Uhlenbeck process,
     with turns as at crossings where no road is known. Both: ``v' = v + (a + u) dt +
     n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and the urge u return to their means
@@ -297,10 +328,11 @@ def _follow_road(
         crossing = roads.ends[edge, 1 if s[DIRECTION] > 0 else 0]
         wide = roads.node_first[crossing + 1] - roads.node_first[crossing] > 2
         s[HALTS] = 1.0 if wide and uniforms[2] < habits.halt_share else 0.0
+        s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
     goal = _allowed_speed(s, roads, habits)
     if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:
         s[HALTS] = 0.0
-    distance = max(4.0, 0.7 * s[SPEED])
+    distance = max(s[LOOK], 0.5 * s[SPEED])
     x, y, _ = _ahead(s, roads, distance)
     alpha = wrap(np.arctan2(y - s[Y], x - s[X]) - s[HEADING])
     curvature = 2.0 * np.sin(min(max(alpha, -1.5), 1.5)) / distance
@@ -325,10 +357,10 @@ def _go_free(
     may take to it."""
     goal = max(s[CRUISE], 0.0)
     s[CURVE] = _fade(s[CURVE], habits.curve_spread_per_m, habits.curve_rate, dt_s, normal)
-    if s[TURN] == 0.0 and uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s and _nearest(s, roads) < 0:
+    if s[TURN] == 0.0 and uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s and _nearest(s[X], s[Y], roads) < 0:
         s[TURN] = 1.57 if uniforms[5] < 0.5 else -1.57
     if uniforms[0] < habits.return_rate * dt_s:
-        _associate_one(s, roads, 6.5, 0.64)
+        _associate_one(s, roads, 6.5, 0.64, _FREE_WEIGHT, uniforms[1])
     if s[TURN] == 0.0:
         return goal, s[CURVE]
     curvature = min(_TURN_PER_M, 1.6 * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0))
@@ -339,10 +371,10 @@ def _go_free(
 
 
 @njit(cache=True)
-def _nearest(s: NDArray[np.float64], roads: Roads) -> int:
-    """Return the centre-line point nearest to a state, -1 if none is near."""
-    column = int(np.floor((s[X] - roads.origin_m[0]) / roads.cell_m))
-    row = int(np.floor((s[Y] - roads.origin_m[1]) / roads.cell_m))
+def _nearest(x: float, y: float, roads: Roads) -> int:
+    """Return the centre-line point nearest to a place on the map, -1 if none is near."""
+    column = int(np.floor((x - roads.origin_m[0]) / roads.cell_m))
+    row = int(np.floor((y - roads.origin_m[1]) / roads.cell_m))
     if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:
         return -1
     return roads.nearest[row, column]

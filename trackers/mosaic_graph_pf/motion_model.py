@@ -14,7 +14,7 @@ from trackers.mosaic_graph_pf.road_map import RoadMap
 
 _AXIS_DEVIATION_RAD = 0.35
 _FREE_DRIVING_MPS, _CRUISE_PRIOR_S = 4.0, 2.0
-_BORN_POSITION_M, _BORN_SPEED_MPS, _BORN_HEADING_RAD = 0.4, 1.0, 0.12
+_BORN_POSITION_M, _BORN_SPEED_MPS, _BORN_HEADING_RAD, _BORN_CURVE_PER_M = 0.4, 1.0, 0.12, 0.06
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +104,7 @@ class CarModel:
         states[:, rm.SPEED] = rng.uniform(0, 14.0, count)
         states[:, rm.CRUISE] = np.maximum(states[:, rm.SPEED], self._draw_cruise(count, rng))
         states[:, rm.CHOICE] = -1
+        states[:, rm.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, count)
         return states
 
     def predict(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -117,7 +118,7 @@ class CarModel:
         else:
             roads = road_arrays(observed.roads)
             if observed.roads_are_new:
-                self._associate_anew(states, roads)
+                self._associate_anew(states, roads, rng)
         rm.drive(states, roads, self._habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 6)))
         if observed.births:
             self._give_birth(states, observed, roads, rng)
@@ -146,10 +147,12 @@ class CarModel:
         inside = np.nan_to_num(inside_px, nan=-1.0) * camera.metres_per_pixel() / self._border_m
         return self._detection_probability * np.clip(inside, 0.0, 1.0)
 
-    def _associate_anew(self, states: NDArray[np.float64], roads: rm.Roads) -> None:
+    def _associate_anew(
+        self, states: NDArray[np.float64], roads: rm.Roads, rng: np.random.Generator
+    ) -> None:
         """Find every state's place on roads that were drawn anew. Who was off the road stays so."""
         free = states[:, rm.ON_ROAD] == 0
-        rm.associate(states, roads)
+        rm.associate(states, roads, rng.random(len(states)))
         states[free, rm.ON_ROAD] = 0.0
 
     def _give_birth(
@@ -166,9 +169,11 @@ class CarModel:
             born[:, rm.SPEED] = np.abs(birth.speed_mps + rng.normal(0, _BORN_SPEED_MPS, each))
             born[:, rm.CRUISE] = np.maximum(born[:, rm.SPEED], self._draw_cruise(each, rng))
             born[:, rm.LOG_PRIOR] = birth.log_prior - np.log(share)
+            born[:, rm.CURVE] = rng.normal(0, _BORN_CURVE_PER_M, each)
             born[:, rm.CHOICE] = -1
+            born[:, rm.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, each)
             if observed.roads is not None:
-                rm.associate(born, roads)
+                rm.associate(born, roads, rng.random(each))
             states[victims[k * each : (k + 1) * each]] = born
 
     def _draw_cruise(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:

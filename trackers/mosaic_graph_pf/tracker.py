@@ -31,7 +31,7 @@ _REDRAW_FRAMES = 10
 _DRIVEN_DELAY_FRAMES = 18
 _LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
 _FASTEST_MPS, _REACH_MARGIN_M = 15.0, 12.0
-_BIRTH_AREA_M2, _DRIVABLE_SHARE = 1.6, 0.25
+_BIRTH_AREA_M2, _DRIVABLE_SHARE, _BIRTH_EVIDENCE = 1.6, 0.25, 2.0
 _SUDDEN_LEVELS = 30
 _SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
 
@@ -46,6 +46,7 @@ class Parameters:
         detection_probability: chance that a target in full view is found, given it was missed in the picture before.
         detection_deviation_m: standard deviation of a detection.
         surprise: prior probability, each picture, that the target is where no particle is.
+        renewal: prior probability, each picture, that it moves as no particle does.
         urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, curve_spread_per_m,
             unseen_turns_per_m: see ``Habits``.
     """
@@ -54,7 +55,8 @@ class Parameters:
     candidates: int = 6
     detection_probability: float = tunable(0.6, 0.2, 0.95)
     detection_deviation_m: float = tunable(0.3, 0.2, 1.5, log=True)
-    surprise: float = tunable(0.1, 0.001, 0.5, log=True)
+    surprise: float = tunable(0.2, 0.001, 0.5, log=True)
+    renewal: float = tunable(0.03, 0.001, 0.2, log=True)
     urge_spread_mps2: float = tunable(1.0, 0.2, 3.0, log=True)
     speed_noise: float = tunable(0.3, 0.2, 2.0, log=True)
     cruise_spread_mps: float = tunable(2.5, 0.5, 5.0)
@@ -107,6 +109,7 @@ class MosaicGraphParticleFilter:
         self._driven: deque[NDArray[np.float64]] = deque([target.position_m], maxlen=_DRIVEN_DELAY_FRAMES)
         self._frame, self._time_s = 0, observation.time_s
         self._since_lock_s = 0.0
+        self._target: Sighting | None = None
 
     def update(self, observation: Observation) -> Estimate:
         """Take in the next picture."""
@@ -120,7 +123,7 @@ class MosaicGraphParticleFilter:
         new_roads = self._draw_roads(registered.camera)
         posterior = self._filter.step(self._instant(dt_s, registered.camera, new_roads))
         position_m = geometric_median(np.ascontiguousarray(posterior.states[:, : rm.Y + 1]), posterior.weights, 8)
-        target = self._locked(posterior, position_m)
+        self._target = target = self._locked(posterior, position_m)
         self._learn(registered, posterior, target, dt_s)
         standing = self._standing(registered, cues.difference, None if target is None else target.position_m)
         self._mosaic.add(registered.small_rgb, registered.camera, standing)
@@ -172,7 +175,6 @@ class MosaicGraphParticleFilter:
 
     def _instant(self, dt_s: float, camera: GroundCamera, new_roads: bool) -> Instant:
         seen = self._sightings.seen()
-        births = self._births(seen) if self._p.use_redetection else ()
         return Instant(
             dt_s=dt_s,
             camera=camera,
@@ -181,26 +183,45 @@ class MosaicGraphParticleFilter:
             candidates_m=np.array([s.candidate.position_m for s in seen]).reshape(-1, 2),
             axes_rad=np.array([s.candidate.axis_rad for s in seen]),
             log_ratios=np.array([s.log_ratio for s in seen]),
-            births=births,
+            births=self._births(seen),
         )
 
     def _births(self, seen: list[Sighting]) -> tuple[Birth, ...]:
-        """Return the sightings that may be the target although it was not expected there.
-
-        Prior: ``surprise``, spread evenly over where the target can have got to since it was last seen, times what the pictures before
-        this one said.
-        """
-        reach_m = _REACH_MARGIN_M + _FASTEST_MPS * self._since_lock_s
-        around_m = self._driven[-1]
+        """Return where the target may be although no particle is there or none moves so: on the sighting it was last locked to, in case
+        it does what no particle does, and on others that may be it."""
         births = []
-        for sighting in seen:
-            near = np.linalg.norm(sighting.position_m - around_m) < reach_m
-            if not near or sighting.age < 2 or sighting.evidence + sighting.log_ratio < 2.0:
-                continue
-            log_prior = np.log(self._p.surprise * _BIRTH_AREA_M2 / (_DRIVABLE_SHARE * np.pi * reach_m**2)) + sighting.evidence
-            speed = float(np.linalg.norm(sighting.velocity_mps))
-            births.append(Birth(sighting.candidate.position_m, sighting.heading_rad, speed, log_prior))
+        if self._target in seen:
+            births.append(self._renewal(self._target))
+        if self._p.use_redetection:
+            births += [self._surprise(s) for s in seen if s is not self._target and self._may_be_target(s)]
         return tuple(births)
+
+    def _renewal(self, target: Sighting) -> Birth:
+        states = self._filter.states
+        heading = circular_mean(states[:, rm.HEADING], np.full(len(states), 1.0 / len(states)))
+        # The axis is known up to half a turn: nobody turns round within a picture.
+        heading_rad = target.candidate.axis_rad
+        if np.cos(heading_rad - heading) < 0:
+            heading_rad += np.pi
+        speed_mps = float(states[:, rm.SPEED].mean())
+        return Birth(target.candidate.position_m, heading_rad, speed_mps, float(np.log(self._p.renewal)))
+
+    def _may_be_target(self, sighting: Sighting) -> bool:
+        near = np.linalg.norm(sighting.position_m - self._driven[-1]) < self._reach_m
+        return bool(near) and sighting.age >= 2 and sighting.evidence + sighting.log_ratio > _BIRTH_EVIDENCE
+
+    def _surprise(self, sighting: Sighting) -> Birth:
+        """Prior: ``surprise``, spread evenly over the roads that the target can have got to since it was last seen, times what the
+        pictures before this one said."""
+        area_m2 = _DRIVABLE_SHARE * np.pi * self._reach_m**2
+        log_prior = float(np.log(self._p.surprise * _BIRTH_AREA_M2 / area_m2)) + sighting.evidence
+        speed_mps = float(np.linalg.norm(sighting.velocity_mps))
+        return Birth(sighting.candidate.position_m, sighting.heading_rad, speed_mps, log_prior)
+
+    @property
+    def _reach_m(self) -> float:
+        """How far the target can have got since it was last seen."""
+        return _REACH_MARGIN_M + _FASTEST_MPS * self._since_lock_s
 
     def _draw_roads(self, camera: GroundCamera) -> bool:
         """Draw the roads anew where it is time to; return whether that was done."""
