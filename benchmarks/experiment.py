@@ -62,7 +62,7 @@ class Experiment:
     controllers: tuple[str, ...] | None = None
     workers: int = 1
     repeats: int = 3
-    limit_s: float = 20.0
+    limit_s: float = 60.0
     modules: tuple[str, ...] = ()
     backend: str = "loky"
 

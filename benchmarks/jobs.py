@@ -53,7 +53,7 @@ class Job:
     trackers: tuple[str, ...]
     modules: tuple[str, ...] = ()
     repeats: int = 3
-    limit_s: float = 20.0
+    limit_s: float = 60.0
     notes: Path | None = None
     versions: dict[str, dict[str, str]] = field(default_factory=dict)
     settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)

@@ -59,7 +59,7 @@ class Bench:
     quick: bool = False
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
-    limit_s: float = 20.0
+    limit_s: float = 60.0
     modules: Annotated[tuple[str, ...], NAMES] = ()
     backend: str = "loky"
     json: bool = False
