@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import signal
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import FrameType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +13,15 @@ from benchmarks.contestants import Contestant
 from benchmarks.estimate_check import check_estimate
 from benchmarks.metrics import posterior
 from benchmarks.metrics.series import EstimateSeries, estimated_box
+from benchmarks.time_limit import Stopwatch, TooSlow, at_most
 from scenarios.scenario import Frame
 from sim.optics import PinholeCamera, intersect_plane
 from trackers.types import Estimate
 
 _UNTIMED_FRAMES = 5
-"""The first updates load compiled code and are left out of the timing."""
+"""The first updates load compiled code from disk and are left out of the timing."""
 
 SILENT = Estimate(position_px=np.full(2, np.nan))
-
-
-class TooSlow(Exception):
-    """A tracker took longer over one frame than it may."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,18 +119,17 @@ class TrackedEpisode:
 
     def _ask(self, frame: Frame) -> Estimate:
         estimate = SILENT
-        with self._guarded():
-            before = time.thread_time()
+        with self._guarded() as watch:
             estimate = self._contestant.update(frame)
-            self._cpu_s.append(time.thread_time() - before)
+            self._cpu_s.append(watch.cpu_s)
             check_estimate(estimate)
         return SILENT if self.failed_at_frame is not None else estimate
 
     @contextmanager
-    def _guarded(self) -> Iterator[None]:
+    def _guarded(self) -> Iterator[Stopwatch]:
         try:
-            with _at_most(self._limit_s):
-                yield
+            with at_most(self._limit_s) as watch:
+                yield watch
         except TooSlow:
             self.fail(f"took longer than {self._limit_s:g} s over one frame")
         except Exception as error:
@@ -157,27 +150,6 @@ def pinhole(frame: Frame) -> PinholeCamera:
     """Return the true camera of a frame."""
     camera = frame.observation.camera
     return PinholeCamera(camera.width_px, camera.height_px, camera.focal_px)
-
-
-@contextmanager
-def _at_most(limit_s: float) -> Iterator[None]:
-    """Raise TooSlow after ``limit_s``; code that never comes back to Python is ended with its process,
-    later.
-    """
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        raise TooSlow
-
-    previous = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, limit_s)
-    # The default action of this signal ends the process, without Python's help.
-    signal.setitimer(signal.ITIMER_VIRTUAL, 3.0 * limit_s)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        signal.signal(signal.SIGALRM, previous)
 
 
 def _without_posterior(estimate: Estimate) -> Estimate:
