@@ -38,7 +38,8 @@ def learn_colours(scenario: str, presets: Sequence[str], seeds: range, every: in
             episode = catalog.scenario(scenario).episode(preset, seed, closed_loop=False)
             try:
                 roads = RoadMap(episode.map_of().graph)
-                for k in range(episode.frame_count):
+                last = (episode.frame_count - 1) // every * every
+                for k in range(last + 1):
                     frame = episode.step()
                     if k % every == 0:
                         _add(sums, frame, roads, episode.map_of())
