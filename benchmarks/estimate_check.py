@@ -11,12 +11,10 @@ _WEIGHT_TOLERANCE = 1e-3
 
 
 def check_estimate(estimate: Estimate) -> None:
-    """Raise ValueError, naming the field, what was expected and what came, if an estimate breaks its
-    contract.
+    """Raise ValueError, naming the field, what was expected and what came, if an estimate breaks its contract.
 
-    A position of NaN is none: so a tracker says that it knows nothing. Particles that are not finite are
-        none: they lie
-    nowhere, e.g. behind the camera.
+    A position of NaN does not: so a tracker says that it knows nothing. Nor do particles that are not finite: they
+    lie nowhere, e.g. behind the camera.
     """
     if not isinstance(estimate, Estimate):
         raise ValueError(f"update: expected an Estimate, got {type(estimate).__name__}")

@@ -5,9 +5,8 @@
 something of the metric. Entries of runs in which the tracker steered carry ``controller`` too.
 
 ``comparisons.json`` is a list of ``{"suite", "scenario", "preset", "renderer", "metric", "better", "tracker",
-"other", "difference", "ci_low", "ci_high", "p", "p_holm", "n"}`` (and ``controller``): tracker minus other,
-on the seeds both ran on. ``p_holm`` is corrected for all comparisons of one (suite, scenario, preset,
-renderer,
+"other", "difference", "ci_low", "ci_high", "p", "p_holm", "n"}`` (and ``controller``): tracker minus other, on the
+seeds both ran on. ``p_holm`` is corrected for all comparisons of one (suite, scenario, preset, renderer,
 controller): every other tracker times every compared metric.
 """
 

@@ -28,9 +28,8 @@ def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -
 def on_object(truth: TruthSeries, estimate: EstimateSeries) -> NDArray[np.bool_]:
     """Return (F, N): the estimate is on object n in frame k.
 
-    On it means: IoU with its amodal box at least 0.5 in the picture, or centre within half of its length on
-        the ground
-    (``|estimate - truth| <= length / 2`` in metres, both at half its height). Holds outside the picture as
+    On it means: IoU with its amodal box at least 0.5 in the picture, or centre within half of its length on the
+    ground (``|estimate - truth| <= length / 2`` in metres, both at half its height). Holds outside the picture as
     inside.
     """
     iou = box_iou(estimate.box_xyxy[:, None], truth.box_xyxy)

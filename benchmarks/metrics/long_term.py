@@ -14,15 +14,14 @@ def precision_recall_curves(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return precision (21,) and recall (21,) at ``THRESHOLDS``, each in [0, 1].
 
-    ``Pr(t) = 1/N_p sum_{k: c_k >= t} iou_k`` over the N_p frames with a prediction, ``Re(t) = 1/N_g sum_{k
-    visible, c_k >= t} iou_k`` over the N_g frames on which the target is visible; iou_k is 0 where it is not.
-    Pr is 1 without predictions.
-    Lukezic et al., Now you see me: evaluating performance in long-term visual tracking, 2018, eqs. 1-2.
+    ``Pr(t) = 1/N_p sum_{k: c_k >= t} iou_k`` over the N_p frames with a prediction, ``Re(t) = 1/N_g sum_{k visible,
+    c_k >= t} iou_k`` over the N_g frames on which the target is visible; iou_k is 0 where it is not. Pr is 1
+    without predictions. Lukezic et al., Now you see me: evaluating performance in long-term visual tracking, 2018,
+    eqs. 1-2.
 
     Args:
-        iou: (F,) with the amodal box. confidence: (F,) in [0, 1]; 0 where the tracker's position is outside
-            the picture or
-            says nothing, which is no prediction: a tracker is not punished for it.
+        iou: (F,) with the amodal box. confidence: (F,) in [0, 1]; 0 where the tracker's position is outside the
+            picture or says nothing, which is no prediction: a tracker is not punished for it.
         visible: (F,) the target is seen, wholly or partly.
     """
     overlap = np.where(visible, iou, 0.0)

@@ -109,8 +109,8 @@ def _densities(
 ) -> tuple[NDArray[np.float64], float]:
     """Return unnormalised densities at the points (N,), each with the query in its own place, and at the query.
 
-    ``f_i = sum_{j != i} w_j K(x_i - x_j) + w_i K(x_i - q)``; ``f(q) = sum_j w_j K(q - x_j)``; ``K(d) = exp(-|d|^2 / 2)``.
-    Points are whitened by the bandwidth.
+    ``f_i = sum_{j != i} w_j K(x_i - x_j) + w_i K(x_i - q)``; ``f(q) = sum_j w_j K(q - x_j)``;
+    ``K(d) = exp(-|d|^2 / 2)``. Points are whitened by the bandwidth.
     """
     count = points.shape[0]
     density = np.zeros(count)

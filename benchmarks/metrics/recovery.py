@@ -52,9 +52,8 @@ def judge_recovery(
             none.
 
     Returns:
-        None where it cannot be judged: the target was never back in full, or it was not recovered and the
-            episode ended
-        before the window did.
+        None where it cannot be judged: the target was never back in full, or it was not recovered and the episode
+        ended before the window did.
     """
     back, end = frame_out.back_frame, frame_out.watch_end_frame
     if back is None:
@@ -81,8 +80,8 @@ class RecoveryCurve:
     Attributes:
         frames: (K,) increasing.
         waiting: (K,) share still not recovered *after* that frame, in [0, 1].
-        low, high: (K,) 95 % confidence band (log-log); where its formula is undefined, before the first recovery and after
-            the last, the curve itself.
+        low, high: (K,) 95 % confidence band (log-log); where its formula is undefined, before the first recovery and
+            after the last, the curve itself.
     """
 
     frames: NDArray[np.float64]
