@@ -36,12 +36,12 @@ class Parameters:
     """
 
     particles: int = 500
-    motion_particles: int = 1000
+    motion_particles: int = 2000
     colour_sharpness: float = tunable(30.0, 3.0, 300.0, log=True)
     speed_noise: float = tunable(0.015, 0.003, 0.2, log=True)
     heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
-    translation_noise: float = tunable(0.15, 0.02, 1.0, log=True)
-    rotation_noise_rad: float = tunable(0.008, 0.001, 0.05, log=True)
+    translation_noise: float = tunable(0.5, 0.05, 2.0, log=True)
+    rotation_noise_rad: float = tunable(0.004, 0.0005, 0.05, log=True)
     class_model: str = "road_town_classes"
 
 

@@ -37,7 +37,7 @@ class Parameters:
     particles: int = 500
     colour_sharpness: float = tunable(50.0, 3.0, 300.0, log=True)
     road_share: float = tunable(0.001, 0.00001, 0.5, log=True)
-    road_width: float = tunable(0.3, 0.03, 2.0, log=True)
+    road_width: float = tunable(1.0, 0.05, 4.0, log=True)
     speed_noise: float = tunable(0.015, 0.003, 0.2, log=True)
     heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
 
