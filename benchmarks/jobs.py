@@ -16,7 +16,7 @@ import cv2
 import numba
 
 from benchmarks.contestants import Entrant, entrant, load_modules, with_parameters
-from benchmarks.metrics.series import TruthSeries, truth_series
+from benchmarks.metrics.series import TruthSeries, truth_series, without_pictures
 from benchmarks.notes import Note, note_at
 from benchmarks.records import LAST_METRIC, Row, rounded
 from benchmarks.scoring import Score, score_episode
@@ -127,16 +127,16 @@ def _watchers(job: Job, episode: Episode) -> list[_Watcher]:
 def _live_through(job: Job, episode: Episode, watchers: list[_Watcher], note: Note) -> TruthSeries:
     controller = None if job.controller is None else create_controller(job.controller)
     frame = episode.step()
-    truths = [frame.truth]
+    truths = [without_pictures(frame.truth)]
     for k in range(episode.frame_count):
         if k > 0:
             steering = watchers[0].tracked
             command = None if controller is None else controller.command(frame.observation, steering.latest)
             frame = episode.step(command)
-            truths.append(frame.truth)
+            truths.append(without_pictures(frame.truth))
         for watcher in watchers:
             _watch(job, watcher, frame, episode, note)
-    return truth_series(truths, episode.rate_hz, frame.observation.camera.focal_px)
+    return truth_series(truths, episode.rate_hz, frame.observation.camera)
 
 
 def _watch(job: Job, watcher: _Watcher, frame: Frame, episode: Episode, note: Note) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.truth import Truth
-from trackers.types import Estimate
+from trackers.types import CameraModel, Estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +19,6 @@ class TruthSeries:
     Attributes:
         rate_hz: frames a second.
         size_px: (width, height) of the picture.
-        focal_px: focal length.
         target: index of the target among the objects.
         T_world_camera: (F, 4, 4).
         T_world_object: (F, N, 4, 4), see ``Truth``.
@@ -33,7 +32,6 @@ class TruthSeries:
 
     rate_hz: float
     size_px: tuple[int, int]
-    focal_px: float
     target: int
     T_world_camera: NDArray[np.float64]
     T_world_object: NDArray[np.float64]
@@ -116,10 +114,20 @@ class EstimateSeries:
         return np.where(self.inside(size_px), self.confidence(size_px), 0.0)
 
 
-def truth_series(truths: Sequence[Truth], rate_hz: float, focal_px: float) -> TruthSeries:
+def without_pictures(truth: Truth) -> Truth:
+    """Return a frame's truth without what is given per pixel: of an episode that is over a gigabyte."""
+    nothing = np.empty((0, 0))
+    return replace(
+        truth,
+        instance_map=nothing.astype(np.int32),
+        depth_m=nothing.astype(np.float32),
+        flow_px=nothing.astype(np.float32),
+    )
+
+
+def truth_series(truths: Sequence[Truth], rate_hz: float, camera: CameraModel) -> TruthSeries:
     """Return the truth of an episode as arrays. The number of objects must not change."""
     first = truths[0]
-    height_px, width_px = first.instance_map.shape
     target = first.target
 
     def stack(name: str) -> NDArray[np.float64]:
@@ -127,8 +135,7 @@ def truth_series(truths: Sequence[Truth], rate_hz: float, focal_px: float) -> Tr
 
     return TruthSeries(
         rate_hz=rate_hz,
-        size_px=(width_px, height_px),
-        focal_px=focal_px,
+        size_px=(camera.width_px, camera.height_px),
         target=target,
         T_world_camera=stack("T_world_camera"),
         T_world_object=stack("T_world_object"),

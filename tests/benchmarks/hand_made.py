@@ -39,7 +39,6 @@ def truth_of(
     return TruthSeries(
         rate_hz=15.0,
         size_px=(CAMERA.width_px, CAMERA.height_px),
-        focal_px=CAMERA.focal_px,
         target=0,
         T_world_camera=np.tile(POSE, (count, 1, 1)),
         T_world_object=poses,
