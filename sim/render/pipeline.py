@@ -120,7 +120,7 @@ def _light_rows(
 ) -> None:
     """Write the last three arrays row by row; ``radiance`` is (H, 3, W)."""
     height, width = triangle.shape
-    room, at = np.empty((8, width), np.float32), np.empty(width, np.uint32)
+    room, at = np.empty((8, width), np.float32), np.empty((2, width), np.uint32)
     row_room, colour = new_row_room(width), np.empty(width, np.uint32)
     normal = np.empty((3, width), np.float32)
     for row in range(height):
@@ -145,7 +145,7 @@ def _finish_rows(
 ) -> NDArray[np.float64]:
     """Write the last three arrays row by row; return the light meter's mean radiance (3,)."""
     height, width = triangle.shape
-    room, at = np.empty((8, width), np.float32), np.empty(width, np.uint32)
+    room, at = np.empty((8, width), np.float32), np.empty((2, width), np.uint32)
     row_room, colour = new_row_room(width), np.empty(width, np.uint32)
     normal, radiance = np.empty((3, width), np.float32), np.empty((3, width), np.float32)
     values = np.empty((3, width), np.uint16)

@@ -12,11 +12,10 @@ from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.scene import SceneArrays, pack_geometry
-from sim.render.triangles import body_may_show, project_body, row_span, set_up_triangle
+from sim.render.shadow_kernels import BLOCK, draw_fixed, find_highest, redraw_movers
 from sim.world import World
 
 NOTHING = np.float32(-1e30)
@@ -32,12 +31,15 @@ class ShadowMap:
 
     Attributes:
         height_m: (N, N) float32 along the direction towards the sun; ``NOTHING`` where there is no caster, and in
-            the outermost texels. Valid until the next map is made.
+            the outermost texels. Valid until the next map is made, as is the next array.
+        highest_m: (N / BLOCK, N / BLOCK) float32, the greatest height in each block of texels and the first row and
+            column of the next ones: what is not lower there is lit without looking further.
         light_view: (4, 4) from the world to ``(column, row, 1, height)``.
         texel_m: side of a texel.
     """
 
     height_m: NDArray[np.float32]
+    highest_m: NDArray[np.float32]
     light_view: NDArray[np.float64]
     texel_m: float
 
@@ -52,16 +54,26 @@ def light_axes(sun_direction: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([right, np.cross(-towards, right), towards])
 
 
+class _Region:
+    """What is kept of a region: heights without and with movers, and the movers' boxes in it."""
+
+    def __init__(self, size: int, mover_count: int) -> None:
+        self.fixed_m = np.empty((size, size), np.float32)
+        self.height_m = np.empty((size, size), np.float32)
+        self.highest_m = np.empty((size // BLOCK, size // BLOCK), np.float32)
+        self.changed = np.zeros((mover_count, 4), np.int64)
+
+
 class ShadowCaster:
     """Draws shadow maps of a world. Bodies of category ``ground`` receive shadows and cast none."""
 
     def __init__(self, world: World, sun_direction: NDArray[np.float64], size: int = 1024) -> None:
+        """``size`` is the side of a map in texels, a multiple of ``BLOCK``."""
         self._world = world
         self._axes = light_axes(np.asarray(sun_direction, dtype=float))
         self._size = size
         self._body_count = -1
-        self._kept: OrderedDict[tuple[int, int, int], tuple[NDArray[np.float32], NDArray[np.int64]]]
-        self._kept = OrderedDict()
+        self._kept: OrderedDict[tuple[int, int, int], _Region] = OrderedDict()
 
     def covering(self, points_world_m: NDArray[np.float64]) -> ShadowMap:
         """Return the map of the region about points (N, 3), with all bodies where they are now."""
@@ -72,24 +84,26 @@ class ShadowCaster:
         if key not in self._kept:
             self._keep(key, light_view)
         self._kept.move_to_end(key)
-        height_m, changed = self._kept[key]
-        _redraw_movers(
+        region = self._kept[key]
+        redraw_movers(
             self._scene,
             self._world.poses,
             light_view,
             self._movers,
             self._projected,
-            height_m[0],
-            height_m[1],
-            changed,
+            region.fixed_m,
+            region.height_m,
+            region.highest_m,
+            region.changed,
         )
-        return ShadowMap(height_m[1], light_view, texel_m)
+        return ShadowMap(region.height_m, region.highest_m, light_view, texel_m)
 
     def _region(self, points_world_m: NDArray[np.float64]) -> tuple[int, int, int]:
         across = points_world_m @ self._axes[:2].T
         low, high = across.min(axis=0), across.max(axis=0)
-        # The lattice may miss the middle by half a step on either side.
-        needed_m = max(float((high - low).max()), 1.0) / (1.0 - 1.0 / _CENTRES_PER_SIDE)
+        # The lattice may miss the middle by half a step on either side; the outermost texels are empty.
+        usable = 1.0 - 1.0 / _CENTRES_PER_SIDE - 4.0 / self._size
+        needed_m = max(float((high - low).max()), 1.0) / usable
         level = int(np.ceil(2.0 * np.log2(needed_m)))
         step_m = _side_m(level) / _CENTRES_PER_SIDE
         column, row = np.round(0.5 * (low + high) / step_m).astype(int)
@@ -106,15 +120,15 @@ class ShadowCaster:
 
     def _keep(self, key: tuple[int, int, int], light_view: NDArray[np.float64]) -> None:
         if len(self._kept) >= _REGIONS_KEPT:
-            (height_m, changed) = self._kept.popitem(last=False)[1]
+            region = self._kept.popitem(last=False)[1]
         else:
-            height_m = np.empty((2, self._size, self._size), np.float32)
-            changed = np.empty((len(self._movers), 4), np.int64)
-        height_m[0] = NOTHING
-        _draw_all(self._scene, self._world.poses, light_view, self._fixed, self._projected, height_m[0])
-        height_m[1] = height_m[0]
-        changed[:] = 0
-        self._kept[key] = (height_m, changed)
+            region = _Region(self._size, len(self._movers))
+        region.fixed_m[:] = NOTHING
+        draw_fixed(self._scene, self._world.poses, light_view, self._fixed, self._projected, region.fixed_m)
+        region.height_m[:] = region.fixed_m
+        find_highest(region.height_m, np.array([0, self._size, 0, self._size]), region.highest_m)
+        region.changed[:] = 0
+        self._kept[key] = region
 
     def _pack(self) -> None:
         if self._body_count == len(self._world.bodies):
@@ -131,86 +145,3 @@ class ShadowCaster:
 
 def _side_m(level: int) -> float:
     return float(2.0 ** (0.5 * level))
-
-
-@njit(cache=True)
-def _draw_all(
-    scene: SceneArrays,
-    poses: NDArray[np.float64],
-    light_view: NDArray[np.float64],
-    bodies: NDArray[np.int64],
-    projected: NDArray[np.float64],
-    height_m: NDArray[np.float32],
-) -> None:
-    changed = np.empty(4, np.int64)
-    for n in range(bodies.shape[0]):
-        _draw_body(scene, poses[bodies[n]], light_view, bodies[n], projected, height_m, changed)
-
-
-@njit(cache=True)
-def _redraw_movers(
-    scene: SceneArrays,
-    poses: NDArray[np.float64],
-    light_view: NDArray[np.float64],
-    bodies: NDArray[np.int64],
-    projected: NDArray[np.float64],
-    fixed_m: NDArray[np.float32],
-    height_m: NDArray[np.float32],
-    changed: NDArray[np.int64],
-) -> None:
-    """Take the movers' last shadows off ``height_m`` (their ``changed`` boxes, from ``fixed_m``); draw new
-    ones.
-    """
-    for n in range(bodies.shape[0]):
-        for row in range(changed[n, 0], changed[n, 1]):
-            for column in range(changed[n, 2], changed[n, 3]):
-                height_m[row, column] = fixed_m[row, column]
-    for n in range(bodies.shape[0]):
-        _draw_body(scene, poses[bodies[n]], light_view, bodies[n], projected, height_m, changed[n])
-
-
-@njit(cache=True)
-def _draw_body(
-    scene: SceneArrays,
-    pose: NDArray[np.float64],
-    light_view: NDArray[np.float64],
-    body: int,
-    projected: NDArray[np.float64],
-    height_m: NDArray[np.float32],
-    changed: NDArray[np.int64],
-) -> None:
-    """Raise ``height_m`` to the body's faces that look to the sun; ``changed`` is set to the rows and columns
-    (first, after the last, first, after the last) that may have changed.
-    """
-    size = height_m.shape[0]
-    changed[0], changed[1], changed[2], changed[3] = size, 0, size, 0
-    centre_m = np.empty(3)
-    for k in range(3):
-        centre_m[k] = pose[k, 3]
-        for j in range(3):
-            centre_m[k] += pose[k, j] * scene.centre_m[body, j]
-    if not body_may_show(light_view, centre_m, scene.radius_m[body], size, size, 0.0):
-        changed[:] = 0
-        return
-    start = scene.first_vertex[body]
-    project_body(light_view, pose, scene.vertices_m[start : scene.first_vertex[body + 1]], projected)
-    edges = np.empty((4, 3))
-    plane = np.empty(3)
-    for face in range(scene.first_face[body], scene.first_face[body + 1]):
-        q0 = projected[scene.faces[face, 0] - start]
-        q1 = projected[scene.faces[face, 1] - start]
-        q2 = projected[scene.faces[face, 2] - start]
-        first, last, edge_count = set_up_triangle(q0, q1, q2, 0.0, size, edges)
-        for k in range(3):
-            plane[k] = q0[3] * edges[0, k] + q1[3] * edges[1, k] + q2[3] * edges[2, k]
-        for row in range(first, last):
-            left, right = row_span(edges, edge_count, row, size)
-            if left >= right:
-                continue
-            changed[0], changed[1] = min(changed[0], row), max(changed[1], row + 1)
-            changed[2], changed[3] = min(changed[2], left), max(changed[3], right)
-            base = plane[1] * row + plane[2]
-            for column in range(left, right):
-                value = np.float32(base + plane[0] * column)
-                if value > height_m[row, column]:
-                    height_m[row, column] = value

@@ -88,11 +88,13 @@ def set_up_triangle(
     near: float,
     height: int,
     edges: NDArray[np.float64],
+    weights: NDArray[np.float64],
 ) -> tuple[int, int, int]:
     """Write the edge functions of a triangle that faces the viewer.
 
-    ``edges[i] = (q_j x q_k) / det``; where the triangle reaches before the near plane, ``edges[3]`` is
-    ``1 - near * sum_i e_i``, which is >= 0 where ``q_w >= near``.
+    ``weights[i] = e_i`` (3, 3), and ``edges[i] = -(q_j x q_k)`` (4, 3), the same but for a factor: of two triangles
+    with a common edge, one has exactly the negative of the other's, so that no pixel falls between them. Where the
+    triangle reaches before the near plane, ``edges[3] = 1 - near * sum_i e_i``, which is >= 0 where ``q_w >= near``.
 
     Returns:
         first row, row after the last, number of edges (3 or 4). No rows if the triangle is turned away or
@@ -103,18 +105,19 @@ def set_up_triangle(
         return 0, 0, 0
     for k in range(3):
         a, b = (k + 1) % 3, (k + 2) % 3
-        edges[0, k] = q1[a] * q2[b] - q1[b] * q2[a]
-        edges[1, k] = q2[a] * q0[b] - q2[b] * q0[a]
-        edges[2, k] = q0[a] * q1[b] - q0[b] * q1[a]
-    det = q0[0] * edges[0, 0] + q0[1] * edges[0, 1] + q0[2] * edges[0, 2]
-    if not det < 0.0:
+        edges[0, k] = q1[b] * q2[a] - q1[a] * q2[b]
+        edges[1, k] = q2[b] * q0[a] - q2[a] * q0[b]
+        edges[2, k] = q0[b] * q1[a] - q0[a] * q1[b]
+    minus_det = q0[0] * edges[0, 0] + q0[1] * edges[0, 1] + q0[2] * edges[0, 2]
+    if not minus_det > 0.0:
         return 0, 0, 0
     for k in range(3):
         for i in range(3):
-            edges[i, k] /= det
+            weights[i, k] = edges[i, k] / minus_det
     if before:
         for k in range(3):
-            edges[3, k] = (1.0 if k == 2 else 0.0) - near * (edges[0, k] + edges[1, k] + edges[2, k])
+            nearness = weights[0, k] + weights[1, k] + weights[2, k]
+            edges[3, k] = (1.0 if k == 2 else 0.0) - near * nearness
         return 0, height, 4
     y0, y1, y2 = q0[1] / q0[2], q1[1] / q1[2], q2[1] / q2[2]
     top, bottom = min(y0, y1, y2), max(y0, y1, y2)

@@ -101,7 +101,7 @@ def draw_picture(
     height, width = nearness.shape
     nearness[:] = 0.0
     triangle[:] = NOTHING
-    edges = np.empty((4, 3))
+    edges, weights = np.empty((4, 3)), np.empty((3, 3))
     centre_m = np.empty(3)
     count = NOTHING + 1
     for body in range(poses.shape[0]):
@@ -117,11 +117,11 @@ def draw_picture(
         for face in range(scene.first_face[body], scene.first_face[body + 1]):
             i, j, k = scene.faces[face, 0], scene.faces[face, 1], scene.faces[face, 2]
             q0, q1, q2 = projected[i - start], projected[j - start], projected[k - start]
-            first, last, edge_count = set_up_triangle(q0, q1, q2, NEAR_M, height, edges)
+            first, last, edge_count = set_up_triangle(q0, q1, q2, NEAR_M, height, edges, weights)
             if first >= last:
                 continue
-            if _draw_triangle(edges, edge_count, first, last, count, nearness, triangle):
-                _write_attributes(scene, textures, pose, body, face, edges, table, count)
+            if _draw_triangle(edges, weights, edge_count, first, last, count, nearness, triangle):
+                _write_attributes(scene, textures, pose, body, face, weights, table, count)
                 count += 1
     return count
 
@@ -129,6 +129,7 @@ def draw_picture(
 @njit(cache=True, fastmath={"contract"})
 def _draw_triangle(
     edges: NDArray[np.float64],
+    weights: NDArray[np.float64],
     edge_count: int,
     first_row: int,
     last_row: int,
@@ -141,9 +142,9 @@ def _draw_triangle(
     """
     width = nearness.shape[1]
     new = np.int32(index)
-    per_column = np.float32(edges[0, 0] + edges[1, 0] + edges[2, 0])
-    per_row = edges[0, 1] + edges[1, 1] + edges[2, 1]
-    constant = edges[0, 2] + edges[1, 2] + edges[2, 2]
+    per_column = np.float32(weights[0, 0] + weights[1, 0] + weights[2, 0])
+    per_row = weights[0, 1] + weights[1, 1] + weights[2, 1]
+    constant = weights[0, 2] + weights[1, 2] + weights[2, 2]
     drawn = False
     for row in range(first_row, last_row):
         left, right = row_span(edges, edge_count, row, width)
@@ -196,7 +197,7 @@ def _write_attributes(
     pose: NDArray[np.float64],
     body: int,
     face: int,
-    edges: NDArray[np.float64],
+    weights: NDArray[np.float64],
     table: TriangleTable,
     index: int,
 ) -> None:
@@ -213,12 +214,12 @@ def _write_attributes(
         for k in range(3):
             total = 0.0
             for i in range(3):
-                total += scene.uv[scene.faces[face, i], c] * edges[i, k]
+                total += scene.uv[scene.faces[face, i], c] * weights[i, k]
             table.texel_planes[index, 3 * c + k] = size * total
     i, j, k = scene.faces[face, 0], scene.faces[face, 1], scene.faces[face, 2]
     uv_area = (scene.uv[j, 0] - scene.uv[i, 0]) * (scene.uv[k, 1] - scene.uv[i, 1])
     uv_area -= (scene.uv[k, 0] - scene.uv[i, 0]) * (scene.uv[j, 1] - scene.uv[i, 1])
-    table.texel_density[index] = abs(uv_area * _determinant(edges)) * width * height
+    table.texel_density[index] = abs(uv_area * _determinant(weights)) * width * height
     flat = scene.face_is_flat[face]
     table.is_flat[index] = flat
     for c in range(3):
@@ -233,4 +234,4 @@ def _write_attributes(
                 table.normal[index, c] = component
             else:
                 for k in range(3):
-                    table.normal_planes[index, 3 * c + k] += component * edges[i, k]
+                    table.normal_planes[index, 3 * c + k] += component * weights[i, k]

@@ -71,6 +71,7 @@ class ShadowArrays(NamedTuple):
 
     Attributes:
         height_m: (N * N,) float32, see ``ShadowMap``.
+        highest_m: (N / BLOCK * N / BLOCK,) float32, see there.
         size: N.
         from_pixel: (3, 4) float32: ``(column, row, height) = depth * from_pixel[:, :3] @ (x, y, 1) +
             from_pixel[:, 3]`` of the surface at pixel coordinates (x, y) and that depth.
@@ -78,6 +79,7 @@ class ShadowArrays(NamedTuple):
     """
 
     height_m: NDArray[np.float32]
+    highest_m: NDArray[np.float32]
     size: int
     from_pixel: NDArray[np.float32]
     texel_m: np.float32
@@ -155,6 +157,7 @@ class DaylightShader:
         from_pixel[:, 3] = across[:, :3] @ position_m + across[:, 3]
         return ShadowArrays(
             shadow_map.height_m.ravel(),
+            shadow_map.highest_m.ravel(),
             shadow_map.height_m.shape[0],
             from_pixel.astype(np.float32),
             np.float32(shadow_map.texel_m),

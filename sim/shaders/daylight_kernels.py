@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.shadow_kernels import BLOCK
 from sim.shaders.colour import srgb_to_linear
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ FLATTEST = np.float32(0.05)
 ALWAYS = np.float32(3e38)
 FARTHEST_M = np.float32(1e6)
 BYTE = np.uint32(255)
+BLOCK_BITS = BLOCK.bit_length() - 1
 
 
 @njit(cache=True)
@@ -40,7 +42,7 @@ def shade_picture(
 ) -> None:
     """Write the radiance (H, 3, W) of a G-buffer's arrays (H, W) or (H, W, 3)."""
     width = depth_m.shape[1]
-    room, at = np.empty((8, width), np.float32), np.empty(width, np.uint32)
+    room, at = np.empty((8, width), np.float32), np.empty((2, width), np.uint32)
     colour = np.empty(width, np.uint32)
     normal = np.empty((3, width), np.float32)
     for row in range(depth_m.shape[0]):
@@ -72,7 +74,7 @@ def shade_row(
     Args:
         colour: (W,) base colours, ``R | G << 8 | B << 16``.
         normal: (3, W).
-        room, at: (8, W) and (W,) to work in.
+        room, at: (8, W) and (2, W) to work in.
     """
     lit = room[7]
     _lit(light, shadows, row, depth_m, normal, room, at, lit)
@@ -125,12 +127,19 @@ def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDA
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def _split_position(size: int, s: NDArray[np.float32], t: NDArray[np.float32], at: NDArray[np.uint32]) -> None:
-    """Turn positions in texels into the number of the upper left texel and the fractions beyond it."""
-    pitch = np.int32(size)
+def _split_position(
+    size: int,
+    s: NDArray[np.float32],
+    t: NDArray[np.float32],
+    at: NDArray[np.uint32],
+    block: NDArray[np.uint32],
+) -> None:
+    """Turn positions in texels into the numbers of the upper left texel and its block, and the fractions beyond it."""
+    pitch, block_pitch = np.int32(size), np.int32(size // BLOCK)
     for k in range(at.shape[0]):
         j, i = np.int32(s[k]), np.int32(t[k])
         at[k] = np.uint32(np.int32(i * pitch) + j)
+        block[k] = np.uint32(np.int32((i >> BLOCK_BITS) * block_pitch) + (j >> BLOCK_BITS))
         s[k] -= np.float32(j)
         t[k] -= np.float32(i)
 
@@ -174,10 +183,13 @@ def _lit(
     _light_coordinate(shadows.from_pixel[1], row, depth_m, -HALF, ZERO, largest, t)
     _light_coordinate(shadows.from_pixel[2], row, depth_m, ZERO, -ALWAYS, ALWAYS, height)
     _raise_by_bias(shadows.texel_m, lit, height)
-    _split_position(shadows.size, s, t, at)
+    _split_position(shadows.size, s, t, at[0], at[1])
     heights_m, below = shadows.height_m, np.uint64(shadows.size)
     for k in range(lit.shape[0]):
-        corner = np.uint64(at[k])
+        if shadows.highest_m[at[1, k]] <= height[k]:
+            corners[0, k] = corners[1, k] = corners[2, k] = corners[3, k] = -ALWAYS
+            continue
+        corner = np.uint64(at[0, k])
         corners[0, k] = heights_m[corner]
         corners[1, k] = heights_m[corner + np.uint64(1)]
         corners[2, k] = heights_m[corner + below]

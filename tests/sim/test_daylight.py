@@ -8,9 +8,11 @@ import pytest
 from sim.mesh import Texture
 from sim.optics import PinholeCamera, look_down_pose, rays
 from sim.render.raster import Raster
-from sim.render.shadow_map import light_axes
+from sim.render.shadow_kernels import BLOCK
+from sim.render.shadow_map import NOTHING, ShadowCaster, light_axes
 from sim.shaders.colour import linear_to_srgb, srgb_to_linear
 from sim.shaders.daylight import DaylightShader, Sun
+from sim.shaders.daylight_kernels import shade_picture
 from sim.world import World
 from tests.sim.demo_scene import box, build_town, ground, pose
 from tests.sim.ray_casting import RayCaster, away_from_edges
@@ -151,6 +153,45 @@ def test_shadows_move_with_their_casters():
             np.testing.assert_array_equal(
                 shader.shade(gbuffer, CAMERA, T_world_camera), fresh.shade(gbuffer, CAMERA, T_world_camera)
             )
+
+
+def test_map_knows_its_highest_texels_and_keeps_its_border_empty():
+    rng = np.random.default_rng(8)
+    with build_town(np.random.default_rng(5), extent_m=60, houses=40, cars=8, trees=10) as world:
+        caster = ShadowCaster(world, np.array(SUNS["low"]), size=128)
+        cars = [body for body in world.bodies if body.movable]
+        for _ in range(12):
+            for car in cars:
+                world.move(car, pose(*rng.uniform(-30, 30, 2), rng.uniform(0, 6)))
+            shadow_map = caster.covering(rng.uniform(-8, 8, (5, 3)) * [1, 1, 0])
+            height_m = shadow_map.height_m
+            for border in (height_m[0], height_m[-1], height_m[:, 0], height_m[:, -1]):
+                assert (border == NOTHING).all()
+            assert (height_m[1:-1, 1:-1] > NOTHING).mean() > 0.2
+            for i in range(128 // BLOCK):
+                for j in range(128 // BLOCK):
+                    block = height_m[i * BLOCK : (i + 1) * BLOCK + 1, j * BLOCK : (j + 1) * BLOCK + 1]
+                    assert shadow_map.highest_m[i, j] == block.max()
+
+
+def test_what_lies_beyond_the_map_is_lit():
+    with World() as world:
+        world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
+        world.add(box((300, 4, 30), GREY), pose(0, 0), name="wall", category="building")
+        T_world_camera = look_down_pose(np.array([0, -30.0, 60.0]), 0, 0, 0)
+        gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
+        shader = DaylightShader(world, Sun((0.0, 1.0, 1.0), 1e5), 0.0)
+        probe_m = gbuffer.depth_m[::16, ::16].copy()
+        probe_m[2:] = np.inf  # the map is asked to cover the picture's top alone
+        radiance = np.empty((240, 3, 320), np.float32)
+        shadows = shader.shadows(probe_m, CAMERA, T_world_camera)
+        shade_picture(shader.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
+    sunny = REFLECTANCE * 1e5 * np.sqrt(0.5) / np.pi
+    level = (gbuffer.instance_id == 0) & away_from_edges(gbuffer.instance_id, 2)
+    green = radiance[:, 1]
+    rows = np.arange(240)[:, None] * np.ones(320)
+    assert np.median(green[level & (rows < 32)]) < 0.1 * sunny
+    np.testing.assert_allclose(green[level & (rows > 200)], sunny, rtol=1e-3)
 
 
 @pytest.mark.parametrize("direction", [*SUNS.values(), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)])

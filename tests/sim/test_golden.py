@@ -62,7 +62,8 @@ def test_picture_is_the_kept_one(town, name, request):
     if wrong > 5e-4:
         FAILED.mkdir(parents=True, exist_ok=True)
         cv2.imwrite(str(FAILED / f"{name}.png"), picture[..., ::-1])
-        cv2.imwrite(str(FAILED / f"{name}-difference.png"), np.clip(10 * difference, 0, 255).astype(np.uint8)[..., ::-1])
+        tenfold = np.clip(10 * difference, 0, 255).astype(np.uint8)
+        cv2.imwrite(str(FAILED / f"{name}-difference.png"), tenfold[..., ::-1])
     assert wrong <= 5e-4
 
 
