@@ -180,7 +180,7 @@ def test_what_lies_beyond_the_map_is_lit():
         world.add(box((300, 4, 30), GREY), pose(0, 0), name="wall", category="building")
         T_world_camera = look_down_pose(np.array([0, -30.0, 60.0]), 0, 0, 0)
         gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
-        shader = DaylightShader(world, Sun((0.0, 1.0, 1.0), 1e5), 0.0)
+        shader = DaylightShader(world, Sun((0.0, 1.0, 1.0), 1e5, colour_rgb=(1, 1, 1)), 0.0)
         probe_m = gbuffer.depth_m[::16, ::16].copy()
         probe_m[2:] = np.inf  # the map is asked to cover the picture's top alone
         radiance = np.empty((240, 3, 320), np.float32)
