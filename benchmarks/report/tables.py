@@ -13,6 +13,8 @@ Entry = dict[str, Any]
 
 _IDEAL = {"coverage_50": 0.5, "coverage_90": 0.9, "coverage_95": 0.95, "nees": 2.0}
 """Metrics that are right at a value: more is not better. NEES of two dimensions has the mean 2."""
+_RANKED_BY = 3
+"""So many columns decide the order: the first one, where it ties the next …"""
 _WRITTEN_OUT = {"gm": "(geometric mean)", "tpr": "TPR", "tnr": "TNR", "auc": "AUC", "nees": "NEES", "f": "F"}
 
 
@@ -99,8 +101,7 @@ def _table(metrics: Sequence[Metric], entries: Sequence[Entry], everyone: Sequen
         role = next(iter(mine.values()))["role"]
         cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], everyone) for metric in metrics)
         lines.append(Line(tracker, role, cells))
-    if metrics:
-        lines.sort(key=lambda line: _rank(metrics[0], by_tracker[line.tracker].get(metrics[0].name)))
+    lines.sort(key=lambda line: [_rank(m, by_tracker[line.tracker].get(m.name)) for m in metrics[:_RANKED_BY]])
     return Table(tuple(map(_column, metrics)), tuple(lines))
 
 

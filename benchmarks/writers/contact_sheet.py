@@ -11,6 +11,7 @@ from benchmarks.writers import marks
 from benchmarks.writers.instant import Instant, describe_state, draw_instant
 
 _GAP_PX = 6
+_STRIP_PX = 28
 _GROUND = (24, 26, 31)
 _INK = (240, 242, 246)
 
@@ -32,18 +33,10 @@ def contact_sheet(rows: Mapping[str, Sequence[Instant]], cell_width_px: int = 60
 
 def _cell(tracker: str, instant: Instant, width_px: int) -> NDArray[np.uint8]:
     image = draw_instant(instant, zoom=width_px / instant.larger_view_rgb.shape[1])
-    frame = f"frame {instant.frame.truth.frame}"
-    _label(image, 0, [(tracker, 600)])
-    _label(image, image.shape[0] - 26, [(frame, 600), (describe_state(instant), 400)])
-    padded = np.full((image.shape[0] + _GAP_PX, image.shape[1] + _GAP_PX, 3), _GROUND, dtype=np.uint8)
-    padded[: image.shape[0], : image.shape[1]] = image
-    return padded
-
-
-def _label(image: NDArray[np.uint8], top_px: int, words: Sequence[tuple[str, int]]) -> None:
-    """Write words of different weights on a dark patch at the left border."""
-    width = sum(marks.text_width_px(text, size=14, weight=weight) + 9 for text, weight in words) + 9
-    image[top_px : top_px + 26, :width] = image[top_px : top_px + 26, :width] // 4
-    x = 9
-    for text, weight in words:
-        x = marks.draw_text(image, (x, top_px + 18), text, _INK, size=14, weight=weight) + 9
+    height, width = image.shape[:2]
+    cell = np.full((_STRIP_PX + height + _GAP_PX, width + _GAP_PX, 3), _GROUND, dtype=np.uint8)
+    cell[_STRIP_PX : _STRIP_PX + height, :width] = image
+    x = marks.draw_text(cell, (4, 20), tracker, marks.ESTIMATE, size=14, weight=600) + 12
+    x = marks.draw_text(cell, (x, 20), f"frame {instant.frame.truth.frame}", _INK, size=14, weight=600) + 12
+    marks.draw_text(cell, (x, 20), describe_state(instant), _INK, size=14)
+    return cell

@@ -106,9 +106,9 @@ def _draw_estimate(canvas: _Canvas, estimate: Estimate) -> None:
 
 
 def describe_state(instant: Instant) -> str:
-    """Return where the target is, in words: ``out of view for 12 frames (left over the right edge)``."""
+    """Return where the target is, in words: ``out of view for 12 frames, over the right edge``."""
     truth = instant.frame.truth
     if truth.state == "out":
         frames = truth.frames_since_exit + 1
-        return f"out of view for {frames} frame{'s' if frames > 1 else ''} (left over the {truth.side} edge)"
+        return f"out of view for {frames} frame{'s' if frames > 1 else ''}, over the {truth.side} edge"
     return {"in": "in view", "partial": "cut by the border", "occluded": "hidden"}[truth.state]

@@ -34,7 +34,8 @@ def fixed_point(points_px: ArrayLike) -> NDArray[np.int32]:
 def draw_lines(image: Image, lines_px: ArrayLike, colour: Rgb, stroke_px: int = 2) -> None:
     """Draw polylines (L, P, 2) with a dark halo."""
     lines = list(fixed_point(lines_px))
-    cv2.polylines(image, lines, False, HALO, stroke_px + 2, cv2.LINE_AA, _SHIFT)
+    halo_px = stroke_px + (2 if stroke_px > 1 else 1)
+    cv2.polylines(image, lines, False, HALO, halo_px, cv2.LINE_AA, _SHIFT)
     cv2.polylines(image, lines, False, colour, stroke_px, cv2.LINE_AA, _SHIFT)
 
 

@@ -93,6 +93,6 @@ def test_a_run_leaves_rows_figure_and_page(tmp_path: Path, module: object, capsy
         assert claim.words in page
     picture = cv2.imread(str(tmp_path / "pictures" / f"paper-{experiment.name.lower()}-raster.jpg"))
     height, width = picture.shape[:2]
-    # As many pictures beside each other as the paper shows, as many rows as methods; 4:3 each.
+    # As many pictures beside each other as the paper shows, as many rows as methods; 4:3 each, and a strip of words.
     shape = (width / len(experiment.frames)) / (height / len(experiment.trackers))
-    assert shape == pytest.approx(4 / 3, rel=0.03)
+    assert 1.2 < shape < 4 / 3

@@ -149,7 +149,7 @@ def test_a_silent_tracker_and_odd_posteriors_are_drawn_without_error() -> None:
 def test_the_state_is_put_in_words() -> None:
     assert describe_state(instant_at(0)) == "in view"
     assert describe_state(instant_at(13)) == "cut by the border"
-    assert describe_state(instant_at(16)) == "out of view for 2 frames (left over the right edge)"
+    assert describe_state(instant_at(16)) == "out of view for 2 frames, over the right edge"
 
 
 def test_replay_steers_by_the_estimate_and_shows_only_what_is_wanted() -> None:
