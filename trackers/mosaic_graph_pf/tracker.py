@@ -203,7 +203,9 @@ class MosaicGraphParticleFilter:
         heading_rad = target.candidate.axis_rad
         if np.cos(heading_rad - heading) < 0:
             heading_rad += np.pi
-        speed_mps = float(states[:, rm.SPEED].mean())
+        # Not the particles' own mean: that would uphold itself.
+        along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
+        speed_mps = max(float(target.velocity_mps @ along), 0.0)
         return Birth(target.candidate.position_m, heading_rad, speed_mps, float(np.log(self._p.renewal)))
 
     def _may_be_target(self, sighting: Sighting) -> bool:
