@@ -58,19 +58,27 @@ class Episode(Protocol):
 
 
 class Scenario(Protocol):
-    """A kind of world.
+    """A kind of world."""
 
-    Attributes:
-        id: catalogue id with version, e.g. ``road-town-v1``.
-        summary: one line.
-        presets: name → the frozen dataclass that configures an episode.
-        start: what a tracker is given, one line.
-    """
+    @property
+    def id(self) -> str:
+        """Catalogue id with its version, e.g. ``road-town-v1``."""
+        ...
 
-    id: str
-    summary: str
-    presets: dict[str, Any]
-    start: str
+    @property
+    def summary(self) -> str:
+        """What it is, in one line."""
+        ...
+
+    @property
+    def start(self) -> str:
+        """What a tracker is given, in one line."""
+        ...
+
+    @property
+    def presets(self) -> dict[str, Any]:
+        """Name -> the frozen dataclass that configures an episode."""
+        ...
 
     def episode(
         self, preset: str, seed: int, *, renderer: RendererName = "raster", closed_loop: bool | None = None

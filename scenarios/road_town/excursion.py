@@ -48,18 +48,18 @@ def with_excursion(
         None where there is no room.
     """
     obstacles = _Obstacles(layout)
+    arc = np.arange(len(route.points_m), dtype=float) * POINT_SPACING_M
     best: tuple[float, _Hits, NDArray[np.float64], float, float] | None = None
     for _ in range(_TRIES):
-        leave = rng.uniform(*between_m)
-        along = rng.uniform(*along_m)
-        aside = rng.uniform(*aside_m) * (1 if rng.integers(2) else -1)
+        leave = float(rng.uniform(*between_m))
+        along = float(rng.uniform(*along_m))
+        aside = float(rng.uniform(*aside_m)) * (1 if rng.integers(2) else -1)
         # To the left the opposite lane has to be crossed first.
         aside += 3.5 if aside > 0 else 0.0
         if leave + along > between_m[1] or any(
             p.enter_m - 2 < leave + along and p.leave_m + 2 > leave for p in route.passages
         ):
             continue
-        arc = np.arange(len(route.points_m)) * POINT_SPACING_M
         share = _smooth_step((arc - leave) / _LEAVE_OVER_M) - _smooth_step(
             (arc - leave - along + _LEAVE_OVER_M) / _LEAVE_OVER_M
         )
@@ -122,16 +122,16 @@ class _Obstacles:
                     boxes.append(((x, y), (5.0, 2.2), yaw))
         self._centre = np.array([box[0] for box in boxes]).reshape(-1, 2)
         self._half = 0.5 * np.array([box[1] for box in boxes]).reshape(-1, 2)
-        yaw = np.array([box[2] for box in boxes])
-        self._axis = np.column_stack([np.cos(yaw), np.sin(yaw)])
+        yaws = np.array([box[2] for box in boxes])
+        self._axis = np.column_stack([np.cos(yaws), np.sin(yaws)])
         self._trees = np.array([tree.centre_m for tree in layout.trees]).reshape(-1, 2)
 
     def hits(self, points_m: NDArray[np.float64]) -> _Hits:
         """Return what is nearer to any of the points (M, 2) than a car needs."""
         offset = points_m[:, None] - self._centre[None]
-        along = np.einsum("mbk,bk->mb", offset, self._axis)
+        lengthwise = np.einsum("mbk,bk->mb", offset, self._axis)
         across = offset[..., 1] * self._axis[:, 0] - offset[..., 0] * self._axis[:, 1]
-        outside = np.maximum(np.abs(np.stack([along, across], axis=-1)) - self._half, 0.0)
+        outside = np.maximum(np.abs(np.stack([lengthwise, across], axis=-1)) - self._half, 0.0)
         near_boxes = np.flatnonzero((np.linalg.norm(outside, axis=-1) < _CLEARANCE_M).any(axis=0))
         tree_distance = np.linalg.norm(points_m[:, None] - self._trees[None], axis=-1)
         return _Hits(
