@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -102,7 +103,7 @@ def test_depth_and_ids_agree_with_projected_places(quick):
 
 def test_flow_of_the_target_is_its_motion(quick):
     episode, frames = quick
-    for before, after in zip(frames[20:30], frames[21:31], strict=True):
+    for before, after in pairwise(frames[20:31]):
         car = episode.plan.sizes_m[0]
         roof = np.array([0.0, 0.0, 0.5 * car[2], 1.0])
         now, _ = project(episode.plan.camera, after.truth.T_world_camera, (after.truth.T_world_object[0] @ roof)[:3])

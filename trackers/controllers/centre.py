@@ -26,10 +26,10 @@ class Parameters:
 
 
 class CentreController:
-    """Proportional: the velocity over ground is ``gain`` times the estimate's ground offset from the camera, limited.
+    """Proportional: the velocity is ``gain`` times the estimate's offset on the ground from the camera, limited.
 
-    With a measured pose the offset is where the estimate's ray meets the ground, so that a gust that tilts the camera is
-    not answered by flying away from the car. Without one, the offset is ``h / f * (estimate - centre)`` of a camera that
+    With a measured pose the offset is where the estimate's ray meets the ground, so that a gust that tilts the camera
+    is not answered by flying away from the car. Without one, it is ``h / f * (estimate - centre)`` of a camera that
     looks straight down. It neither climbs nor turns. An estimate that says nothing (NaN), or lies at or above the
     horizon, makes it hover.
     """
