@@ -12,9 +12,9 @@ from sim.render.sampling import LEVEL_0_UP_TO, mip_level, sample_row
 from sim.render.textures import TexturePool
 from sim.render.visibility import NOTHING, TriangleTable
 
-LEVEL_BLOCK = 64
+LEVEL_BLOCK = 128
 """The mip level is chosen once for so many neighbouring pixels of a row and triangle."""
-SHORT = 24
+SHORT = 64
 """Runs below this number of pixels are over before vector code has started."""
 
 

@@ -100,12 +100,14 @@ def _draw_body(
     edges, weights = np.empty((4, 3)), np.empty((3, 3))
     plane = np.empty(3)
     for face in range(scene.first_face[body], scene.first_face[body + 1]):
-        q0 = projected[scene.faces[face, 0] - start]
-        q1 = projected[scene.faces[face, 1] - start]
-        q2 = projected[scene.faces[face, 2] - start]
-        first, last, edge_count = set_up_triangle(q0, q1, q2, 0.0, size, edges, weights)
+        a, b, c = scene.faces[face, 0] - start, scene.faces[face, 1] - start, scene.faces[face, 2] - start
+        first, last, edge_count = set_up_triangle(projected, a, b, c, 0.0, size, edges, weights)
+        if first >= last:
+            continue
         for k in range(3):
-            plane[k] = q0[3] * weights[0, k] + q1[3] * weights[1, k] + q2[3] * weights[2, k]
+            plane[k] = (
+                projected[a, 3] * weights[0, k] + projected[b, 3] * weights[1, k] + projected[c, 3] * weights[2, k]
+            )
         for row in range(max(first, 1), min(last, size - 1)):
             left, right = row_span(edges, edge_count, row, size)
             left, right = max(left, 1), min(right, size - 1)

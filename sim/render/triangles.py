@@ -82,9 +82,10 @@ def project_body(
 
 @njit(cache=True)
 def set_up_triangle(
-    q0: NDArray[np.float64],
-    q1: NDArray[np.float64],
-    q2: NDArray[np.float64],
+    q: NDArray[np.float64],
+    first: int,
+    second: int,
+    third: int,
     near: float,
     height: int,
     edges: NDArray[np.float64],
@@ -96,19 +97,24 @@ def set_up_triangle(
     with a common edge, one has exactly the negative of the other's, so that no pixel falls between them. Where the
     triangle reaches before the near plane, ``edges[3] = 1 - near * sum_i e_i``, which is >= 0 where ``q_w >= near``.
 
+    Args:
+        q: (n, 4) projected corners; ``first``, ``second``, ``third`` are the triangle's. (Numbers, not views of rows:
+            making a view costs more than the arithmetic.)
+
     Returns:
         first row, row after the last, number of edges (3 or 4). No rows if the triangle is turned away or
         before the near plane. (``det < 0`` where counter-clockwise corners are seen as such with y down.)
     """
-    before = int(q0[2] < near) + int(q1[2] < near) + int(q2[2] < near)
+    x0, y0, w0 = q[first, 0], q[first, 1], q[first, 2]
+    x1, y1, w1 = q[second, 0], q[second, 1], q[second, 2]
+    x2, y2, w2 = q[third, 0], q[third, 1], q[third, 2]
+    before = int(w0 < near) + int(w1 < near) + int(w2 < near)
     if before == 3:
         return 0, 0, 0
-    for k in range(3):
-        a, b = (k + 1) % 3, (k + 2) % 3
-        edges[0, k] = q1[b] * q2[a] - q1[a] * q2[b]
-        edges[1, k] = q2[b] * q0[a] - q2[a] * q0[b]
-        edges[2, k] = q0[b] * q1[a] - q0[a] * q1[b]
-    minus_det = q0[0] * edges[0, 0] + q0[1] * edges[0, 1] + q0[2] * edges[0, 2]
+    edges[0, 0], edges[0, 1], edges[0, 2] = w1 * y2 - y1 * w2, x1 * w2 - w1 * x2, y1 * x2 - x1 * y2
+    edges[1, 0], edges[1, 1], edges[1, 2] = w2 * y0 - y2 * w0, x2 * w0 - w2 * x0, y2 * x0 - x2 * y0
+    edges[2, 0], edges[2, 1], edges[2, 2] = w0 * y1 - y0 * w1, x0 * w1 - w0 * x1, y0 * x1 - x0 * y1
+    minus_det = x0 * edges[0, 0] + y0 * edges[0, 1] + w0 * edges[0, 2]
     if not minus_det > 0.0:
         return 0, 0, 0
     for k in range(3):
@@ -119,8 +125,8 @@ def set_up_triangle(
             nearness = weights[0, k] + weights[1, k] + weights[2, k]
             edges[3, k] = (1.0 if k == 2 else 0.0) - near * nearness
         return 0, height, 4
-    y0, y1, y2 = q0[1] / q0[2], q1[1] / q1[2], q2[1] / q2[2]
-    top, bottom = min(y0, y1, y2), max(y0, y1, y2)
+    top = min(y0 / w0, y1 / w1, y2 / w2)
+    bottom = max(y0 / w0, y1 / w1, y2 / w2)
     if not (top < height and bottom >= 0.0):
         return 0, 0, 0
     return max(0, int(np.ceil(top))), min(height, int(np.floor(bottom)) + 1), 3

