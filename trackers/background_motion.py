@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.kernels.flow import corner_flow, flow_misfits
+from trackers.kernels.flow import find_corners, flow_misfits, follow_corners
 from trackers.particle_filter import ParticleFilter
 from trackers.types import CameraModel, EgoPose
 
@@ -125,7 +125,8 @@ class BackgroundMotionFilter:
     """Estimates the picture's motion from pixels alone (paper A.3.2).
 
     Readings: the weight's sum runs over all corners, as of independent errors; the estimate is the weighted mean; a
-    frame without a corner that can be followed leaves the random walk alone.
+    corner is looked for from where the last motion would take it; a frame without a corner that can be followed leaves
+    the random walk alone.
     """
 
     def __init__(
@@ -135,13 +136,16 @@ class BackgroundMotionFilter:
         self._parameters = parameters
         self._filter = ParticleFilter[CornerFlow](_MotionModel(parameters), parameters.particles, rng)
         self._grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
+        self._motion = STILL
 
     def update(self, image_rgb: NDArray[np.uint8]) -> PictureMotion:
         """Take in the next picture and return how the ground moved since the last one."""
         grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
-        corners, flow = corner_flow(self._grey, grey, self._parameters.corners, self._parameters.border_px)
-        self._grey = grey
         centre = 0.5 * np.array([grey.shape[1], grey.shape[0]])
+        corners = find_corners(self._grey, self._parameters.corners, self._parameters.border_px)
+        expected = self._motion.move(corners - centre) + centre
+        corners, flow = follow_corners(self._grey, grey, corners, expected)
         posterior = self._filter.step(CornerFlow(corners - centre, flow))
         x, y, rotation = posterior.weights @ posterior.states
-        return PictureMotion(np.array([x, y]), float(rotation))
+        self._grey, self._motion = grey, PictureMotion(np.array([x, y]), float(rotation))
+        return self._motion

@@ -7,35 +7,49 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_WINDOW_PX = (15, 15)
-_PYRAMID_LEVELS = 4
+_WINDOW_PX = (21, 21)
+_PYRAMID_LEVELS = 3
 
 
-def corner_flow(
-    grey_before: NDArray[np.uint8], grey_after: NDArray[np.uint8], corners: int, border_px: int
+def find_corners(grey: NDArray[np.uint8], corners: int, border_px: int) -> NDArray[np.float64]:
+    """Return Harris corners (M, 2) of a picture (H, W), in pixels from its top left corner.
+
+    At most ``corners``, the strongest first, at least 12 pixels apart; none nearer to the border than ``border_px``.
+    """
+    mask = np.zeros_like(grey)
+    mask[border_px:-border_px, border_px:-border_px] = 255
+    found = cv2.goodFeaturesToTrack(grey, corners, 0.001, 12, mask=mask, useHarrisDetector=True, k=0.04)
+    # OpenCV's coordinates count from the middle of the first pixel, ours from its corner.
+    return np.empty((0, 2)) if found is None else found.reshape(-1, 2).astype(float) + 0.5
+
+
+def follow_corners(
+    grey_before: NDArray[np.uint8],
+    grey_after: NDArray[np.uint8],
+    corners_px: NDArray[np.float64],
+    expected_px: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Find Harris corners in one picture and follow them into the next by pyramidal Kanade-Lucas-Tomasi.
+    """Follow corners (M, 2) from one picture (H, W) into the next by pyramidal Kanade-Lucas-Tomasi.
 
-    Args:
-        grey_before, grey_after: (H, W) each.
-        corners: most corners to find, the strongest first, at least 12 pixels apart.
-        border_px: corners nearer to the border than this are dropped.
+    The search starts from where they are expected (M, 2): it finds what is within some 40 pixels of that.
 
     Returns:
-        corners (M, 2) in pixels from the top left corner of the picture, and their flow (M, 2); only those followed.
+        the corners that could be followed (K, 2) and their flow (K, 2).
     """
-    mask = np.zeros_like(grey_before)
-    mask[border_px:-border_px, border_px:-border_px] = 255
-    found = cv2.goodFeaturesToTrack(grey_before, corners, 0.001, 12, mask=mask, useHarrisDetector=True, k=0.04)
-    if found is None or len(found) == 0:
+    if len(corners_px) == 0:
         return np.empty((0, 2)), np.empty((0, 2))
+    start, guess = ((points - 0.5).astype(np.float32).reshape(-1, 1, 2) for points in (corners_px, expected_px))
     followed, status, _ = cv2.calcOpticalFlowPyrLK(
-        grey_before, grey_after, found, None, winSize=_WINDOW_PX, maxLevel=_PYRAMID_LEVELS
+        grey_before,
+        grey_after,
+        start,
+        guess,
+        winSize=_WINDOW_PX,
+        maxLevel=_PYRAMID_LEVELS,
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
     kept = status.ravel() == 1
-    before = found.reshape(-1, 2)[kept].astype(float)
-    # OpenCV's coordinates count from the middle of the first pixel, ours from its corner.
-    return before + 0.5, followed.reshape(-1, 2)[kept].astype(float) - before
+    return corners_px[kept], (followed - start).reshape(-1, 2)[kept].astype(float)
 
 
 @njit(cache=True, fastmath={"nsz", "contract", "reassoc"})

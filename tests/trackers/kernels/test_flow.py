@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from trackers.background_motion import BackgroundMotionFilter, BackgroundMotionParameters, PictureMotion
-from trackers.kernels.flow import corner_flow, flow_misfits
+from trackers.kernels.flow import find_corners, flow_misfits, follow_corners
 
 CENTRE = np.array([160.0, 120.0])
 
@@ -46,11 +46,17 @@ MOTIONS = [
 ]
 
 
+def corner_flow(ground: NDArray[np.uint8], motion: PictureMotion) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    before = picture(ground, STILL)
+    corners = find_corners(before, 100, 24)
+    return follow_corners(before, picture(ground, motion), corners, corners)
+
+
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_the_true_motion_explains_the_flow_and_no_other_sign_does(
     ground: NDArray[np.uint8], motion: PictureMotion
 ) -> None:
-    corners, flow = corner_flow(picture(ground, STILL), picture(ground, motion), 100, 24)
+    corners, flow = corner_flow(ground, motion)
     assert len(corners) > 60
     true = np.array([*motion.translation_px, motion.rotation_rad])
     signs = np.array(np.meshgrid([1, -1], [1, -1], [1, -1])).reshape(3, -1).T
@@ -63,9 +69,27 @@ def test_the_true_motion_explains_the_flow_and_no_other_sign_does(
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_move_takes_corners_to_where_they_are_found(ground: NDArray[np.uint8], motion: PictureMotion) -> None:
-    corners, flow = corner_flow(picture(ground, STILL), picture(ground, motion), 100, 24)
+    corners, flow = corner_flow(ground, motion)
     moved = motion.move(corners - CENTRE) + CENTRE
     assert np.median(np.hypot(*(moved - corners - flow).T)) < 0.15
+
+
+def test_a_good_guess_finds_what_is_far(ground: NDArray[np.uint8]) -> None:
+    motion = PictureMotion(np.array([70.0, -40.0]), 0.0)
+    before, after = picture(ground, STILL), picture(ground, motion)
+    corners = find_corners(before, 100, 24)
+    moved = corners + np.array([-70, 40])
+    stays = ((moved > 20) & (moved < [300, 220])).all(axis=1)
+    followed, flow = follow_corners(before, after, corners[stays], corners[stays] + np.array([-55, 30]))
+    assert np.median(np.hypot(*(flow - [-70, 40]).T)) < 0.3
+    assert len(followed) > 15
+
+
+def test_corners_keep_off_the_border(ground: NDArray[np.uint8]) -> None:
+    corners = find_corners(picture(ground, STILL), 200, 40)
+    assert len(corners) > 30
+    assert (corners >= 40).all()
+    assert (corners <= [280, 200]).all()
 
 
 def test_misfit_is_the_sum_of_distances() -> None:
