@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,6 +129,7 @@ def _permutation_p(a: PooledRatios, b: PooledRatios, resamples: int) -> float:
     return float((1 + np.count_nonzero(swapped >= observed - 1e-9 * max(1.0, observed))) / (1 + resamples))
 
 
+@lru_cache(maxsize=4)
 def _resample(seed_count: int, resamples: int) -> NDArray[np.float64]:
     """Return how often each seed is drawn in each resample (resamples, S), with replacement."""
     rng = generator(seed_count, "statistics/bootstrap")

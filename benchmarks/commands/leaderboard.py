@@ -50,11 +50,7 @@ def _table(title: str, entries: Sequence[dict[str, Any]], suite: Suite, interval
     table.add_column("tracker", no_wrap=True, min_width=max(map(len, trackers)))
     table.add_column("role", no_wrap=True, min_width=len("as-written"))
     for metric in columns:
-        arrow = "↑" if metric.better == "higher" else "↓"
-        unit = "" if metric.unit in ("fraction", "1") else f" [{metric.unit}]"
-        table.add_column(
-            f"{metric.name.replace('_', ' ')}{unit} {arrow}", justify="right", min_width=9 if intervals else 5
-        )
+        table.add_column(_label(metric), justify="right", min_width=9 if intervals else 5)
 
     def rank(name: str) -> tuple[float, ...]:
         return tuple(_goodness(trackers[name], metric) for metric in columns)
@@ -64,6 +60,14 @@ def _table(title: str, entries: Sequence[dict[str, Any]], suite: Suite, interval
         cells = [_cell(trackers[name].get(metric.name), intervals) for metric in columns]
         table.add_row(name, role, *cells, style=_ROLE_STYLES.get(role, ""))
     return table
+
+
+def _label(metric: Metric) -> str:
+    """Return a metric's name in words with its unit and an arrow to the better side."""
+    arrow = "↑" if metric.better == "higher" else "↓"
+    without_unit = metric.name.removesuffix(f"_{metric.unit}")
+    unit = f" ({metric.unit})" if without_unit != metric.name else ""
+    return f"{without_unit.replace('_', ' ')}{unit} {arrow}"
 
 
 def _goodness(metrics: dict[str, dict[str, Any]], metric: Metric) -> float:
