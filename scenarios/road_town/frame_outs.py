@@ -71,7 +71,7 @@ def draw_pulses(
     # An excursion too near either end cannot happen outside the picture; it is then seen to happen.
     first, last = (
         _SETTLE_FRAMES + 22,
-        preset.frame_count - _SETTLE_FRAMES - min(25, preset.frame_outs.frames[1]) - 8,
+        preset.frame_count - _SETTLE_FRAMES - preset.frame_outs.excursion_frames - 8,
     )
     events = {**events, "excursion": [frame for frame in events["excursion"] if first <= frame <= last]}
     for _ in range(_WISHES):
@@ -94,7 +94,7 @@ def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random
     lengths = np.exp(rng.uniform(low, high, count)).astype(int).tolist()
     for k in range(min(count, len(events["excursion"]))):
         # Long enough for the car to be well off the road before it is back in the picture.
-        lengths[k] = max(lengths[k], min(25, wish.frames[1]))
+        lengths[k] = max(lengths[k], wish.excursion_frames)
     # Rather one frame-out less than shorter ones: the lengths' distribution is what the preset says.
     while len(lengths) > wish.count[0] and sum(lengths) + _APART_FRAMES * len(lengths) > preset.frame_count - 50:
         lengths.pop()
@@ -184,6 +184,7 @@ def _acceptable(preset: RoadTown, states: NDArray[np.int64], wanted: list[tuple[
     if len(spans) != len(wanted):
         return False
     low, high = preset.frame_outs.frames
+    high = max(high, *(frames for _, frames in wanted))
     if not all(low <= end - start <= high + 2 for start, end in spans):
         return False
     if any(abs(span[0] - wish[0]) > 3 for span, wish in zip(spans, wanted, strict=True)):

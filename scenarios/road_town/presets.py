@@ -28,6 +28,7 @@ class FrameOuts:
     Attributes:
         count: range of the number an episode, both included.
         frames: range of their lengths, drawn log-uniformly.
+        excursion_frames: one that hides a way off the road is at least so long: the car is then well off it.
         turn_share: share that is laid over a turn at a crossing, where the route has one.
         start_frame: frame of the first one, or None for a random time.
         aim: where the camera looks meanwhile: ``any`` direction, or ``ahead`` of the car.
@@ -38,6 +39,7 @@ class FrameOuts:
 
     count: tuple[int, int] = (2, 4)
     frames: tuple[int, int] = (5, 120)
+    excursion_frames: int = 25
     turn_share: float = 0.5
     start_frame: int | None = None
     aim: Literal["any", "ahead"] = "any"
@@ -135,13 +137,13 @@ PRESETS: dict[str, RoadTown] = {
         street_patterns=("grid", "organic"),
         traffic_cars=10,
         cruise_mps=(7.0, 10.0),
-        turn_preference=0.3,
+        turn_preference=0.1,
         stop_share=0.0,
         excursions=(1, 1),
         field_of_view_deg=26.0,
         altitude_m=(88.0, 99.0),
         attitude_noise_deg=0.4,
-        frame_outs=FrameOuts(count=(2, 3), frames=(8, 25), turn_share=0.0, gusts_only=True),
+        frame_outs=FrameOuts(count=(2, 3), frames=(5, 14), turn_share=0.0, gusts_only=True),
         ego=None,
     ),
     "standard": STANDARD,
