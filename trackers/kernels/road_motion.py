@@ -70,7 +70,7 @@ class Habits(NamedTuple):
     turn_weight: float
 
 
-_CORNER_M = 7.0
+_CORNER_M = 5.5
 _DECIDE_M = 28.0
 _PROBES = 7
 _FREE_WEIGHT = 0.082

@@ -58,11 +58,11 @@ class Parameters:
     surprise: float = tunable(0.2, 0.001, 0.5, log=True)
     renewal: float = tunable(0.03, 0.001, 0.2, log=True)
     urge_spread_mps2: float = tunable(1.0, 0.2, 3.0, log=True)
-    speed_noise: float = tunable(0.3, 0.2, 2.0, log=True)
+    speed_noise: float = tunable(0.7, 0.2, 2.0, log=True)
     cruise_spread_mps: float = tunable(2.5, 0.5, 5.0)
     cruise_rate: float = tunable(0.25, 0.05, 1.0, log=True)
     turn_weight: float = tunable(0.7, 0.1, 2.0, log=True)
-    leave_rate: float = tunable(0.02, 0.002, 0.2, log=True)
+    leave_rate: float = tunable(0.05, 0.002, 0.2, log=True)
     curve_spread_per_m: float = tunable(0.02, 0.003, 0.1, log=True)
     unseen_turns_per_m: float = tunable(0.01, 0.001, 0.03, log=True)
     use_ego: bool = True
@@ -132,8 +132,8 @@ class MosaicGraphParticleFilter:
     def _model(self, start_m: NDArray[np.float64], axis_rad: float) -> CarModel:
         p = self._p
         habits = rm.Habits(
-            lateral_acceleration=2.5,
-            braking=2.5,
+            lateral_acceleration=2.2,
+            braking=3.0,
             acceleration=1.8,
             cruise_mps=9.0,
             cruise_spread_mps=p.cruise_spread_mps,
