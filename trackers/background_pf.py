@@ -37,7 +37,7 @@ class Parameters:
 
     particles: int = 500
     motion_particles: int = 2000
-    colour_sharpness: float = tunable(30.0, 3.0, 300.0, log=True)
+    colour_sharpness: float = tunable(60.0, 3.0, 300.0, log=True)
     speed_noise: float = tunable(0.015, 0.003, 0.2, log=True)
     heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
     translation_noise: float = tunable(0.5, 0.05, 2.0, log=True)
