@@ -35,14 +35,25 @@ def flow_picture(
     """
     width = depth_m.shape[1]
     x_flow, y_flow = np.empty(width, np.float32), np.empty(width, np.float32)
-    # Instance ids start at SKY = -1.
-    any_moved = moved.any()
+    lowest_moved = moved.shape[0]
+    for body in range(moved.shape[0] - 1, -1, -1):
+        if moved[body]:
+            lowest_moved = body
     for row in range(depth_m.shape[0]):
         _flow_along(at_rest, 0, row, depth_m[row], x_flow)
         _flow_along(at_rest, 1, row, depth_m[row], y_flow)
-        if any_moved:
+        # Movers mostly come after what stands, and most rows show none.
+        if _greatest(instance_id[row]) >= lowest_moved:
             _flow_of_moved(depth_m[row], instance_id[row], moved, matrices, row, x_flow, y_flow)
         _interleave(x_flow, y_flow, flow[row])
+
+
+@njit(cache=True)
+def _greatest(values: NDArray[np.int32]) -> np.int32:
+    greatest = np.int32(-1)
+    for k in range(values.shape[0]):
+        greatest = max(greatest, values[k])
+    return greatest
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")

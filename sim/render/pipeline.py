@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera
 from sim.render.attributes import new_row_room, resolve_row
+from sim.render.compilation import announce_compilation
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
 from sim.render.textures import TexturePool
@@ -27,6 +28,9 @@ from sim.sensors.motion_blur import needs_blur
 from sim.sensors.noise import develop_row
 from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, DaylightShader, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
+
+UNUSED = SensorSettings(1.0, 1.0)
+"""Stands in for settings where none are known yet and nothing is exposed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,18 +84,30 @@ def _capture_by_rows(
     with np.errstate(divide="ignore"):
         probe_depth_m = 1.0 / nearness[::PROBE_STEP_PX, ::PROBE_STEP_PX]
     shadows = shader.shadows(probe_depth_m, camera, T_world_camera)
-    drawn = (renderer.textures, renderer.table, nearness, triangle)
     shape = nearness.shape
     depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
     settings = sensor.settings
-    if settings is None or _moves_light(camera, settings, motion, interval_s):
-        radiance = np.empty((shape[0], 3, shape[1]), np.float32)
-        _light_rows(*drawn, shader.light, shadows, depth_m, instance_id, radiance)
+    whole = settings is None or _moves_light(camera, settings, motion, interval_s)
+    radiance = np.empty((shape[0] if whole else 1, 3, shape[1]), np.float32)
+    image_rgb = np.empty((0 if whole else shape[0], shape[1], 3), np.uint8)
+    announce_compilation(_finish_rows)
+    metered = _finish_rows(
+        renderer.textures,
+        renderer.table,
+        nearness,
+        triangle,
+        shader.light,
+        shadows,
+        sensor.response(settings or UNUSED),
+        sensor.frame_keys(frame),
+        depth_m,
+        instance_id,
+        radiance,
+        image_rgb,
+    )
+    if settings is None or whole:
         picture = sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
         return Capture(picture, depth_m, instance_id)
-    image_rgb = np.empty((*shape, 3), np.uint8)
-    response, keys = sensor.response(settings), sensor.frame_keys(frame)
-    metered = _finish_rows(*drawn, shader.light, shadows, response, keys, depth_m, instance_id, image_rgb)
     sensor.step(luminance_of(metered))
     return Capture(Picture(image_rgb, settings), depth_m, instance_id)
 
@@ -107,29 +123,6 @@ def _moves_light(
 
 
 @njit(cache=True)
-def _light_rows(
-    textures: TexturePool,
-    table: TriangleTable,
-    nearness: NDArray[np.float32],
-    triangle: NDArray[np.int32],
-    light: DaylightArrays,
-    shadows: ShadowArrays,
-    depth_m: NDArray[np.float32],
-    instance_id: NDArray[np.int32],
-    radiance: NDArray[np.float32],
-) -> None:
-    """Write the last three arrays row by row; ``radiance`` is (H, 3, W)."""
-    height, width = triangle.shape
-    room, at = np.empty((8, width), np.float32), np.empty((2, width), np.uint32)
-    row_room, colour = new_row_room(width), np.empty(width, np.uint32)
-    normal = np.empty((3, width), np.float32)
-    for row in range(height):
-        depth, identity = depth_m[row], instance_id[row]
-        resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
-        shade_row(light, shadows, row, colour, depth, normal, room, at, radiance[row])
-
-
-@njit(cache=True)
 def _finish_rows(
     textures: TexturePool,
     table: TriangleTable,
@@ -141,24 +134,33 @@ def _finish_rows(
     keys: NDArray[np.uint32],
     depth_m: NDArray[np.float32],
     instance_id: NDArray[np.int32],
+    radiance: NDArray[np.float32],
     image_rgb: NDArray[np.uint8],
 ) -> NDArray[np.float64]:
-    """Write the last three arrays row by row; return the light meter's mean radiance (3,)."""
+    """Write the last four arrays row by row; return the light meter's mean radiance (3,).
+
+    Args:
+        radiance: (H, 3, W), and nothing goes on to the sensor; or (1, 3, W), room for a row of it on its way to the
+            picture.
+        image_rgb: (0, W, 3) or (H, W, 3) accordingly.
+    """
     height, width = triangle.shape
     room, at = np.empty((8, width), np.float32), np.empty((2, width), np.uint32)
     row_room, colour = new_row_room(width), np.empty(width, np.uint32)
-    normal, radiance = np.empty((3, width), np.float32), np.empty((3, width), np.float32)
+    normal = np.empty((3, width), np.float32)
     values = np.empty((3, width), np.uint16)
     metered = np.zeros(3)
     count = 0
     for row in range(height):
         depth, identity = depth_m[row], instance_id[row]
         resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
-        shade_row(light, shadows, row, colour, depth, normal, room, at, radiance)
-        develop_row(radiance, response, keys, row, values, room, image_rgb[row])
+        light_out = radiance[row % radiance.shape[0]]
+        shade_row(light, shadows, row, colour, depth, normal, room, at, light_out)
+        if image_rgb.shape[0] > 0:
+            develop_row(light_out, response, keys, row, values, room, image_rgb[row])
         if row % METER_STEP_PX == 0:
             for column in range(0, width, METER_STEP_PX):
                 count += 1
                 for channel in range(3):
-                    metered[channel] += radiance[channel, column]
+                    metered[channel] += light_out[channel, column]
     return metered / count

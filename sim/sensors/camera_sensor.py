@@ -24,7 +24,6 @@ class CameraSensor:
         self.config = config
         self._key = int(rng.integers(1 << 63))
         self._settings: SensorSettings | None = None
-        announce_compilation(develop_picture)
 
     def expose(
         self,
@@ -82,6 +81,7 @@ class CameraSensor:
         if motion is not None:
             radiance = blur_by_motion(radiance, motion, settings.exposure_s / interval_s)
         radiance = distort(radiance, camera)
+        announce_compilation(develop_picture)
         image_rgb = np.empty((radiance.shape[0], radiance.shape[2], 3), np.uint8)
         develop_picture(radiance, self.response(settings), self.frame_keys(frame), image_rgb)
         return Picture(image_rgb, settings)

@@ -121,7 +121,6 @@ class DaylightShader:
             bounce_lx.astype(np.float32),
             np.float32(0.0 if visibility_m is None else 3.912 / visibility_m),
         )
-        announce_compilation(shade_picture)
 
     def shade(
         self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
@@ -129,6 +128,7 @@ class DaylightShader:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at
         pixel centres.
         """
+        announce_compilation(shade_picture)
         radiance = np.empty((camera.height_px, 3, camera.width_px), np.float32)
         shadows = self.shadows(gbuffer.depth_m[::PROBE_STEP_PX, ::PROBE_STEP_PX], camera, T_world_camera)
         shade_picture(self.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
