@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.colour_template import ColourTemplate
-from trackers.kernels.boxes import box_around, box_centre, box_size, inside_picture
+from trackers.kernels.boxes import box_around, box_centre, box_size
 from trackers.kernels.histogram import hs_bins
 from trackers.registry import register, tunable
 from trackers.types import CameraModel, Estimate, Observation
@@ -20,17 +20,18 @@ def best_match(
 ) -> tuple[NDArray[np.float64], float]:
     """Return the position (2,) in the picture, near a place, whose rectangle is most like the template.
 
-    Looked for within ``reach_px``, on a grid of a quarter of the rectangle, then about its best on one of one pixel.
+    Looked for within ``reach_px``, on a grid of a third of the rectangle, then about its best on one of one pixel.
     The similarity comes with it; it is 0 if the picture is out of reach.
     """
     bins = hs_bins(image_rgb)
     picture = np.array([image_rgb.shape[1], image_rgb.shape[0]])
-    step_px = max(1.0, 0.25 * float(template.size_px.min()))
+    step_px = max(1.0, float(template.size_px.min()) / 3)
     best_px, similarity = near_px, 0.0
     for reach, step in ((reach_px, step_px), (step_px, 1.0)):
-        along = np.arange(-reach, reach + 0.5 * step, step)
-        grid_px = best_px + np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
-        grid_px = grid_px[inside_picture(grid_px, *picture)]
+        # Only what lies in the picture, however far the reach.
+        low, high = np.maximum(best_px - reach, 0.0), np.minimum(best_px + reach, picture - 1e-6)
+        x, y = (np.arange(low[axis], high[axis] + 0.5 * step, step) for axis in (0, 1))
+        grid_px = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         if len(grid_px) == 0:
             break
         similarities = template.similarities(bins, grid_px)
@@ -95,7 +96,7 @@ class ConstantVelocityParameters:
         least_similarity: what is less like the template is not the car.
     """
 
-    acceleration_px: float = tunable(1.0, 0.1, 10.0, log=True)
+    acceleration_px: float = tunable(3.0, 0.1, 20.0, log=True)
     match_noise_px: float = tunable(2.0, 0.3, 10.0, log=True)
     reach_boxes: float = tunable(0.5, 0.2, 3.0, log=True)
     least_similarity: float = tunable(0.8, 0.4, 0.98)
@@ -111,7 +112,6 @@ class ConstantVelocity:
     Parameters = ConstantVelocityParameters
     _F = np.array([[1, 0, 1, 0], [0, 1, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1.0]])
     _G = np.array([[0.5, 0], [0, 0.5], [1, 0], [0, 1.0]])
-    _LARGEST_REACH_BOXES = 3.0
 
     def __init__(self, parameters: ConstantVelocityParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
@@ -130,7 +130,6 @@ class ConstantVelocity:
         self._P = self._F @ self._P @ self._F.T + p.acceleration_px**2 * self._G @ self._G.T
         length_px = float(self._template.size_px.max())
         reach_px = p.reach_boxes * length_px + 2.0 * float(np.sqrt(self._P[:2, :2].trace() / 2))
-        reach_px = min(reach_px, self._LARGEST_REACH_BOXES * length_px)
         match_px, similarity = best_match(self._template, observation.image_rgb, self._x[:2], reach_px)
         seen = similarity >= p.least_similarity
         if seen:
