@@ -1,4 +1,6 @@
-"""Hand-drawn town seen by a swinging camera: quick pictures with known truth, nothing of the simulator's renderer in them."""
+"""Hand-drawn town seen by a swinging camera: quick pictures with known truth, nothing of the simulator's
+renderer in them.
+"""
 
 from __future__ import annotations
 
@@ -96,8 +98,10 @@ def _project_local(
 
 
 def drive(frames: int, rate_hz: float, turn_at_m: float, speed_mps: float) -> NDArray[np.float64]:
-    """Return (F, 3) x, y, heading of a car that goes east on the right-hand lane of y = 0, and at the crossing x = 0 turns
-    left onto the street x = 0 if ``turn_at_m`` is 0, or goes on straight if it is infinite."""
+    """Return (F, 3) x, y, heading of a car that goes east on the right-hand lane of y = 0, and at the
+    crossing x = 0 turns left onto the street x = 0 if ``turn_at_m`` is 0, or goes on straight if it is
+    infinite.
+    """
     pose = np.array([-60.0, -ROAD_WIDTH_M / 4, 0.0])
     lane_m = ROAD_WIDTH_M / 4
     poses = []
@@ -120,7 +124,9 @@ def film(
     with_ego: bool = False,
     decoys: int = 3,
 ) -> list[DrawnFrame]:
-    """Return a short film: the car drives, and in ``out`` (first, last frame) a gust swings the view off it."""
+    """Return a short film: the car drives, and in ``out`` (first, last frame) a gust swings the view off
+    it.
+    """
     rng = np.random.default_rng(seed)
     camera = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
     texture = ground_texture(rng)

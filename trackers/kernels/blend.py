@@ -18,8 +18,9 @@ def blend_into(
 ) -> None:
     """Take ``patch`` into the running mean, in place.
 
-    Where ``weight`` w > 0:  ``mean <- mean + (w / 255) max(1 / (n + 1), slowest_rate) (patch - mean)``, and ``n <- min(n + 1,
-    255)`` if w >= 128. The first time (n = 0) the mean becomes the patch and n = 1 whatever the weight.
+    Where ``weight`` w > 0:  ``mean <- mean + (w / 255) max(1 / (n + 1), slowest_rate) (patch - mean)``, and
+    ``n <- min(n + 1, 255)`` if w >= 128. The first time (n = 0) the mean becomes the patch and n = 1
+    whatever the weight.
 
     Args:
         mean: (H, W, 3) running mean; rounded: (H, W, 3) the same in 8 bit; count: (H, W) pictures so far.

@@ -15,7 +15,9 @@ CELLS = SIDE**3
 
 @njit(cache=True)
 def count_colours(counts: NDArray[np.float32], rgb: NDArray[np.uint8], weight: NDArray[np.float32], step: int) -> None:
-    """Add ``weight`` (H, W) of every ``step``-th pixel of ``rgb`` (H, W, 3), in rows and columns, to ``counts`` (CELLS,) in place."""
+    """Add ``weight`` (H, W) of every ``step``-th pixel of ``rgb`` (H, W, 3), in rows and columns, to
+    ``counts`` (CELLS,) in place.
+    """
     for i in range(0, rgb.shape[0], step):
         for j in range(0, rgb.shape[1], step):
             cell = (int(rgb[i, j, 0]) >> 3) * 1024 + (int(rgb[i, j, 1]) >> 3) * 32 + (int(rgb[i, j, 2]) >> 3)

@@ -1,4 +1,6 @@
-"""A car-shaped box laid over pictures at any place and heading: what is inside it, around it, and how like a template."""
+"""A car-shaped box laid over pictures at any place and heading: what is inside it, around it, and how like
+a template.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +11,10 @@ from numpy.typing import NDArray
 ALONG, ACROSS = 12, 6
 """Samples inside the box, nose to tail and left to right."""
 INSIDE, AROUND, MISMATCH, MOVED, MOVED_AROUND, KNOWN, COVERED = range(7)
-"""Columns of what is measured: mean log-ratio of colour inside the box and around it, mean difference from the template, mean difference
-from the background inside the box and around it where that is known, and the shares of the box where it is known and that lie
-within the picture."""
+"""Columns of what is measured: mean log-ratio of colour inside the box and around it, mean difference from
+the template, mean difference from the background inside the box and around it where that is known, and the
+shares of the box where it is known and that lie within the picture.
+"""
 MEASURES = 7
 UNKNOWN = 255
 """Stands for a difference from the background where that was never seen; true differences are at most 254."""
@@ -28,7 +31,8 @@ def sample_template(
     """Return the colours (ALONG, ACROSS, 3) inside a box, bilinear; NaN outside the picture (H, W, 3).
 
     Args:
-        centre: (2,) x and y, whole numbers at pixel centres. half_length, half_width: (2,) vectors from it to the nose and to the right side.
+        centre: (2,) x and y, whole numbers at pixel centres. half_length, half_width: (2,) vectors from it
+            to the nose and to the right side.
     """
     height, width = rgb.shape[:2]
     result = np.empty((ALONG, ACROSS, 3), np.float32)
@@ -62,12 +66,14 @@ def measure_box(
 ) -> NDArray[np.float64]:
     """Return the measures (MEASURES,) of a box.
 
-    Inside: a grid of ALONG x ACROSS samples; around: a frame of samples at 1.45 times the box. ``MISMATCH = mean |I - T|`` over samples and
-    colours, 8-bit levels, after the brightness of I is scaled to T's by a factor within [0.6, 1.6]; the lesser one of T and T turned by half
-    a turn, since the axis does not say where the nose is.
+    Inside: a grid of ALONG x ACROSS samples; around: a frame of samples at 1.45 times the box. ``MISMATCH =
+    mean |I - T|`` over samples and colours, 8-bit levels, after the brightness of I is scaled to T's by a
+    factor within [0.6, 1.6]; the lesser one of T and T turned by half a turn, since the axis does not say
+    where the nose is.
 
     Args:
-        rgb (H, W, 3), log_ratio (H, W), difference (H, W): picture, colour log-ratio, difference from the background.
+        rgb (H, W, 3), log_ratio (H, W), difference (H, W): picture, colour log-ratio, difference from the
+            background.
         template: (ALONG, ACROSS, 3); all zero = none, the mismatch is then 0.
         centre, half_length, half_width: see ``sample_template``.
     """
@@ -147,12 +153,14 @@ def fit_box(
     reach_px: int,
     merit: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
-    """Move a box about and turn it until ``merit . measures`` is greatest: a coarse grid, then ever smaller steps.
+    """Move a box about and turn it until ``merit . measures`` is greatest: a coarse grid, then ever smaller
+    steps.
 
     Args:
-        centre: (2,) where to start. pixels_per_metre: (2, 2), map metres to picture pixels there. half_size_m: (2,) half length and half
-            width of the car.
-        headings_rad: (K,) on the map, tried all. reach_px: the centre is tried up to so far to either side, in steps of 2.
+        centre: (2,) where to start. pixels_per_metre: (2, 2), map metres to picture pixels there.
+            half_size_m: (2,) half length and half width of the car.
+        headings_rad: (K,) on the map, tried all. reach_px: the centre is tried up to so far to either side,
+            in steps of 2.
         merit: (MEASURES,) weights.
 
     Returns:
@@ -219,8 +227,9 @@ def spot_axis(
 ) -> tuple[NDArray[np.float64], float]:
     """Return centre (2,) and axis (rad, from +x towards +y) of the spot around a pixel, by its moments.
 
-    Each pixel within ``radius_px`` has the mass ``max(log-ratio, 0) + worth * difference``; the window is moved to the centre of mass twice;
-    the axis is that of the larger second moment: ``tan 2a = 2 m_xy / (m_xx - m_yy)``.
+    Each pixel within ``radius_px`` has the mass ``max(log-ratio, 0) + worth * difference``; the window is
+    moved to the centre of mass twice; the axis is that of the larger second moment: ``tan 2a = 2 m_xy /
+    (m_xx - m_yy)``.
     """
     height, width = log_ratio.shape
     x, y = centre[0], centre[1]

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 @njit(cache=True)
 def apply_homography(H: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``(u, v) = (h_1 . p, h_2 . p) / (h_3 . p)``, p = (x, y, 1), for points (N, 2); NaN where h_3 . p <= 0."""
+    """Return ``(u, v) = (h_1 . p, h_2 . p) / (h_3 . p)``, p = (x, y, 1), for points (N, 2); NaN where h_3 .
+    p <= 0.
+    """
     result = np.empty((points.shape[0], 2))
     for i in range(points.shape[0]):
         x, y = points[i, 0], points[i, 1]

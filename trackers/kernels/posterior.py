@@ -21,15 +21,16 @@ def detection_log_weights(
 ) -> NDArray[np.float64]:
     """Return how well each particle explains the picture.
 
-    ``w_i = (1 - p_i) + p_i max_j exp(l_j - |z_j - x_i|^2 / 2 s^2 - sin^2(a_j - h_i) / 2 t^2)``: either the target was missed, or it is one
-    of the candidates. A particle in full view far from every candidate keeps ``1 - p_i`` (negative information), one outside keeps 1.
+    ``w_i = (1 - p_i) + p_i max_j exp(l_j - |z_j - x_i|^2 / 2 s^2 - sin^2(a_j - h_i) / 2 t^2)``: either the
+    target was missed, or it is one of the candidates. A particle in full view far from every candidate
+    keeps ``1 - p_i`` (negative information), one outside keeps 1.
 
     Args:
         positions_m (N, 2), headings_rad (N,): particles.
         detectable: (N,) p_i, probability that a target there would have been found.
         miss_counts: False replaces ``1 - p_i`` by 1: not seeing says nothing.
-        candidates_m (J, 2), axes_rad (J,), log_ratios (J,): z, a (known up to half a turn; NaN = not known) and
-            ``l = log p(seen there | target) / p(seen there | anything else)``.
+        candidates_m (J, 2), axes_rad (J,), log_ratios (J,): z, a (known up to half a turn; NaN = not known)
+            and ``l = log p(seen there | target) / p(seen there | anything else)``.
         deviation_m, axis_deviation_rad: s and t.
     """
     result = np.empty(positions_m.shape[0])
@@ -50,9 +51,11 @@ def detection_log_weights(
 
 @njit(cache=True)
 def geometric_median(points: NDArray[np.float64], weights: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
-    """Return the point m that minimises ``sum w_i |x_i - m|`` over points (N, 2): the guess with the least expected distance.
+    """Return the point m that minimises ``sum w_i |x_i - m|`` over points (N, 2): the guess with the least
+    expected distance.
 
-    Weiszfeld's iteration from the mean, ``m <- sum (w_i / d_i) x_i / sum (w_i / d_i)`` with ``d_i = sqrt(|x_i - m|^2 + eps)``.
+    Weiszfeld's iteration from the mean, ``m <- sum (w_i / d_i) x_i / sum (w_i / d_i)`` with ``d_i =
+    sqrt(|x_i - m|^2 + eps)``.
     """
     m_x, m_y, total = 0.0, 0.0, 0.0
     for i in range(points.shape[0]):

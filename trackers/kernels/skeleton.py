@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 @njit(cache=True)
 def thin(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the skeleton (H, W) of a mask (H, W): 1 on the lines, 0 elsewhere. The outermost cells count as 0.
+    """Return the skeleton (H, W) of a mask (H, W): 1 on the lines, 0 elsewhere. The outermost cells count
+    as 0.
 
-    Zhang and Suen 1984, "A fast parallel algorithm for thinning digital patterns": with the neighbours p2 (above) ... p9 in clockwise order,
-    B = their sum and A = the number of 0 -> 1 steps round the ring, a cell goes if 2 <= B <= 6, A = 1 and (in turn)
-    p2 p4 p6 = p4 p6 p8 = 0, or p2 p4 p8 = p2 p6 p8 = 0; until nothing changes.
+    Zhang and Suen 1984, "A fast parallel algorithm for thinning digital patterns": with the neighbours p2
+    (above) ... p9 in clockwise order, B = their sum and A = the number of 0 -> 1 steps round the ring, a
+    cell goes if 2 <= B <= 6, A = 1 and (in turn) p2 p4 p6 = p4 p6 p8 = 0, or p2 p4 p8 = p2 p6 p8 = 0; until
+    nothing changes.
     """
     height, width = mask.shape
     result = np.zeros((height, width), np.uint8)
@@ -57,8 +59,8 @@ def thin(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def trace_lines(skeleton: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Follow the lines of a skeleton from end or crossing to end or crossing.
 
-    A cell with other than two neighbours (of eight) is a stop; every maximal run between two stops becomes one line. Closed rings
-    without a stop are cut open at their first cell.
+    A cell with other than two neighbours (of eight) is a stop; every maximal run between two stops becomes
+    one line. Closed rings without a stop are cut open at their first cell.
 
     Args:
         skeleton: (H, W) 0 or 1, outermost cells 0.
@@ -95,10 +97,9 @@ def trace_lines(skeleton: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray
                         r, c = i + a, j + b
                         if (a == 0 and b == 0) or not skeleton[r, c] or visited[r, c]:
                             continue
-                        if rings == 0 and degree[r, c] != 2:
-                            # Two stops side by side: a line of two cells, written once.
-                            if r * width + c < i * width + j:
-                                continue
+                        # Two stops side by side: a line of two cells, written once.
+                        if rings == 0 and degree[r, c] != 2 and r * width + c < i * width + j:
+                            continue
                         first = size
                         cells[size, 0], cells[size, 1] = i, j
                         size += 1

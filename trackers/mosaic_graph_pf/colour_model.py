@@ -48,5 +48,7 @@ class ColourModel:
         self._table = np.clip(np.log((target + _FLOOR) / (rest + _FLOOR)), -_CLIP, _CLIP).astype(np.float32)
 
     def log_ratio(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """Return ``log p(colour | target) / p(colour | rest)`` of every pixel of ``rgb`` (H, W, 3), within [-4, 4]."""
+        """Return ``log p(colour | target) / p(colour | rest)`` of every pixel of ``rgb`` (H, W, 3), within
+        [-4, 4].
+        """
         return look_up(self._table, rgb)

@@ -1,4 +1,6 @@
-"""Where in the picture the target may be: colour, motion, shape and size, over the whole picture and where it is expected."""
+"""Where in the picture the target may be: colour, motion, shape and size, over the whole picture and where
+it is expected.
+"""
 
 from __future__ import annotations
 
@@ -49,8 +51,8 @@ class Cues:
 
     Attributes:
         log_ratio: (H, W) of colour.
-        difference: (H, W) uint8, largest difference from the mosaic over the colours, ``UNKNOWN`` where it was not seen often
-            enough to tell.
+        difference: (H, W) uint8, largest difference from the mosaic over the colours, ``UNKNOWN`` where it
+            was not seen often enough to tell.
     """
 
     log_ratio: NDArray[np.float32]
@@ -61,7 +63,9 @@ class Detector:
     """Finds candidates; learns the target's colours and its look from above."""
 
     def __init__(self, size_m: tuple[float, float], candidates: int) -> None:
-        """Begin for a target of ``size_m`` (length, width); find at most ``candidates`` beside those asked for."""
+        """Begin for a target of ``size_m`` (length, width); find at most ``candidates`` beside those asked
+        for.
+        """
         self._size_m = size_m
         self._half_size_m = 0.5 * np.array(size_m)
         self._candidates = candidates
@@ -79,7 +83,9 @@ class Detector:
     def search(
         self, registered: Registered, cues: Cues, expected_m: list[tuple[NDArray[np.float64], float]]
     ) -> list[Candidate]:
-        """Return candidates: one for each place and heading expected (if in the picture), then others from all over it."""
+        """Return candidates: one for each place and heading expected (if in the picture), then others from
+        all over it.
+        """
         camera = registered.camera
         found: list[Candidate] = []
         for position_m, heading_rad in expected_m:
@@ -97,7 +103,9 @@ class Detector:
     def learn(
         self, registered: Registered, position_m: NDArray[np.float64], axis_rad: float, shape_rate: float
     ) -> None:
-        """Take what is at a place on the map for the target: its colours, and its shape by ``shape_rate`` (1 = it alone)."""
+        """Take what is at a place on the map for the target: its colours, and its shape by ``shape_rate``
+        (1 = it alone).
+        """
         centre, jacobian = place(registered.camera, position_m)
         along, across = _axes(jacobian, self._half_size_m, axis_rad)
         patch = ob.sample_template(registered.small_rgb, centre, along, across)
@@ -122,7 +130,8 @@ class Detector:
         """Return the best box near a place on the map, or None if it lies outside the picture.
 
         Args:
-            headings_rad: (K,) on the map, tried first. reach_px: how far from the place to look, shrunk pixels.
+            headings_rad: (K,) on the map, tried first. reach_px: how far from the place to look, shrunk
+                pixels.
         """
         centre, jacobian = place(registered.camera, position_m)
         height, width = cues.difference.shape
@@ -161,7 +170,9 @@ class Detector:
         return float(_ALIGN @ candidate.measures)
 
     def learn_rest(self, registered: Registered, target_m: NDArray[np.float64] | None) -> None:
-        """Take the whole picture, without the surroundings of the target (2,) if it is in it, for what the target is not."""
+        """Take the whole picture, without the surroundings of the target (2,) if it is in it, for what the
+        target is not.
+        """
         weight = np.ones(registered.small_rgb.shape[:2], np.float32)
         if target_m is not None:
             centre, jacobian = place(registered.camera, target_m)
@@ -172,7 +183,9 @@ class Detector:
         self.colours.refresh()
 
     def _measure_spot(self, registered: Registered, cues: Cues, pixel: NDArray[np.float64]) -> Candidate | None:
-        """Return the best box at a spot of the shrunk picture, begun along the spot's own axis and across it."""
+        """Return the best box at a spot of the shrunk picture, begun along the spot's own axis and across
+        it.
+        """
         radius_px = 0.65 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
         centre, angle = ob.spot_axis(cues.log_ratio, cues.difference, pixel, radius_px, _DIFFERENCE_WORTH)
         position_m = registered.camera.to_map(((centre + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
@@ -184,8 +197,9 @@ class Detector:
         return self.measure(registered, cues, position_m, axis_rad + _SPOT_TURNS_RAD, 2)
 
     def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
-        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in colour or by not being part of the
-        background."""
+        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in
+        colour or by not being part of the background.
+        """
         pixels_per_metre = 0.5 / (SHRINK * camera.metres_per_pixel())
         narrow_px = 2 * max(1, int(0.5 * self._size_m[1] * pixels_per_metre)) + 1
         wide_px = 2 * int(0.8 * self._size_m[0] * pixels_per_metre) + 1
@@ -201,7 +215,9 @@ class Detector:
 def _spots(
     cue: NDArray[np.float32], narrow_px: int, wide_px: int, radius_px: int, threshold: float, most: int
 ) -> NDArray[np.float64]:
-    """Return the places (K, 2), (column, row) at half the size of ``cue``, where it is highest above its surroundings."""
+    """Return the places (K, 2), (column, row) at half the size of ``cue``, where it is highest above its
+    surroundings.
+    """
     half = cv2.resize(cue, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     spot = cv2.blur(half, (narrow_px, narrow_px)) - _SURROUNDINGS * cv2.blur(half, (wide_px, wide_px))
     highest = cv2.dilate(spot, np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8))
@@ -215,7 +231,9 @@ def _is_new(candidate: Candidate, found: list[Candidate], radius_m: float) -> bo
 
 
 def place(camera: GroundCamera, position_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the index (2,) in the shrunk picture of a car's middle, and its derivative (2, 2) by the map position."""
+    """Return the index (2,) in the shrunk picture of a car's middle, and its derivative (2, 2) by the map
+    position.
+    """
     around = position_m + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     pixels = camera.to_picture(around, CENTRE_HEIGHT_M) / SHRINK - 0.5
     return pixels[0], np.column_stack([pixels[1] - pixels[0], pixels[2] - pixels[0]])

@@ -1,4 +1,6 @@
-"""What the first picture and the target's box in it tell: how it lies, its colours, its shape, how far it stands out."""
+"""What the first picture and the target's box in it tell: how it lies, its colours, its shape, how far it
+stands out.
+"""
 
 from __future__ import annotations
 
@@ -19,10 +21,10 @@ def apparent_length_px(box_xyxy: NDArray[np.float64]) -> float:
     return float(np.hypot(*_length_parts_px(box_xyxy)))
 
 
-def look_first(
-    detector: Detector, registered: Registered, box_xyxy: NDArray[np.float64], length_m: float
-) -> Candidate:
-    """Teach ``detector`` the target inside a box (4,) of the first picture; return it, its axis known up to half a turn."""
+def look_first(detector: Detector, registered: Registered, box_xyxy: NDArray[np.float64], length_m: float) -> Candidate:
+    """Teach ``detector`` the target inside a box (4,) of the first picture; return it, its axis known up to
+    half a turn.
+    """
     camera = registered.camera
     start_m = camera.to_map(0.5 * (box_xyxy[None, :2] + box_xyxy[None, 2:]), CENTRE_HEIGHT_M)[0]
     axes_rad = _axes_rad(registered, start_m, box_xyxy)
@@ -31,7 +33,8 @@ def look_first(
     detector.learn_rest(registered, start_m)
     contrast = _contrast(registered, start_m, length_m)
     cues = Cues(detector.colours.log_ratio(registered.small_rgb), contrast)
-    # The box tells the place; only the axis is to be found. Free to move, the best fit would take in the car's shadow.
+    # The box tells the place; only the axis is to be found. Free to move, the best fit would take in the
+    # car's shadow.
     trials = (axes_rad[:, None] + _SPREAD_RAD).ravel()
     found = max((detector.measure_at(registered, cues, start_m, axis) for axis in trials), key=detector.merit)
     detector.learn(registered, start_m, found.axis_rad, shape_rate=1.0)
@@ -55,7 +58,9 @@ def _length_parts_px(box_xyxy: NDArray[np.float64]) -> tuple[float, float]:
 def _axes_rad(
     registered: Registered, start_m: NDArray[np.float64], box_xyxy: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the two axes (2,) on the map along which the car may lie: an upright box does not tell left from right."""
+    """Return the two axes (2,) on the map along which the car may lie: an upright box does not tell left
+    from right.
+    """
     across_px, down_px = _length_parts_px(box_xyxy)
     map_from_picture = np.linalg.inv(place(registered.camera, start_m)[1])
     directions = map_from_picture @ np.array([[across_px, across_px], [down_px, -down_px]])

@@ -1,9 +1,10 @@
 """A camera over flat ground: its pose, and the homographies between the ground map and the picture.
 
-The *map* is the plane on which everything is kept: metres, x and y of the first camera's own world. Where nothing is measured
-on board, that world supposes the first view straight down. If it was not, the map is a projective picture of the true ground:
-``g = m / (1 - a x - b y)`` (to first order in the tilt, ``(a, b) = tilt / height``). ``bend = (a, b)`` is one constant of
-the flight, learnt while flying, and makes the fit exact for any first view.
+The *map* is the plane on which everything is kept: metres, x and y of the first camera's own world. Where
+nothing is measured on board, that world supposes the first view straight down. If it was not, the map is a
+projective picture of the true ground: ``g = m / (1 - a x - b y)`` (to first order in the tilt, ``(a, b) =
+tilt / height``). ``bend = (a, b)`` is one constant of the flight, learnt while flying, and makes the fit
+exact for any first view.
 """
 
 from __future__ import annotations
@@ -44,7 +45,9 @@ class GroundCamera:
         return apply_homography(self.H_picture_map(height_m), np.ascontiguousarray(map_m, dtype=float))
 
     def to_map(self, pixels: NDArray[np.float64], height_m: float = 0.0) -> NDArray[np.float64]:
-        """Return map points (N, 2) seen at pixels (N, 2) if they lie ``height_m`` above ground; NaN above the horizon."""
+        """Return map points (N, 2) seen at pixels (N, 2) if they lie ``height_m`` above ground; NaN above
+        the horizon.
+        """
         H_map_picture = np.linalg.inv(self.H_picture_map(height_m))
         # The inverse's sign is free; in front of the camera the denominator is positive.
         centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px, 1.0])
@@ -64,8 +67,9 @@ class GroundCamera:
         return float(np.sqrt(np.linalg.norm(across[1] - across[0]) * np.linalg.norm(across[3] - across[2])) / 10.0)
 
     def moved(self, step: NDArray[np.float64]) -> GroundCamera:
-        """Return the camera turned by ``step[:3]`` (rad, in its own frame), shifted by ``step[3:6]`` (m, world) and with
-        ``step[6:8]`` added to the bend (1 / m)."""
+        """Return the camera turned by ``step[:3]`` (rad, in its own frame), shifted by ``step[3:6]`` (m,
+        world) and with ``step[6:8]`` added to the bend (1 / m).
+        """
         T = self.T_world_camera.copy()
         T[:3, :3] = T[:3, :3] @ rotation_matrix(step[:3])
         T[:3, 3] += step[3:6]
@@ -118,8 +122,9 @@ def fit_pose(
 ) -> Fit:
     """Fit pose and bend so that ``map_m`` (N, 2) appear at ``pixels`` (N, 2), robustly.
 
-    Gauss-Newton from ``camera``, which is also the mean of a Gaussian prior with ``prior_information`` (8, 8); the robust scale goes
-    through ``scales_px``, coarse to fine, so that houses (which stand above the plane) and cars lose their say.
+    Gauss-Newton from ``camera``, which is also the mean of a Gaussian prior with ``prior_information`` (8,
+    8); the robust scale goes through ``scales_px``, coarse to fine, so that houses (which stand above the
+    plane) and cars lose their say.
     """
     moved_so_far = np.zeros(8)
     start = camera
@@ -133,7 +138,9 @@ def fit_pose(
 
 
 def looking_down(model: CameraModel, metres_per_pixel: float) -> GroundCamera:
-    """Return a camera that looks straight down on the map's origin, the picture's right along the map's x axis."""
+    """Return a camera that looks straight down on the map's origin, the picture's right along the map's x
+    axis.
+    """
     T = np.diag([1.0, -1.0, -1.0, 1.0])
     T[2, 3] = model.focal_px * metres_per_pixel
     return GroundCamera(model, T, np.zeros(2))

@@ -1,4 +1,6 @@
-"""How much more likely a candidate's measures are of the target than of anything else, both learnt while tracking."""
+"""How much more likely a candidate's measures are of the target than of anything else, both learnt while
+tracking.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +10,20 @@ from numpy.typing import NDArray
 from trackers.kernels import oriented_box as ob
 
 _FEATURES = (ob.INSIDE, ob.AROUND, ob.MISMATCH, ob.MOVED, ob.MOVED_AROUND)
-# Means, deviations and least deviations of the measures, and how many pictures this prior is worth: medians over development episodes.
+# Means, deviations and least deviations of the measures, and how many pictures this prior is worth: medians
+# over development episodes.
 _TARGET = (np.array([3.2, -2.6, 14.0, 58.0, 10.0]), np.array([0.8, 1.0, 8.0, 18.0, 8.0]), 6.0)
 _REST = (np.array([0.4, -2.4, 30.0, 25.0, 15.0]), np.array([1.3, 1.1, 14.0, 20.0, 12.0]), 40.0)
 _TARGET_FLOOR = np.array([0.6, 0.8, 8.0, 15.0, 10.0])
 _REST_FLOOR = np.array([0.8, 0.8, 10.0, 15.0, 8.0])
 _LONGEST_MEMORY = 150.0
-# A normal's tails would make one odd measure decide; beyond so many deviations squared, more says no more. Colour may decide alone.
+# A normal's tails would make one odd measure decide; beyond so many deviations squared, more says no more.
+# Colour may decide alone.
 _TAILS = np.array([14.0, 6.0, 8.0, 6.0, 3.0])
 _LEAST, _MOST = -6.0, 6.0
-# How much each measure is to be believed: logistic regression of "is the target, just back in view" on the differences of log-densities, over
-# development episodes. What surrounds the car changes with the place, and says nothing.
+# How much each measure is to be believed: logistic regression of "is the target, just back in view" on the
+# differences of log-densities, over development episodes. What surrounds the car changes with the place,
+# and says nothing.
 _WORTH = np.array([1.2, 0.0, 1.0, 2.0, 0.3])
 _MOSTLY_KNOWN = 0.5
 
@@ -26,7 +31,9 @@ _MOSTLY_KNOWN = 0.5
 class _Class:
     """Running mean and deviation of the features of one class, begun from a prior."""
 
-    def __init__(self, prior: tuple[NDArray[np.float64], NDArray[np.float64], float], floor: NDArray[np.float64]) -> None:
+    def __init__(
+        self, prior: tuple[NDArray[np.float64], NDArray[np.float64], float], floor: NDArray[np.float64]
+    ) -> None:
         self._mean = prior[0].copy()
         self._square = prior[1] ** 2
         self._count = np.full(len(_FEATURES), prior[2])
@@ -52,20 +59,25 @@ class _Class:
 
 
 class Likeness:
-    """Two naive Bayes classes over the measures of ``trackers.kernels.oriented_box``: the target, and all else."""
+    """Two naive Bayes classes over the measures of ``trackers.kernels.oriented_box``: the target, and all
+    else.
+    """
 
     def __init__(self) -> None:
         self._target = _Class(_TARGET, _TARGET_FLOOR)
         self._rest = _Class(_REST, _REST_FLOOR)
 
     def log_ratio(self, measures: NDArray[np.float64]) -> float:
-        """Return ``log p(measures | target) - log p(measures | rest)`` of measures (MEASURES,), within [-6, 6]."""
+        """Return ``log p(measures | target) - log p(measures | rest)`` of measures (MEASURES,), within [-6,
+        6].
+        """
         features = _features(measures)
         difference = self._target.log_density(features) - self._rest.log_density(features)
         return float(np.clip(np.nansum(_WORTH * difference), _LEAST, _MOST))
 
     def start(self, measures: NDArray[np.float64]) -> None:
-        """Take the measures (MEASURES,) of the first picture, where the target is known, in the place of the target's prior means.
+        """Take the measures (MEASURES,) of the first picture, where the target is known, in the place of
+        the target's prior means.
 
         Its difference from the background is there one from the ground around it.
         """

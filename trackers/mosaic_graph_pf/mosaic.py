@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.blend import blend_into
+from trackers.kernels.oriented_box import UNKNOWN
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
 
 SHRINK = 2
 """Pictures are laid down at 1 / SHRINK of their resolution."""
 _GROW_CELLS = 256
 _SLOWEST_RATE = 0.06
+_SUDDEN_LEVELS, _SUDDEN_WEIGHT = 30, 70
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,8 @@ class Mosaic:
         Args:
             picture_rgb: (H, W, 3).
             camera: of the picture at full size.
-            weight: (H, W) 1-255, how far each pixel shows the standing ground (cars do not); 255 everywhere if None.
+            weight: (H, W) 1-255, how far each pixel shows the standing ground (cars do not); 255 everywhere
+                if None.
 
         Returns:
             the window of cells that the picture lies in.
@@ -80,8 +83,9 @@ class Mosaic:
         return window
 
     def render(self, camera: GroundCamera) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return what ``camera`` would see of the mosaic, shrunk by ``SHRINK``: rgb (H, W, 3) and how often it was seen
-        (H, W), 0 = never."""
+        """Return what ``camera`` would see of the mosaic, shrunk by ``SHRINK``: rgb (H, W, 3) and how often
+        it was seen (H, W), 0 = never.
+        """
         H = picture_from_cells(camera, self.cell_m, self.origin_m)
         size = (camera.model.width_px // SHRINK, camera.model.height_px // SHRINK)
         rgb = cv2.warpPerspective(self.rgb, H, size, flags=cv2.INTER_LINEAR)
@@ -113,9 +117,35 @@ class Mosaic:
         self.origin_m = self.origin_m - self.cell_m * before
 
 
+def standing_ground(
+    camera: GroundCamera,
+    difference: NDArray[np.uint8] | None,
+    target_m: NDArray[np.float64] | None,
+    length_m: float,
+) -> NDArray[np.uint8]:
+    """Return how far each pixel (H, W) of a shrunk picture is to be taken for standing ground, 1-255: what
+    changed suddenly less, the target hardly.
+
+    Args:
+        difference: (H, W) from the mosaic, ``UNKNOWN`` where that cannot be told; None = unknown everywhere.
+        target_m: (2,) place of the target on the map, of ``length_m``; None = not in the picture.
+    """
+    height, width = camera.model.height_px // SHRINK, camera.model.width_px // SHRINK
+    weight = np.full((height, width), 255, np.uint8)
+    if difference is not None:
+        weight[(difference > _SUDDEN_LEVELS) & (difference != UNKNOWN)] = _SUDDEN_WEIGHT
+    if target_m is not None:
+        pixel = camera.to_picture(target_m[None])[0] / SHRINK
+        radius = 0.7 * length_m / (SHRINK * camera.metres_per_pixel())
+        cv2.circle(weight, tuple(np.round(pixel).astype(int).tolist()), int(radius) + 1, 1, -1)
+    return weight
+
+
 def picture_from_cells(camera: GroundCamera, cell_m: float, origin_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the homography (3, 3) from indices (column, row) of a grid on the map, whose first cell begins at ``origin_m``, to
-    indices of the picture shrunk by ``SHRINK`` (OpenCV's reading: whole numbers are centres)."""
+    """Return the homography (3, 3) from indices (column, row) of a grid on the map, whose first cell begins
+    at ``origin_m``, to indices of the picture shrunk by ``SHRINK`` (OpenCV's reading: whole numbers are
+    centres).
+    """
     map_from_cells = np.array(
         [[cell_m, 0.0, origin_m[0] + 0.5 * cell_m], [0.0, cell_m, origin_m[1] + 0.5 * cell_m], [0.0, 0.0, 1.0]]
     )

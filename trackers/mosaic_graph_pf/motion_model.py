@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels import road_motion as rm
+from trackers.kernels import road_position as rp
 from trackers.kernels.posterior import detection_log_weights
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
 from trackers.mosaic_graph_pf.road_map import RoadMap
@@ -74,7 +75,8 @@ class CarModel:
 
         Args:
             born_share: share of the particles that is given to births while there are any.
-            detection_probability: that a target in full view is found in a picture, given that it was missed in the one before.
+            detection_probability: that a target in full view is found in a picture, given that it was
+                missed in the one before.
             miss_counts: False takes a miss for no information.
             detection_deviation_m: standard deviation of a detection.
             border_m: distance from the picture's border within which a target is not counted on to be found.
@@ -97,23 +99,23 @@ class CarModel:
 
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Draw states (N, COLUMNS)."""
-        states = np.zeros((count, rm.COLUMNS))
-        states[:, rm.X : rm.Y + 1] = self._start_m + rng.normal(0, 0.2, (count, 2))
+        states = np.zeros((count, rp.COLUMNS))
+        states[:, rp.X : rp.Y + 1] = self._start_m + rng.normal(0, 0.2, (count, 2))
         ahead = rng.random(count) < 0.5
-        states[:, rm.HEADING] = self._axis_rad + np.pi * ahead + rng.normal(0, 0.3, count)
-        states[:, rm.SPEED] = rng.uniform(0, 14.0, count)
-        states[:, rm.CRUISE] = np.maximum(states[:, rm.SPEED], self._draw_cruise(count, rng))
-        states[:, rm.CHOICE] = -1
-        states[:, rm.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, count)
+        states[:, rp.HEADING] = self._axis_rad + np.pi * ahead + rng.normal(0, 0.3, count)
+        states[:, rp.SPEED] = rng.uniform(0, 14.0, count)
+        states[:, rp.CRUISE] = np.maximum(states[:, rp.SPEED], self._draw_cruise(count, rng))
+        states[:, rp.CHOICE] = -1
+        states[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, count)
         return states
 
     def predict(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> NDArray[np.float64]:
         """Drive all states on; some make room for births."""
         states = states.copy()
-        states[:, rm.LOG_PRIOR] = 0.0
+        states[:, rp.LOG_PRIOR] = 0.0
         count = len(states)
         if observed.roads is None:
-            states[:, rm.ON_ROAD] = 0.0
+            states[:, rp.ON_ROAD] = 0.0
             roads = NO_ROADS
         else:
             roads = road_arrays(observed.roads)
@@ -126,10 +128,10 @@ class CarModel:
 
     def log_weights(self, states: NDArray[np.float64], observed: Instant) -> NDArray[np.float64]:
         """Return log-weights (N,): what the picture says, and the prior of those just born."""
-        positions = np.ascontiguousarray(states[:, : rm.Y + 1])
-        return states[:, rm.LOG_PRIOR] + detection_log_weights(
+        positions = np.ascontiguousarray(states[:, : rp.Y + 1])
+        return states[:, rp.LOG_PRIOR] + detection_log_weights(
             positions,
-            np.ascontiguousarray(states[:, rm.HEADING]),
+            np.ascontiguousarray(states[:, rp.HEADING]),
             self.detectable(positions, observed.camera),
             self._miss_counts,
             observed.candidates_m,
@@ -147,43 +149,41 @@ class CarModel:
         inside = np.nan_to_num(inside_px, nan=-1.0) * camera.metres_per_pixel() / self._border_m
         return self._detection_probability * np.clip(inside, 0.0, 1.0)
 
-    def _associate_anew(
-        self, states: NDArray[np.float64], roads: rm.Roads, rng: np.random.Generator
-    ) -> None:
+    def _associate_anew(self, states: NDArray[np.float64], roads: rp.Roads, rng: np.random.Generator) -> None:
         """Find every state's place on roads that were drawn anew. Who was off the road stays so."""
-        free = states[:, rm.ON_ROAD] == 0
-        rm.associate(states, roads, rng.random(len(states)))
-        states[free, rm.ON_ROAD] = 0.0
+        free = states[:, rp.ON_ROAD] == 0
+        rp.associate(states, roads, rng.random(len(states)))
+        states[free, rp.ON_ROAD] = 0.0
 
     def _give_birth(
-        self, states: NDArray[np.float64], observed: Instant, roads: rm.Roads, rng: np.random.Generator
+        self, states: NDArray[np.float64], observed: Instant, roads: rp.Roads, rng: np.random.Generator
     ) -> None:
         """Put births in the place of the last states (any are as good: resampling has no order of merit)."""
         each = max(1, int(self._born_share * len(states) / len(observed.births)))
         victims = rng.permutation(len(states))
         share = each / len(states)
         for k, birth in enumerate(observed.births):
-            born = np.zeros((each, rm.COLUMNS))
-            born[:, rm.X : rm.Y + 1] = birth.position_m + rng.normal(0, _BORN_POSITION_M, (each, 2))
-            born[:, rm.HEADING] = birth.heading_rad + rng.normal(0, _BORN_HEADING_RAD, each)
-            born[:, rm.SPEED] = np.abs(birth.speed_mps + rng.normal(0, _BORN_SPEED_MPS, each))
-            born[:, rm.CRUISE] = np.maximum(born[:, rm.SPEED], self._draw_cruise(each, rng))
-            born[:, rm.LOG_PRIOR] = birth.log_prior - np.log(share)
-            born[:, rm.CURVE] = rng.normal(0, _BORN_CURVE_PER_M, each)
-            born[:, rm.CHOICE] = -1
-            born[:, rm.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, each)
+            born = np.zeros((each, rp.COLUMNS))
+            born[:, rp.X : rp.Y + 1] = birth.position_m + rng.normal(0, _BORN_POSITION_M, (each, 2))
+            born[:, rp.HEADING] = birth.heading_rad + rng.normal(0, _BORN_HEADING_RAD, each)
+            born[:, rp.SPEED] = np.abs(birth.speed_mps + rng.normal(0, _BORN_SPEED_MPS, each))
+            born[:, rp.CRUISE] = np.maximum(born[:, rp.SPEED], self._draw_cruise(each, rng))
+            born[:, rp.LOG_PRIOR] = birth.log_prior - np.log(share)
+            born[:, rp.CURVE] = rng.normal(0, _BORN_CURVE_PER_M, each)
+            born[:, rp.CHOICE] = -1
+            born[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, each)
             if observed.roads is not None:
-                rm.associate(born, roads, rng.random(each))
+                rp.associate(born, roads, rng.random(each))
             states[victims[k * each : (k + 1) * each]] = born
 
     def _draw_cruise(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         return rng.normal(self._habits.cruise_mps, self._habits.cruise_spread_mps, count)
 
 
-def road_arrays(road_map: RoadMap) -> rm.Roads:
+def road_arrays(road_map: RoadMap) -> rp.Roads:
     """Return a road map in the form that kernels take."""
     graph = road_map.graph
-    return rm.Roads(
+    return rp.Roads(
         graph.points_m,
         graph.tangents,
         graph.edge_of_point,
@@ -198,7 +198,7 @@ def road_arrays(road_map: RoadMap) -> rm.Roads:
     )
 
 
-NO_ROADS = rm.Roads(
+NO_ROADS = rp.Roads(
     np.zeros((0, 2)),
     np.zeros((0, 2)),
     np.zeros(0, np.int64),

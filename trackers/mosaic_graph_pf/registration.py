@@ -1,4 +1,6 @@
-"""Where each picture lies on the ground: frame to frame first, then against the mosaic, which does not drift."""
+"""Where each picture lies on the ground: frame to frame first, then against the mosaic, which does not
+drift.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ _FRAME_SCALES_PX = (16.0, 8.0, 4.0, 3.0)
 _MOSAIC_SCALES_PX = (3.0, 2.0, 1.5)
 _FIRST_TILT_RAD = 0.12
 _MEASURED_TILT_RAD = 0.015
-# Consecutive pictures see the same corners with the same errors: their evidence on the bend is far from independent.
+# Consecutive pictures see the same corners with the same errors: their evidence on the bend is far from
+# independent.
 _BEND_LEARNING = 0.02
 _CHAIN_TRUST = 0.1
 _GAIN_STEP, _GAIN_PIXELS = 6, 100
@@ -94,7 +97,9 @@ class Registration:
         return Registered(fit.camera, adapted_rgb, background_rgb, seen, fit.support)
 
     def _predict(self, ego: EgoPose | None) -> GroundCamera:
-        """Return the camera moved as measured on board since the last picture: slow errors of the instruments cancel."""
+        """Return the camera moved as measured on board since the last picture: slow errors of the
+        instruments cancel.
+        """
         before, self._ego = self._ego, ego if self._use_ego else None
         if before is None or self._ego is None:
             return self.camera
@@ -112,7 +117,9 @@ class Registration:
     def _follow_corners(
         self, grey: NDArray[np.uint8], predicted: GroundCamera
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return last picture's corners that were found again: full-size pixels now (N, 2), and map positions (N, 2)."""
+        """Return last picture's corners that were found again: full-size pixels now (N, 2), and map
+        positions (N, 2).
+        """
         map_m = self.camera.to_map(_to_full(self._corners))
         guess = _to_small(predicted.to_picture(map_m)).astype(np.float32)
         found, matched = _track(self._grey, grey, self._corners, guess, levels=3)
@@ -131,11 +138,10 @@ def shrink(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return cv2.resize(image_rgb, (width // SHRINK, height // SHRINK), interpolation=cv2.INTER_AREA)
 
 
-def _gain(
-    rgb: NDArray[np.uint8], background_rgb: NDArray[np.uint8], seen: NDArray[np.uint8], before: float
-) -> float:
-    """Return the factor that makes a picture as bright as the mosaic: the median over pixels seen before, or the last one where those
-    are few."""
+def _gain(rgb: NDArray[np.uint8], background_rgb: NDArray[np.uint8], seen: NDArray[np.uint8], before: float) -> float:
+    """Return the factor that makes a picture as bright as the mosaic: the median over pixels seen before,
+    or the last one where those are few.
+    """
     step = (slice(None, None, _GAIN_STEP), slice(None, None, _GAIN_STEP))
     picture, background = rgb[step][..., 1].astype(np.float64), background_rgb[step][..., 1].astype(np.float64)
     usable = (seen[step] > 1) & (picture > 10) & (picture < 240) & (background > 10) & (background < 240)
@@ -151,7 +157,9 @@ def _match_to_mosaic(
     seen: NDArray[np.uint8],
     camera: GroundCamera,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Find the picture's ``corners`` (N, 2) in the mosaic as ``camera`` sees it; return pixels and map positions of those found."""
+    """Find the picture's ``corners`` (N, 2) in the mosaic as ``camera`` sees it; return pixels and map
+    positions of those found.
+    """
     small = _to_small(corners)
     column, row = np.round(small).astype(int).T
     height, width = seen.shape

@@ -1,4 +1,6 @@
-"""A graph of centre lines out of the raw lines of a skeleton: crossings joined, spurs cut, dead ends connected."""
+"""A graph of centre lines out of the raw lines of a skeleton: crossings joined, spurs cut, dead ends
+connected.
+"""
 
 from __future__ import annotations
 
@@ -23,16 +25,19 @@ Line = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class RoadGraph:
-    """Roads as they are believed to run. All points of all edges lie one after the other, ``SPACING_M`` apart.
+    """Roads as they are believed to run. All points of all edges lie one after the other, ``SPACING_M``
+    apart.
 
     Attributes:
-        points_m: (P, 2) centre lines; edge e holds rows ``first[e]`` to ``first[e + 1]`` (not included), at least two.
+        points_m: (P, 2) centre lines; edge e holds rows ``first[e]`` to ``first[e + 1]`` (not included), at
+            least two.
         tangents: (P, 2) unit vectors from start to end.
         edge_of_point: (P,).
         first: (E + 1,).
         ends: (E, 2) node at the start and at the end of every edge.
-        node_first, node_edges, node_sides: the edges that meet in node n are ``node_edges[node_first[n]:node_first[n + 1]]``, with their
-            start (side 0) or their end (side 1).
+        node_first, node_edges, node_sides: the edges that meet in node n are
+            ``node_edges[node_first[n]:node_first[n + 1]]``, with their start (side 0) or their end (side
+            1).
     """
 
     points_m: NDArray[np.float64]
@@ -135,7 +140,9 @@ class _Sketch:
         self.edges = [(start, end, _smoothed(points)) for start, end, points in self.edges]
 
     def extend(self) -> None:
-        """Draw dead ends straight on to a road that they meet within ``_EXTENSION_M``. Others stay dead: where they lead was not seen."""
+        """Draw dead ends straight on to a road that they meet within ``_EXTENSION_M``. Others stay dead:
+        where they lead was not seen.
+        """
         degree = self._degrees()
         dead_ends = [
             (k, side)
@@ -152,7 +159,9 @@ class _Sketch:
             self._connect(node, points[-1] + steps * along, k)
 
     def _connect(self, node: int, ray: Line, own: int) -> None:
-        """Add ``ray`` as an edge from ``node`` up to where it meets another road (not ``own``) first, if it does."""
+        """Add ``ray`` as an edge from ``node`` up to where it meets another road (not ``own``) first, if it
+        does.
+        """
         target = -1
         for k, (start, end, points) in enumerate(self.edges):
             if k == own or node in (start, end):
@@ -165,7 +174,9 @@ class _Sketch:
             self.edges.append((node, far, _smoothed(np.vstack([ray, last]))))
 
     def _split(self, k: int, near_m: NDArray[np.float64]) -> tuple[int, NDArray[np.float64]]:
-        """Return a node, and where it is, on edge k next to ``near_m``: one of its ends, or a new one that cuts it in two."""
+        """Return a node, and where it is, on edge k next to ``near_m``: one of its ends, or a new one that
+        cuts it in two.
+        """
         start, end, points = self.edges[k]
         index = int(np.linalg.norm(points - near_m, axis=1).argmin())
         margin = int(_CROSSING_M / SPACING_M)

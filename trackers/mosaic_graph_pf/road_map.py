@@ -1,8 +1,11 @@
-"""Where the roads are: colours learnt where the target drove, found again all over the mosaic, thinned to a graph."""
+"""Where the roads are: colours learnt where the target drove, found again all over the mosaic, thinned to a
+graph.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -59,11 +62,11 @@ class RoadFinder:
     def road_probability(
         self, mosaic: Mosaic, centre_m: NDArray[np.float64]
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
-        """Return the probability of road (H, W) on a grid of 0.5 m around a map point, where it was seen (H, W), and the grid's origin (2,)
-        on the map.
+        """Return the probability of road (H, W) on a grid of 0.5 m around a map point, where it was seen
+        (H, W), and the grid's origin (2,) on the map.
 
-        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled so that the middle one of the road's own pixels has 1; 0 where
-        nothing was seen.
+        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled so that the middle one of the road's own
+        pixels has 1; 0 where nothing was seen.
         """
         low = np.maximum(mosaic.cells_of(centre_m[None] - _REACH_M)[0], 0)
         high = np.minimum(mosaic.cells_of(centre_m[None] + _REACH_M)[0], mosaic.count.shape[::-1])
@@ -84,10 +87,10 @@ class RoadFinder:
         seen = cv2.erode((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
         return look_up(table.astype(np.float32), rgb) * seen, seen, origin_m
 
-    def _driven_cells(
-        self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
-        """Return 1 at the cells (H, W) that were driven over, but not those seen only while the target hid them."""
+    def _driven_cells(self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return 1 at the cells (H, W) that were driven over, but not those seen only while the target hid
+        them.
+        """
         driven = np.zeros(count.shape, np.float32)
         for point_m in self._driven_m:
             column, row = np.floor((point_m - origin_m) / _GRID_M).astype(int).tolist()
@@ -100,14 +103,14 @@ class RoadFinder:
         mask = _road_mask(_continued(probability, seen))
         cells, offsets = trace_lines(thin(mask))
         points = origin_m + _GRID_M * (cells[:, ::-1] + 0.5)
-        lines = [points[a:b] for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
+        lines = [points[a:b] for a, b in pairwise(offsets)]
         graph = build_graph(lines)
         return RoadMap(graph, *_nearest_points(graph, centre_m))
 
 
 def _continued(probability: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return the probability (H, W) carried on a little way into the unseen, each cell taking that of the nearest seen one: a side
-    street of which only the mouth was seen then reaches out of the crossing.
+    """Return the probability (H, W) carried on a little way into the unseen, each cell taking that of the
+    nearest seen one: a side street of which only the mouth was seen then reaches out of the crossing.
     """
     unseen = np.where(seen, 0, 255).astype(np.uint8)
     distance, label = cv2.distanceTransformWithLabels(
@@ -119,7 +122,9 @@ def _continued(probability: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDA
 
 
 def _road_mask(probability: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return where a car's width of road is (H, W): lines and small spots closed, what is narrower than a lane opened away."""
+    """Return where a car's width of road is (H, W): lines and small spots closed, what is narrower than a
+    lane opened away.
+    """
     mask = (cv2.GaussianBlur(probability, (0, 0), 0.8 / _GRID_M) > 0.4).astype(np.uint8)
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(_CLOSING_M))
     mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(_NARROWEST_M))
@@ -128,14 +133,16 @@ def _road_mask(probability: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def _disc(diameter_m: float) -> NDArray[np.uint8]:
-    size = int(round(diameter_m / _GRID_M)) | 1
+    size = round(diameter_m / _GRID_M) | 1
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
 
 
 def _nearest_points(
     graph: RoadGraph, centre_m: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float, NDArray[np.int32]]:
-    """Return origin, cell size and, for every cell around ``centre_m``, the nearest centre-line point of the graph."""
+    """Return origin, cell size and, for every cell around ``centre_m``, the nearest centre-line point of
+    the graph.
+    """
     cell_m = 1.0
     reach_m = _REACH_M + 60.0
     side = int(2 * reach_m / cell_m)

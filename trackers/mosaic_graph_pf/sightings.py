@@ -1,4 +1,6 @@
-"""Candidates followed from picture to picture: what has been car-like for a while, where it goes, and whether it can be the target."""
+"""Candidates followed from picture to picture: what has been car-like for a while, where it goes, and
+whether it can be the target.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,8 @@ _POSITION_GAIN, _VELOCITY_GAIN = 0.7, 0.25
 _PATIENCE = 4
 _PLAUSIBLE = -2.0
 _MOST_EXPECTED = 8
-# One thing's pictures resemble one another: however long it is watched, it tells no more than so many independent ones.
+# One thing's pictures resemble one another: however long it is watched, it tells no more than so many
+# independent ones.
 _INDEPENDENT_PICTURES = 4.0
 _RIVAL_STEP, _RIVAL_MOST = 0.4, 5.0
 
@@ -59,13 +62,16 @@ class Sightings:
         self.current: list[Sighting] = []
 
     def expected(self, dt_s: float) -> list[tuple[NDArray[np.float64], float]]:
-        """Return where (2,) and along which heading the sightings should be now, the likeliest targets first."""
+        """Return where (2,) and along which heading the sightings should be now, the likeliest targets
+        first.
+        """
         ranked = sorted(self.current, key=lambda s: s.evidence - s.missed, reverse=True)
         return [(s.position_m + dt_s * s.velocity_mps, s.heading_rad) for s in ranked[:_MOST_EXPECTED]]
 
     def update(self, candidates: list[Candidate], dt_s: float) -> None:
-        """Give each plausible candidate to the nearest sighting it may belong to, or start a new one; forget what is long
-        gone."""
+        """Give each plausible candidate to the nearest sighting it may belong to, or start a new one;
+        forget what is long gone.
+        """
         candidates = [candidate for candidate in candidates if candidate.log_ratio > _PLAUSIBLE]
         for sighting in self.current:
             sighting.position_m = sighting.position_m + dt_s * sighting.velocity_mps

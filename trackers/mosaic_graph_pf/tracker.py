@@ -1,22 +1,24 @@
-"""Our tracker: a ground mosaic, the road graph drawn from it, and particles that drive on it, seen or unseen."""
+"""Our tracker: a ground mosaic, the road graph drawn from it, and particles that drive on it, seen or
+unseen.
+"""
 
 from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels import road_motion as rm
-from trackers.kernels.oriented_box import UNKNOWN
+from trackers.kernels import road_position as rp
 from trackers.kernels.posterior import geometric_median
 from trackers.kernels.weights import circular_mean
-from trackers.mosaic_graph_pf.detector import CENTRE_HEIGHT_M, Detector
+from trackers.mosaic_graph_pf.answer import answer
+from trackers.mosaic_graph_pf.detector import Detector
 from trackers.mosaic_graph_pf.first_look import WIDTH_TO_LENGTH, apparent_length_px, look_first
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
-from trackers.mosaic_graph_pf.mosaic import SHRINK, Mosaic
+from trackers.mosaic_graph_pf.mosaic import SHRINK, Mosaic, standing_ground
 from trackers.mosaic_graph_pf.motion_model import Birth, CarModel, Instant
 from trackers.mosaic_graph_pf.registration import Registered, Registration
 from trackers.mosaic_graph_pf.road_map import RoadFinder, RoadMap
@@ -26,28 +28,28 @@ from trackers.registry import register, register_variant, tunable
 from trackers.types import Estimate, Observation
 
 _TYPICAL_LENGTH_M, _SHORTEST_M, _LONGEST_M = 4.5, 3.2, 7.0
-_CAR_HEIGHT_M = 1.5
 _REDRAW_FRAMES = 10
 _DRIVEN_DELAY_FRAMES = 18
 _LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
 _FASTEST_MPS, _REACH_MARGIN_M = 15.0, 12.0
 _BIRTH_AREA_M2, _DRIVABLE_SHARE, _BIRTH_EVIDENCE = 1.6, 0.25, 2.0
-_SUDDEN_LEVELS = 30
 _SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of ``mosaic_graph_pf``; the last five switch parts off, for ablation.
+    """Parameters of ``mosaic_graph_pf``; the ``use_`` ones switch parts off, for ablation.
 
     Attributes:
         particles: number of them.
         candidates: places looked at over the whole picture, beside those expected.
-        detection_probability: chance that a target in full view is found, given it was missed in the picture before.
+        detection_probability: chance that a target in full view is found, given it was missed in the
+            picture before.
         detection_deviation_m: standard deviation of a detection.
         surprise: prior probability, each picture, that the target is where no particle is.
         renewal: prior probability, each picture, that it moves as no particle does.
-        urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, curve_spread_per_m,
+        urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate,
+        curve_spread_per_m,
             unseen_turns_per_m: see ``Habits``.
     """
 
@@ -102,7 +104,7 @@ class MosaicGraphParticleFilter:
         self._car = self._model(target.position_m, target.axis_rad)
         self._filter = ParticleFilter(self._car, p.particles, self._rng)
         self._mosaic = Mosaic(SHRINK * metres_per_pixel)
-        self._mosaic.add(first.small_rgb, camera, self._standing(first, None, target.position_m))
+        self._mosaic.add(first.small_rgb, camera, standing_ground(camera, None, target.position_m, length_m))
         self._roads = RoadFinder()
         self._road_map: RoadMap | None = None
         self._sightings = Sightings()
@@ -122,12 +124,15 @@ class MosaicGraphParticleFilter:
         self._sightings.update(candidates, dt_s)
         new_roads = self._draw_roads(registered.camera)
         posterior = self._filter.step(self._instant(dt_s, registered.camera, new_roads))
-        position_m = geometric_median(np.ascontiguousarray(posterior.states[:, : rm.Y + 1]), posterior.weights, 8)
+        position_m = geometric_median(np.ascontiguousarray(posterior.states[:, : rp.Y + 1]), posterior.weights, 8)
         self._target = target = self._locked(posterior, position_m)
         self._learn(registered, posterior, target, dt_s)
-        standing = self._standing(registered, cues.difference, None if target is None else target.position_m)
+        place_m = None if target is None else target.position_m
+        standing = standing_ground(registered.camera, cues.difference, place_m, self._size_m[0])
         self._mosaic.add(registered.small_rgb, registered.camera, standing)
-        return self._estimate(registered.camera, posterior, position_m, target)
+        if target is not None:
+            position_m = target.candidate.position_m
+        return answer(registered.camera, posterior, position_m, self._size_m)
 
     def _model(self, start_m: NDArray[np.float64], axis_rad: float) -> CarModel:
         p = self._p
@@ -167,10 +172,10 @@ class MosaicGraphParticleFilter:
         """Return where to look closely: at the mean of the particles if they agree, and at every sighting."""
         states = self._filter.states
         places = self._sightings.expected(dt_s)
-        if np.linalg.norm(states[:, : rm.Y + 1].std(axis=0)) < _LOCK_RADIUS_M:
-            heading = circular_mean(states[:, rm.HEADING], np.full(len(states), 1.0 / len(states)))
-            velocity = states[:, rm.SPEED].mean() * np.array([np.cos(heading), np.sin(heading)])
-            places.insert(0, (states[:, : rm.Y + 1].mean(axis=0) + dt_s * velocity, heading))
+        if np.linalg.norm(states[:, : rp.Y + 1].std(axis=0)) < _LOCK_RADIUS_M:
+            heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
+            velocity = states[:, rp.SPEED].mean() * np.array([np.cos(heading), np.sin(heading)])
+            places.insert(0, (states[:, : rp.Y + 1].mean(axis=0) + dt_s * velocity, heading))
         return places
 
     def _instant(self, dt_s: float, camera: GroundCamera, new_roads: bool) -> Instant:
@@ -187,8 +192,9 @@ class MosaicGraphParticleFilter:
         )
 
     def _births(self, seen: list[Sighting]) -> tuple[Birth, ...]:
-        """Return where the target may be although no particle is there or none moves so: on the sighting it was last locked to, in case
-        it does what no particle does, and on others that may be it."""
+        """Return where the target may be although no particle is there or none moves so: on the sighting it
+        was last locked to, in case it does what no particle does, and on others that may be it.
+        """
         births = []
         if self._target in seen:
             births.append(self._renewal(self._target))
@@ -198,7 +204,7 @@ class MosaicGraphParticleFilter:
 
     def _renewal(self, target: Sighting) -> Birth:
         states = self._filter.states
-        heading = circular_mean(states[:, rm.HEADING], np.full(len(states), 1.0 / len(states)))
+        heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
         # The axis is known up to half a turn: nobody turns round within a picture.
         heading_rad = target.candidate.axis_rad
         if np.cos(heading_rad - heading) < 0:
@@ -213,8 +219,9 @@ class MosaicGraphParticleFilter:
         return bool(near) and sighting.age >= 2 and sighting.evidence + sighting.log_ratio > _BIRTH_EVIDENCE
 
     def _surprise(self, sighting: Sighting) -> Birth:
-        """Prior: ``surprise``, spread evenly over the roads that the target can have got to since it was last seen, times what the
-        pictures before this one said."""
+        """Prior: ``surprise``, spread evenly over the roads that the target can have got to since it was
+        last seen, times what the pictures before this one said.
+        """
         area_m2 = _DRIVABLE_SHARE * np.pi * self._reach_m**2
         log_prior = float(np.log(self._p.surprise * _BIRTH_AREA_M2 / area_m2)) + sighting.evidence
         speed_mps = float(np.linalg.norm(sighting.velocity_mps))
@@ -230,9 +237,9 @@ class MosaicGraphParticleFilter:
         if not self._p.use_roads or self._frame % _REDRAW_FRAMES != 5:
             return False
         states = self._filter.states
-        position_m = states[:, : rm.Y + 1].mean(axis=0)
+        position_m = states[:, : rp.Y + 1].mean(axis=0)
         if not self._roads.has_learnt:
-            heading = circular_mean(states[:, rm.HEADING], np.full(len(states), 1.0 / len(states)))
+            heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
             along = np.array([np.cos(heading), np.sin(heading)])
             for ahead_m in (-1.0, 1.0):
                 self._roads.learn(position_m + ahead_m * (0.5 * self._size_m[0] + 2.0) * along)
@@ -241,21 +248,19 @@ class MosaicGraphParticleFilter:
 
     def _locked(self, posterior: Posterior, position_m: NDArray[np.float64]) -> Sighting | None:
         """Return the sighting that the particles gather around, if they do."""
-        offset = posterior.states[:, : rm.Y + 1] - position_m
+        offset = posterior.states[:, : rp.Y + 1] - position_m
         near = np.hypot(offset[:, 0], offset[:, 1]) < _LOCK_RADIUS_M
         if posterior.weights[near].sum() < _LOCK_MASS:
             return None
         sighting = self._sightings.nearest(position_m, 0.5 * self._size_m[0])
         return sighting if sighting is not None and sighting.log_ratio > 0 else None
 
-    def _learn(
-        self, registered: Registered, posterior: Posterior, target: Sighting | None, dt_s: float
-    ) -> None:
+    def _learn(self, registered: Registered, posterior: Posterior, target: Sighting | None, dt_s: float) -> None:
         if target is not None:
             self._since_lock_s = 0.0
             self._sightings.rule_out_others(target)
             self._car.learn_speed(float(np.linalg.norm(target.velocity_mps)), dt_s)
-            on_road = float(posterior.weights @ posterior.states[:, rm.ON_ROAD])
+            on_road = float(posterior.weights @ posterior.states[:, rp.ON_ROAD])
             left_m = self._driven[0]
             if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
                 on_road > 0.5 or self._road_map is None
@@ -272,69 +277,13 @@ class MosaicGraphParticleFilter:
         if self._frame % 5 == 0:
             self._detector.learn_rest(registered, None if target is None else target.position_m)
 
-    def _standing(
-        self, registered: Registered, difference: NDArray[np.uint8] | None, target_m: NDArray[np.float64] | None
-    ) -> NDArray[np.uint8]:
-        """Return how far each pixel is to be taken for standing ground, 1-255: what changed suddenly less, the target hardly."""
-        weight = np.full(registered.small_rgb.shape[:2], 255, np.uint8)
-        if difference is not None:
-            weight[(difference > _SUDDEN_LEVELS) & (difference != UNKNOWN)] = 70
-        if target_m is not None:
-            pixel = registered.camera.to_picture(target_m[None], CENTRE_HEIGHT_M)[0] / SHRINK
-            radius = 0.7 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
-            cv2.circle(weight, tuple(np.round(pixel).astype(int).tolist()), int(radius) + 1, 1, -1)
-        return weight
 
-    def _estimate(
-        self, camera: GroundCamera, posterior: Posterior, position_m: NDArray[np.float64], target: Sighting | None
-    ) -> Estimate:
-        states, weights = posterior.states, posterior.weights
-        heading_rad = circular_mean(states[:, rm.HEADING], weights)
-        if target is not None:
-            position_m = target.candidate.position_m
-        particles_px = camera.to_picture(states[:, : rm.Y + 1], CENTRE_HEIGHT_M)
-        ahead = np.isfinite(particles_px).all(axis=1)
-        size = np.array([camera.model.width_px, camera.model.height_px])
-        inside = ahead & (particles_px >= 0).all(axis=1) & (particles_px <= size).all(axis=1)
-        along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
-        ends_px = camera.to_picture(np.stack([position_m, position_m + along]), CENTRE_HEIGHT_M)
-        box_xyxy = _box_px(camera, position_m, heading_rad, self._size_m)
-        kept = weights * ahead
-        return Estimate(
-            position_px=ends_px[0],
-            box_xyxy=box_xyxy if np.isfinite(box_xyxy).all() else None,
-            heading_rad=float(np.arctan2(*(ends_px[1] - ends_px[0])[::-1])),
-            in_view_probability=float(np.clip(weights[inside].sum(), 0.0, 1.0)),
-            particles_px=np.where(ahead[:, None], particles_px, ends_px[0]),
-            weights=kept / kept.sum() if kept.sum() > 0 else None,
-        )
-
-
-def _box_px(
-    camera: GroundCamera, position_m: NDArray[np.float64], heading_rad: float, size_m: tuple[float, float]
-) -> NDArray[np.float64]:
-    """Return the amodal box (4,) of a car at a place on the map."""
-    c, s = np.cos(heading_rad), np.sin(heading_rad)
-    corners = 0.5 * np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * np.array(size_m)
-    on_map = corners @ np.array([[c, s], [-s, c]]) + position_m
-    pixels = np.vstack([camera.to_picture(on_map, height_m) for height_m in (0.0, _CAR_HEIGHT_M)])
-    return np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])
-
-
-register_variant(
-    "mosaic_graph_pf_no_negative",
-    "mosaic_graph_pf",
-    summary="ours, but not seeing says nothing",
-    use_negative_information=False,
+_ABLATIONS = (
+    ("no_negative", "ours, but not seeing says nothing", {"use_negative_information": False}),
+    ("no_mosaic", "ours, placed frame to frame only", {"use_mosaic": False}),
+    ("no_roads", "ours, without a road graph", {"use_roads": False}),
+    ("no_redetection", "ours, looking only where particles are", {"use_redetection": False}),
+    ("no_ego", "ours, from pixels alone", {"use_ego": False}),
 )
-register_variant(
-    "mosaic_graph_pf_no_mosaic", "mosaic_graph_pf", summary="ours, placed frame to frame only", use_mosaic=False
-)
-register_variant("mosaic_graph_pf_no_roads", "mosaic_graph_pf", summary="ours, without a road graph", use_roads=False)
-register_variant(
-    "mosaic_graph_pf_no_redetection",
-    "mosaic_graph_pf",
-    summary="ours, looking only where particles are",
-    use_redetection=False,
-)
-register_variant("mosaic_graph_pf_no_ego", "mosaic_graph_pf", summary="ours, from pixels alone", use_ego=False)
+for _name, _summary, _overrides in _ABLATIONS:
+    register_variant(f"mosaic_graph_pf_{_name}", "mosaic_graph_pf", summary=_summary, **_overrides)

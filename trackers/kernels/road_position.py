@@ -1,0 +1,261 @@
+"""Cars on a graph of centre lines: where on it a car is, which way it may go on, and what lies ahead of it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+(
+    X,
+    Y,
+    HEADING,
+    SPEED,
+    ON_ROAD,
+    EDGE,
+    ARC,
+    DIRECTION,
+    LATERAL,
+    CHOICE,
+    CRUISE,
+    HALTS,
+    URGE,
+    CURVE,
+    TURN,
+    LOOK,
+    LOG_PRIOR,
+) = range(17)
+"""Columns of a state: map position (m), heading (rad), speed (m/s); 1 on a road, 0 free; edge, point on it
+(fractional, from the edge's first), +1 or -1 as it is driven, offset to the right of the centre line (m);
+entry of ``node_edges`` chosen at the next crossing, or -1; speed wished for (m/s); 1 if it means to halt
+there; acceleration beside that (m/s^2); curvature of its path (1/m) and rest of a turn (rad) where it is
+free; how far ahead it looks (m): short = sharp corners; log-weight it was born with.
+"""
+COLUMNS = 17
+_PROBES = 7
+FREE_WEIGHT = 0.082
+
+
+class Roads(NamedTuple):
+    """What the kernels need of a graph: the arrays of ``RoadGraph`` and the grid of nearest points."""
+
+    points_m: NDArray[np.float64]
+    tangents: NDArray[np.float64]
+    edge_of_point: NDArray[np.int64]
+    first: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    node_first: NDArray[np.int64]
+    node_edges: NDArray[np.int64]
+    node_sides: NDArray[np.int64]
+    nearest: NDArray[np.int32]
+    origin_m: NDArray[np.float64]
+    cell_m: float
+
+
+@njit(cache=True)
+def associate(states: NDArray[np.float64], roads: Roads, uniforms: NDArray[np.float64]) -> None:
+    """Put each state on a road that it may be driving on, or set it free, in place.
+
+    Points of centre lines nearest to it and to places ahead of it, straight on and to either side, are slid
+    back to abreast of it. One is drawn with weight ``exp(-c / 2)``, ``c = |p - x| + 12 (1 - |cos angle|)``:
+    in the middle of a turn it is open which street a car is on. Being free has c = 5. Only points within
+    6.5 m and 50 degrees count; a state that was on a road before stays on one within 9 m and 80 degrees if
+    there is any.
+
+    Args:
+        uniforms: (N,) in [0, 1).
+    """
+    for i in range(states.shape[0]):
+        if states[i, ON_ROAD] > 0:
+            associate_one(states[i], roads, 9.0, 0.17, 1e-9, uniforms[i])
+        else:
+            associate_one(states[i], roads, 6.5, 0.64, FREE_WEIGHT, uniforms[i])
+
+
+@njit(cache=True)
+def associate_one(
+    s: NDArray[np.float64],
+    roads: Roads,
+    within_m: float,
+    least_cosine: float,
+    free_weight: float,
+    uniform: float,
+) -> None:
+    s[ON_ROAD] = 0.0
+    s[CHOICE] = -1.0
+    s[HALTS] = 0.0
+    total = free_weight
+    chosen = -1
+    c, si = np.cos(s[HEADING]), np.sin(s[HEADING])
+    edges = np.full(_PROBES, -1, np.int64)
+    points = np.zeros(_PROBES, np.int64)
+    weights = np.zeros(_PROBES)
+    for probe in range(_PROBES):
+        p = _probe(s, roads, probe)
+        if p < 0:
+            continue
+        edge = roads.edge_of_point[p]
+        along = (s[X] - roads.points_m[p, 0]) * roads.tangents[p, 0] + (s[Y] - roads.points_m[p, 1]) * roads.tangents[
+            p, 1
+        ]
+        p = min(max(p + int(np.round(along)), roads.first[edge]), roads.first[edge + 1] - 1)
+        d_x, d_y = s[X] - roads.points_m[p, 0], s[Y] - roads.points_m[p, 1]
+        distance = np.sqrt(d_x * d_x + d_y * d_y)
+        cosine = abs(c * roads.tangents[p, 0] + si * roads.tangents[p, 1])
+        known = False
+        for earlier in range(probe):
+            known = known or edges[earlier] == edge
+        if known or distance > within_m or cosine < least_cosine:
+            continue
+        edges[probe], points[probe] = edge, p
+        weights[probe] = np.exp(-0.5 * (distance + 12.0 * (1.0 - cosine)))
+        total += weights[probe]
+    threshold = uniform * total
+    for probe in range(_PROBES):
+        if edges[probe] >= 0:
+            threshold -= weights[probe]
+            if threshold < 0:
+                chosen = points[probe]
+                break
+    if chosen >= 0:
+        edge = roads.edge_of_point[chosen]
+        t_x, t_y = roads.tangents[chosen, 0], roads.tangents[chosen, 1]
+        s[ON_ROAD] = 1.0
+        s[EDGE] = edge
+        s[ARC] = chosen - roads.first[edge]
+        s[DIRECTION] = 1.0 if c * t_x + si * t_y > 0 else -1.0
+        right = t_y * (s[X] - roads.points_m[chosen, 0]) - t_x * (s[Y] - roads.points_m[chosen, 1])
+        s[LATERAL] = s[DIRECTION] * right
+
+
+@njit(cache=True)
+def _probe(s: NDArray[np.float64], roads: Roads, probe: int) -> int:
+    """Return the centre-line point nearest to the place of one probe: here, or 5 or 10 m ahead, straight or
+    60 degrees aside.
+    """
+    ahead = 0.0 if probe == 0 else (5.0 if probe % 2 == 1 else 10.0)
+    aside = 0.0 if probe < 3 else (1.05 if probe < 5 else -1.05)
+    x = s[X] + ahead * np.cos(s[HEADING] + aside)
+    y = s[Y] + ahead * np.sin(s[HEADING] + aside)
+    return nearest_point(x, y, roads)
+
+
+@njit(cache=True)
+def nearest_point(x: float, y: float, roads: Roads) -> int:
+    """Return the centre-line point nearest to a place on the map, -1 if none is near."""
+    column = int(np.floor((x - roads.origin_m[0]) / roads.cell_m))
+    row = int(np.floor((y - roads.origin_m[1]) / roads.cell_m))
+    if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:
+        return -1
+    return roads.nearest[row, column]
+
+
+@njit(cache=True)
+def heading_away(roads: Roads, edge: int, side: int) -> float:
+    """Return the heading of driving away from one end of an edge."""
+    if side == 0:
+        p = roads.first[edge]
+        return np.arctan2(roads.tangents[p, 1], roads.tangents[p, 0])
+    p = roads.first[edge + 1] - 1
+    return np.arctan2(-roads.tangents[p, 1], -roads.tangents[p, 0])
+
+
+@njit(cache=True)
+def wrap(angle: float) -> float:
+    """Return the same angle within [-pi, pi)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+@njit(cache=True)
+def choose_way(roads: Roads, edge: int, direction: float, turn_weight: float, uniform: float) -> int:
+    """Draw the way on at the end of an edge: entry of ``node_edges``, or -1 at a dead end.
+
+    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning
+    back.
+    """
+    side = 1 if direction > 0 else 0
+    node = roads.ends[edge, side]
+    arriving = heading_away(roads, edge, side) + np.pi
+    total = 0.0
+    for turn in range(2):
+        threshold = uniform * total
+        total = 0.0
+        for k in range(roads.node_first[node], roads.node_first[node + 1]):
+            if roads.node_edges[k] == edge and roads.node_sides[k] == side:
+                continue
+            angle = abs(wrap(heading_away(roads, roads.node_edges[k], roads.node_sides[k]) - arriving))
+            total += 1.0 if angle < 0.6 else (turn_weight if angle < 2.3 else 0.02)
+            if turn == 1 and total >= threshold:
+                return k
+    return -1
+
+
+@njit(cache=True)
+def point_ahead(s: NDArray[np.float64], roads: Roads, distance: float) -> tuple[float, float, float]:
+    """Return the lane's point ``distance`` m ahead along the way chosen, and its heading; straight on where
+    the road ends.
+    """
+    edge = int(s[EDGE])
+    direction = s[DIRECTION]
+    arc = s[ARC] + direction * distance
+    last = roads.first[edge + 1] - roads.first[edge] - 1
+    beyond = 0.0
+    if arc < 0.0 or arc > last:
+        beyond = -arc if arc < 0.0 else arc - last
+        if s[CHOICE] >= 0:
+            k = int(s[CHOICE])
+            edge = roads.node_edges[k]
+            direction = 1.0 if roads.node_sides[k] == 0 else -1.0
+            last = roads.first[edge + 1] - roads.first[edge] - 1
+            arc = beyond if direction > 0 else last - beyond
+            beyond = max(0.0, beyond - last)
+        arc = min(max(arc, 0.0), last)
+    whole = min(int(arc), last - 1)
+    fraction = arc - whole
+    p = roads.first[edge] + whole
+    t_x = direction * roads.tangents[p, 0]
+    t_y = direction * roads.tangents[p, 1]
+    x = (1 - fraction) * roads.points_m[p, 0] + fraction * roads.points_m[p + 1, 0] + beyond * t_x
+    y = (1 - fraction) * roads.points_m[p, 1] + fraction * roads.points_m[p + 1, 1] + beyond * t_y
+    return x + s[LATERAL] * t_y, y - s[LATERAL] * t_x, np.arctan2(t_y, t_x)
+
+
+@njit(cache=True)
+def distance_to_node_m(s: NDArray[np.float64], roads: Roads) -> float:
+    edge = int(s[EDGE])
+    last = roads.first[edge + 1] - roads.first[edge] - 1
+    return last - s[ARC] if s[DIRECTION] > 0 else s[ARC]
+
+
+@njit(cache=True)
+def move_along(s: NDArray[np.float64], roads: Roads, step_x: float, step_y: float) -> None:
+    """Keep edge and arc abreast of the position after a step; over a node onto the way chosen; free at a
+    dead end.
+    """
+    edge = int(s[EDGE])
+    last = roads.first[edge + 1] - roads.first[edge] - 1
+    p = roads.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
+    offset_x, offset_y = s[X] - roads.points_m[p, 0], s[Y] - roads.points_m[p, 1]
+    along = offset_x * roads.tangents[p, 0] + offset_y * roads.tangents[p, 1]
+    wished = (p - roads.first[edge]) + along
+    # Never back, and never far: a bend's inside would otherwise make the foot of the perpendicular jump.
+    moved = s[DIRECTION] * (wished - s[ARC])
+    length = np.sqrt(step_x * step_x + step_y * step_y)
+    s[ARC] += s[DIRECTION] * min(max(moved, 0.3 * length), 2.0 * length)
+    if 0.0 <= s[ARC] <= last:
+        return
+    beyond = -s[ARC] if s[ARC] < 0 else s[ARC] - last
+    k = int(s[CHOICE])
+    s[CHOICE] = -1.0
+    s[HALTS] = 0.0
+    if k < 0:
+        s[ON_ROAD] = 0.0
+        return
+    edge = roads.node_edges[k]
+    last = roads.first[edge + 1] - roads.first[edge] - 1
+    s[EDGE] = edge
+    s[DIRECTION] = 1.0 if roads.node_sides[k] == 0 else -1.0
+    beyond = min(beyond, last)
+    s[ARC] = beyond if s[DIRECTION] > 0 else last - beyond
