@@ -1,0 +1,37 @@
+"""Kernels that are compiled, stale or not there yet."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+from sim.render.compilation import forget_stale_kernels
+
+DRAW = """
+from sim.render.compilation import announce_compilation
+from sim.render.sampling import mip_level
+announce_compilation(mip_level)
+mip_level(9.0, 4)
+"""
+
+
+def test_compiled_forms_older_than_any_source_are_removed(tmp_path):
+    cache = tmp_path / "__pycache__"
+    cache.mkdir()
+    source, old, new = tmp_path / "kernel.py", cache / "kernel.old.nbi", cache / "kernel.new.nbi"
+    for path, age_s in ((old, 100), (source, 50), (new, 10)):
+        path.touch()
+        os.utime(path, (1e9 - age_s, 1e9 - age_s))
+    forget_stale_kernels(tmp_path)
+    assert sorted(cache.iterdir()) == [new]
+
+
+def test_the_first_run_says_that_it_compiles_and_the_second_does_not(tmp_path):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    said = [
+        subprocess.run([sys.executable, "-c", DRAW], env=environment, capture_output=True, text=True, check=True).stderr
+        for _ in range(2)
+    ]
+    assert "compiling kernels (first run only)" in said[0]
+    assert said[1] == ""
