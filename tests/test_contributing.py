@@ -68,14 +68,15 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     assert name, f"{heading}: expected the file's name on the first line"
     (tmp_path / name[1]).write_text(file)
     (shown,) = [block.text for block in section if block.language == "bash"]
-    output = "".join(succeeds(command, tmp_path) for command in shown.splitlines())
+    told = "".join(succeeds(command, tmp_path) for command in shown.splitlines())
+    told += "".join(path.read_text() for path in tmp_path.rglob("summary.json"))
     expected = {
-        "Add a tracker": "template_match",
-        "Add a metric": "jitter px",
-        "Add a street pattern": "wheel",
+        "Add a tracker": '"tracker": "template_match"',
+        "Add a metric": '"metric": "jitter_px"',
+        "Add a street pattern": '"preset": "wheel"',
         "Add a vehicle": r"\[11\.",
     }
-    assert re.search(expected[heading], output)
+    assert re.search(expected[heading], told)
 
 
 def test_commands_of_the_readme_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
