@@ -1,0 +1,123 @@
+"""Our tracker on hand-drawn films: through a frame-out, with and without measured motion, and its ablations."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tests.trackers.drawn_town import DrawnFrame, film
+from trackers import registry
+from trackers.types import Estimate
+
+_FRAMES, _OUT = 64, (24, 44)
+
+
+@pytest.fixture(scope="module")
+def frames() -> list[DrawnFrame]:
+    return film(0, _FRAMES, out=_OUT, with_ego=True)
+
+
+def track(frames: list[DrawnFrame], name: str = "mosaic_graph_pf", **changes: object) -> list[Estimate]:
+    """Return what a tracker says from frame 1 on."""
+    tracker = registry.entry(name).create(np.random.default_rng(0), particles=400, **changes)
+    tracker.initialise(frames[0].observation, frames[0].box_xyxy)
+    return [tracker.update(frame.observation) for frame in frames[1:]]
+
+
+@pytest.fixture(scope="module")
+def estimates(frames: list[DrawnFrame]) -> list[Estimate]:
+    return track(frames)
+
+
+def error_px(frame: DrawnFrame, estimate: Estimate) -> float:
+    return float(np.linalg.norm(estimate.position_px - frame.car_px))
+
+
+def test_the_film_holds_a_frame_out(frames: list[DrawnFrame]) -> None:
+    inside = np.array([frame.inside for frame in frames])
+    assert inside[:20].all()
+    assert not inside[28:40].any()
+    assert inside[-8:].all()
+
+
+def test_in_view_the_centre_is_within_a_quarter_of_a_car(frames: list[DrawnFrame], estimates: list[Estimate]) -> None:
+    car_px = np.linalg.norm(frames[0].box_xyxy[2:] - frames[0].box_xyxy[:2])
+    watched = [error_px(f, e) for f, e in zip(frames[1:21], estimates[:20], strict=True)]
+    assert max(watched) < 0.25 * car_px
+
+
+def test_outside_it_goes_on_along_the_road_and_says_it_is_out_of_view(
+    frames: list[DrawnFrame], estimates: list[Estimate]
+) -> None:
+    car_px = np.linalg.norm(frames[0].box_xyxy[2:] - frames[0].box_xyxy[:2])
+    for k in range(30, 40):
+        assert error_px(frames[k], estimates[k - 1]) < 1.5 * car_px
+        assert estimates[k - 1].in_view_probability < 0.5
+
+
+def test_it_is_back_on_the_car_with_a_box_that_fits(frames: list[DrawnFrame], estimates: list[Estimate]) -> None:
+    for k in range(_FRAMES - 6, _FRAMES):
+        box, truth = estimates[k - 1].box_xyxy, frames[k].box_xyxy
+        assert box is not None
+        common = np.prod(np.maximum(np.minimum(box[2:], truth[2:]) - np.maximum(box[:2], truth[:2]), 0.0))
+        union = np.prod(box[2:] - box[:2]) + np.prod(truth[2:] - truth[:2]) - common
+        assert common / union > 0.5
+        assert estimates[k - 1].in_view_probability > 0.5
+
+
+def test_the_posterior_grows_outside_and_holds_the_car(frames: list[DrawnFrame], estimates: list[Estimate]) -> None:
+    spread = [float(np.linalg.norm(np.std(e.particles_px, axis=0))) for e in estimates]
+    assert spread[38] > 3 * spread[20]
+    for k in (30, 35, 40):
+        distance = np.linalg.norm(estimates[k - 1].particles_px - frames[k].car_px, axis=1)
+        assert distance.min() < 15
+
+
+def test_the_weights_are_a_distribution(estimates: list[Estimate]) -> None:
+    for estimate in estimates:
+        assert estimate.weights is not None
+        assert np.all(estimate.weights >= 0)
+        assert estimate.weights.sum() == pytest.approx(1.0)
+        assert len(estimate.weights) == len(estimate.particles_px)
+
+
+def test_the_same_generator_gives_the_same_answer(frames: list[DrawnFrame]) -> None:
+    short = frames[:10]
+    for one, other in zip(track(short), track(short), strict=True):
+        np.testing.assert_array_equal(one.position_px, other.position_px)
+        np.testing.assert_array_equal(one.particles_px, other.particles_px)
+
+
+def test_from_pixels_alone_it_finds_the_car_again(frames: list[DrawnFrame]) -> None:
+    blind = [
+        dataclasses.replace(frame, observation=dataclasses.replace(frame.observation, ego=None)) for frame in frames
+    ]
+    estimates = track(blind)
+    assert max(error_px(f, e) for f, e in zip(frames[-5:], estimates[-5:], strict=True)) < 12
+
+
+def test_ignoring_the_measured_motion_is_the_same_as_not_having_it(frames: list[DrawnFrame]) -> None:
+    short = frames[:8]
+    blind = [
+        dataclasses.replace(frame, observation=dataclasses.replace(frame.observation, ego=None)) for frame in short
+    ]
+    for one, other in zip(track(short, "mosaic_graph_pf_no_ego"), track(blind), strict=True):
+        np.testing.assert_array_equal(one.position_px, other.position_px)
+
+
+@pytest.mark.parametrize("part", ["no_negative", "no_mosaic", "no_roads", "no_redetection"])
+def test_every_ablation_runs_and_answers_otherwise(
+    frames: list[DrawnFrame], estimates: list[Estimate], part: str
+) -> None:
+    ablated = track(frames[:48], f"mosaic_graph_pf_{part}")
+    assert all(np.isfinite(e.position_px).all() for e in ablated)
+    entry = registry.entry(f"mosaic_graph_pf_{part}")
+    assert entry.role == "variant"
+    if part != "no_redetection":
+        assert not np.array_equal(ablated[-1].position_px, estimates[46].position_px)
+
+
+def test_exactly_one_tracker_is_ours() -> None:
+    assert [name for name, entry in registry.entries().items() if entry.role == "ours"] == ["mosaic_graph_pf"]
