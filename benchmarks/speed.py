@@ -1,9 +1,9 @@
 """How fast pictures are made: a finished frame with all its truth, against a bare call of PyBullet's renderer.
 
 Both are timed in one run, in turns, on the same scene, camera and size, in CPU time of the one thread that does the
-work (wall times of short calls flatter whoever runs while others wait). A *finished frame* is one ``Episode.step``: traffic
-and camera moved, picture with shadows, light and sensor noise, boxes, visible fractions, flow, ground motion. The *bare
-call* is ``getCameraImage`` of TinyRenderer with shadows: no noise, no exposure, no truth but ids and depth.
+work (wall times of short calls flatter whoever runs while others wait). A *finished frame* is one ``Episode.step``:
+traffic and camera moved, picture with shadows, light and sensor noise, boxes, visible fractions, flow, ground motion.
+The *bare call* is ``getCameraImage`` of TinyRenderer with shadows: no noise, no exposure, no truth but ids and depth.
 """
 
 from __future__ import annotations
