@@ -131,7 +131,7 @@ def test_measured_pose_has_errors_where_the_preset_says():
 @pytest.mark.parametrize(
     ("action", "message"),
     [
-        (lambda: scenario("road-city"), "scenario: expected one of road-town-v1; got 'road-city'"),
+        (lambda: scenario("road-city"), "scenario: expected one of .*road-town-v1.*; got 'road-city'"),
         (lambda: ROAD_TOWN.episode("rural", 0), "preset: expected one of .*standard.*; got 'rural'"),
         (lambda: ROAD_TOWN.episode("quick", -1), "master_seed: expected a whole number >= 0, got -1"),
         (lambda: ROAD_TOWN.episode("quick", 0, renderer="optix"), "renderer: expected .*pybullet.*got 'optix'"),
@@ -155,4 +155,4 @@ def test_commands_are_asked_for_in_closed_loop_and_refused_on_a_set_path():
 
 def test_version_may_be_left_out():
     assert scenario("road-town") is scenario("road-town-v1")
-    assert names() == ("road-town-v1",)
+    assert "road-town-v1" in names()

@@ -28,9 +28,7 @@ def test_streams_are_independent():
     assert abs(np.corrcoef(a, b)[0, 1]) < 0.06
 
 
-@pytest.mark.parametrize(
-    ("arguments", "name"), [((-1, "a", 0), "master_seed"), ((0, "a", -2), "episode_index")]
-)
+@pytest.mark.parametrize(("arguments", "name"), [((-1, "a", 0), "master_seed"), ((0, "a", -2), "episode_index")])
 def test_negative_numbers_are_refused_by_name(arguments, name):
     with pytest.raises(ValueError, match=f"{name}: expected a whole number >= 0, got -"):
         episode_seed(*arguments)
