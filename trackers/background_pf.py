@@ -24,7 +24,7 @@ from trackers.types import Estimate, Observation
 
 
 @dataclass(frozen=True)
-class Parameters:
+class BackgroundParameters:
     """Setting of ``background_pf``; the paper gives no values.
 
     Attributes:
@@ -65,7 +65,9 @@ class BackgroundModel:
     road its factor is left out.
     """
 
-    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
+    def __init__(
+        self, parameters: BackgroundParameters, template: ColourTemplate, start_px: NDArray[np.float64]
+    ) -> None:
         self._parameters = parameters
         self._template = template
         self._start_px = start_px
@@ -103,9 +105,9 @@ class BackgroundParticleFilter:
     ``ColourTemplate``. The rectangle keeps the size of the first box and does not turn.
     """
 
-    Parameters = Parameters
+    Parameters = BackgroundParameters
 
-    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
+    def __init__(self, parameters: BackgroundParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
         self._rng = rng
         self._classes = load_class_statistics(parameters.class_model)

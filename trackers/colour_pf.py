@@ -18,7 +18,7 @@ from trackers.types import EgoPose, Estimate, Observation
 
 
 @dataclass(frozen=True)
-class Parameters:
+class ColourParameters:
     """Setting of ``colour_pf``; the paper gives no values.
 
     Attributes:
@@ -50,7 +50,7 @@ class ColourModel:
     ``V' = V + N(0, τV²)`` (2.4), ``θ' = θ + N(0, τθ²)`` (2.5); weight ``exp{-λ (1 - L)}`` (2.8).
     """
 
-    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
+    def __init__(self, parameters: ColourParameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
         self._parameters = parameters
         self._template = template
         self._start_px = start_px
@@ -80,9 +80,9 @@ class ColourParticleFilter:
     border is weighted as A.2 says. The rectangle keeps the size of the first box and does not turn.
     """
 
-    Parameters = Parameters
+    Parameters = ColourParameters
 
-    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
+    def __init__(self, parameters: ColourParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
         self._rng = rng
 

@@ -22,7 +22,7 @@ from trackers.types import EgoPose, Estimate, Observation
 
 
 @dataclass(frozen=True)
-class Parameters:
+class RoadShapeParameters:
     """Setting of ``road_shape_pf``; the paper gives no values.
 
     Attributes:
@@ -60,7 +60,9 @@ class RoadShapeModel:
     Readings: |.| is meant in 3.11, in units of w; without a known road θ walks at random and its term is left out.
     """
 
-    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
+    def __init__(
+        self, parameters: RoadShapeParameters, template: ColourTemplate, start_px: NDArray[np.float64]
+    ) -> None:
         self._parameters = parameters
         self._template = template
         self._start_px = start_px
@@ -99,9 +101,9 @@ class RoadShapeParticleFilter:
     estimate, moved with the ground. The rectangle keeps the size of the first box and does not turn.
     """
 
-    Parameters = Parameters
+    Parameters = RoadShapeParameters
 
-    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
+    def __init__(self, parameters: RoadShapeParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
         self._rng = rng
 

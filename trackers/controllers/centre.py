@@ -11,7 +11,7 @@ from trackers.types import CameraCommand, Estimate, Observation
 
 
 @dataclass(frozen=True)
-class Parameters:
+class CentreParameters:
     """Setting of the controller.
 
     Attributes:
@@ -34,9 +34,9 @@ class CentreController:
     horizon, makes it hover.
     """
 
-    Parameters = Parameters
+    Parameters = CentreParameters
 
-    def __init__(self, parameters: Parameters) -> None:
+    def __init__(self, parameters: CentreParameters) -> None:
         self._parameters = parameters
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:

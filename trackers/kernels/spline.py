@@ -29,7 +29,7 @@ def fit_cubic_spline(knots: NDArray[np.float64], values: NDArray[np.float64]) ->
     n = knots.size
     h = knots[1:] - knots[:-1]
     s = (values[1:] - values[:-1]) / h
-    M = np.zeros(n)
+    M: NDArray[np.floating] = np.zeros(n)
     if n >= 3:
         system = np.zeros((n, n))
         right = np.zeros(n)
