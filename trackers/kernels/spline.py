@@ -7,7 +7,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-@njit(cache=True)
 def fit_cubic_spline(knots: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the pieces ``S_i(y) = a_i (y - y_i)^3 + b_i (y - y_i)^2 + c_i (y - y_i) + d_i`` through n >= 2 points.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -25,6 +25,7 @@ def test_counts_have_the_mean_and_variance_of_systematic_resampling() -> None:
     np.testing.assert_allclose(counts.var(axis=0), part * (1 - part), atol=0.015)
 
 
+@settings(deadline=None)
 @given(WEIGHTS, st.floats(0, 1, exclude_max=True))
 def test_each_is_taken_its_share_rounded(weights: np.ndarray, offset: float) -> None:
     ancestors = systematic_indices(weights, offset)
@@ -36,6 +37,7 @@ def test_each_is_taken_its_share_rounded(weights: np.ndarray, offset: float) -> 
     assert (weights[ancestors] > 0).all()
 
 
+@settings(deadline=None)
 @given(hnp.arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e4, 1e4)))
 def test_log_weights_are_normalised_as_logsumexp_does(log_weights: np.ndarray) -> None:
     weights, log_likelihood, starved = normalise_log_weights(log_weights)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from trackers.kernels.spline import evaluate_spline, fit_cubic_spline
 
 
+@settings(deadline=None)
 @given(st.integers(3, 9), st.integers(0, 10_000))
 def test_is_scipys_with_the_same_end_curvatures(count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
