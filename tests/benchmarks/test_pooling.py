@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -52,6 +52,7 @@ def test_kinds_choose_frame_outs() -> None:
     assert means == {None: pytest.approx(2 / 3), "road": 1.0, "excursion": 0.0, "turned": 1.0}
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 3), st.floats(0, 200, allow_nan=False)), min_size=1, max_size=25))
 def test_a_median_is_numpys(data: list[tuple[int, float]]) -> None:
     pool = pooled([row(seed, "a", value) for seed, value in data], metric_of(("a",), "median"))
@@ -92,6 +93,7 @@ def test_f_is_taken_at_the_best_threshold_of_the_mean_curves() -> None:
         assert pool.mean == pytest.approx(value)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 80), st.integers(0, 90)), min_size=1, max_size=25))
 def test_the_restricted_mean_is_the_area_under_scipys_curve(cars: list[tuple[int, int, int]]) -> None:
     """(seed, frames to recover, watched frames); one that is not recovered while watched is censored."""

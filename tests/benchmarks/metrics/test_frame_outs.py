@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.metrics.frame_outs import find_frame_outs
@@ -39,6 +39,7 @@ def test_the_road_counts_until_the_car_is_back_in_full() -> None:
     assert found.kind == "road"
 
 
+@settings(deadline=None)
 @given(STATES)
 def test_frame_outs_hold_exactly_the_frames_outside(states: list[str]) -> None:
     found = find_frame_outs(truth_of(states))

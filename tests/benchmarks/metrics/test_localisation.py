@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.metrics.localisation import box_iou, on_other, on_target
@@ -12,6 +12,7 @@ NUMBERS = st.floats(-50, 50, allow_nan=False)
 SIZES = st.floats(0, 40, allow_nan=False)
 
 
+@settings(deadline=None)
 @given(NUMBERS, NUMBERS, SIZES, SIZES, NUMBERS, NUMBERS, SIZES, SIZES)
 def test_iou_is_that_of_shapely(x: float, y: float, w: float, h: float, u: float, v: float, p: float, q: float) -> None:
     first, second = np.array([x, y, x + w, y + h]), np.array([u, v, u + p, v + q])

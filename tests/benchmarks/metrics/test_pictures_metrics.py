@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -38,6 +38,7 @@ def test_without_a_probability_the_position_speaks() -> None:
     assert said.says_in_view((100, 80)).tolist() == [True, False, False, False]
 
 
+@settings(deadline=None)
 @given(st.integers(1, 25).flatmap(lambda n: st.tuples(*(arrays(float, n, elements=UNIT) for _ in range(3)))))
 def test_precision_and_recall_are_those_of_a_loop(data: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
     iou, confidence, drawn = data
@@ -57,6 +58,7 @@ def test_f_score() -> None:
     assert long_term.best_f_score(precision, recall) == 1
 
 
+@settings(deadline=None)
 @given(st.integers(1, 25).flatmap(lambda n: arrays(float, n, elements=UNIT)))
 def test_area_under_the_success_curve_is_about_the_mean_overlap(iou: np.ndarray) -> None:
     """OTB's sum over 21 thresholds lies within one step of the integral, which is the mean IoU."""

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.metrics.frame_outs import find_frame_outs
@@ -81,6 +81,7 @@ def test_locked_on_a_wrong_car_takes_most_of_the_window_on_one_other_car() -> No
     ]
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 12), st.integers(0, 12)), min_size=1, max_size=30))
 def test_the_curve_is_kaplan_and_meiers(cars: list[tuple[int, int]]) -> None:
     """Against their product, by hand: a car recovers at the first number unless its watch ends before (second)."""
