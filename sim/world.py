@@ -80,16 +80,23 @@ class World:
         movable: bool = False,
     ) -> Body:
         """Add a body and return it."""
+        vertices, normals = mesh.vertices_m.tolist(), mesh.normals.tolist()
+        # PyBullet's v grows upwards.
+        uvs = np.column_stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]]).tolist()
         visual = pybullet.createVisualShape(
             pybullet.GEOM_MESH,
-            vertices=mesh.vertices_m.tolist(),
-            normals=mesh.normals.tolist(),
-            # PyBullet's v grows upwards.
-            uvs=np.column_stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]]).tolist(),
+            vertices=vertices,
+            normals=normals,
+            uvs=uvs,
             indices=mesh.faces.ravel().tolist(),
             rgbaColor=(1, 1, 1, 1),
             physicsClientId=self._client,
         )
+        # PyBullet never lets go of these lists nor of those in them: emptied, what they held is freed.
+        for points in (vertices, normals, uvs):
+            for point in points:
+                point.clear()
+            points.clear()
         position, quaternion = _to_bullet(T_world_body)
         handle = pybullet.createMultiBody(
             baseMass=0,
