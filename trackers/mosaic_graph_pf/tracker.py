@@ -32,7 +32,8 @@ _REDRAW_FRAMES = 10
 _DRIVEN_DELAY_FRAMES = 18
 _LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
 _FASTEST_MPS, _REACH_MARGIN_M = 15.0, 12.0
-_BIRTH_AREA_M2, _DRIVABLE_SHARE, _BIRTH_EVIDENCE = 1.6, 0.25, 2.0
+_BIRTH_AREA_M2, _DRIVABLE_SHARE, _BIRTH_EVIDENCE = 1.6, 0.25, 5.0
+_LOOK_AT_PARTICLES = 4
 _SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
 
 
@@ -169,13 +170,18 @@ class MosaicGraphParticleFilter:
         )
 
     def _expected(self, dt_s: float) -> list[tuple[NDArray[np.float64], float]]:
-        """Return where to look closely: at the mean of the particles if they agree, and at every sighting."""
+        """Return where to look closely: at the mean of the particles if they agree, at every sighting, and,
+        while the target is not found, at some particles.
+        """
         states = self._filter.states
         places = self._sightings.expected(dt_s)
         if np.linalg.norm(states[:, : rp.Y + 1].std(axis=0)) < _LOCK_RADIUS_M:
             heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
             velocity = states[:, rp.SPEED].mean() * np.array([np.cos(heading), np.sin(heading)])
             places.insert(0, (states[:, : rp.Y + 1].mean(axis=0) + dt_s * velocity, heading))
+        if self._target is None:
+            some = states[self._rng.integers(len(states), size=_LOOK_AT_PARTICLES)]
+            places += [(state[: rp.Y + 1], float(state[rp.HEADING])) for state in some]
         return places
 
     def _instant(self, dt_s: float, camera: GroundCamera, new_roads: bool) -> Instant:
