@@ -17,6 +17,7 @@ from trackers.kernels.road_position import (
     FREE_WEIGHT,
     HALTS,
     HEADING,
+    LATERAL,
     LOOK,
     ON_ROAD,
     SPEED,
@@ -38,7 +39,8 @@ from trackers.kernels.road_position import (
 _CORNER_M = 5.5
 _DECIDE_M = 28.0
 _HALT_BEFORE_M = 8.0
-_BEND_AHEAD_M = 10.0
+_BEND_STEP_M, _BEND_STEPS = 10.0, 3
+_HARDEST_BRAKING = 5.0
 SHORTEST_LOOK_M, LONGEST_LOOK_M = 3.0, 10.0
 _SHARPEST_PER_M, _TURN_PER_M = 0.22, 0.13
 
@@ -80,6 +82,9 @@ class Habits(NamedTuple):
     halt_share: float
     halt_s: float
     turn_weight: float
+    lane_m: float
+    lane_rate: float
+    rethink_rate: float
 
 
 @njit(cache=True)
@@ -89,10 +94,14 @@ def _allowed_speed(s: NDArray[np.float64], roads: Roads, habits: Habits) -> floa
     """
     allowed = max(s[CRUISE], 0.0)
     to_node = distance_to_node_m(s, roads)
-    _, _, heading = point_ahead(s, roads, _BEND_AHEAD_M)
-    bend = abs(wrap(heading - s[HEADING]))
-    if bend > 0.15:
-        allowed = min(allowed, np.sqrt(habits.lateral_acceleration * _BEND_AHEAD_M / bend))
+    heading = s[HEADING]
+    for step in range(_BEND_STEPS):
+        _, _, beyond = point_ahead(s, roads, (step + 1) * _BEND_STEP_M)
+        bend = abs(wrap(beyond - heading))
+        heading = beyond
+        if bend > 0.15:
+            way = step * _BEND_STEP_M
+            allowed = min(allowed, np.sqrt(habits.lateral_acceleration * _BEND_STEP_M / bend + 2 * habits.braking * way))
     if s[CHOICE] >= 0:
         k = int(s[CHOICE])
         side = 1 if s[DIRECTION] > 0 else 0
@@ -139,10 +148,12 @@ def drive(
         s[URGE] = _fade(s[URGE], habits.urge_spread, habits.urge_rate, dt_s, normals[i, 5])
         on_road = s[ON_ROAD] > 0
         if on_road:
+            s[LATERAL] = habits.lane_m + np.exp(-habits.lane_rate * dt_s) * (s[LATERAL] - habits.lane_m)
             goal, curvature = _follow_road(s, roads, habits, dt_s, uniforms[i])
         else:
             goal, curvature = _go_free(s, roads, habits, dt_s, normals[i, 6], uniforms[i])
-        push = min(max(1.5 * (goal - s[SPEED]), -1.3 * habits.braking), habits.acceleration)
+        push = habits.acceleration * (1.0 - (s[SPEED] / max(goal, 0.5)) ** 4)
+        push = max(push, -_HARDEST_BRAKING)
         s[SPEED] = max(0.0, s[SPEED] + (push + s[URGE]) * dt_s + habits.speed_noise * root * normals[i, 0])
         # A standing car neither turns nor drifts.
         noise = root * min(1.0, s[SPEED] / 2.0)
@@ -172,12 +183,17 @@ def _follow_road(
     leave the road.
     """
     edge = int(s[EDGE])
-    if s[CHOICE] < 0 and distance_to_node_m(s, roads) < _DECIDE_M:
+    to_node = distance_to_node_m(s, roads)
+    undecided = s[CHOICE] < 0
+    # Nobody outside knows the way chosen before the turn begins: it is drawn again now and then, or a car that
+    # is watched for long would be believed to have but one.
+    if to_node < _DECIDE_M and (undecided or (to_node > _CORNER_M and uniforms[6] < habits.rethink_rate * dt_s)):
         s[CHOICE] = choose_way(roads, edge, s[DIRECTION], habits.turn_weight, uniforms[1])
-        crossing = roads.ends[edge, 1 if s[DIRECTION] > 0 else 0]
-        wide = roads.node_first[crossing + 1] - roads.node_first[crossing] > 2
-        s[HALTS] = 1.0 if wide and uniforms[2] < habits.halt_share else 0.0
         s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
+        if undecided:
+            crossing = roads.ends[edge, 1 if s[DIRECTION] > 0 else 0]
+            wide = roads.node_first[crossing + 1] - roads.node_first[crossing] > 2
+            s[HALTS] = 1.0 if wide and uniforms[2] < habits.halt_share else 0.0
     goal = _allowed_speed(s, roads, habits)
     if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:
         s[HALTS] = 0.0

@@ -75,7 +75,8 @@ class Detector:
 
     def cues(self, registered: Registered) -> Cues:
         """Return the maps of a picture."""
-        difference = cv2.absdiff(registered.small_rgb, registered.background_rgb).max(axis=2)
+        red, green, blue = cv2.split(cv2.absdiff(registered.small_rgb, registered.background_rgb))
+        difference = cv2.max(cv2.max(red, green), blue)
         np.minimum(difference, ob.UNKNOWN - 1, out=difference)
         difference[registered.seen < _OFTEN_SEEN] = ob.UNKNOWN
         return Cues(self.colours.log_ratio(registered.small_rgb), difference)

@@ -9,7 +9,7 @@ exact for any first view.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from trackers.types import CameraModel
 POSE_PARAMETERS = 6
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class GroundCamera:
     """Camera model and pose at one instant.
 
@@ -33,12 +33,26 @@ class GroundCamera:
     model: CameraModel
     T_world_camera: NDArray[np.float64]
     bend: NDArray[np.float64]
+    _computed: dict[tuple[str, float], NDArray[np.float64]] = field(default_factory=dict, init=False, repr=False)
 
     def H_picture_map(self, height_m: float = 0.0) -> NDArray[np.float64]:
         """Return the homography (3, 3) that takes map points, lifted to ``height_m``, to pixels."""
-        R, C = self.T_world_camera[:3, :3], self.T_world_camera[:3, 3]
-        plane = np.column_stack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-C[0], -C[1], height_m - C[2]]])
-        return self._intrinsic_matrix() @ R.T @ plane @ self._unbend()
+        H = self._computed.get(("picture", height_m))
+        if H is None:
+            R, C = self.T_world_camera[:3, :3], self.T_world_camera[:3, 3]
+            plane = np.column_stack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-C[0], -C[1], height_m - C[2]]])
+            H = self._computed["picture", height_m] = self._intrinsic_matrix() @ R.T @ plane @ self._unbend()
+        return H
+
+    def H_map_picture(self, height_m: float = 0.0) -> NDArray[np.float64]:
+        """Return its inverse (3, 3), with a positive denominator in front of the camera."""
+        H = self._computed.get(("map", height_m))
+        if H is None:
+            H = np.linalg.inv(self.H_picture_map(height_m))
+            # The inverse's sign is free.
+            centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px, 1.0])
+            H = self._computed["map", height_m] = H if H[2] @ centre >= 0 else -H
+        return H
 
     def to_picture(self, map_m: NDArray[np.float64], height_m: float = 0.0) -> NDArray[np.float64]:
         """Return pixels (N, 2) of map points (N, 2) at ``height_m`` above ground."""
@@ -48,12 +62,7 @@ class GroundCamera:
         """Return map points (N, 2) seen at pixels (N, 2) if they lie ``height_m`` above ground; NaN above
         the horizon.
         """
-        H_map_picture = np.linalg.inv(self.H_picture_map(height_m))
-        # The inverse's sign is free; in front of the camera the denominator is positive.
-        centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px, 1.0])
-        if H_map_picture[2] @ centre < 0:
-            H_map_picture = -H_map_picture
-        return apply_homography(H_map_picture, np.ascontiguousarray(pixels, dtype=float))
+        return apply_homography(self.H_map_picture(height_m), np.ascontiguousarray(pixels, dtype=float))
 
     def footprint_m(self) -> NDArray[np.float64]:
         """Return the map points (4, 2) at the picture's corners, clockwise from the top left."""

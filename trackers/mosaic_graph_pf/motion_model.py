@@ -121,7 +121,7 @@ class CarModel:
             roads = road_arrays(observed.roads)
             if observed.roads_are_new:
                 self._associate_anew(states, roads, rng)
-        rm.drive(states, roads, self._habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 6)))
+        rm.drive(states, roads, self._habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 7)))
         if observed.births:
             self._give_birth(states, observed, roads, rng)
         return states

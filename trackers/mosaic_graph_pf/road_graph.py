@@ -14,6 +14,7 @@ SPACING_M = 1.0
 """Distance between the points of a centre line."""
 _CROSSING_M = 6.0
 _SPUR_M = 9.0
+_ISLAND_M = 27.0
 _SMOOTHING_M = 4.0
 _TANGENT_M = 12.0
 _SHORTEST_TO_EXTEND_M = 14.0
@@ -62,6 +63,7 @@ def build_graph(lines_m: list[Line]) -> RoadGraph:
     for _ in range(2):
         sketch.cut_spurs()
         sketch.merge_chains()
+    sketch.drop_islands()
     sketch.smooth()
     sketch.extend()
     return sketch.finished()
@@ -91,23 +93,18 @@ class _Sketch:
         """Join stops that a short line connects: a crossing of wide roads has several, near each other."""
         degree = self._degrees()
         parent = {node: node for node in degree}
-
-        def root(node: int) -> int:
-            while parent[node] != node:
-                node = parent[node]
-            return node
-
         inner = [degree[s] > 1 and degree[e] > 1 and _length(p) < _CROSSING_M for s, e, p in self.edges]
         for (start, end, _), short in zip(self.edges, inner, strict=True):
             if short:
-                parent[root(start)] = root(end)
+                parent[_root(parent, start)] = _root(parent, end)
         places: dict[int, list[NDArray[np.float64]]] = {}
         for start, end, points in self.edges:
-            places.setdefault(root(start), []).append(points[0])
-            places.setdefault(root(end), []).append(points[-1])
+            places.setdefault(_root(parent, start), []).append(points[0])
+            places.setdefault(_root(parent, end), []).append(points[-1])
         centres = {node: np.mean(members, axis=0) for node, members in places.items()}
         kept = [edge for edge, short in zip(self.edges, inner, strict=True) if not short]
-        self.edges = [(root(s), root(e), np.vstack([centres[root(s)], p[1:-1], centres[root(e)]])) for s, e, p in kept]
+        joined = [(_root(parent, start), _root(parent, end), points) for start, end, points in kept]
+        self.edges = [(s, e, np.vstack([centres[s], points[1:-1], centres[e]])) for s, e, points in joined]
 
     def cut_spurs(self) -> None:
         """Drop short dead ends, and rings too small to be streets."""
@@ -118,6 +115,17 @@ class _Sketch:
             return _length(points) >= _SPUR_M or not (dangles or start == end)
 
         self.edges = [edge for edge in self.edges if kept(*edge)]
+
+    def drop_islands(self) -> None:
+        """Drop what is short and not connected to anything: grey roofs, not streets."""
+        parent = {node: node for edge in self.edges for node in edge[:2]}
+        for start, end, _ in self.edges:
+            parent[_root(parent, start)] = _root(parent, end)
+        length_m: dict[int, float] = {}
+        for start, _, points in self.edges:
+            island = _root(parent, start)
+            length_m[island] = length_m.get(island, 0.0) + _length(points)
+        self.edges = [edge for edge in self.edges if length_m[_root(parent, edge[0])] >= _ISLAND_M]
 
     def merge_chains(self) -> None:
         """Make one edge of two that meet where nothing else does."""
@@ -213,6 +221,13 @@ class _Sketch:
             node_edges=meeting[:, 1].copy(),
             node_sides=meeting[:, 2].copy(),
         )
+
+
+def _root(parent: dict[int, int], node: int) -> int:
+    """Return the node that stands for all those joined with ``node`` (union-find)."""
+    while parent[node] != node:
+        node = parent[node]
+    return node
 
 
 def _length(points: Line) -> float:

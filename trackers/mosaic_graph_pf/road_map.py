@@ -20,12 +20,16 @@ from trackers.mosaic_graph_pf.road_graph import RoadGraph, build_graph
 _GRID_M = 0.5
 _REACH_M = 120.0
 _TYPICAL_QUANTILE = 0.5
-_NARROWEST_M = 4.0
+_ROAD_PROBABILITY = 0.3
+_NARROWEST_M = 5.0
 _CLOSING_M = 2.5
 _CONTINUED_M = 5.0
 _NEAREST_REACH_M = 12.0
 _SAMPLE_RADIUS_M = 1.3
 _OFTEN_SEEN = 5
+# Streets are of one colour but not worn alike: what was driven over counts also for brighter and darker asphalt.
+_WEAR = np.linspace(-0.33, 0.33, 7)
+_WEAR_DEVIATION = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +69,8 @@ class RoadFinder:
         """Return the probability of road (H, W) on a grid of 0.5 m around a map point, where it was seen
         (H, W), and the grid's origin (2,) on the map.
 
-        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled so that the middle one of the road's own
-        pixels has 1; 0 where nothing was seen.
+        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled so that the middle one of the pixels driven
+        over has 1; 0 where nothing was seen.
         """
         low = np.maximum(mosaic.cells_of(centre_m[None] - _REACH_M)[0], 0)
         high = np.minimum(mosaic.cells_of(centre_m[None] + _REACH_M)[0], mosaic.count.shape[::-1])
@@ -75,27 +79,29 @@ class RoadFinder:
         rgb = cv2.resize(mosaic.rgb[cells], size, interpolation=cv2.INTER_AREA)
         count = cv2.resize(mosaic.count[cells], size, interpolation=cv2.INTER_NEAREST)
         origin_m = mosaic.origin_m + low * mosaic.cell_m
-        everything, road = np.zeros((2, CELLS), np.float32)
+        driven_rgb = rgb[self._driven_cells(count, origin_m)][None]
+        everything, driven, road = np.zeros((3, CELLS), np.float32)
         count_colours(everything, rgb, (count > 0).astype(np.float32), 2)
-        count_colours(road, rgb, self._driven_cells(count, origin_m), 1)
-        road, everything = smooth_counts(road), smooth_counts(everything)
-        ratio = road / np.maximum(everything, 1e-9)
+        count_colours(driven, driven_rgb, np.ones(driven_rgb.shape[:2], np.float32), 1)
+        for wear in _WEAR if driven_rgb.size else ():
+            weight = np.full(driven_rgb.shape[:2], np.exp(-0.5 * (wear / _WEAR_DEVIATION) ** 2), np.float32)
+            count_colours(road, cv2.convertScaleAbs(driven_rgb, alpha=float(np.exp(wear))), weight, 1)
+        ratio = smooth_counts(road) / np.maximum(smooth_counts(everything), 1e-9)
         order = np.argsort(ratio)
-        typical = ratio[order[min(np.searchsorted(np.cumsum(road[order]), _TYPICAL_QUANTILE), CELLS - 1)]]
+        share = np.cumsum(driven[order]) / max(float(driven.sum()), 1.0)
+        typical = ratio[order[min(np.searchsorted(share, _TYPICAL_QUANTILE), CELLS - 1)]]
         table = np.minimum(ratio / max(float(typical), 1e-9), 1.0)
         # Cells at the edge of what was seen are mixed with nothing.
         seen = cv2.erode((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
         return look_up(table.astype(np.float32), rgb) * seen, seen, origin_m
 
-    def _driven_cells(self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Return 1 at the cells (H, W) that were driven over, but not those seen only while the target hid
-        them.
-        """
-        driven = np.zeros(count.shape, np.float32)
+    def _driven_cells(self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return the cells (H, W) that were driven over, but not those seen only while the target hid them."""
+        driven = np.zeros(count.shape, np.uint8)
         for point_m in self._driven_m:
             column, row = np.floor((point_m - origin_m) / _GRID_M).astype(int).tolist()
-            cv2.circle(driven, (column, row), int(_SAMPLE_RADIUS_M / _GRID_M), 1.0, -1)
-        return driven * (count >= _OFTEN_SEEN)
+            cv2.circle(driven, (column, row), int(_SAMPLE_RADIUS_M / _GRID_M), 1, -1)
+        return (driven > 0) & (count >= _OFTEN_SEEN)
 
     def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> RoadMap:
         """Return the roads within 120 m of a map point."""
@@ -125,7 +131,7 @@ def _road_mask(probability: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return where a car's width of road is (H, W): lines and small spots closed, what is narrower than a
     lane opened away.
     """
-    mask = (cv2.GaussianBlur(probability, (0, 0), 0.8 / _GRID_M) > 0.4).astype(np.uint8)
+    mask = (cv2.GaussianBlur(probability, (0, 0), 0.8 / _GRID_M) > _ROAD_PROBABILITY).astype(np.uint8)
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(_CLOSING_M))
     mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(_NARROWEST_M))
     mask[[0, -1], :] = mask[:, [0, -1]] = 0

@@ -34,6 +34,7 @@ _LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
 _FASTEST_MPS, _REACH_MARGIN_M = 15.0, 12.0
 _BIRTH_AREA_M2, _DRIVABLE_SHARE, _BIRTH_EVIDENCE = 1.6, 0.25, 5.0
 _LOOK_AT_PARTICLES = 4
+_CLEARLY_MOVING_MPS = 1.0
 _SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
 
 
@@ -57,10 +58,10 @@ class Parameters:
     particles: int = 1000
     candidates: int = 6
     detection_probability: float = tunable(0.6, 0.2, 0.95)
-    detection_deviation_m: float = tunable(0.3, 0.2, 1.5, log=True)
+    detection_deviation_m: float = tunable(0.15, 0.1, 1.5, log=True)
     surprise: float = tunable(0.2, 0.001, 0.5, log=True)
     renewal: float = tunable(0.03, 0.001, 0.2, log=True)
-    urge_spread_mps2: float = tunable(1.0, 0.2, 3.0, log=True)
+    urge_spread_mps2: float = tunable(1.5, 0.2, 3.0, log=True)
     speed_noise: float = tunable(0.7, 0.2, 2.0, log=True)
     cruise_spread_mps: float = tunable(2.5, 0.5, 5.0)
     cruise_rate: float = tunable(0.25, 0.05, 1.0, log=True)
@@ -157,6 +158,9 @@ class MosaicGraphParticleFilter:
             halt_share=0.2,
             halt_s=1.5,
             turn_weight=p.turn_weight,
+            lane_m=1.75,
+            lane_rate=1.0,
+            rethink_rate=1.0,
         )
         return CarModel(
             start_m,
@@ -211,6 +215,8 @@ class MosaicGraphParticleFilter:
     def _renewal(self, target: Sighting) -> Birth:
         states = self._filter.states
         heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
+        if np.linalg.norm(target.velocity_mps) > _CLEARLY_MOVING_MPS:
+            heading = float(np.arctan2(target.velocity_mps[1], target.velocity_mps[0]))
         # The axis is known up to half a turn: nobody turns round within a picture.
         heading_rad = target.candidate.axis_rad
         if np.cos(heading_rad - heading) < 0:
