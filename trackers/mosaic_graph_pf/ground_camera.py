@@ -48,7 +48,7 @@ class GroundCamera:
         """Return map points (N, 2) seen at pixels (N, 2) if they lie ``height_m`` above ground; NaN above
         the horizon.
         """
-        H_map_picture = np.linalg.inv(self.H_picture_map(height_m))
+        H_map_picture = np.asarray(np.linalg.inv(self.H_picture_map(height_m)), dtype=np.float64)
         # The inverse's sign is free; in front of the camera the denominator is positive.
         centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px, 1.0])
         if H_map_picture[2] @ centre < 0:
@@ -130,7 +130,7 @@ def fit_pose(
     start = camera
     for scale_px in scales_px:
         A, b, support = robust_normal_equations(camera.H_picture_map(), camera.derivatives(), map_m, pixels, scale_px)
-        step = np.linalg.solve(A + prior_information, b - prior_information @ moved_so_far)
+        step = np.asarray(np.linalg.solve(A + prior_information, b - prior_information @ moved_so_far), np.float64)
         moved_so_far = moved_so_far + step
         camera = camera.moved(step)
     # Successive small turns do not add up exactly; the prior's pull only needs their sum.

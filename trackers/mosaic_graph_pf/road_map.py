@@ -81,7 +81,7 @@ class RoadFinder:
         road, everything = smooth_counts(road), smooth_counts(everything)
         ratio = road / np.maximum(everything, 1e-9)
         order = np.argsort(ratio)
-        typical = ratio[order[min(np.searchsorted(np.cumsum(road[order]), _TYPICAL_QUANTILE), CELLS - 1)]]
+        typical = ratio[order[min(int(np.searchsorted(np.cumsum(road[order]), _TYPICAL_QUANTILE)), CELLS - 1)]]
         table = np.minimum(ratio / max(float(typical), 1e-9), 1.0)
         # Cells at the edge of what was seen are mixed with nothing.
         seen = cv2.erode((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
