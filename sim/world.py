@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import cv2
 import numpy as np
@@ -34,6 +35,31 @@ def _without_greeting() -> Iterator[None]:
 
 with _without_greeting():
     import pybullet
+
+
+class _LentList:
+    """A list of numbers or points for PyBullet, which never lets go of the lists it is given nor of those in them.
+
+    So it is given the same ones every time, filled anew: a worker that builds town after town would grow by 25 MB each.
+    """
+
+    def __init__(self) -> None:
+        self._list: list[Any] = []
+        self._points: list[list[float]] = []
+
+    def holding(self, values: NDArray[Any]) -> list[Any]:
+        """Return the list with ``values`` (N,) or (N, D); until the next call."""
+        if values.ndim == 1:
+            self._list[:] = values.tolist()
+            return self._list
+        self._points += [[] for _ in range(len(values) - len(self._points))]
+        for point, value in zip(self._points, values.tolist(), strict=False):
+            point[:] = value
+        self._list[:] = self._points[: len(values)]
+        return self._list
+
+
+_VERTICES, _NORMALS, _UVS, _INDICES = _LentList(), _LentList(), _LentList(), _LentList()
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,23 +106,16 @@ class World:
         movable: bool = False,
     ) -> Body:
         """Add a body and return it."""
-        vertices, normals = mesh.vertices_m.tolist(), mesh.normals.tolist()
-        # PyBullet's v grows upwards.
-        uvs = np.column_stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]]).tolist()
         visual = pybullet.createVisualShape(
             pybullet.GEOM_MESH,
-            vertices=vertices,
-            normals=normals,
-            uvs=uvs,
-            indices=mesh.faces.ravel().tolist(),
+            vertices=_VERTICES.holding(mesh.vertices_m),
+            normals=_NORMALS.holding(mesh.normals),
+            # PyBullet's v grows upwards.
+            uvs=_UVS.holding(np.column_stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]])),
+            indices=_INDICES.holding(mesh.faces.ravel()),
             rgbaColor=(1, 1, 1, 1),
             physicsClientId=self._client,
         )
-        # PyBullet never lets go of these lists nor of those in them: emptied, what they held is freed.
-        for points in (vertices, normals, uvs):
-            for point in points:
-                point.clear()
-            points.clear()
         position, quaternion = _to_bullet(T_world_body)
         handle = pybullet.createMultiBody(
             baseMass=0,

@@ -3,14 +3,14 @@
 A tracker registers where it is defined::
 
     @dataclass(frozen=True)
-    class Parameters:
+    class ColourParameters:
         particles: int = 500
         colour_sharpness: float = tunable(20.0, 1.0, 200.0, log=True)
 
     @register("colour_pf", role="as-written", summary="plain colour particle filter")
     class ColourParticleFilter:
-        Parameters = Parameters
-        def __init__(self, parameters: Parameters, rng: np.random.Generator): ...
+        Parameters = ColourParameters
+        def __init__(self, parameters: ColourParameters, rng: np.random.Generator): ...
 
 Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the
 place of the defaults.
@@ -74,9 +74,7 @@ class TrackerEntry:
         known = {f.name for f in dataclasses.fields(kind)}
         for name in values:
             if name not in known:
-                raise ValueError(
-                    f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter"
-                )
+                raise ValueError(f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter")
         return kind(**values)
 
     def create(self, rng: np.random.Generator, **changes: Any) -> Tracker:

@@ -16,7 +16,7 @@ from benchmarks.commands.arguments import SEEDS, names, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import make_folder
 from benchmarks.records import write_beside
-from benchmarks.speed import measure_scenario
+from benchmarks.speed import FRAMES_PER_BARE_CALL, measure_scenario
 from benchmarks.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
 
@@ -46,8 +46,8 @@ class Speed:
 
     def run(self) -> int:
         """Measure; return the exit status."""
-        if self.frames < 1:
-            raise ValueError(f"frames: expected a whole number >= 1, got {self.frames}")
+        if self.frames < FRAMES_PER_BARE_CALL:
+            raise ValueError(f"frames: expected a whole number >= {FRAMES_PER_BARE_CALL}, got {self.frames}")
         make_folder(self.out)
         seeds = seed_range(self.seeds)
         chosen = [catalog.scenario(name) for name in names(self.scenarios) or catalog.names()]

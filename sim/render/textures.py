@@ -39,49 +39,66 @@ def pack_textures(textures: Sequence[Texture]) -> TexturePool:
 
     A mip level halves the one before it, each texel the mean (of sRGB codes) of the four it covers.
     """
-    chains = [_mip_chain(texture) for texture in textures]
-    count, depth = len(chains), max((len(chain) for chain in chains), default=1)
+    sizes = [_level_sizes(texture) for texture in textures]
+    count, depth = len(sizes), max((len(levels) for levels in sizes), default=1)
     offset = np.zeros((count, depth), dtype=np.int64)
     width = np.ones((count, depth), dtype=np.int32)
     height = np.ones((count, depth), dtype=np.int32)
     row_pitch = np.zeros((count, depth), dtype=np.int32)
-    parts = []
     used = 0
-    for t, chain in enumerate(chains):
-        for k, level in enumerate(chain):
-            height[t, k], width[t, k] = level.shape[:2]
+    for t, levels in enumerate(sizes):
+        for k, (rows, columns) in enumerate(levels):
+            height[t, k], width[t, k] = rows, columns
             offset[t, k] = used
-            row_pitch[t, k] = 16 * (level.shape[1] // 4 + 1)
-            parts.append(_tiled(level))
-            used += parts[-1].size
+            row_pitch[t, k] = 16 * (columns // 4 + 1)
+            used += _texel_count(rows, columns)
+    texels = np.zeros(used, dtype=np.uint32)
+    for t, texture in enumerate(textures):
+        _write_mip_chain(texture, sizes[t], texels[offset[t, 0] :])
     return TexturePool(
-        np.concatenate(parts) if parts else np.empty(0, np.uint32),
+        texels,
         offset,
         width,
         height,
         row_pitch,
-        np.array([len(chain) for chain in chains], dtype=np.int32),
+        np.array([len(levels) for levels in sizes], dtype=np.int32),
         np.array([texture.smooth for texture in textures], dtype=np.bool_),
     )
 
 
-def _mip_chain(texture: Texture) -> list[NDArray[np.uint8]]:
-    chain: list[NDArray[np.uint8]] = [np.ascontiguousarray(texture.rgb)]
-    while texture.smooth and min(chain[-1].shape[:2]) > 1:
-        rows, columns = chain[-1].shape[:2]
-        half = cv2.resize(chain[-1], (columns // 2, rows // 2), interpolation=cv2.INTER_AREA)
-        chain.append(half.astype(np.uint8))
-    return chain
+def _level_sizes(texture: Texture) -> list[tuple[int, int]]:
+    """Return (height, width) of every mip level, from the texture itself down."""
+    height, width = texture.rgb.shape[:2]
+    sizes = [(height, width)]
+    while texture.smooth and min(height, width) > 1:
+        height, width = height // 2, width // 2
+        sizes.append((height, width))
+    return sizes
 
 
-def _tiled(rgb: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """Return packed texels (N,) in tiles of 4x4, filled up with the last row and column: at least one of each is
-    added; see ``sim.render.sampling``.
+def _texel_count(height: int, width: int) -> int:
+    """Return how many texels a level takes up with what fills its last tiles."""
+    return 16 * (height // 4 + 1) * (width // 4 + 1)
+
+
+def _write_mip_chain(texture: Texture, sizes: list[tuple[int, int]], texels: NDArray[np.uint32]) -> None:
+    """Write all levels to the start of ``texels``, one by one: those of a town take up a hundred megabytes."""
+    level = np.ascontiguousarray(texture.rgb)
+    for rows, columns in sizes:
+        if level.shape[:2] != (rows, columns):
+            level = np.asarray(cv2.resize(level, (columns, rows), interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        _write_tiles(level, texels[: _texel_count(rows, columns)])
+        texels = texels[_texel_count(rows, columns) :]
+
+
+def _write_tiles(rgb: NDArray[np.uint8], texels: NDArray[np.uint32]) -> None:
+    """Write a level (H, W, 3) to ``texels`` (N,), zero before, in tiles of 4x4, filled up with the last row and
+    column: at least one of each is added; see ``sim.render.sampling``.
     """
     height, width = rgb.shape[:2]
     rows, columns = height // 4 + 1, width // 4 + 1
-    rgbx = np.zeros((4 * rows, 4 * columns, 4), dtype=np.uint8)
-    rgbx[:height, :width, :3] = rgb
-    rgbx[height:, :width] = rgbx[height - 1 : height, :width]
-    rgbx[:, width:] = rgbx[:, width - 1 : width]
-    return rgbx.view("<u4").reshape(rows, 4, columns, 4).swapaxes(1, 2).ravel()
+    tiles = texels.view(np.uint8).reshape(rows, columns, 4, 4, 4)
+    for row in range(4):
+        down = np.minimum(np.arange(row, 4 * rows, 4), height - 1)
+        widened = cv2.copyMakeBorder(rgb[down], 0, 0, 0, 4 * columns - width, cv2.BORDER_REPLICATE)
+        tiles[:, :, row, :, :3] = widened.reshape(rows, columns, 4, 3)

@@ -142,7 +142,7 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
             ["learn-colours", "--seeds", "10000:10001"],
             "seeds: expected development seeds, below 10000, got '10000:10001'",
         ),
-        (["speed", "--frames", "0"], "frames: expected a whole number >= 1, got 0"),
+        (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
         (["compare", "a", "b", "--directory", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
     ],
 )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import sys
+
 import numpy as np
 import pybullet
 import pytest
@@ -67,6 +70,46 @@ def test_fixed_bodies_cannot_be_moved():
         house = world.add(square(1, 0), np.eye(4), name="house", category="building")
         with pytest.raises(ValueError, match="body: expected a movable one, got 'house'"):
             world.move(house, np.eye(4))
+
+
+def test_worlds_that_come_and_go_leave_no_lists_behind():
+    count = 3000
+    strip = TexturedMesh(
+        np.random.default_rng(4).normal(size=(count, 3)).astype(np.float32),
+        np.tile(np.array([0, 0, 1], dtype=np.float32), (count, 1)),
+        np.zeros((count, 2), dtype=np.float32),
+        np.arange(count, dtype=np.int32).reshape(-1, 3),
+        Texture(np.zeros((4, 4, 3), dtype=np.uint8)),
+    )
+
+    def live() -> int:
+        with World() as world:
+            world.add(strip, np.eye(4), name="strip", category="kerb")
+        gc.collect()
+        return sys.getallocatedblocks()
+
+    live()
+    before = live()
+    for _ in range(4):
+        after = live()
+    assert after - before < 0.1 * count
+
+
+def test_shapes_of_several_sizes_keep_their_own_points():
+    with World() as world:
+        small = world.add(square(2, (9, 9, 9)), np.eye(4), name="small", category="kerb")
+        wide = np.eye(4)
+        wide[:3, 3] = [0, 0, -1]
+        big = world.add(square(40, (90, 9, 9)), wide, name="big", category="ground")
+        again = np.eye(4)
+        again[:3, 3] = [8, 0, 0]
+        last = world.add(square(2, (9, 90, 9)), again, name="last", category="kerb")
+        camera = PinholeCamera.from_field_of_view(160, 120, 1.0)
+        _, _, index = world.camera_image(camera, look_down_pose(np.array([0, 0, 30.0]), 0, 0, 0), near_m=1, far_m=100)
+        pixels_per_m = camera.focal_px / 30
+        for body in (small, last):
+            assert (index == body.index).sum() == pytest.approx((2 * pixels_per_m) ** 2, rel=0.25)
+        assert (index == big.index).sum() > 0.9 * index.size
 
 
 def test_worlds_do_not_leak_connections():

@@ -101,7 +101,9 @@ def _allowed_speed(s: NDArray[np.float64], roads: Roads, habits: Habits) -> floa
         heading = beyond
         if bend > 0.15:
             way = step * _BEND_STEP_M
-            allowed = min(allowed, np.sqrt(habits.lateral_acceleration * _BEND_STEP_M / bend + 2 * habits.braking * way))
+            allowed = min(
+                allowed, np.sqrt(habits.lateral_acceleration * _BEND_STEP_M / bend + 2 * habits.braking * way)
+            )
     if s[CHOICE] >= 0:
         k = int(s[CHOICE])
         side = 1 if s[DIRECTION] > 0 else 0

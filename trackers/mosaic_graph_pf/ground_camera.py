@@ -48,7 +48,7 @@ class GroundCamera:
         """Return its inverse (3, 3), with a positive denominator in front of the camera."""
         H = self._computed.get(("map", height_m))
         if H is None:
-            H = np.linalg.inv(self.H_picture_map(height_m))
+            H = np.asarray(np.linalg.inv(self.H_picture_map(height_m)), dtype=np.float64)
             # The inverse's sign is free.
             centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px, 1.0])
             H = self._computed["map", height_m] = H if H[2] @ centre >= 0 else -H
@@ -139,7 +139,7 @@ def fit_pose(
     start = camera
     for scale_px in scales_px:
         A, b, support = robust_normal_equations(camera.H_picture_map(), camera.derivatives(), map_m, pixels, scale_px)
-        step = np.linalg.solve(A + prior_information, b - prior_information @ moved_so_far)
+        step = np.asarray(np.linalg.solve(A + prior_information, b - prior_information @ moved_so_far), np.float64)
         moved_so_far = moved_so_far + step
         camera = camera.moved(step)
     # Successive small turns do not add up exactly; the prior's pull only needs their sum.

@@ -156,10 +156,10 @@ class _Sketch:
             (k, side)
             for k, edge in enumerate(self.edges)
             for side in (0, 1)
-            if degree[edge[side]] == 1 and _length(edge[2]) >= _SHORTEST_TO_EXTEND_M
+            if degree[edge[:2][side]] == 1 and _length(edge[2]) >= _SHORTEST_TO_EXTEND_M
         ]
         for k, side in dead_ends:
-            node = self.edges[k][side]
+            node = self.edges[k][:2][side]
             points = self.edges[k][2] if side == 1 else self.edges[k][2][::-1]
             back = points[-1 - min(len(points) - 1, int(_TANGENT_M / SPACING_M))]
             along = (points[-1] - back) / max(float(np.linalg.norm(points[-1] - back)), 1e-9)

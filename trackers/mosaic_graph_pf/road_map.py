@@ -89,7 +89,7 @@ class RoadFinder:
         ratio = smooth_counts(road) / np.maximum(smooth_counts(everything), 1e-9)
         order = np.argsort(ratio)
         share = np.cumsum(driven[order]) / max(float(driven.sum()), 1.0)
-        typical = ratio[order[min(np.searchsorted(share, _TYPICAL_QUANTILE), CELLS - 1)]]
+        typical = ratio[order[min(int(np.searchsorted(share, _TYPICAL_QUANTILE)), CELLS - 1)]]
         table = np.minimum(ratio / max(float(typical), 1e-9), 1.0)
         # Cells at the edge of what was seen are mixed with nothing.
         seen = cv2.erode((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)

@@ -39,7 +39,7 @@ _SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
 
 
 @dataclass(frozen=True)
-class Parameters:
+class MosaicGraphParameters:
     """Parameters of ``mosaic_graph_pf``; the ``use_`` ones switch parts off, for ablation.
 
     Attributes:
@@ -84,9 +84,9 @@ class Parameters:
 class MosaicGraphParticleFilter:
     """Follows a car by keeping the ground still: everything lives in map coordinates of the mosaic."""
 
-    Parameters = Parameters
+    Parameters = MosaicGraphParameters
 
-    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
+    def __init__(self, parameters: MosaicGraphParameters, rng: np.random.Generator) -> None:
         self._p = parameters
         self._rng = rng
 
