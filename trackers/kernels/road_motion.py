@@ -49,7 +49,7 @@ class Habits(NamedTuple):
     """How cars are driven. Rates are per second, noises per square root of a second.
 
     Attributes:
-        lateral_acceleration, braking, acceleration: m/s^2; comfortable ones, and the most that is done.
+        lateral_acceleration, braking, acceleration: m/s^2; comfortable ones, and the most speeding up.
         cruise_mps, cruise_spread_mps, cruise_rate: speed wished for: mean, deviation, rate of return to the
             mean.
         urge_spread, urge_rate: acceleration that nothing here explains: deviation (m/s^2), and rate at
@@ -61,6 +61,8 @@ class Habits(NamedTuple):
         leave_rate, return_rate: of leaving the road, and of taking to one that lies near.
         halt_share, halt_s: share of crossings where a car halts, and for how long on average.
         turn_weight: of a turn at a crossing against going straight on.
+        lane_m, lane_rate: offset of the lane to the right of the centre line, and rate at which a car gets into it.
+        rethink_rate: at which the way on at a crossing is drawn again while the turn has not begun.
     """
 
     lateral_acceleration: float
@@ -89,8 +91,8 @@ class Habits(NamedTuple):
 
 @njit(cache=True)
 def _allowed_speed(s: NDArray[np.float64], roads: Roads, habits: Habits) -> float:
-    """Return the speed that bend, turn and halt ahead allow: ``v^2 = a_lateral r`` there plus ``2 b d`` on
-    the way to it.
+    """Return the speed that bends within 30 m, turn and halt ahead allow: ``v^2 = a_lateral r`` there plus
+    ``2 b d`` on the way to it.
     """
     allowed = max(s[CRUISE], 0.0)
     to_node = distance_to_node_m(s, roads)
@@ -131,15 +133,16 @@ def drive(
     """Move every state on by ``dt_s``, in place.
 
     On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the way
-    chosen (pure pursuit: ``curvature = 2 sin(alpha) / L``); the speed goes towards what ``_allowed_speed``
-    says. Free: the curvature is an Ornstein-Uhlenbeck process, with turns as at crossings where no road is
-    known. Both: ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and
+    chosen (pure pursuit: ``curvature = 2 sin(alpha) / L``). The speed goes towards the goal g, what
+    ``_allowed_speed`` says: ``a = A (1 - (v / g)^4)``, the free road of the intelligent driver model (Treiber,
+    Hennecke, Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, with turns as at crossings where
+    no road is known. Both: ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and
     the urge u return to their means (Ornstein-Uhlenbeck).
 
     Args:
         states: (N, COLUMNS).
         normals: (N, 7) standard normal: speed, heading, x, y, wished speed, urge, curvature. uniforms: (N,
-            6) in [0, 1): mode, way on, halt, release, turn, side.
+            7) in [0, 1): mode, way on, halt, release, turn, side, rethinking.
     """
     root = np.sqrt(dt_s)
     for i in range(states.shape[0]):
