@@ -30,6 +30,7 @@ class BackgroundParameters:
     Attributes:
         particles: N of the car; motion_particles: N of the background's motion.
         colour_sharpness: lambda of the colour's weight.
+        rectangle_share: share of the box's width and height that the rectangle about its centre has.
         speed_noise, heading_noise_rad: standard deviations of the car's random walk, a frame; speed in its lengths.
         translation_noise, rotation_noise_rad: of the background's; translation in lengths of the car.
         class_model: name or .json path of the colour statistics of road and other.
@@ -37,9 +38,10 @@ class BackgroundParameters:
 
     particles: int = 500
     motion_particles: int = 2000
-    colour_sharpness: float = tunable(60.0, 3.0, 300.0, log=True)
-    speed_noise: float = tunable(0.015, 0.003, 0.2, log=True)
-    heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
+    colour_sharpness: float = tunable(25.0, 3.0, 300.0, log=True)
+    rectangle_share: float = tunable(0.6, 0.4, 1.0)
+    speed_noise: float = tunable(0.004, 0.001, 0.2, log=True)
+    heading_noise_rad: float = tunable(0.05, 0.01, 0.6, log=True)
     translation_noise: float = tunable(0.5, 0.05, 2.0, log=True)
     rotation_noise_rad: float = tunable(0.004, 0.0005, 0.05, log=True)
     class_model: str = "road_town_classes"
@@ -87,7 +89,7 @@ class BackgroundModel:
         centres_px = states[:, POSITION] + observed.centre_px
         similarity = self._template.similarities(observed.bins, centres_px)
         log_weights = -self._parameters.colour_sharpness * (1.0 - similarity)
-        log_weights += np.log(observed.existence.mean_over(centres_px, self._template.size_px))
+        log_weights += np.log(observed.existence.mean_over(centres_px, self._template.rectangle_px))
         if observed.road is not None:
             heading = states[:, HEADING]
             _, direction = observed.road.offset_and_direction(states[:, POSITION], heading)
@@ -102,7 +104,9 @@ class BackgroundParticleFilter:
     """Paper A.3. It never looks at a measured pose.
 
     Readings: see ``BackgroundMotionFilter``, ``BackgroundModel``, ``ExistenceMap``, ``RoadModel`` and
-    ``ColourTemplate``. The rectangle keeps the size of the first box and does not turn.
+    ``ColourTemplate``. The rectangle keeps its size and does not turn; it is the middle of the first box, which is all
+    car whichever way the car stands (a box askew holds so much road that road in view outweighs the true place out of
+    view); the speed walks no faster than cars gain speed, else the cloud reaches back into the picture before the car.
     """
 
     Parameters = BackgroundParameters
@@ -115,7 +119,7 @@ class BackgroundParticleFilter:
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Take the template, trace the road beside the car, scatter the particles about it."""
         p = self._parameters
-        self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
+        self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy, p.rectangle_share)
         self._start_px = box_centre(box_xyxy) - image_centre(observation.camera)
         model = BackgroundModel(p, self._template, self._start_px)
         self._filter = ParticleFilter[BackgroundInstant](model, p.particles, self._rng)

@@ -17,31 +17,40 @@ class ColourTemplate:
 
     Attributes:
         histogram: (128,), sum 1: p.
-        size_px: (2,) width and height of the rectangle, the same ever after.
+        size_px: (2,) width and height of the car's box, the same ever after.
+        rectangle_px: (2,) width and height of the rectangle whose colours are compared, about the same centre.
     """
 
     histogram: NDArray[np.float64]
     size_px: NDArray[np.float64]
+    rectangle_px: NDArray[np.float64]
 
     @classmethod
-    def from_box(cls, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> ColourTemplate:
+    def from_box(
+        cls, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64], share: float = 1.0
+    ) -> ColourTemplate:
         """Take the template from a box (4,) of a picture (H, W, 3).
 
+        Args:
+            share: of the box's width and height, what the rectangle about its centre has; in (0, 1]. The box of a car
+                that stands askew in the picture is half road, the middle of it is car.
+
         Raises:
-            ValueError: if nothing of the box lies inside the picture.
+            ValueError: if nothing of the rectangle lies inside the picture.
         """
         size_px = box_size(box_xyxy)
-        histogram = rectangle_histogram(hs_bins(image_rgb), box_centre(box_xyxy), size_px)
+        rectangle_px = share * size_px
+        histogram = rectangle_histogram(hs_bins(image_rgb), box_centre(box_xyxy), rectangle_px)
         if histogram.sum() == 0.0:
             raise ValueError(
                 f"box_xyxy: expected a box that overlaps the picture of {image_rgb.shape[1]} x {image_rgb.shape[0]} "
                 f"pixels, got {np.asarray(box_xyxy).tolist()}"
             )
-        return cls(histogram, size_px)
+        return cls(histogram, size_px, rectangle_px)
 
     @property
     def car_px(self) -> float:
-        """Length of the car in pixels: the rectangle's longer side, the unit in which filters measure lengths."""
+        """Length of the car in pixels: its box's longer side, the unit in which filters measure lengths."""
         return float(self.size_px.max())
 
     def similarities(self, bins: NDArray[np.uint8], centres_px: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -52,4 +61,4 @@ class ColourTemplate:
         """
         whole = np.bincount(bins.ravel(), minlength=BINS) / bins.size
         outside = bhattacharyya(whole, self.histogram)
-        return rectangle_similarities(bins, centres_px, self.size_px, self.histogram, outside)
+        return rectangle_similarities(bins, centres_px, self.rectangle_px, self.histogram, outside)

@@ -137,7 +137,9 @@ PRESETS: dict[str, RoadTown] = {
         street_patterns=("grid", "organic"),
         traffic_cars=10,
         cruise_mps=(7.0, 10.0),
-        turn_preference=0.1,
+        # Straight over crossings wherever the street goes on: the paper's road is one curve without branches, and its
+        # car leaves the picture along it; which way a car turns off unseen is a question the paper does not ask.
+        turn_preference=0.0001,
         stop_share=0.0,
         excursions=(1, 1),
         field_of_view_deg=26.0,
