@@ -137,7 +137,7 @@ class CarModel:
             observed.candidates_m,
             observed.axes_rad,
             observed.log_ratios,
-            self._detection_deviation_m,
+            float(np.hypot(self._detection_deviation_m, _spacing_m(positions))),
             _AXIS_DEVIATION_RAD,
         )
 
@@ -178,6 +178,14 @@ class CarModel:
 
     def _draw_cruise(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         return rng.normal(self._habits.cruise_mps, self._habits.cruise_spread_mps, count)
+
+
+def _spacing_m(positions_m: NDArray[np.float64]) -> float:
+    """Return how far apart particles (N, 2) are: each stands for its neighbourhood, and where they are thinly
+    spread hardly one lies as near to the target as a detection is good. ``sqrt(2 pi sqrt(det cov) / N)``.
+    """
+    determinant = float(np.linalg.det(np.cov(positions_m.T)))
+    return float(np.sqrt(2.0 * np.pi * np.sqrt(max(determinant, 0.0)) / len(positions_m)))
 
 
 def road_arrays(road_map: RoadMap) -> rp.Roads:
