@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -33,8 +32,6 @@ from trackers.controllers.catalogue import CONTROLLERS
 SET_PATH = "set-path"
 _DEFAULT_CONTROLLER = "centre"
 _NOTES = ".running"
-_MAPPED_FROM_BYTES = 4 << 20
-"""More than any array of a single 640x480 frame, which would be mapped anew every frame."""
 
 
 @dataclass(frozen=True)
@@ -266,9 +263,6 @@ def _alone(job: Job, backend: str) -> JobResult:
 
 
 def _in_processes(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
-    # glibc reads it when a process starts: larger arrays then go back to the system when they are freed. Left to
-    # itself it raises the bound to what was freed last, and the heap of a worker grows by the gaps between them.
-    os.environ.setdefault("MALLOC_MMAP_THRESHOLD_", str(_MAPPED_FROM_BYTES))
     # With one job in flight two processes take turns: one worker, but never this process.
     parallel = joblib.Parallel(
         n_jobs=max(workers, 2),
