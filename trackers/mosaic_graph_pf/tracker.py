@@ -1,6 +1,4 @@
-"""Our tracker: a ground mosaic, the road graph drawn from it, and particles that drive on it, seen or
-unseen.
-"""
+"""Our tracker: a ground mosaic, the road graph drawn from it, and particles that drive on it, seen or unseen."""
 
 from __future__ import annotations
 
@@ -58,7 +56,7 @@ class MosaicGraphParameters:
     particles: int = 1000
     candidates: int = 6
     detection_probability: float = tunable(0.6, 0.2, 0.95)
-    detection_deviation_m: float = tunable(0.15, 0.1, 1.5, log=True)
+    detection_deviation_m: float = tunable(0.25, 0.1, 1.5, log=True)
     surprise: float = tunable(0.2, 0.001, 0.5, log=True)
     renewal: float = tunable(0.03, 0.001, 0.2, log=True)
     urge_spread_mps2: float = tunable(1.5, 0.2, 3.0, log=True)
