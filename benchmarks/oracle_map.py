@@ -13,23 +13,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.oracle_routes import fan_of_routes
+from scenarios.road_town.excursion import aside_share
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.traffic import BRAKING_MPS2, LATERAL_ACCELERATION_MPS2
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.optics import PinholeCamera, project
+from trackers.kernels.posterior import geometric_median
 from trackers.types import Estimate
 
 _STANDSTILL_GAP_M = 2.5
 _TIME_GAP_S = 1.2
 _ACCELERATION_MPS2 = 1.8
 _HARDEST_BRAKING_MPS2 = 5.0
-_LEAVE_OVER_M = 13.0
 _HELD_UP_WITHIN_S = 4.0
 _PROPOSALS_PER_PARTICLE = 12
 _BRAKING_REACH_M = np.arange(0.0, 22.0, 2.0)
 _SLOWEST_MPS = 2.0
 _RECENT_FRAMES = 5
+_MEDIAN_STEPS = 40
 
 
 @dataclass(frozen=True)
@@ -225,9 +227,7 @@ class OracleMap:
     def _aside_share(self, guesses: _Guesses, arc_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far aside (0-1 of its most) a way off the road is: a smooth step out and one back."""
         shape = (-1,) + (1,) * (arc_m.ndim - 1)
-        leave_m, along_m = guesses.leave_m.reshape(shape), guesses.along_m.reshape(shape)
-        end_m = leave_m + along_m - _LEAVE_OVER_M
-        return _smooth_step((arc_m - leave_m) / _LEAVE_OVER_M) - _smooth_step((arc_m - end_m) / _LEAVE_OVER_M)
+        return aside_share(arc_m, guesses.leave_m.reshape(shape), guesses.along_m.reshape(shape))
 
     def _aside_limit_mps(self, guesses: _Guesses) -> NDArray[np.float64]:
         """Return the speed (K,) that the bends of a way off the road allow, here and in reach of the brakes."""
@@ -242,24 +242,7 @@ class OracleMap:
         truth, model = frame.truth, frame.observation.camera
         camera = PinholeCamera(model.width_px, model.height_px, model.focal_px)
         height_m = truth.T_world_object[truth.target, 2, 3] + 0.5 * truth.size_m[truth.target, 2]
-        best_m = geometric_median(places_m)
+        best_m = geometric_median(places_m, np.full(len(places_m), 1.0 / len(places_m)), _MEDIAN_STEPS)
         points = np.column_stack([np.vstack([best_m, places_m]), np.full(len(places_m) + 1, height_m)])
         pixels, _ = project(camera, truth.T_world_camera, points)
         return Estimate(pixels[0], in_view_probability=0.0, particles_px=pixels[1:])
-
-
-def geometric_median(points_m: NDArray[np.float64], rounds: int = 40) -> NDArray[np.float64]:
-    """Return the point (2,) with the least mean distance to points (N, 2), by Weiszfeld's iteration.
-
-    It is what minimises the expected error in metres, as the mean minimises the expected square.
-    """
-    middle = points_m.mean(axis=0)
-    for _ in range(rounds):
-        inverse = 1.0 / np.maximum(np.linalg.norm(points_m - middle, axis=1), 1e-3)
-        middle = (inverse[:, None] * points_m).sum(axis=0) / inverse.sum()
-    return middle
-
-
-def _smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
-    t = np.clip(t, 0.0, 1.0)
-    return t * t * t * (10 - 15 * t + 6 * t * t)

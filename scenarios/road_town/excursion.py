@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.route import POINT_SPACING_M, Passage, Route, resample, smooth_heading
+from scenarios.road_town.smooth import smooth_step
 
 _CLEARANCE_M = 1.8
 _LEAVE_OVER_M = 13.0
@@ -60,9 +61,7 @@ def with_excursion(
             p.enter_m - 2 < leave + along and p.leave_m + 2 > leave for p in route.passages
         ):
             continue
-        share = _smooth_step((arc - leave) / _LEAVE_OVER_M) - _smooth_step(
-            (arc - leave - along + _LEAVE_OVER_M) / _LEAVE_OVER_M
-        )
+        share = aside_share(arc, leave, along)
         left = np.column_stack([-np.sin(route.heading_rad), np.cos(route.heading_rad)])
         bent = route.points_m + (aside * share)[:, None] * left
         off = share > 0.05
@@ -86,9 +85,17 @@ def with_excursion(
     return bent_route, cleared, excursion
 
 
-def _smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
-    t = np.clip(t, 0, 1)
-    return t * t * t * (10 - 15 * t + 6 * t * t)
+def aside_share(
+    arc_m: NDArray[np.float64], leave_m: float | NDArray[np.float64], along_m: float | NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return how far aside (0-1 of its most) a way off the road is at arc lengths: a smooth step out, one back.
+
+    Args:
+        leave_m: arc length where it leaves.
+        along_m: distance from there to where it is back.
+    """
+    back_m = arc_m - leave_m - along_m + _LEAVE_OVER_M
+    return smooth_step((arc_m - leave_m) / _LEAVE_OVER_M) - smooth_step(back_m / _LEAVE_OVER_M)
 
 
 def _rebuilt(route: Route, bent: NDArray[np.float64], leave_m: float, return_m: float) -> tuple[Route, Excursion]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, signal
 
 from scenarios.road_town.presets import RoadTown
+from scenarios.road_town.smooth import smooth_step
 from sim.optics import PinholeCamera, look_down_pose
 from trackers.types import CameraCommand
 
@@ -44,7 +45,7 @@ class Pulse:
         """Return how far the swing is carried out (T,), 0-1."""
         t = np.arange(frame_count) - self.start_frame
         back = t - self.rise_frames - self.hold_frames
-        return _smooth_step(t / self.rise_frames) - _smooth_step(back / self.fall_frames)
+        return smooth_step(t / self.rise_frames) - smooth_step(back / self.fall_frames)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,11 +171,6 @@ def swing_out(
     border = min(half_ahead / max(abs(c), 1e-6), half_left / max(abs(s), 1e-6))
     distance = border + margin_m
     return float(distance * c), float(distance * s)
-
-
-def _smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
-    t = np.clip(t, 0, 1)
-    return t * t * t * (10 - 15 * t + 6 * t * t)
 
 
 def _coloured_noise(

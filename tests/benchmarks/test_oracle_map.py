@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.metrics.posterior import coverage, particle_calibration
-from benchmarks.oracle_map import OracleMap, OracleParameters, geometric_median
+from benchmarks.oracle_map import OracleMap, OracleParameters
 from benchmarks.oracle_routes import fan_of_routes
 from scenarios.road_town.frame_outs import OUT, picture_states
 from scenarios.road_town.plan import TARGET, Plan, make_plan
@@ -120,13 +120,3 @@ def test_a_fan_holds_the_route_that_is_driven(plans: list[Plan]) -> None:
             assert distance.max(axis=1).min() < 1.0
             checked += 1
     assert checked > 10
-
-
-def test_the_geometric_median_has_the_least_mean_distance() -> None:
-    rng = np.random.default_rng(0)
-    points = np.vstack([rng.normal(0, 1, (60, 2)), rng.normal(30, 1, (40, 2))])
-    best = geometric_median(points)
-    least = np.linalg.norm(points - best, axis=1).mean()
-    for step in rng.normal(0, 1, (200, 2)):
-        assert np.linalg.norm(points - best - step, axis=1).mean() > least - 1e-6
-    assert np.linalg.norm(best - points.mean(axis=0)) > 5

@@ -10,15 +10,15 @@ from tests.trackers.drawn_town import film
 from trackers.kernels import oriented_box as ob
 from trackers.kernels import road_motion as rm
 from trackers.kernels import road_position as rp
+from trackers.kernels.roads import NO_ROADS, RoadGraph, Roads
 from trackers.mosaic_graph_pf.detector import Candidate
 from trackers.mosaic_graph_pf.first_look import WIDTH_TO_LENGTH, apparent_length_px
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera, fit_pose, looking_down
 from trackers.mosaic_graph_pf.likeness import Likeness
 from trackers.mosaic_graph_pf.mosaic import Mosaic, standing_ground
-from trackers.mosaic_graph_pf.motion_model import NO_ROADS, road_arrays
 from trackers.mosaic_graph_pf.registration import Registration
-from trackers.mosaic_graph_pf.road_graph import RoadGraph, build_graph
-from trackers.mosaic_graph_pf.road_map import RoadMap, _nearest_points
+from trackers.mosaic_graph_pf.road_graph import build_graph
+from trackers.mosaic_graph_pf.road_map import roads_about
 from trackers.mosaic_graph_pf.sightings import Sightings
 from trackers.types import CameraModel
 
@@ -142,8 +142,8 @@ def crossing() -> RoadGraph:
     return build_graph([np.linspace(np.zeros(2), end, 121) for end in ends])
 
 
-def roads_of(graph: RoadGraph) -> rp.Roads:
-    return road_arrays(RoadMap(graph, *_nearest_points(graph, np.zeros(2))))
+def roads_of(graph: RoadGraph) -> Roads:
+    return roads_about(graph, np.zeros(2))
 
 
 def cars(count: int, x_m: float, y_m: float, heading_rad: float, speed_mps: float) -> np.ndarray:
@@ -153,7 +153,7 @@ def cars(count: int, x_m: float, y_m: float, heading_rad: float, speed_mps: floa
     return states
 
 
-def drive(states: np.ndarray, roads: rp.Roads, frames: int, rng: np.random.Generator) -> None:
+def drive(states: np.ndarray, roads: Roads, frames: int, rng: np.random.Generator) -> None:
     for _ in range(frames):
         rm.drive(states, roads, _HABITS, 1 / 15, rng.normal(size=(len(states), 7)), rng.random((len(states), 7)))
 

@@ -23,7 +23,6 @@ from trackers.kernels.road_position import (
     SPEED,
     TURN,
     URGE,
-    Roads,
     X,
     Y,
     associate_one,
@@ -35,6 +34,7 @@ from trackers.kernels.road_position import (
     point_ahead,
     wrap,
 )
+from trackers.kernels.roads import Roads
 
 _CORNER_M = 5.5
 _DECIDE_M = 28.0
@@ -110,7 +110,7 @@ def _allowed_speed(s: NDArray[np.float64], roads: Roads, habits: Habits) -> floa
         k = int(s[CHOICE])
         side = 1 if s[DIRECTION] > 0 else 0
         arriving = heading_away(roads, int(s[EDGE]), side) + np.pi
-        turn = abs(wrap(heading_away(roads, roads.node_edges[k], roads.node_sides[k]) - arriving))
+        turn = abs(wrap(heading_away(roads, roads.graph.node_edges[k], roads.graph.node_sides[k]) - arriving))
         if turn > 0.3:
             # Corner cut on a circle that touches both streets _CORNER_M from the crossing's middle.
             radius = _CORNER_M / np.tan(0.5 * min(turn, 2.6))
@@ -196,8 +196,8 @@ def _follow_road(
         s[CHOICE] = choose_way(roads, edge, s[DIRECTION], habits.turn_weight, uniforms[1])
         s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
         if undecided:
-            crossing = roads.ends[edge, 1 if s[DIRECTION] > 0 else 0]
-            wide = roads.node_first[crossing + 1] - roads.node_first[crossing] > 2
+            crossing = roads.graph.ends[edge, 1 if s[DIRECTION] > 0 else 0]
+            wide = roads.graph.node_first[crossing + 1] - roads.graph.node_first[crossing] > 2
             s[HALTS] = 1.0 if wide and uniforms[2] < habits.halt_share else 0.0
     goal = _allowed_speed(s, roads, habits)
     if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:

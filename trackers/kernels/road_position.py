@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from trackers.kernels.roads import Roads
 
 (
     X,
@@ -36,22 +36,6 @@ free; how far ahead it looks (m): short = sharp corners; log-weight it was born 
 COLUMNS = 17
 _PROBES = 7
 FREE_WEIGHT = 0.082
-
-
-class Roads(NamedTuple):
-    """What the kernels need of a graph: the arrays of ``RoadGraph`` and the grid of nearest points."""
-
-    points_m: NDArray[np.float64]
-    tangents: NDArray[np.float64]
-    edge_of_point: NDArray[np.int64]
-    first: NDArray[np.int64]
-    ends: NDArray[np.int64]
-    node_first: NDArray[np.int64]
-    node_edges: NDArray[np.int64]
-    node_sides: NDArray[np.int64]
-    nearest: NDArray[np.int32]
-    origin_m: NDArray[np.float64]
-    cell_m: float
 
 
 @njit(cache=True)
@@ -96,14 +80,14 @@ def associate_one(
         p = _probe(s, roads, probe)
         if p < 0:
             continue
-        edge = roads.edge_of_point[p]
-        along = (s[X] - roads.points_m[p, 0]) * roads.tangents[p, 0] + (s[Y] - roads.points_m[p, 1]) * roads.tangents[
-            p, 1
-        ]
-        p = min(max(p + int(np.round(along)), roads.first[edge]), roads.first[edge + 1] - 1)
-        d_x, d_y = s[X] - roads.points_m[p, 0], s[Y] - roads.points_m[p, 1]
+        edge = roads.graph.edge_of_point[p]
+        along = (s[X] - roads.graph.points_m[p, 0]) * roads.graph.tangents[p, 0] + (
+            s[Y] - roads.graph.points_m[p, 1]
+        ) * roads.graph.tangents[p, 1]
+        p = min(max(p + int(np.round(along)), roads.graph.first[edge]), roads.graph.first[edge + 1] - 1)
+        d_x, d_y = s[X] - roads.graph.points_m[p, 0], s[Y] - roads.graph.points_m[p, 1]
         distance = np.sqrt(d_x * d_x + d_y * d_y)
-        cosine = abs(c * roads.tangents[p, 0] + si * roads.tangents[p, 1])
+        cosine = abs(c * roads.graph.tangents[p, 0] + si * roads.graph.tangents[p, 1])
         known = False
         for earlier in range(probe):
             known = known or edges[earlier] == edge
@@ -120,13 +104,13 @@ def associate_one(
                 chosen = points[probe]
                 break
     if chosen >= 0:
-        edge = roads.edge_of_point[chosen]
-        t_x, t_y = roads.tangents[chosen, 0], roads.tangents[chosen, 1]
+        edge = roads.graph.edge_of_point[chosen]
+        t_x, t_y = roads.graph.tangents[chosen, 0], roads.graph.tangents[chosen, 1]
         s[ON_ROAD] = 1.0
         s[EDGE] = edge
-        s[ARC] = chosen - roads.first[edge]
+        s[ARC] = chosen - roads.graph.first[edge]
         s[DIRECTION] = 1.0 if c * t_x + si * t_y > 0 else -1.0
-        right = t_y * (s[X] - roads.points_m[chosen, 0]) - t_x * (s[Y] - roads.points_m[chosen, 1])
+        right = t_y * (s[X] - roads.graph.points_m[chosen, 0]) - t_x * (s[Y] - roads.graph.points_m[chosen, 1])
         s[LATERAL] = s[DIRECTION] * right
 
 
@@ -156,10 +140,10 @@ def nearest_point(x: float, y: float, roads: Roads) -> int:
 def heading_away(roads: Roads, edge: int, side: int) -> float:
     """Return the heading of driving away from one end of an edge."""
     if side == 0:
-        p = roads.first[edge]
-        return np.arctan2(roads.tangents[p, 1], roads.tangents[p, 0])
-    p = roads.first[edge + 1] - 1
-    return np.arctan2(-roads.tangents[p, 1], -roads.tangents[p, 0])
+        p = roads.graph.first[edge]
+        return np.arctan2(roads.graph.tangents[p, 1], roads.graph.tangents[p, 0])
+    p = roads.graph.first[edge + 1] - 1
+    return np.arctan2(-roads.graph.tangents[p, 1], -roads.graph.tangents[p, 0])
 
 
 @njit(cache=True)
@@ -176,16 +160,16 @@ def choose_way(roads: Roads, edge: int, direction: float, turn_weight: float, un
     back.
     """
     side = 1 if direction > 0 else 0
-    node = roads.ends[edge, side]
+    node = roads.graph.ends[edge, side]
     arriving = heading_away(roads, edge, side) + np.pi
     total = 0.0
     for turn in range(2):
         threshold = uniform * total
         total = 0.0
-        for k in range(roads.node_first[node], roads.node_first[node + 1]):
-            if roads.node_edges[k] == edge and roads.node_sides[k] == side:
+        for k in range(roads.graph.node_first[node], roads.graph.node_first[node + 1]):
+            if roads.graph.node_edges[k] == edge and roads.graph.node_sides[k] == side:
                 continue
-            angle = abs(wrap(heading_away(roads, roads.node_edges[k], roads.node_sides[k]) - arriving))
+            angle = abs(wrap(heading_away(roads, roads.graph.node_edges[k], roads.graph.node_sides[k]) - arriving))
             total += 1.0 if angle < 0.6 else (turn_weight if angle < 2.3 else 0.02)
             if turn == 1 and total >= threshold:
                 return k
@@ -200,32 +184,32 @@ def point_ahead(s: NDArray[np.float64], roads: Roads, distance: float) -> tuple[
     edge = int(s[EDGE])
     direction = s[DIRECTION]
     arc = s[ARC] + direction * distance
-    last = roads.first[edge + 1] - roads.first[edge] - 1
+    last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
     beyond = 0.0
     if arc < 0.0 or arc > last:
         beyond = -arc if arc < 0.0 else arc - last
         if s[CHOICE] >= 0:
             k = int(s[CHOICE])
-            edge = roads.node_edges[k]
-            direction = 1.0 if roads.node_sides[k] == 0 else -1.0
-            last = roads.first[edge + 1] - roads.first[edge] - 1
+            edge = roads.graph.node_edges[k]
+            direction = 1.0 if roads.graph.node_sides[k] == 0 else -1.0
+            last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
             arc = beyond if direction > 0 else last - beyond
             beyond = max(0.0, beyond - last)
         arc = min(max(arc, 0.0), last)
     whole = min(int(arc), last - 1)
     fraction = arc - whole
-    p = roads.first[edge] + whole
-    t_x = direction * roads.tangents[p, 0]
-    t_y = direction * roads.tangents[p, 1]
-    x = (1 - fraction) * roads.points_m[p, 0] + fraction * roads.points_m[p + 1, 0] + beyond * t_x
-    y = (1 - fraction) * roads.points_m[p, 1] + fraction * roads.points_m[p + 1, 1] + beyond * t_y
+    p = roads.graph.first[edge] + whole
+    t_x = direction * roads.graph.tangents[p, 0]
+    t_y = direction * roads.graph.tangents[p, 1]
+    x = (1 - fraction) * roads.graph.points_m[p, 0] + fraction * roads.graph.points_m[p + 1, 0] + beyond * t_x
+    y = (1 - fraction) * roads.graph.points_m[p, 1] + fraction * roads.graph.points_m[p + 1, 1] + beyond * t_y
     return x + s[LATERAL] * t_y, y - s[LATERAL] * t_x, np.arctan2(t_y, t_x)
 
 
 @njit(cache=True)
 def distance_to_node_m(s: NDArray[np.float64], roads: Roads) -> float:
     edge = int(s[EDGE])
-    last = roads.first[edge + 1] - roads.first[edge] - 1
+    last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
     return last - s[ARC] if s[DIRECTION] > 0 else s[ARC]
 
 
@@ -235,11 +219,11 @@ def move_along(s: NDArray[np.float64], roads: Roads, step_x: float, step_y: floa
     dead end.
     """
     edge = int(s[EDGE])
-    last = roads.first[edge + 1] - roads.first[edge] - 1
-    p = roads.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
-    offset_x, offset_y = s[X] - roads.points_m[p, 0], s[Y] - roads.points_m[p, 1]
-    along = offset_x * roads.tangents[p, 0] + offset_y * roads.tangents[p, 1]
-    wished = (p - roads.first[edge]) + along
+    last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
+    p = roads.graph.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
+    offset_x, offset_y = s[X] - roads.graph.points_m[p, 0], s[Y] - roads.graph.points_m[p, 1]
+    along = offset_x * roads.graph.tangents[p, 0] + offset_y * roads.graph.tangents[p, 1]
+    wished = (p - roads.graph.first[edge]) + along
     # Never back, and never far: a bend's inside would otherwise make the foot of the perpendicular jump.
     moved = s[DIRECTION] * (wished - s[ARC])
     length = np.sqrt(step_x * step_x + step_y * step_y)
@@ -253,9 +237,9 @@ def move_along(s: NDArray[np.float64], roads: Roads, step_x: float, step_y: floa
     if k < 0:
         s[ON_ROAD] = 0.0
         return
-    edge = roads.node_edges[k]
-    last = roads.first[edge + 1] - roads.first[edge] - 1
+    edge = roads.graph.node_edges[k]
+    last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
     s[EDGE] = edge
-    s[DIRECTION] = 1.0 if roads.node_sides[k] == 0 else -1.0
+    s[DIRECTION] = 1.0 if roads.graph.node_sides[k] == 0 else -1.0
     beyond = min(beyond, last)
     s[ARC] = beyond if s[DIRECTION] > 0 else last - beyond

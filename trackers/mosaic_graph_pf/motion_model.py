@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from trackers.kernels import road_motion as rm
 from trackers.kernels import road_position as rp
 from trackers.kernels.posterior import detection_log_weights
+from trackers.kernels.roads import NO_ROADS, Roads
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
-from trackers.mosaic_graph_pf.road_map import RoadMap
 
 _AXIS_DEVIATION_RAD = 0.35
 _FREE_DRIVING_MPS, _CRUISE_PRIOR_S = 4.0, 2.0
@@ -48,7 +48,7 @@ class Instant:
 
     dt_s: float
     camera: GroundCamera
-    roads: RoadMap | None
+    roads: Roads | None
     roads_are_new: bool
     candidates_m: NDArray[np.float64]
     axes_rad: NDArray[np.float64]
@@ -118,7 +118,7 @@ class CarModel:
             states[:, rp.ON_ROAD] = 0.0
             roads = NO_ROADS
         else:
-            roads = road_arrays(observed.roads)
+            roads = observed.roads
             if observed.roads_are_new:
                 self._associate_anew(states, roads, rng)
         rm.drive(states, roads, self._habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 7)))
@@ -149,14 +149,14 @@ class CarModel:
         inside = np.nan_to_num(inside_px, nan=-1.0) * camera.metres_per_pixel() / self._border_m
         return self._detection_probability * np.clip(inside, 0.0, 1.0)
 
-    def _associate_anew(self, states: NDArray[np.float64], roads: rp.Roads, rng: np.random.Generator) -> None:
+    def _associate_anew(self, states: NDArray[np.float64], roads: Roads, rng: np.random.Generator) -> None:
         """Find every state's place on roads that were drawn anew. Who was off the road stays so."""
         free = states[:, rp.ON_ROAD] == 0
         rp.associate(states, roads, rng.random(len(states)))
         states[free, rp.ON_ROAD] = 0.0
 
     def _give_birth(
-        self, states: NDArray[np.float64], observed: Instant, roads: rp.Roads, rng: np.random.Generator
+        self, states: NDArray[np.float64], observed: Instant, roads: Roads, rng: np.random.Generator
     ) -> None:
         """Put births in the place of the last states (any are as good: resampling has no order of merit)."""
         each = max(1, int(self._born_share * len(states) / len(observed.births)))
@@ -186,36 +186,3 @@ def _spacing_m(positions_m: NDArray[np.float64]) -> float:
     """
     determinant = float(np.linalg.det(np.cov(positions_m.T)))
     return float(np.sqrt(2.0 * np.pi * np.sqrt(max(determinant, 0.0)) / len(positions_m)))
-
-
-def road_arrays(road_map: RoadMap) -> rp.Roads:
-    """Return a road map in the form that kernels take."""
-    graph = road_map.graph
-    return rp.Roads(
-        graph.points_m,
-        graph.tangents,
-        graph.edge_of_point,
-        graph.first,
-        graph.ends,
-        graph.node_first,
-        graph.node_edges,
-        graph.node_sides,
-        road_map.nearest,
-        road_map.origin_m,
-        road_map.cell_m,
-    )
-
-
-NO_ROADS = rp.Roads(
-    np.zeros((0, 2)),
-    np.zeros((0, 2)),
-    np.zeros(0, np.int64),
-    np.zeros(1, np.int64),
-    np.zeros((0, 2), np.int64),
-    np.zeros(1, np.int64),
-    np.zeros(0, np.int64),
-    np.zeros(0, np.int64),
-    np.full((1, 1), -1, np.int32),
-    np.zeros(2),
-    1.0,
-)

@@ -4,14 +4,12 @@ connected.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-SPACING_M = 1.0
-"""Distance between the points of a centre line."""
+from trackers.kernels.roads import SPACING_M, RoadGraph
+
 _CROSSING_M = 6.0
 _SPUR_M = 9.0
 _ISLAND_M = 27.0
@@ -22,38 +20,6 @@ _EXTENSION_M = 45.0
 _JOIN_M = 4.0
 
 Line = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class RoadGraph:
-    """Roads as they are believed to run. All points of all edges lie one after the other, ``SPACING_M``
-    apart.
-
-    Attributes:
-        points_m: (P, 2) centre lines; edge e holds rows ``first[e]`` to ``first[e + 1]`` (not included), at
-            least two.
-        tangents: (P, 2) unit vectors from start to end.
-        edge_of_point: (P,).
-        first: (E + 1,).
-        ends: (E, 2) node at the start and at the end of every edge.
-        node_first, node_edges, node_sides: the edges that meet in node n are
-            ``node_edges[node_first[n]:node_first[n + 1]]``, with their start (side 0) or their end (side
-            1).
-    """
-
-    points_m: NDArray[np.float64]
-    tangents: NDArray[np.float64]
-    edge_of_point: NDArray[np.int64]
-    first: NDArray[np.int64]
-    ends: NDArray[np.int64]
-    node_first: NDArray[np.int64]
-    node_edges: NDArray[np.int64]
-    node_sides: NDArray[np.int64]
-
-    @property
-    def edge_count(self) -> int:
-        """Number of edges."""
-        return len(self.first) - 1
 
 
 def build_graph(lines_m: list[Line]) -> RoadGraph:

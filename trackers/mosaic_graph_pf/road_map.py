@@ -4,7 +4,6 @@ graph.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import cv2
@@ -12,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.colour_table import CELLS, count_colours, look_up
+from trackers.kernels.roads import RoadGraph, Roads
 from trackers.kernels.skeleton import thin, trace_lines
 from trackers.mosaic_graph_pf.colour_model import smooth_counts
 from trackers.mosaic_graph_pf.mosaic import Mosaic
-from trackers.mosaic_graph_pf.road_graph import RoadGraph, build_graph
+from trackers.mosaic_graph_pf.road_graph import build_graph
 
 _GRID_M = 0.5
 _REACH_M = 120.0
@@ -32,24 +32,8 @@ _WEAR = np.linspace(-0.33, 0.33, 7)
 _WEAR_DEVIATION = 0.2
 
 
-@dataclass(frozen=True, eq=False)
-class RoadMap:
-    """Roads around the target as believed at one instant.
-
-    Attributes:
-        graph: centre lines.
-        origin_m, cell_m: grid on the map, as ``Mosaic``'s.
-        nearest: (H, W) int32, index of the centre-line point nearest to each cell; -1 further than 12 m away.
-    """
-
-    graph: RoadGraph
-    origin_m: NDArray[np.float64]
-    cell_m: float
-    nearest: NDArray[np.int32]
-
-
 class RoadFinder:
-    """Learns the colour of the road from where the target drove, and draws ``RoadMap``s."""
+    """Learns the colour of the road from where the target drove, and draws ``Roads``s."""
 
     def __init__(self) -> None:
         self._driven_m: list[NDArray[np.float64]] = []
@@ -103,7 +87,7 @@ class RoadFinder:
             cv2.circle(driven, (column, row), int(_SAMPLE_RADIUS_M / _GRID_M), 1, -1)
         return (driven > 0) & (count >= _OFTEN_SEEN)
 
-    def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> RoadMap:
+    def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> Roads:
         """Return the roads within 120 m of a map point."""
         probability, seen, origin_m = self.road_probability(mosaic, centre_m)
         mask = _road_mask(_continued(probability, seen))
@@ -111,7 +95,7 @@ class RoadFinder:
         points = origin_m + _GRID_M * (cells[:, ::-1] + 0.5)
         lines = [points[a:b] for a, b in pairwise(offsets)]
         graph = build_graph(lines)
-        return RoadMap(graph, *_nearest_points(graph, centre_m))
+        return roads_about(graph, centre_m)
 
 
 def _continued(probability: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -143,28 +127,25 @@ def _disc(diameter_m: float) -> NDArray[np.uint8]:
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
 
 
-def _nearest_points(
-    graph: RoadGraph, centre_m: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float, NDArray[np.int32]]:
-    """Return origin, cell size and, for every cell around ``centre_m``, the nearest centre-line point of
-    the graph.
-    """
+def roads_about(graph: RoadGraph, centre_m: NDArray[np.float64]) -> Roads:
+    """Return a graph with its nearest points to the cells about ``centre_m`` (2,), up to 12 m away from it."""
     cell_m = 1.0
     reach_m = _REACH_M + 60.0
     side = int(2 * reach_m / cell_m)
     origin_m = centre_m - reach_m
-    free = np.full((side, side), 255, np.uint8)
-    index_of_label = np.full(len(graph.points_m) + 1, -1, np.int32)
     nearest = np.full((side, side), -1, np.int32)
+    roads = Roads(graph, origin_m, cell_m, nearest)
     cells = np.floor((graph.points_m - origin_m) / cell_m).astype(int)
     inside = ((cells >= 0) & (cells < side)).all(axis=1)
     if not inside.any():
-        return origin_m, cell_m, nearest
+        return roads
+    free = np.full((side, side), 255, np.uint8)
     free[cells[inside, 1], cells[inside, 0]] = 0
     distance, labels = cv2.distanceTransformWithLabels(
         free, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
+    index_of_label = np.full(len(graph.points_m) + 1, -1, np.int32)
     index_of_label[labels[cells[inside, 1], cells[inside, 0]]] = np.flatnonzero(inside)
     near = distance < _NEAREST_REACH_M / cell_m
     nearest[near] = index_of_label[labels[near]]
-    return origin_m, cell_m, nearest
+    return roads

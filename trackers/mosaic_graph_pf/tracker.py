@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from trackers.kernels import road_motion as rm
 from trackers.kernels import road_position as rp
 from trackers.kernels.posterior import geometric_median
+from trackers.kernels.roads import Roads
 from trackers.kernels.weights import circular_mean
 from trackers.mosaic_graph_pf.answer import answer
 from trackers.mosaic_graph_pf.detector import Detector
@@ -19,7 +20,7 @@ from trackers.mosaic_graph_pf.ground_camera import GroundCamera
 from trackers.mosaic_graph_pf.mosaic import SHRINK, Mosaic, standing_ground
 from trackers.mosaic_graph_pf.motion_model import Birth, CarModel, Instant
 from trackers.mosaic_graph_pf.registration import Registered, Registration
-from trackers.mosaic_graph_pf.road_map import RoadFinder, RoadMap
+from trackers.mosaic_graph_pf.road_map import RoadFinder
 from trackers.mosaic_graph_pf.sightings import Sighting, Sightings
 from trackers.particle_filter import ParticleFilter, Posterior
 from trackers.registry import register, register_variant, tunable
@@ -105,8 +106,8 @@ class MosaicGraphParticleFilter:
         self._filter = ParticleFilter(self._car, p.particles, self._rng)
         self._mosaic = Mosaic(SHRINK * metres_per_pixel)
         self._mosaic.add(first.small_rgb, camera, standing_ground(camera, None, target.position_m, length_m))
-        self._roads = RoadFinder()
-        self._road_map: RoadMap | None = None
+        self._road_finder = RoadFinder()
+        self._roads: Roads | None = None
         self._sightings = Sightings()
         self._driven: deque[NDArray[np.float64]] = deque([target.position_m], maxlen=_DRIVEN_DELAY_FRAMES)
         self._frame, self._time_s = 0, observation.time_s
@@ -191,7 +192,7 @@ class MosaicGraphParticleFilter:
         return Instant(
             dt_s=dt_s,
             camera=camera,
-            roads=self._road_map,
+            roads=self._roads,
             roads_are_new=new_roads,
             candidates_m=np.array([s.candidate.position_m for s in seen]).reshape(-1, 2),
             axes_rad=np.array([s.candidate.axis_rad for s in seen]),
@@ -248,12 +249,12 @@ class MosaicGraphParticleFilter:
             return False
         states = self._filter.states
         position_m = states[:, : rp.Y + 1].mean(axis=0)
-        if not self._roads.has_learnt:
+        if not self._road_finder.has_learnt:
             heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
             along = np.array([np.cos(heading), np.sin(heading)])
             for ahead_m in (-1.0, 1.0):
-                self._roads.learn(position_m + ahead_m * (0.5 * self._size_m[0] + 2.0) * along)
-        self._road_map = self._roads.draw(self._mosaic, position_m)
+                self._road_finder.learn(position_m + ahead_m * (0.5 * self._size_m[0] + 2.0) * along)
+        self._roads = self._road_finder.draw(self._mosaic, position_m)
         return True
 
     def _locked(self, posterior: Posterior, position_m: NDArray[np.float64]) -> Sighting | None:
@@ -272,10 +273,8 @@ class MosaicGraphParticleFilter:
             self._car.learn_speed(float(np.linalg.norm(target.velocity_mps)), dt_s)
             on_road = float(posterior.weights @ posterior.states[:, rp.ON_ROAD])
             left_m = self._driven[0]
-            if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
-                on_road > 0.5 or self._road_map is None
-            ):
-                self._roads.learn(left_m)
+            if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (on_road > 0.5 or self._roads is None):
+                self._road_finder.learn(left_m)
             self._driven.append(target.position_m)
             self._detector.likeness.learn_target(target.candidate.measures)
             for other in self._sightings.seen():
