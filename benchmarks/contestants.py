@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import sys
 from collections.abc import Callable, Sequence
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.oracle_map import OracleMap, OracleParameters
 from scenarios.road_town.road_map import RoadMap
 from scenarios.scenario import Episode, Frame
+from sim.render.compilation import forget_stale_kernels
 from trackers import registry
 from trackers.protocols import Tracker
 from trackers.types import Estimate
@@ -134,7 +136,14 @@ def _oracle(name: str, summary: str, parameters: OracleParameters) -> Entrant:
     )
 
 
+@functools.cache
+def _look_for_stale_kernels() -> None:
+    """The simulator looks after its own compiled kernels; trackers, which know nothing of it, are looked after here."""
+    forget_stale_kernels(Path(registry.__file__).parent)
+
+
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
+    _look_for_stale_kernels()
     parameters = entry.parameters(**changes)
     return Entrant(
         name=entry.name,

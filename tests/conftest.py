@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+
+import trackers
+from sim.render.compilation import forget_stale_kernels
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option that makes golden pictures anew."""
     parser.addoption("--new-golden", action="store_true", help="make the pictures in tests/golden anew")
+
+
+def pytest_configure() -> None:
+    """Tests run the kernels as they are written now."""
+    forget_stale_kernels(Path(trackers.__file__).parent)

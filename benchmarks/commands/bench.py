@@ -83,7 +83,7 @@ class Bench:
             failures = [asdict(failure) for failure in outcome.failures]
             print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
         else:
-            print_leaderboard(outcome.summary, wanted)
+            print_leaderboard(outcome.summary)
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
         _tell_what_went_wrong(outcome)
         return 1 if outcome.failures else 0

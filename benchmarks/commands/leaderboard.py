@@ -1,8 +1,7 @@
-"""The leaderboard on the terminal."""
+"""The leaderboard in letters: for the terminal, and in Markdown."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -10,22 +9,32 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.suites import Metric, Suite
+from benchmarks.report import tables
+from benchmarks.suites import suite
 
 _WIDTH = 132
+_MARKDOWN_WIDTH = 400
 _WIDE_ENOUGH_FOR_INTERVALS = 120
 _ROLE_STYLES = {"ours": "bold green", "oracle": "italic", "variant": "dim"}
 
 
-def print_leaderboard(summary: Sequence[dict[str, Any]], suite: Suite) -> None:
-    """Print a table for each scenario, preset, renderer and controller: the suite's headline, best tracker
-    first.
+def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = False) -> None:
+    """Print a table for each scenario, preset, renderer and controller: the suite's headline, best tracker first.
+
+    Args:
+        summary: as ``write_summary`` returns it.
+        markdown: print tables that Markdown pages take.
     """
     console = Console()
-    if not console.is_terminal:
-        console = Console(width=_WIDTH)
+    if markdown or not console.is_terminal:
+        console = Console(width=_MARKDOWN_WIDTH if markdown else _WIDTH)
     for title, entries in _conditions(summary):
-        console.print(_table(title, entries, suite, console.width >= _WIDE_ENOUGH_FOR_INTERVALS))
+        board = tables.leaderboard(suite(entries[0]["suite"]), entries, sorted({entry["role"] for entry in entries}))
+        if markdown:
+            console.print(f"{title}\n")
+            console.print(_markdown(board))
+        else:
+            console.print(_for_terminal(title, board, console.width >= _WIDE_ENOUGH_FOR_INTERVALS))
 
 
 def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
@@ -34,59 +43,36 @@ def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[d
         steered = f", steered by {entry['controller']}" if "controller" in entry else ""
         title = f"{entry['scenario']}, {entry['preset']}, {entry['renderer']}{steered}"
         groups.setdefault(title, []).append(entry)
-    yield from groups.items()
+    for title, entries in groups.items():
+        yield f"{title}: {max(entry['n'] for entry in entries)} episodes, 95 % intervals over them", entries
 
 
-def _table(title: str, entries: Sequence[dict[str, Any]], suite: Suite, intervals: bool) -> Table:
-    trackers: dict[str, dict[str, dict[str, Any]]] = {}
-    for entry in entries:
-        trackers.setdefault(entry["tracker"], {})[entry["metric"]] = entry
-    present = {entry["metric"] for entry in entries}
-    columns = [suite.metric(name) for name in suite.headline if name in present]
-    seeds = max(entry["n"] for entry in entries)
-    table = Table(
-        title=f"{title}: {seeds} episodes{', 95 % intervals over them' if intervals else ''}", box=box.SIMPLE_HEAD
-    )
-    table.add_column("tracker", no_wrap=True, min_width=max(map(len, trackers)))
+def _for_terminal(title: str, board: tables.Table, intervals: bool) -> Table:
+    table = Table(title=title, box=box.SIMPLE_HEAD)
+    table.add_column("tracker", no_wrap=True, min_width=max(len(line.tracker) for line in board.lines))
     table.add_column("role", no_wrap=True, min_width=len("as-written"))
-    for metric in columns:
-        table.add_column(_label(metric), justify="right", min_width=9 if intervals else 5)
-
-    def rank(name: str) -> tuple[float, ...]:
-        return tuple(_goodness(trackers[name], metric) for metric in columns)
-
-    for name in sorted(trackers, key=rank, reverse=True):
-        role = next(iter(trackers[name].values()))["role"]
-        cells = [_cell(trackers[name].get(metric.name), intervals) for metric in columns]
-        table.add_row(name, role, *cells, style=_ROLE_STYLES.get(role, ""))
+    for column in board.columns:
+        table.add_column(_head(column), justify="right", min_width=9 if intervals else 5)
+    for line in board.lines:
+        cells = [f"{cell.text}\n{_short(cell.interval)}" if intervals else cell.text for cell in line.cells]
+        table.add_row(line.tracker, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
     return table
 
 
-def _label(metric: Metric) -> str:
+def _markdown(board: tables.Table) -> Table:
+    table = Table("tracker", "role", box=box.MARKDOWN)
+    for column in board.columns:
+        table.add_column(_head(column), justify="right", no_wrap=True)
+    for line in board.lines:
+        cells = [f"{cell.text} ({_short(cell.interval)})" if cell.interval else cell.text for cell in line.cells]
+        table.add_row(f"`{line.tracker}`", line.role, *cells)
+    return table
+
+
+def _head(column: tables.Column) -> str:
     """Return a metric's name in words with its unit and an arrow to the better side."""
-    arrow = "↑" if metric.better == "higher" else "↓"
-    without_unit = metric.name.removesuffix(f"_{metric.unit}")
-    unit = f" ({metric.unit})" if without_unit != metric.name else ""
-    return f"{without_unit.replace('_', ' ')}{unit} {arrow}"
+    return " ".join(filter(None, (column.title, f"({column.unit})" if column.unit else "", column.goal)))
 
 
-def _goodness(metrics: dict[str, dict[str, Any]], metric: Metric) -> float:
-    if metric.name not in metrics:
-        return -math.inf
-    mean = float(metrics[metric.name]["mean"])
-    return mean if metric.better == "higher" else -mean
-
-
-def _cell(entry: dict[str, Any] | None, intervals: bool) -> str:
-    if entry is None:
-        return "-"
-    if not intervals:
-        return _number(entry["mean"])
-    return f"{_number(entry['mean'])}\n{_number(entry['ci_low'])}-{_number(entry['ci_high'])}"
-
-
-def _number(value: float | None) -> str:
-    if value is None:
-        return "?"
-    digits = 2 if abs(value) < 10 else 1 if abs(value) < 100 else 0
-    return f"{value:.{digits}f}"
+def _short(interval: str) -> str:
+    return interval.replace(" … ", "–")

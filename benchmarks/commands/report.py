@@ -8,6 +8,7 @@ from typing import Annotated
 
 import tyro
 
+from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.report.page import write_report
 from benchmarks.summary import write_summary
 
@@ -18,12 +19,16 @@ class Report:
 
     Attributes:
         directory: the folder that `frameout bench` wrote.
+        markdown: print the leaderboard as a Markdown table too.
     """
 
     directory: Annotated[Path, tyro.conf.Positional]
+    markdown: bool = False
 
     def run(self) -> int:
         """Write them; return the exit status."""
-        write_summary(self.directory)
+        summary = write_summary(self.directory)
+        if self.markdown:
+            print_leaderboard(summary, markdown=True)
         print(write_report(self.directory))
         return 0

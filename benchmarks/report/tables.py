@@ -15,7 +15,7 @@ _IDEAL = {"coverage_50": 0.5, "coverage_90": 0.9, "coverage_95": 0.95, "nees": 2
 """Metrics that are right at a value: more is not better. NEES of two dimensions has the mean 2."""
 _RANKED_BY = 3
 """So many columns decide the order: the first one, where it ties the next …"""
-_WRITTEN_OUT = {"gm": "(geometric mean)", "tpr": "TPR", "tnr": "TNR", "auc": "AUC", "nees": "NEES", "f": "F"}
+_WRITTEN_OUT = {"gm": "√(TPR × TNR)", "tpr": "TPR", "tnr": "TNR", "auc": "AUC", "nees": "NEES", "f": "F"}
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,6 +67,22 @@ def test_report_is_made_again_from_rows_alone(tmp_path: Path, capsys: pytest.Cap
     assert capsys.readouterr().out.endswith(f"{tmp_path / 'report.html'}\n")
 
 
+def test_report_prints_the_leaderboard_in_markdown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bench(tmp_path)
+    capsys.readouterr()
+    assert main(["report", str(tmp_path), "--markdown"]) == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    head, rule, *rows = ([cell.strip() for cell in line.strip("|").split("|")] for line in lines)
+    assert head[:3] == ["tracker", "role", "recovery rate (%) ↑"]
+    assert all(set(cell) <= {"-", ":"} for cell in rule)
+    assert [row[0] for row in rows] == ["`fake_knowing`", "`fake_still`"]
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    for row in rows:
+        entry = next(e for e in summary if e["metric"] == "recovery_rate" and e["tracker"] == row[0].strip("`"))
+        percents = [100 * entry[key] for key in ("mean", "ci_low", "ci_high")]
+        assert [float(number) for number in re.findall(r"[\d.]+", row[2])] == pytest.approx(percents, abs=0.05)
+
+
 def test_compare_shows_differences_by_attribute(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bench(tmp_path)
     capsys.readouterr()
