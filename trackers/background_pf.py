@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.background_motion import STILL, BackgroundMotionFilter, BackgroundMotionParameters, PictureMotion
-from trackers.car_state import HEADING, POSITION, car_estimate, image_centre, initial_states, move_on
+from trackers.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
 from trackers.colour_template import ColourTemplate
 from trackers.existence import ExistenceMap
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import hs_bins
-from trackers.kernels.weights import circular_mean
 from trackers.models.classes import load_class_statistics
-from trackers.particle_filter import ParticleFilter, Posterior
+from trackers.particle_filter import ParticleFilter
 from trackers.registry import register, tunable
 from trackers.road_lines import RoadSearch
 from trackers.road_model import RoadCurve, RoadModel
@@ -58,7 +57,7 @@ class BackgroundInstant:
     existence: ExistenceMap
 
 
-class BackgroundModel:
+class BackgroundModel(CarModel[BackgroundParameters]):
     """State x = (x, y, V, θ) in pixels from the image centre.
 
     ``(x, y)' = Rot(-ω) ((x, y) + V (cos θ, sin θ)) - (Vx, Vy)``, ``θ' = θ - ω + N``, ``V' = V + N`` (4.19-4.21).
@@ -67,21 +66,10 @@ class BackgroundModel:
     road its factor is left out.
     """
 
-    def __init__(
-        self, parameters: BackgroundParameters, template: ColourTemplate, start_px: NDArray[np.float64]
-    ) -> None:
-        self._parameters = parameters
-        self._template = template
-        self._start_px = start_px
-
-    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        return initial_states(count, self._start_px, self._template.car_px, rng)
-
     def predict(
         self, states: NDArray[np.float64], observed: BackgroundInstant, rng: np.random.Generator
     ) -> NDArray[np.float64]:
-        speed_noise_px = self._parameters.speed_noise * self._template.car_px
-        moved = move_on(states, observed.motion, speed_noise_px, rng)
+        moved = self._move_on(states, observed.motion, rng)
         moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
         return moved
 
@@ -120,31 +108,25 @@ class BackgroundParticleFilter:
         """Take the template, trace the road beside the car, scatter the particles about it."""
         p = self._parameters
         self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy, p.rectangle_share)
-        self._start_px = box_centre(box_xyxy) - image_centre(observation.camera)
-        model = BackgroundModel(p, self._template, self._start_px)
+        start_px = box_centre(box_xyxy) - image_centre(observation.camera)
+        model = BackgroundModel(p, self._template, start_px)
         self._filter = ParticleFilter[BackgroundInstant](model, p.particles, self._rng)
         walk = BackgroundMotionParameters(
             p.motion_particles, p.translation_noise * self._template.car_px, p.rotation_noise_rad
         )
         self._motion = BackgroundMotionFilter(walk, observation.image_rgb, self._rng)
         self._road = RoadModel(RoadSearch(), self._template.car_px, self._rng)
-        self._last: Posterior | None = None
-        self._follow_road(observation, STILL)
+        self._believed: tuple[NDArray[np.float64], float | None] = start_px, None
+        self._road.update(cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY), STILL, start_px, None)
 
     def update(self, observation: Observation) -> Estimate:
         """Estimate the background's motion, move the road, then move, weight and resample the particles."""
         motion = self._motion.update(observation.image_rgb)
-        road = self._follow_road(observation, motion)
+        grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
+        road = self._road.update(grey, motion, *self._believed)
         centre_px = image_centre(observation.camera)
         existence = ExistenceMap(observation.image_rgb, self._classes, road, centre_px)
         instant = BackgroundInstant(hs_bins(observation.image_rgb), centre_px, motion, road, existence)
-        self._last = self._filter.step(instant)
-        return car_estimate(self._last, observation.camera, self._template.size_px)
-
-    def _follow_road(self, observation: Observation, motion: PictureMotion) -> RoadCurve | None:
-        grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
-        if self._last is None:
-            return self._road.update(grey, motion, self._start_px, None)
-        position_px = self._last.weights @ self._last.states[:, POSITION]
-        heading_rad = circular_mean(self._last.states[:, HEADING], self._last.weights)
-        return self._road.update(grey, motion, position_px, heading_rad)
+        posterior = self._filter.step(instant)
+        self._believed = place_and_heading(posterior)
+        return car_estimate(posterior, observation.camera, self._template.size_px)

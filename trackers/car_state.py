@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Generic, Protocol, TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.background_motion import Motion
+from trackers.colour_template import ColourTemplate
 from trackers.kernels.boxes import box_around, inside_picture
 from trackers.kernels.weights import circular_mean
 from trackers.particle_filter import Posterior
@@ -59,6 +62,39 @@ def move_on(
     moved[:, SPEED] = np.abs(states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states)))
     moved[:, HEADING] = np.arctan2(turned[:, 1], turned[:, 0])
     return moved
+
+
+class Walk(Protocol):
+    """How fast speeds change: τV, lengths of the car a frame."""
+
+    @property
+    def speed_noise(self) -> float: ...
+
+
+Parameters = TypeVar("Parameters", bound=Walk)
+
+
+class CarModel(Generic[Parameters]):
+    """What the models of the three filters share: where the car starts, and that it moves with the ground."""
+
+    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
+        """``start_px`` (2,) is the middle of the car's first box, from the image centre."""
+        self._parameters = parameters
+        self._template = template
+        self._start_px = start_px
+
+    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """See ``initial_states``."""
+        return initial_states(count, self._start_px, self._template.car_px, rng)
+
+    def _move_on(self, states: NDArray[np.float64], motion: Motion, rng: np.random.Generator) -> NDArray[np.float64]:
+        return move_on(states, motion, self._parameters.speed_noise * self._template.car_px, rng)
+
+
+def place_and_heading(posterior: Posterior) -> tuple[NDArray[np.float64], float]:
+    """Return the weighted means of position (2,), from the image centre, and heading."""
+    position_px = posterior.weights @ posterior.states[:, POSITION]
+    return position_px, circular_mean(posterior.states[:, HEADING], posterior.weights)
 
 
 def car_estimate(posterior: Posterior, camera: CameraModel, size_px: NDArray[np.float64]) -> Estimate:

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.background_motion import STILL, Motion, measured_motion
-from trackers.car_state import HEADING, POSITION, car_estimate, image_centre, initial_states, move_on
+from trackers.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
 from trackers.colour_template import ColourTemplate
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import hs_bins
-from trackers.kernels.weights import circular_mean
-from trackers.particle_filter import ParticleFilter, Posterior
+from trackers.particle_filter import ParticleFilter
 from trackers.registry import register, tunable
 from trackers.road_lines import RoadSearch
 from trackers.road_model import RoadCurve, RoadModel
@@ -52,7 +51,7 @@ class RoadInstant:
     road: RoadCurve | None
 
 
-class RoadShapeModel:
+class RoadShapeModel(CarModel[RoadShapeParameters]):
     """State x = (x, y, V, θ) in pixels from the image centre.
 
     Position and speed move as in A.1; then ``θ' = rθ + N(0, τ'θ²)`` (3.10), rθ the road's direction at the new place.
@@ -60,21 +59,10 @@ class RoadShapeModel:
     Readings: |.| is meant in 3.11, in units of w; without a known road θ walks at random and its term is left out.
     """
 
-    def __init__(
-        self, parameters: RoadShapeParameters, template: ColourTemplate, start_px: NDArray[np.float64]
-    ) -> None:
-        self._parameters = parameters
-        self._template = template
-        self._start_px = start_px
-
-    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        return initial_states(count, self._start_px, self._template.car_px, rng)
-
     def predict(
         self, states: NDArray[np.float64], observed: RoadInstant, rng: np.random.Generator
     ) -> NDArray[np.float64]:
-        speed_noise_px = self._parameters.speed_noise * self._template.car_px
-        moved = move_on(states, observed.motion, speed_noise_px, rng)
+        moved = self._move_on(states, observed.motion, rng)
         if observed.road is not None:
             _, moved[:, HEADING] = observed.road.offset_and_direction(moved[:, POSITION], moved[:, HEADING])
         moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
@@ -114,25 +102,17 @@ class RoadShapeParticleFilter:
         model = RoadShapeModel(self._parameters, self._template, start_px)
         self._filter = ParticleFilter[RoadInstant](model, self._parameters.particles, self._rng)
         self._road = RoadModel(RoadSearch(), self._template.car_px, self._rng)
-        grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
-        self._road.update(grey, STILL, start_px, None)
-        self._last: Posterior | None = None
-        self._start_px = start_px
+        self._believed: tuple[NDArray[np.float64], float | None] = start_px, None
+        self._road.update(cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY), STILL, start_px, None)
         self._ego: EgoPose | None = observation.ego
 
     def update(self, observation: Observation) -> Estimate:
         """Move the road, then move, weight and resample the particles by the next picture."""
         motion = measured_motion(self._ego, observation.ego, observation.camera)
         self._ego = observation.ego
-        road = self._follow_road(observation, motion)
-        bins, centre_px = hs_bins(observation.image_rgb), image_centre(observation.camera)
-        self._last = self._filter.step(RoadInstant(bins, centre_px, motion, road))
-        return car_estimate(self._last, observation.camera, self._template.size_px)
-
-    def _follow_road(self, observation: Observation, motion: Motion) -> RoadCurve | None:
         grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
-        if self._last is None:
-            return self._road.update(grey, motion, self._start_px, None)
-        position_px = self._last.weights @ self._last.states[:, POSITION]
-        heading_rad = circular_mean(self._last.states[:, HEADING], self._last.weights)
-        return self._road.update(grey, motion, position_px, heading_rad)
+        road = self._road.update(grey, motion, *self._believed)
+        bins, centre_px = hs_bins(observation.image_rgb), image_centre(observation.camera)
+        posterior = self._filter.step(RoadInstant(bins, centre_px, motion, road))
+        self._believed = place_and_heading(posterior)
+        return car_estimate(posterior, observation.camera, self._template.size_px)
