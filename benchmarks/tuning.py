@@ -33,7 +33,7 @@ class Budget:
     """How a search is done; the same for all methods, so that none is favoured.
 
     Attributes:
-        suite, presets, seeds: the episodes on which a setting is scored.
+        suite, presets, seeds: the episodes on which a setting is scored; as many seeds after these check the best.
         trials: settings tried, the first one is the defaults.
         workers: processes.
     """
@@ -44,19 +44,27 @@ class Budget:
     trials: int
     workers: int
 
+    def on_fresh_seeds(self) -> Budget:
+        """Return the same with as many seeds, those that come next."""
+        return dataclasses.replace(self, seeds=range(self.seeds.stop, self.seeds.stop + len(self.seeds)))
+
 
 @dataclass(frozen=True)
 class Tuned:
     """What a search found.
 
     Attributes:
-        parameters: the best setting. score, default_score: of it and of the defaults, see ``score_of``.
+        parameters: the best setting, or the defaults where that was not better on fresh seeds too.
+        score, default_score: of the best setting and of the defaults on the search's seeds, see ``score_of``.
+        fresh_score, fresh_default_score: of both on as many seeds that the search has not seen.
         trials: number of settings tried.
     """
 
     parameters: dict[str, Any]
     score: float
     default_score: float
+    fresh_score: float
+    fresh_default_score: float
     trials: int
 
 
@@ -90,17 +98,19 @@ def score_of(rows: Sequence[Row], suite_name: str) -> float:
 def tune(name: str, budget: Budget, progress: Progress) -> Tuned:
     """Search the tunable parameters of one tracker; deterministic but for ties in time limits.
 
-    Tree-structured Parzen estimator (Optuna), asked for batches of settings that watch the same pictures.
+    Tree-structured Parzen estimator (Optuna), asked for batches of settings that watch the same pictures. The best of
+    many settings on a few seeds is partly luck: it replaces the defaults only if it is better on fresh seeds too.
 
     Raises:
-        ValueError: if Optuna is not there, or the tracker has nothing to tune.
+        ValueError: if Optuna is not there, the tracker has nothing to tune.
     """
     optuna = _optuna()
     fields = tunables(name)
     study = optuna.create_study(
         direction="maximize", sampler=optuna.samplers.TPESampler(seed=_SEARCH_SEED, constant_liar=True)
     )
-    study.enqueue_trial({key: field.default for key, field in fields.items()})
+    defaults = {key: field.default for key, field in fields.items()}
+    study.enqueue_trial(defaults)
     while len(study.trials) < budget.trials:
         asked = [study.ask() for _ in range(min(_BATCH, budget.trials - len(study.trials)))]
         settings = {f"{name}#{trial.number}": _suggested(trial, fields) for trial in asked}
@@ -108,7 +118,15 @@ def tune(name: str, budget: Budget, progress: Progress) -> Tuned:
         for trial, label in zip(asked, settings, strict=True):
             study.tell(trial, scores[label])
         progress(len(study.trials), budget.trials)
-    return Tuned(study.best_params, study.best_value, study.trials[0].value, len(study.trials))
+    fresh = _scores(name, {"best": study.best_params, "defaults": defaults}, budget.on_fresh_seeds())
+    return Tuned(
+        parameters=study.best_params if fresh["best"] > fresh["defaults"] else defaults,
+        score=study.best_value,
+        default_score=study.trials[0].value,
+        fresh_score=fresh["best"],
+        fresh_default_score=fresh["defaults"],
+        trials=len(study.trials),
+    )
 
 
 def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str, folder: Path) -> Path:
@@ -117,6 +135,8 @@ def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str, folder: P
         "parameters": {key: tuned.parameters[key] for key in sorted(tuned.parameters)},
         "score": round(tuned.score, 6),
         "default_score": round(tuned.default_score, 6),
+        "fresh_score": round(tuned.fresh_score, 6),
+        "fresh_default_score": round(tuned.fresh_default_score, 6),
         "score_is": "kept_rate + f_measure - offscreen_error_m / 100",
         "trials": tuned.trials,
         "seeds": f"{budget.seeds.start}:{budget.seeds.stop}",

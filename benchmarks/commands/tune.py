@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, SEEDS, WORKERS, cores, names
+from benchmarks.commands.arguments import FOLDER, SEEDS, TEST_SPLIT, WORKERS, cores, names
 from benchmarks.commands.learn_colours import development_seeds
 from benchmarks.commands.progress import progress_bar
 from benchmarks.tuning import TUNED_FOLDER, Budget, tunables, tune, write_tuned
@@ -28,7 +28,8 @@ class Tune:
         trackers: names (default: every tracker that declares something to tune).
         trials: settings to try for each tracker.
         preset: one or more presets; their scores are averaged.
-        seeds: episodes A:B, below 10,000.
+        seeds: episodes A:B, below 10,000; the best setting takes the defaults' place if it is better than they are on
+            the B - A episodes after these too.
         workers: processes.
         out: folder for the values (default: trackers/tuned, the only place from which they are used).
     """
@@ -49,6 +50,11 @@ class Tune:
         for name in chosen:
             tunables(name)
         budget = Budget("frame-out", names(self.preset), seeds, self.trials, cores(self.workers))
+        if budget.on_fresh_seeds().seeds.stop > TEST_SPLIT.start:
+            raise ValueError(
+                f"seeds: expected as many development seeds after them, below {TEST_SPLIT.start}, to check the best "
+                f"setting on, got {self.seeds!r}"
+            )
         for name in chosen:
             with progress_bar(f"{name}, {self.trials} trials") as progress:
                 tuned = tune(name, budget, progress)
@@ -56,7 +62,10 @@ class Tune:
                 f"frameout tune {name} --trials {self.trials} --preset {' '.join(self.preset)} --seeds {self.seeds}"
             )
             path = write_tuned(name, tuned, budget, command, self.out)
-            print(f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}: {path}")
+            print(
+                f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}; on fresh seeds "
+                f"{tuned.fresh_score:.3f} and {tuned.fresh_default_score:.3f}: {path}"
+            )
         return 0
 
 

@@ -56,6 +56,7 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     assert tuned.parameters["off_m"] < 5.0
     assert isinstance(tuned.parameters["ignored"], int)
     assert tuned.score > tuned.default_score
+    assert tuned.fresh_score > tuned.fresh_default_score
     assert tune("fake_shaky", BUDGET, lambda done, of: None) == tuned
 
     path = write_tuned("fake_shaky", tuned, BUDGET, "frameout tune fake_shaky", tmp_path)
@@ -78,6 +79,18 @@ def test_the_first_setting_tried_is_the_default(monkeypatch: pytest.MonkeyPatch)
     tune("fake_shaky", BUDGET, lambda done, of: None)
     assert tried[0] == {"off_m": 20.0, "ignored": 3}
     assert all(0.0 <= values["off_m"] <= 40.0 and 1 <= values["ignored"] <= 5 for values in tried)
+
+
+def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+        """The higher ``off_m`` the better on the search's seeds, the worse on others."""
+        sign = 1.0 if budget.seeds == BUDGET.seeds else -1.0
+        return {label: sign * values["off_m"] for label, values in settings.items()}
+
+    monkeypatch.setattr(tuning, "_scores", scores)
+    tuned = tune("fake_shaky", BUDGET, lambda done, of: None)
+    assert tuned.parameters == {"off_m": 20.0, "ignored": 3}
+    assert tuned.score == -tuned.fresh_score > tuned.default_score == -tuned.fresh_default_score == 20.0
 
 
 def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:
