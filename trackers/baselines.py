@@ -29,8 +29,8 @@ def best_match(
     best_px, similarity = near_px, 0.0
     for reach, step in ((reach_px, step_px), (step_px, 1.0)):
         # Only what lies in the picture, however far the reach.
-        low, high = np.maximum(best_px - reach, 0.0), np.minimum(best_px + reach, picture - 1e-6)
-        x, y = (np.arange(low[axis], high[axis] + 0.5 * step, step) for axis in (0, 1))
+        low, high = np.maximum(best_px - reach, 0.0), np.minimum(best_px + reach, picture - 1e-3)
+        x, y = (np.arange(low[axis], high[axis] + 1e-6, step) for axis in (0, 1))
         grid_px = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         if len(grid_px) == 0:
             break

@@ -184,8 +184,9 @@ def _acceptable(preset: RoadTown, states: NDArray[np.int64], wanted: list[tuple[
     if len(spans) != len(wanted):
         return False
     low, high = preset.frame_outs.frames
-    high = max(high, *(frames for _, frames in wanted))
-    if not all(low <= end - start <= high + 2 for start, end in spans):
+    lengths = [end - start for start, end in spans]
+    # An excursion may have to be longer than the rest.
+    if not all(low <= length <= max(high, wish[1]) + 2 for length, wish in zip(lengths, wanted, strict=True)):
         return False
     if any(abs(span[0] - wish[0]) > 3 for span, wish in zip(spans, wanted, strict=True)):
         return False

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -18,11 +20,12 @@ from trackers.mosaic_graph_pf.likeness import Likeness
 from trackers.mosaic_graph_pf.mosaic import Mosaic, standing_ground
 from trackers.mosaic_graph_pf.registration import Registration
 from trackers.mosaic_graph_pf.road_graph import build_graph
-from trackers.mosaic_graph_pf.road_map import roads_about
+from trackers.mosaic_graph_pf.road_map import RoadFinder, roads_about
 from trackers.mosaic_graph_pf.sightings import Sightings
 from trackers.types import CameraModel
 
 _MODEL = CameraModel(640, 480, 686.0)
+_ALL_GROUND = np.full((240, 320), 255, np.uint8)
 _HABITS = rm.Habits(
     lateral_acceleration=2.2,
     braking=3.0,
@@ -98,7 +101,7 @@ def test_pictures_are_placed_on_the_mosaic_to_a_pixel() -> None:
     metres_per_pixel = first.T_world_camera[2, 3] / first.observation.camera.focal_px
     registration = Registration(first.observation, metres_per_pixel, use_ego=False, use_mosaic=True)
     mosaic = Mosaic(2 * metres_per_pixel)
-    mosaic.add(registration.first.small_rgb, registration.camera)
+    mosaic.add(registration.first.small_rgb, registration.camera, _ALL_GROUND)
     marks_px = np.array([[150.0, 120.0], [500.0, 100.0], [320.0, 400.0]])
     on_map = registration.camera.to_map(marks_px)
     pinhole = PinholeCamera(640, 480, first.observation.camera.focal_px)
@@ -107,7 +110,7 @@ def test_pictures_are_placed_on_the_mosaic_to_a_pixel() -> None:
     world = world[:, :2] / world[:, 2:]
     for frame in frames[1:]:
         registered = registration.register(frame.observation, mosaic)
-        mosaic.add(registered.small_rgb, registered.camera)
+        mosaic.add(registered.small_rgb, registered.camera, _ALL_GROUND)
         expected = project(pinhole, frame.T_world_camera, np.column_stack([world, np.zeros(3)]))[0]
         assert np.linalg.norm(registered.camera.to_picture(on_map) - expected, axis=1).max() < 2.5
 
@@ -117,16 +120,35 @@ def test_the_mosaic_shows_what_was_laid_down_and_grows() -> None:
     picture = np.repeat(np.repeat(rng.integers(0, 256, (24, 32, 3)), 10, axis=0), 10, axis=1).astype(np.uint8)
     camera = looking_down(_MODEL, 0.1)
     mosaic = Mosaic(0.2)
-    mosaic.add(picture, camera)
+    mosaic.add(picture, camera, _ALL_GROUND)
     shape = mosaic.count.shape
     shown, seen = mosaic.render(camera)
     middle = np.s_[20:-20, 20:-20]
     assert seen[middle].min() == 1
     assert np.abs(shown[middle].astype(int) - picture[middle]).mean() < 6
     far = camera.moved(np.array([0, 0, 0, 200.0, 0, 0, 0, 0]))
-    mosaic.add(picture, far)
+    mosaic.add(picture, far, _ALL_GROUND)
     assert mosaic.count.shape > shape
     np.testing.assert_array_equal(mosaic.render(camera)[0][middle], shown[middle])
+
+
+@pytest.mark.parametrize("pitch_rad", [1.15, 1.3, 1.6])
+def test_a_pose_that_sees_to_the_horizon_lays_nothing_down(pitch_rad: float) -> None:
+    picture = np.full((240, 320, 3), 90, np.uint8)
+    camera = looking_down(_MODEL, 0.1)
+    mosaic = Mosaic(0.2)
+    mosaic.add(picture, camera, _ALL_GROUND)
+    before = mosaic.count.copy()
+    mosaic.add(picture, camera.moved(np.array([pitch_rad, 0, 0, 0, 0, 0, 0, 0])), _ALL_GROUND)
+    np.testing.assert_array_equal(mosaic.count, before)
+
+
+def test_far_from_all_that_was_seen_no_roads_are_drawn() -> None:
+    mosaic = Mosaic(0.2)
+    mosaic.add(np.full((240, 320, 3), 90, np.uint8), looking_down(_MODEL, 0.1), _ALL_GROUND)
+    finder = RoadFinder()
+    finder.learn(np.zeros(2))
+    assert finder.draw(mosaic, np.array([1000.0, 0.0])).graph.edge_count == 0
 
 
 def test_the_target_is_hardly_taken_for_ground() -> None:
@@ -173,6 +195,20 @@ def test_short_spurs_are_cut_and_gaps_in_line_bridged() -> None:
     graph = build_graph([*main, spur, beyond_gap])
     assert graph.points_m[:, 1].max() < 1.0
     assert ((graph.points_m[:, 0] > 64) & (graph.points_m[:, 0] < 76)).any()
+
+
+def test_every_dead_end_is_drawn_on_whatever_the_order_of_the_lines() -> None:
+    """A street with a gap, and another that ends just before its middle: both gaps are closed."""
+    across = np.linspace([0.0, -60.0], [0.0, 60.0], 241)
+    side_street = np.linspace([-60.0, 20.0], [-15.0, 20.0], 91)
+    beyond_gap = np.linspace([0.0, 80.0], [0.0, 140.0], 121)
+    lengths = []
+    for lines in itertools.permutations([across, side_street, beyond_gap]):
+        graph = build_graph(list(lines))
+        assert ((np.abs(graph.points_m[:, 0] + 8) < 4) & (np.abs(graph.points_m[:, 1] - 20) < 1)).any()
+        assert ((graph.points_m[:, 1] > 64) & (graph.points_m[:, 1] < 76)).any()
+        lengths.append(len(graph.points_m))
+    assert max(lengths) - min(lengths) <= 4
 
 
 def test_cars_keep_their_lane_and_take_every_way_at_a_crossing() -> None:

@@ -172,7 +172,7 @@ def fit_box(
     best = np.zeros(MEASURES)
     trial = np.empty(2)
     for heading in headings_rad:
-        along, across = _half_axes(pixels_per_metre, half_size_m, heading)
+        along, across = half_axes(pixels_per_metre, half_size_m, heading)
         for d_y in range(-reach_px, reach_px + 1, 2):
             for d_x in range(-reach_px, reach_px + 1, 2):
                 trial[0], trial[1] = centre[0] + d_x, centre[1] + d_y
@@ -193,7 +193,7 @@ def fit_box(
                 trial[0] = start_x + step * ((move == 0) - (move == 1))
                 trial[1] = start_y + step * ((move == 2) - (move == 3))
                 heading = start_heading + turn * ((move == 4) - (move == 5))
-                along, across = _half_axes(pixels_per_metre, half_size_m, heading)
+                along, across = half_axes(pixels_per_metre, half_size_m, heading)
                 measures = measure_box(rgb, log_ratio, difference, template, trial, along, across)
                 value = np.dot(merit, measures)
                 if value > best_merit:
@@ -205,7 +205,7 @@ def fit_box(
 
 
 @njit(cache=True)
-def _half_axes(
+def half_axes(
     pixels_per_metre: NDArray[np.float64], half_size_m: NDArray[np.float64], heading_rad: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return picture vectors from a car's centre to its nose and to its right side."""

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from trackers.kernels import road_position as rp
 from trackers.kernels.weights import circular_mean
-from trackers.mosaic_graph_pf.detector import CENTRE_HEIGHT_M
-from trackers.mosaic_graph_pf.ground_camera import GroundCamera
+from trackers.mosaic_graph_pf.ground_camera import CENTRE_HEIGHT_M, GroundCamera
 from trackers.particle_filter import Posterior
 from trackers.types import Estimate
 

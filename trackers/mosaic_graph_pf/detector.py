@@ -12,17 +12,16 @@ from numpy.typing import NDArray
 
 from trackers.kernels import oriented_box as ob
 from trackers.mosaic_graph_pf.colour_model import ColourModel
-from trackers.mosaic_graph_pf.ground_camera import GroundCamera
+from trackers.mosaic_graph_pf.ground_camera import CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph_pf.likeness import Likeness
-from trackers.mosaic_graph_pf.mosaic import SHRINK
 from trackers.mosaic_graph_pf.registration import Registered
+from trackers.mosaic_graph_pf.small_picture import SHRINK, to_full, to_small
 
-CENTRE_HEIGHT_M = 0.7
-"""Height above ground of the middle of a car, to which boxes and truth refer."""
 _OFTEN_SEEN = 4
 _ALIGN = np.array([1.0, -0.7, -0.08, 0.03, -0.03, 0.0, 0.0])
 _TURNS_RAD = np.array([-0.3, -0.15, 0.0, 0.15, 0.3])
 _SPOT_TURNS_RAD = np.array([-0.5, -0.2, 0.0, 0.2, 0.5, 0.5 * np.pi])
+_REACH_PX, _SPOT_REACH_PX = 6, 2
 _DIFFERENCE_WORTH = 0.03
 _SURROUNDINGS = 0.7
 _COLOUR_STANDS_OUT, _MOTION_STANDS_OUT, _MOVED_CAP = 0.3, 8.0, 50
@@ -90,9 +89,7 @@ class Detector:
         camera = registered.camera
         found: list[Candidate] = []
         for position_m, heading_rad in expected_m:
-            candidate = self.measure(
-                registered, cues, position_m, heading_rad + np.array([-0.3, -0.15, 0.0, 0.15, 0.3]), 6
-            )
+            candidate = self.measure(registered, cues, position_m, heading_rad + _TURNS_RAD, _REACH_PX)
             if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
                 found.append(candidate)
         for pixel in self._peaks(cues, camera):
@@ -108,7 +105,7 @@ class Detector:
         (1 = it alone).
         """
         centre, jacobian = place(registered.camera, position_m)
-        along, across = _axes(jacobian, self._half_size_m, axis_rad)
+        along, across = ob.half_axes(jacobian, self._half_size_m, axis_rad)
         patch = ob.sample_template(registered.small_rgb, centre, along, across)
         if np.isnan(patch).any():
             return
@@ -131,8 +128,8 @@ class Detector:
         """Return the best box near a place on the map, or None if it lies outside the picture.
 
         Args:
-            headings_rad: (K,) on the map, tried first. reach_px: how far from the place to look, shrunk
-                pixels.
+            headings_rad: (K,) on the map, to be tried.
+            reach_px: how far from the place to look, in pixels of the small picture.
         """
         centre, jacobian = place(registered.camera, position_m)
         height, width = cues.difference.shape
@@ -152,7 +149,7 @@ class Detector:
         )
         if measures[ob.COVERED] < 0.4:
             return None
-        place_m = registered.camera.to_map(((centre + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
+        place_m = registered.camera.to_map(to_full(centre)[None], CENTRE_HEIGHT_M)[0]
         return Candidate(place_m, heading, self.likeness.log_ratio(measures), measures)
 
     def measure_at(
@@ -160,7 +157,7 @@ class Detector:
     ) -> Candidate:
         """Return the box at just this place and axis."""
         centre, jacobian = place(registered.camera, position_m)
-        along, across = _axes(jacobian, self._half_size_m, axis_rad)
+        along, across = ob.half_axes(jacobian, self._half_size_m, axis_rad)
         pictures = (registered.small_rgb, cues.log_ratio, cues.difference, self._template)
         measures = ob.measure_box(*pictures, centre, along, across)
         return Candidate(position_m, float(axis_rad), self.likeness.log_ratio(measures), measures)
@@ -189,13 +186,13 @@ class Detector:
         """
         radius_px = 0.65 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
         centre, angle = ob.spot_axis(cues.log_ratio, cues.difference, pixel, radius_px, _DIFFERENCE_WORTH)
-        position_m = registered.camera.to_map(((centre + 0.5) * SHRINK)[None], CENTRE_HEIGHT_M)[0]
+        position_m = registered.camera.to_map(to_full(centre)[None], CENTRE_HEIGHT_M)[0]
         if not np.isfinite(position_m).all():
             return None
         map_from_picture = np.linalg.inv(place(registered.camera, position_m)[1])
         along = map_from_picture @ np.array([np.cos(angle), np.sin(angle)])
         axis_rad = float(np.arctan2(along[1], along[0]))
-        return self.measure(registered, cues, position_m, axis_rad + _SPOT_TURNS_RAD, 2)
+        return self.measure(registered, cues, position_m, axis_rad + _SPOT_TURNS_RAD, _SPOT_REACH_PX)
 
     def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
         """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in
@@ -236,12 +233,5 @@ def place(camera: GroundCamera, position_m: NDArray[np.float64]) -> tuple[NDArra
     position.
     """
     around = position_m + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    pixels = camera.to_picture(around, CENTRE_HEIGHT_M) / SHRINK - 0.5
+    pixels = to_small(camera.to_picture(around, CENTRE_HEIGHT_M))
     return pixels[0], np.column_stack([pixels[1] - pixels[0], pixels[2] - pixels[0]])
-
-
-def _axes(
-    jacobian: NDArray[np.float64], half_size_m: NDArray[np.float64], heading_rad: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    c, s = np.cos(heading_rad), np.sin(heading_rad)
-    return half_size_m[0] * jacobian @ np.array([c, s]), half_size_m[1] * jacobian @ np.array([s, -c])

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels import oriented_box as ob
-from trackers.mosaic_graph_pf.detector import CENTRE_HEIGHT_M, Candidate, Cues, Detector, place
+from trackers.mosaic_graph_pf.detector import Candidate, Cues, Detector, place
+from trackers.mosaic_graph_pf.ground_camera import CENTRE_HEIGHT_M
 from trackers.mosaic_graph_pf.registration import Registered
 
 WIDTH_TO_LENGTH = 0.42

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from trackers.kernels.planar_pose import apply_homography, robust_normal_equations
 from trackers.types import CameraModel
 
-POSE_PARAMETERS = 6
+CENTRE_HEIGHT_M = 0.7
+"""Height above ground of the middle of a car, to which boxes and truth refer."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.blend import blend_into
 from trackers.kernels.oriented_box import UNKNOWN
-from trackers.mosaic_graph_pf.ground_camera import GroundCamera
+from trackers.mosaic_graph_pf.ground_camera import CENTRE_HEIGHT_M, GroundCamera
+from trackers.mosaic_graph_pf.small_picture import SHRINK, to_small
 
-SHRINK = 2
-"""Pictures are laid down at 1 / SHRINK of their resolution."""
 _GROW_CELLS = 256
 _SLOWEST_RATE = 0.06
+_WIDEST_VIEW_M = 400.0
 _SUDDEN_LEVELS, _SUDDEN_WEIGHT = 30, 70
-
-
-@dataclass(frozen=True, slots=True)
-class Window:
-    """Rows and columns of the mosaic, half open."""
-
-    top: int
-    left: int
-    bottom: int
-    right: int
-
-    @property
-    def slices(self) -> tuple[slice, slice]:
-        """Index of the window's cells in the mosaic's arrays."""
-        return slice(self.top, self.bottom), slice(self.left, self.right)
 
 
 class Mosaic:
@@ -53,34 +36,28 @@ class Mosaic:
         self.count = np.zeros((0, 0), np.uint8)
         self._mean = np.zeros((0, 0, 3), np.float32)
 
-    def add(
-        self, picture_rgb: NDArray[np.uint8], camera: GroundCamera, weight: NDArray[np.uint8] | None = None
-    ) -> Window:
-        """Lay down a picture that was shrunk by ``SHRINK``.
+    def add(self, small_rgb: NDArray[np.uint8], camera: GroundCamera, weight: NDArray[np.uint8]) -> None:
+        """Lay down a picture; nothing of one whose pose, wrong for once, has the horizon in view.
 
         Args:
-            picture_rgb: (H, W, 3).
+            small_rgb: (H, W, 3), shrunk by ``SHRINK``.
             camera: of the picture at full size.
-            weight: (H, W) 1-255, how far each pixel shows the standing ground (cars do not); 255 everywhere
-                if None.
-
-        Returns:
-            the window of cells that the picture lies in.
+            weight: (H, W) 1-255, how far each pixel shows the standing ground (cars do not).
         """
-        window = self._window(camera)
-        H = picture_from_cells(camera, self.cell_m, self.origin_m + self.cell_m * np.array([window.left, window.top]))
-        size = (window.right - window.left, window.bottom - window.top)
-        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        patch = cv2.warpPerspective(picture_rgb, H, size, flags=flags)
-        if weight is None:
-            weight = np.full(picture_rgb.shape[:2], 255, np.uint8)
+        corners_m = camera.footprint_m()
+        # Not a number above the horizon.
+        if not np.ptp(corners_m, axis=0).max() < _WIDEST_VIEW_M:
+            return
+        (left, top), (right, bottom) = self._window(corners_m)
+        H = picture_from_cells(camera, self.cell_m, self.origin_m + self.cell_m * np.array([left, top]))
+        size = (right - left, bottom - top)
+        patch = cv2.warpPerspective(small_rgb, H, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
         inside = weight.copy()
         # The outermost pixels would blend with the black beyond the border.
         inside[[0, -1], :] = inside[:, [0, -1]] = 0
         patch_weight = cv2.warpPerspective(inside, H, size, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP)
-        cells = window.slices
+        cells = slice(top, bottom), slice(left, right)
         blend_into(self._mean[cells], self.rgb[cells], self.count[cells], patch, patch_weight, _SLOWEST_RATE)
-        return window
 
     def render(self, camera: GroundCamera) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """Return what ``camera`` would see of the mosaic, shrunk by ``SHRINK``: rgb (H, W, 3) and how often
@@ -96,18 +73,19 @@ class Mosaic:
         """Return (column, row) (N, 2) of the cells that hold map points (N, 2); may lie outside the mosaic."""
         return np.floor((map_m - self.origin_m) / self.cell_m).astype(np.int64)
 
-    def _window(self, camera: GroundCamera) -> Window:
-        """Return the bounding cells of the camera's view, after growing the mosaic to hold them."""
-        corners = camera.footprint_m()
-        low = np.floor((corners.min(axis=0) - self.origin_m) / self.cell_m).astype(int)
-        high = np.ceil((corners.max(axis=0) - self.origin_m) / self.cell_m).astype(int) + 1
+    def _window(self, corners_m: NDArray[np.float64]) -> tuple[list[int], list[int]]:
+        """Return the first (column, row) that map points lie in and the one beyond the last, after growing the mosaic
+        to hold them.
+        """
+        low = np.floor((corners_m.min(axis=0) - self.origin_m) / self.cell_m).astype(int)
+        high = np.ceil((corners_m.max(axis=0) - self.origin_m) / self.cell_m).astype(int) + 1
         height, width = self.count.shape
         if (low < 0).any() or high[0] > width or high[1] > height:
             before = np.where(low < 0, -low + _GROW_CELLS, 0)
             after = np.maximum(high - [width, height] + _GROW_CELLS, 0) * (high > [width, height])
             self._grow(before, after)
             low, high = low + before, high + before
-        return Window(low[1], low[0], high[1], high[0])
+        return low.tolist(), high.tolist()
 
     def _grow(self, before: NDArray[np.int64], after: NDArray[np.int64]) -> None:
         pad = ((before[1], after[1]), (before[0], after[0]))
@@ -135,7 +113,7 @@ def standing_ground(
     if difference is not None:
         weight[(difference > _SUDDEN_LEVELS) & (difference != UNKNOWN)] = _SUDDEN_WEIGHT
     if target_m is not None:
-        pixel = camera.to_picture(target_m[None])[0] / SHRINK
+        pixel = to_small(camera.to_picture(target_m[None], CENTRE_HEIGHT_M))[0]
         radius = 0.7 * length_m / (SHRINK * camera.metres_per_pixel())
         cv2.circle(weight, tuple(np.round(pixel).astype(int).tolist()), int(radius) + 1, 1, -1)
     return weight

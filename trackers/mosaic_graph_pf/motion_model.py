@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from trackers.kernels import road_motion as rm
 from trackers.kernels import road_position as rp
 from trackers.kernels.posterior import detection_log_weights
-from trackers.kernels.roads import NO_ROADS, Roads
+from trackers.kernels.roads import Roads
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
 
 _AXIS_DEVIATION_RAD = 0.35
@@ -40,7 +40,7 @@ class Instant:
     Attributes:
         dt_s: time since the last one.
         camera: of this picture.
-        roads: as believed now, or None.
+        roads: as believed now.
         roads_are_new: whether they were drawn anew since the last instant.
         candidates_m (J, 2), axes_rad (J,), log_ratios (J,): see ``detection_log_weights``.
         births: see there.
@@ -48,7 +48,7 @@ class Instant:
 
     dt_s: float
     camera: GroundCamera
-    roads: Roads | None
+    roads: Roads
     roads_are_new: bool
     candidates_m: NDArray[np.float64]
     axes_rad: NDArray[np.float64]
@@ -114,16 +114,13 @@ class CarModel:
         states = states.copy()
         states[:, rp.LOG_PRIOR] = 0.0
         count = len(states)
-        if observed.roads is None:
-            states[:, rp.ON_ROAD] = 0.0
-            roads = NO_ROADS
-        else:
-            roads = observed.roads
-            if observed.roads_are_new:
-                self._associate_anew(states, roads, rng)
-        rm.drive(states, roads, self._habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 7)))
+        if observed.roads_are_new:
+            self._associate_anew(states, observed.roads, rng)
+        rm.drive(
+            states, observed.roads, self._habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 7))
+        )
         if observed.births:
-            self._give_birth(states, observed, roads, rng)
+            self._give_birth(states, observed, rng)
         return states
 
     def log_weights(self, states: NDArray[np.float64], observed: Instant) -> NDArray[np.float64]:
@@ -155,10 +152,8 @@ class CarModel:
         rp.associate(states, roads, rng.random(len(states)))
         states[free, rp.ON_ROAD] = 0.0
 
-    def _give_birth(
-        self, states: NDArray[np.float64], observed: Instant, roads: Roads, rng: np.random.Generator
-    ) -> None:
-        """Put births in the place of the last states (any are as good: resampling has no order of merit)."""
+    def _give_birth(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> None:
+        """Put births in the place of states drawn at random: resampling leaves them in order."""
         each = max(1, int(self._born_share * len(states) / len(observed.births)))
         victims = rng.permutation(len(states))
         share = each / len(states)
@@ -172,8 +167,7 @@ class CarModel:
             born[:, rp.CURVE] = rng.normal(0, _BORN_CURVE_PER_M, each)
             born[:, rp.CHOICE] = -1
             born[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, each)
-            if observed.roads is not None:
-                rp.associate(born, roads, rng.random(each))
+            rp.associate(born, observed.roads, rng.random(each))
             states[victims[k * each : (k + 1) * each]] = born
 
     def _draw_cruise(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -184,5 +178,7 @@ def _spacing_m(positions_m: NDArray[np.float64]) -> float:
     """Return how far apart particles (N, 2) are: each stands for its neighbourhood, and where they are thinly
     spread hardly one lies as near to the target as a detection is good. ``sqrt(2 pi sqrt(det cov) / N)``.
     """
+    if len(positions_m) < 2:
+        return 0.0
     determinant = float(np.linalg.det(np.cov(positions_m.T)))
     return float(np.sqrt(2.0 * np.pi * np.sqrt(max(determinant, 0.0)) / len(positions_m)))

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera, fit_pose, looking_down
-from trackers.mosaic_graph_pf.mosaic import SHRINK, Mosaic
+from trackers.mosaic_graph_pf.mosaic import Mosaic
+from trackers.mosaic_graph_pf.small_picture import shrink, to_full, to_small
 from trackers.types import EgoPose, Observation
 
 _CORNERS = 160
@@ -37,14 +38,12 @@ class Registered:
         small_rgb: (H, W, 3) the picture shrunk by ``SHRINK``, as bright as the mosaic.
         background_rgb: (H, W, 3) what the mosaic held of the same view before.
         seen: (H, W) how often the mosaic had seen each pixel's ground before.
-        support: number of corners that agreed; 0 where the pose is a guess.
     """
 
     camera: GroundCamera
     small_rgb: NDArray[np.uint8]
     background_rgb: NDArray[np.uint8]
     seen: NDArray[np.uint8]
-    support: float
 
 
 class Registration:
@@ -71,7 +70,7 @@ class Registration:
         self._corners = _find_corners(self._grey)
         self._gain = 1.0
         black = np.zeros_like(small_rgb)
-        self.first = Registered(self.camera, small_rgb, black, black[..., 0], 0.0)
+        self.first = Registered(self.camera, small_rgb, black, black[..., 0])
 
     def register(self, observation: Observation, mosaic: Mosaic) -> Registered:
         """Return the next picture in its place over ``mosaic``, which holds the pictures before it."""
@@ -94,7 +93,7 @@ class Registration:
         self.camera, self._grey, self._corners = fit.camera, grey, _find_corners(grey)
         self._gain = _gain(small_rgb, background_rgb, seen, self._gain)
         adapted_rgb = cv2.convertScaleAbs(small_rgb, alpha=self._gain)
-        return Registered(fit.camera, adapted_rgb, background_rgb, seen, fit.support)
+        return Registered(fit.camera, adapted_rgb, background_rgb, seen)
 
     def _predict(self, ego: EgoPose | None) -> GroundCamera:
         """Return the camera moved as measured on board since the last picture: slow errors of the
@@ -120,22 +119,16 @@ class Registration:
         """Return last picture's corners that were found again: full-size pixels now (N, 2), and map
         positions (N, 2).
         """
-        map_m = self.camera.to_map(_to_full(self._corners))
-        guess = _to_small(predicted.to_picture(map_m)).astype(np.float32)
+        map_m = self.camera.to_map(to_full(self._corners))
+        guess = to_small(predicted.to_picture(map_m)).astype(np.float32)
         found, matched = _track(self._grey, grey, self._corners, guess, levels=3)
-        return _to_full(found[matched]), map_m[matched]
+        return to_full(found[matched]), map_m[matched]
 
     def _learn_bend(self, information: NDArray[np.float64]) -> None:
         pose, bend = slice(0, 6), slice(6, 8)
         given_pose = np.linalg.solve(information[pose, pose] + 1e-9 * np.eye(6), information[pose, bend])
         marginal = information[bend, bend] - information[bend, pose] @ given_pose
         self._bend_information = self._bend_information + _BEND_LEARNING * 0.5 * (marginal + marginal.T)
-
-
-def shrink(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the picture at 1 / SHRINK of its size, by averaging."""
-    height, width = image_rgb.shape[:2]
-    return cv2.resize(image_rgb, (width // SHRINK, height // SHRINK), interpolation=cv2.INTER_AREA)
 
 
 def _gain(rgb: NDArray[np.uint8], background_rgb: NDArray[np.uint8], seen: NDArray[np.uint8], before: float) -> float:
@@ -160,7 +153,7 @@ def _match_to_mosaic(
     """Find the picture's ``corners`` (N, 2) in the mosaic as ``camera`` sees it; return pixels and map
     positions of those found.
     """
-    small = _to_small(corners)
+    small = to_small(corners)
     column, row = np.round(small).astype(int).T
     height, width = seen.shape
     inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
@@ -170,7 +163,7 @@ def _match_to_mosaic(
         return np.empty((0, 2)), np.empty((0, 2))
     background = cv2.cvtColor(background_rgb, cv2.COLOR_RGB2GRAY)
     found, matched = _track(grey, background, small, small.copy(), levels=1)
-    return _to_full(small[matched]), camera.to_map(_to_full(found[matched]))
+    return to_full(small[matched]), camera.to_map(to_full(found[matched]))
 
 
 def _track(
@@ -200,13 +193,3 @@ def _find_corners(grey: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Return the strongest corners (N, 2) of a shrunk picture."""
     corners = cv2.goodFeaturesToTrack(grey, _CORNERS, 0.005, _CORNER_DISTANCE_PX, blockSize=5)
     return np.empty((0, 2), np.float32) if corners is None else corners[:, 0]
-
-
-def _to_full(small: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Take OpenCV's indices in the shrunk picture to pixels of the full one."""
-    return (small.astype(np.float64) + 0.5) * SHRINK
-
-
-def _to_small(full: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Take pixels of the full picture to OpenCV's indices in the shrunk one."""
-    return full / SHRINK - 0.5

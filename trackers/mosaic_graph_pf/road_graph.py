@@ -117,20 +117,17 @@ class _Sketch:
         """Draw dead ends straight on to a road that they meet within ``_EXTENSION_M``. Others stay dead:
         where they lead was not seen.
         """
-        degree = self._degrees()
-        dead_ends = [
-            (k, side)
-            for k, edge in enumerate(self.edges)
-            for side in (0, 1)
-            if degree[edge[:2][side]] == 1 and _length(edge[2]) >= _SHORTEST_TO_EXTEND_M
-        ]
-        for k, side in dead_ends:
-            node = self.edges[k][:2][side]
-            points = self.edges[k][2] if side == 1 else self.edges[k][2][::-1]
+        for node, count in self._degrees().items():
+            ending = [k for k, edge in enumerate(self.edges) if node in edge[:2]]
+            # Another dead end may have been drawn on to this one meanwhile.
+            if count != 1 or len(ending) != 1 or _length(self.edges[ending[0]][2]) < _SHORTEST_TO_EXTEND_M:
+                continue
+            _, end, points = self.edges[ending[0]]
+            points = points if node == end else points[::-1]
             back = points[-1 - min(len(points) - 1, int(_TANGENT_M / SPACING_M))]
             along = (points[-1] - back) / max(float(np.linalg.norm(points[-1] - back)), 1e-9)
             steps = np.arange(0.0, _EXTENSION_M + SPACING_M, SPACING_M)[:, None]
-            self._connect(node, points[-1] + steps * along, k)
+            self._connect(node, points[-1] + steps * along, ending[0])
 
     def _connect(self, node: int, ray: Line, own: int) -> None:
         """Add ``ray`` as an edge from ``node`` up to where it meets another road (not ``own``) first, if it

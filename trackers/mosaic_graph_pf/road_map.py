@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.colour_table import CELLS, count_colours, look_up
-from trackers.kernels.roads import RoadGraph, Roads
+from trackers.kernels.roads import NO_ROADS, RoadGraph, Roads
 from trackers.kernels.skeleton import thin, trace_lines
 from trackers.mosaic_graph_pf.colour_model import smooth_counts
 from trackers.mosaic_graph_pf.mosaic import Mosaic
@@ -47,17 +47,15 @@ class RoadFinder:
         """Take the ground around a map point (2,) that the target has driven over, and left, as road."""
         self._driven_m.append(driven_m)
 
-    def road_probability(
-        self, mosaic: Mosaic, centre_m: NDArray[np.float64]
+    def _probability(
+        self, mosaic: Mosaic, low: NDArray[np.int64], high: NDArray[np.int64]
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
-        """Return the probability of road (H, W) on a grid of 0.5 m around a map point, where it was seen
-        (H, W), and the grid's origin (2,) on the map.
+        """Return the probability of road (H, W) on a grid of 0.5 m over the mosaic's cells (column, row) from ``low``
+        to below ``high``, where it was seen (H, W), and the grid's origin (2,) on the map.
 
         ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled so that the middle one of the pixels driven
         over has 1; 0 where nothing was seen.
         """
-        low = np.maximum(mosaic.cells_of(centre_m[None] - _REACH_M)[0], 0)
-        high = np.minimum(mosaic.cells_of(centre_m[None] + _REACH_M)[0], mosaic.count.shape[::-1])
         cells = slice(low[1], high[1]), slice(low[0], high[0])
         size = tuple(np.maximum(((high - low) * mosaic.cell_m / _GRID_M).astype(int), 4).tolist())
         rgb = cv2.resize(mosaic.rgb[cells], size, interpolation=cv2.INTER_AREA)
@@ -89,7 +87,11 @@ class RoadFinder:
 
     def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> Roads:
         """Return the roads within 120 m of a map point."""
-        probability, seen, origin_m = self.road_probability(mosaic, centre_m)
+        low = np.maximum(mosaic.cells_of(centre_m[None] - _REACH_M)[0], 0)
+        high = np.minimum(mosaic.cells_of(centre_m[None] + _REACH_M)[0], mosaic.count.shape[::-1])
+        if (high <= low).any():
+            return NO_ROADS
+        probability, seen, origin_m = self._probability(mosaic, low, high)
         mask = _road_mask(_continued(probability, seen))
         cells, offsets = trace_lines(thin(mask))
         points = origin_m + _GRID_M * (cells[:, ::-1] + 0.5)

@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from trackers.kernels import road_motion as rm
 from trackers.kernels import road_position as rp
 from trackers.kernels.posterior import geometric_median
-from trackers.kernels.roads import Roads
+from trackers.kernels.roads import NO_ROADS
 from trackers.kernels.weights import circular_mean
 from trackers.mosaic_graph_pf.answer import answer
 from trackers.mosaic_graph_pf.detector import Detector
 from trackers.mosaic_graph_pf.first_look import WIDTH_TO_LENGTH, apparent_length_px, look_first
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
-from trackers.mosaic_graph_pf.mosaic import SHRINK, Mosaic, standing_ground
+from trackers.mosaic_graph_pf.mosaic import Mosaic, standing_ground
 from trackers.mosaic_graph_pf.motion_model import Birth, CarModel, Instant
 from trackers.mosaic_graph_pf.registration import Registered, Registration
 from trackers.mosaic_graph_pf.road_map import RoadFinder
 from trackers.mosaic_graph_pf.sightings import Sighting, Sightings
+from trackers.mosaic_graph_pf.small_picture import SHRINK
 from trackers.particle_filter import ParticleFilter, Posterior
 from trackers.registry import register, register_variant, tunable
 from trackers.types import Estimate, Observation
@@ -44,13 +45,11 @@ class MosaicGraphParameters:
     Attributes:
         particles: number of them.
         candidates: places looked at over the whole picture, beside those expected.
-        detection_probability: chance that a target in full view is found, given it was missed in the
-            picture before.
+        detection_probability: chance that a target in full view is found, given the picture before missed it.
         detection_deviation_m: standard deviation of a detection.
         surprise: prior probability, each picture, that the target is where no particle is.
         renewal: prior probability, each picture, that it moves as no particle does.
-        urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate,
-        curve_spread_per_m,
+        urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, curve_spread_per_m,
             unseen_turns_per_m: see ``Habits``.
     """
 
@@ -107,7 +106,7 @@ class MosaicGraphParticleFilter:
         self._mosaic = Mosaic(SHRINK * metres_per_pixel)
         self._mosaic.add(first.small_rgb, camera, standing_ground(camera, None, target.position_m, length_m))
         self._road_finder = RoadFinder()
-        self._roads: Roads | None = None
+        self._roads = NO_ROADS
         self._sightings = Sightings()
         self._driven: deque[NDArray[np.float64]] = deque([target.position_m], maxlen=_DRIVEN_DELAY_FRAMES)
         self._frame, self._time_s = 0, observation.time_s
@@ -123,7 +122,7 @@ class MosaicGraphParticleFilter:
         cues = self._detector.cues(registered)
         candidates = self._detector.search(registered, cues, self._expected(dt_s))
         self._sightings.update(candidates, dt_s)
-        new_roads = self._draw_roads(registered.camera)
+        new_roads = self._draw_roads()
         posterior = self._filter.step(self._instant(dt_s, registered.camera, new_roads))
         position_m = geometric_median(np.ascontiguousarray(posterior.states[:, : rp.Y + 1]), posterior.weights, 8)
         self._target = target = self._locked(posterior, position_m)
@@ -173,13 +172,11 @@ class MosaicGraphParticleFilter:
         )
 
     def _expected(self, dt_s: float) -> list[tuple[NDArray[np.float64], float]]:
-        """Return where to look closely: at the mean of the particles if they agree, at every sighting, and,
-        while the target is not found, at some particles.
-        """
+        """Return where to look closely: at the mean of particles that agree, at sightings; if lost, at some more."""
         states = self._filter.states
         places = self._sightings.expected(dt_s)
         if np.linalg.norm(states[:, : rp.Y + 1].std(axis=0)) < _LOCK_RADIUS_M:
-            heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
+            heading = self._mean_heading()
             velocity = states[:, rp.SPEED].mean() * np.array([np.cos(heading), np.sin(heading)])
             places.insert(0, (states[:, : rp.Y + 1].mean(axis=0) + dt_s * velocity, heading))
         if self._target is None:
@@ -201,8 +198,8 @@ class MosaicGraphParticleFilter:
         )
 
     def _births(self, seen: list[Sighting]) -> tuple[Birth, ...]:
-        """Return where the target may be although no particle is there or none moves so: on the sighting it
-        was last locked to, in case it does what no particle does, and on others that may be it.
+        """Return where the target may be although no particle is there or none moves so: on the sighting it was last
+        locked to, in case it does what no particle does, and on others that may be it.
         """
         births = []
         if self._target in seen:
@@ -212,8 +209,7 @@ class MosaicGraphParticleFilter:
         return tuple(births)
 
     def _renewal(self, target: Sighting) -> Birth:
-        states = self._filter.states
-        heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
+        heading = self._mean_heading()
         if np.linalg.norm(target.velocity_mps) > _CLEARLY_MOVING_MPS:
             heading = float(np.arctan2(target.velocity_mps[1], target.velocity_mps[0]))
         # The axis is known up to half a turn: nobody turns round within a picture.
@@ -230,8 +226,8 @@ class MosaicGraphParticleFilter:
         return bool(near) and sighting.age >= 2 and sighting.evidence + sighting.log_ratio > _BIRTH_EVIDENCE
 
     def _surprise(self, sighting: Sighting) -> Birth:
-        """Prior: ``surprise``, spread evenly over the roads that the target can have got to since it was
-        last seen, times what the pictures before this one said.
+        """Prior: ``surprise``, spread evenly over the roads that the target can have got to since it was last seen,
+        times what the pictures before this one said.
         """
         area_m2 = _DRIVABLE_SHARE * np.pi * self._reach_m**2
         log_prior = float(np.log(self._p.surprise * _BIRTH_AREA_M2 / area_m2)) + sighting.evidence
@@ -243,14 +239,18 @@ class MosaicGraphParticleFilter:
         """How far the target can have got since it was last seen."""
         return _REACH_MARGIN_M + _FASTEST_MPS * self._since_lock_s
 
-    def _draw_roads(self, camera: GroundCamera) -> bool:
+    def _mean_heading(self) -> float:
+        headings_rad = self._filter.states[:, rp.HEADING]
+        return circular_mean(headings_rad, np.full(len(headings_rad), 1.0 / len(headings_rad)))
+
+    def _draw_roads(self) -> bool:
         """Draw the roads anew where it is time to; return whether that was done."""
         if not self._p.use_roads or self._frame % _REDRAW_FRAMES != 5:
             return False
         states = self._filter.states
         position_m = states[:, : rp.Y + 1].mean(axis=0)
         if not self._road_finder.has_learnt:
-            heading = circular_mean(states[:, rp.HEADING], np.full(len(states), 1.0 / len(states)))
+            heading = self._mean_heading()
             along = np.array([np.cos(heading), np.sin(heading)])
             for ahead_m in (-1.0, 1.0):
                 self._road_finder.learn(position_m + ahead_m * (0.5 * self._size_m[0] + 2.0) * along)
@@ -273,7 +273,9 @@ class MosaicGraphParticleFilter:
             self._car.learn_speed(float(np.linalg.norm(target.velocity_mps)), dt_s)
             on_road = float(posterior.weights @ posterior.states[:, rp.ON_ROAD])
             left_m = self._driven[0]
-            if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (on_road > 0.5 or self._roads is None):
+            if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
+                on_road > 0.5 or not self._roads.graph.edge_count
+            ):
                 self._road_finder.learn(left_m)
             self._driven.append(target.position_m)
             self._detector.likeness.learn_target(target.candidate.measures)
