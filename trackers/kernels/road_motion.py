@@ -14,7 +14,6 @@ from trackers.kernels.road_position import (
     CURVE,
     DIRECTION,
     EDGE,
-    FREE_WEIGHT,
     HALTS,
     HEADING,
     LATERAL,
@@ -34,7 +33,7 @@ from trackers.kernels.road_position import (
     point_ahead,
     wrap,
 )
-from trackers.kernels.roads import Roads
+from trackers.kernels.roads import RoadGraph, Roads
 
 _CORNER_M = 5.5
 _DECIDE_M = 28.0
@@ -90,15 +89,15 @@ class Habits(NamedTuple):
 
 
 @njit(cache=True)
-def _allowed_speed(s: NDArray[np.float64], roads: Roads, habits: Habits) -> float:
+def _allowed_speed(s: NDArray[np.float64], graph: RoadGraph, habits: Habits) -> float:
     """Return the speed that bends within 30 m, turn and halt ahead allow: ``v^2 = a_lateral r`` there plus
     ``2 b d`` on the way to it.
     """
     allowed = max(s[CRUISE], 0.0)
-    to_node = distance_to_node_m(s, roads)
+    to_node = distance_to_node_m(s, graph)
     heading = s[HEADING]
     for step in range(_BEND_STEPS):
-        _, _, beyond = point_ahead(s, roads, (step + 1) * _BEND_STEP_M)
+        _, _, beyond = point_ahead(s, graph, (step + 1) * _BEND_STEP_M)
         bend = abs(wrap(beyond - heading))
         heading = beyond
         if bend > 0.15:
@@ -109,8 +108,8 @@ def _allowed_speed(s: NDArray[np.float64], roads: Roads, habits: Habits) -> floa
     if s[CHOICE] >= 0:
         k = int(s[CHOICE])
         side = 1 if s[DIRECTION] > 0 else 0
-        arriving = heading_away(roads, int(s[EDGE]), side) + np.pi
-        turn = abs(wrap(heading_away(roads, roads.graph.node_edges[k], roads.graph.node_sides[k]) - arriving))
+        arriving = heading_away(graph, int(s[EDGE]), side) + np.pi
+        turn = abs(wrap(heading_away(graph, graph.node_edges[k], graph.node_sides[k]) - arriving))
         if turn > 0.3:
             # Corner cut on a circle that touches both streets _CORNER_M from the crossing's middle.
             radius = _CORNER_M / np.tan(0.5 * min(turn, 2.6))
@@ -154,7 +153,7 @@ def drive(
         on_road = s[ON_ROAD] > 0
         if on_road:
             s[LATERAL] = habits.lane_m + np.exp(-habits.lane_rate * dt_s) * (s[LATERAL] - habits.lane_m)
-            goal, curvature = _follow_road(s, roads, habits, dt_s, uniforms[i])
+            goal, curvature = _follow_road(s, roads.graph, habits, dt_s, uniforms[i])
         else:
             goal, curvature = _go_free(s, roads, habits, dt_s, normals[i, 6], uniforms[i])
         push = habits.acceleration * (1.0 - (s[SPEED] / max(goal, 0.5)) ** 4)
@@ -168,7 +167,7 @@ def drive(
         s[X] += step_x + habits.position_noise * noise * normals[i, 2]
         s[Y] += step_y + habits.position_noise * noise * normals[i, 3]
         if on_road:
-            move_along(s, roads, step_x, step_y)
+            move_along(s, roads.graph, step_x, step_y)
 
 
 @njit(cache=True)
@@ -182,28 +181,28 @@ def _fade(value: float, spread: float, rate: float, dt_s: float, normal: float) 
 
 @njit(cache=True)
 def _follow_road(
-    s: NDArray[np.float64], roads: Roads, habits: Habits, dt_s: float, uniforms: NDArray[np.float64]
+    s: NDArray[np.float64], graph: RoadGraph, habits: Habits, dt_s: float, uniforms: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Return speed aimed at and curvature of a car on a road; it may choose its way on, halt, or begin to
     leave the road.
     """
     edge = int(s[EDGE])
-    to_node = distance_to_node_m(s, roads)
+    to_node = distance_to_node_m(s, graph)
     undecided = s[CHOICE] < 0
     # Nobody outside knows the way chosen before the turn begins: it is drawn again now and then, or a car that
     # is watched for long would be believed to have but one.
     if to_node < _DECIDE_M and (undecided or (to_node > _CORNER_M and uniforms[6] < habits.rethink_rate * dt_s)):
-        s[CHOICE] = choose_way(roads, edge, s[DIRECTION], habits.turn_weight, uniforms[1])
+        s[CHOICE] = choose_way(graph, edge, s[DIRECTION], habits.turn_weight, uniforms[1])
         s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
         if undecided:
-            crossing = roads.graph.ends[edge, 1 if s[DIRECTION] > 0 else 0]
-            wide = roads.graph.node_first[crossing + 1] - roads.graph.node_first[crossing] > 2
+            crossing = graph.ends[edge, 1 if s[DIRECTION] > 0 else 0]
+            wide = graph.node_first[crossing + 1] - graph.node_first[crossing] > 2
             s[HALTS] = 1.0 if wide and uniforms[2] < habits.halt_share else 0.0
-    goal = _allowed_speed(s, roads, habits)
+    goal = _allowed_speed(s, graph, habits)
     if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:
         s[HALTS] = 0.0
     distance = max(s[LOOK], 0.5 * s[SPEED])
-    x, y, _ = point_ahead(s, roads, distance)
+    x, y, _ = point_ahead(s, graph, distance)
     alpha = wrap(np.arctan2(y - s[Y], x - s[X]) - s[HEADING])
     curvature = 2.0 * np.sin(min(max(alpha, -1.5), 1.5)) / distance
     curvature = min(max(curvature, -_SHARPEST_PER_M), _SHARPEST_PER_M)
@@ -235,7 +234,7 @@ def _go_free(
     ):
         s[TURN] = 1.57 if uniforms[5] < 0.5 else -1.57
     if uniforms[0] < habits.return_rate * dt_s:
-        associate_one(s, roads, 6.5, 0.64, FREE_WEIGHT, uniforms[1])
+        associate_one(s, roads, uniforms[1])
     if s[TURN] == 0.0:
         return goal, s[CURVE]
     curvature = min(_TURN_PER_M, 1.6 * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0))

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.kernels.roads import Roads
+from trackers.kernels.roads import RoadGraph, Roads
 
 (
     X,
@@ -35,7 +35,8 @@ free; how far ahead it looks (m): short = sharp corners; log-weight it was born 
 """
 COLUMNS = 17
 _PROBES = 7
-FREE_WEIGHT = 0.082
+_ON_ROAD_WITHIN_M, _ON_ROAD_COSINE, _ON_ROAD_FREE_WEIGHT = 9.0, 0.17, 1e-9
+_FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT = 6.5, 0.64, 0.082
 
 
 @njit(cache=True)
@@ -52,21 +53,16 @@ def associate(states: NDArray[np.float64], roads: Roads, uniforms: NDArray[np.fl
         uniforms: (N,) in [0, 1).
     """
     for i in range(states.shape[0]):
-        if states[i, ON_ROAD] > 0:
-            associate_one(states[i], roads, 9.0, 0.17, 1e-9, uniforms[i])
-        else:
-            associate_one(states[i], roads, 6.5, 0.64, FREE_WEIGHT, uniforms[i])
+        associate_one(states[i], roads, uniforms[i])
 
 
 @njit(cache=True)
-def associate_one(
-    s: NDArray[np.float64],
-    roads: Roads,
-    within_m: float,
-    least_cosine: float,
-    free_weight: float,
-    uniform: float,
-) -> None:
+def associate_one(s: NDArray[np.float64], roads: Roads, uniform: float) -> None:
+    """Do as ``associate`` to one state."""
+    graph = roads.graph
+    within_m, least_cosine, free_weight = _FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT
+    if s[ON_ROAD] > 0:
+        within_m, least_cosine, free_weight = _ON_ROAD_WITHIN_M, _ON_ROAD_COSINE, _ON_ROAD_FREE_WEIGHT
     s[ON_ROAD] = 0.0
     s[CHOICE] = -1.0
     s[HALTS] = 0.0
@@ -80,14 +76,13 @@ def associate_one(
         p = _probe(s, roads, probe)
         if p < 0:
             continue
-        edge = roads.graph.edge_of_point[p]
-        along = (s[X] - roads.graph.points_m[p, 0]) * roads.graph.tangents[p, 0] + (
-            s[Y] - roads.graph.points_m[p, 1]
-        ) * roads.graph.tangents[p, 1]
-        p = min(max(p + int(np.round(along)), roads.graph.first[edge]), roads.graph.first[edge + 1] - 1)
-        d_x, d_y = s[X] - roads.graph.points_m[p, 0], s[Y] - roads.graph.points_m[p, 1]
+        edge = graph.edge_of_point[p]
+        d_x, d_y = s[X] - graph.points_m[p, 0], s[Y] - graph.points_m[p, 1]
+        along = d_x * graph.tangents[p, 0] + d_y * graph.tangents[p, 1]
+        p = min(max(p + int(np.round(along)), graph.first[edge]), graph.first[edge + 1] - 1)
+        d_x, d_y = s[X] - graph.points_m[p, 0], s[Y] - graph.points_m[p, 1]
         distance = np.sqrt(d_x * d_x + d_y * d_y)
-        cosine = abs(c * roads.graph.tangents[p, 0] + si * roads.graph.tangents[p, 1])
+        cosine = abs(c * graph.tangents[p, 0] + si * graph.tangents[p, 1])
         known = False
         for earlier in range(probe):
             known = known or edges[earlier] == edge
@@ -104,13 +99,13 @@ def associate_one(
                 chosen = points[probe]
                 break
     if chosen >= 0:
-        edge = roads.graph.edge_of_point[chosen]
-        t_x, t_y = roads.graph.tangents[chosen, 0], roads.graph.tangents[chosen, 1]
+        edge = graph.edge_of_point[chosen]
+        t_x, t_y = graph.tangents[chosen, 0], graph.tangents[chosen, 1]
         s[ON_ROAD] = 1.0
         s[EDGE] = edge
-        s[ARC] = chosen - roads.graph.first[edge]
+        s[ARC] = chosen - graph.first[edge]
         s[DIRECTION] = 1.0 if c * t_x + si * t_y > 0 else -1.0
-        right = t_y * (s[X] - roads.graph.points_m[chosen, 0]) - t_x * (s[Y] - roads.graph.points_m[chosen, 1])
+        right = t_y * (s[X] - graph.points_m[chosen, 0]) - t_x * (s[Y] - graph.points_m[chosen, 1])
         s[LATERAL] = s[DIRECTION] * right
 
 
@@ -137,13 +132,13 @@ def nearest_point(x: float, y: float, roads: Roads) -> int:
 
 
 @njit(cache=True)
-def heading_away(roads: Roads, edge: int, side: int) -> float:
+def heading_away(graph: RoadGraph, edge: int, side: int) -> float:
     """Return the heading of driving away from one end of an edge."""
     if side == 0:
-        p = roads.graph.first[edge]
-        return np.arctan2(roads.graph.tangents[p, 1], roads.graph.tangents[p, 0])
-    p = roads.graph.first[edge + 1] - 1
-    return np.arctan2(-roads.graph.tangents[p, 1], -roads.graph.tangents[p, 0])
+        p = graph.first[edge]
+        return np.arctan2(graph.tangents[p, 1], graph.tangents[p, 0])
+    p = graph.first[edge + 1] - 1
+    return np.arctan2(-graph.tangents[p, 1], -graph.tangents[p, 0])
 
 
 @njit(cache=True)
@@ -153,23 +148,22 @@ def wrap(angle: float) -> float:
 
 
 @njit(cache=True)
-def choose_way(roads: Roads, edge: int, direction: float, turn_weight: float, uniform: float) -> int:
+def choose_way(graph: RoadGraph, edge: int, direction: float, turn_weight: float, uniform: float) -> int:
     """Draw the way on at the end of an edge: entry of ``node_edges``, or -1 at a dead end.
 
-    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning
-    back.
+    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning back.
     """
     side = 1 if direction > 0 else 0
-    node = roads.graph.ends[edge, side]
-    arriving = heading_away(roads, edge, side) + np.pi
+    node = graph.ends[edge, side]
+    arriving = heading_away(graph, edge, side) + np.pi
     total = 0.0
     for turn in range(2):
         threshold = uniform * total
         total = 0.0
-        for k in range(roads.graph.node_first[node], roads.graph.node_first[node + 1]):
-            if roads.graph.node_edges[k] == edge and roads.graph.node_sides[k] == side:
+        for k in range(graph.node_first[node], graph.node_first[node + 1]):
+            if graph.node_edges[k] == edge and graph.node_sides[k] == side:
                 continue
-            angle = abs(wrap(heading_away(roads, roads.graph.node_edges[k], roads.graph.node_sides[k]) - arriving))
+            angle = abs(wrap(heading_away(graph, graph.node_edges[k], graph.node_sides[k]) - arriving))
             total += 1.0 if angle < 0.6 else (turn_weight if angle < 2.3 else 0.02)
             if turn == 1 and total >= threshold:
                 return k
@@ -177,53 +171,59 @@ def choose_way(roads: Roads, edge: int, direction: float, turn_weight: float, un
 
 
 @njit(cache=True)
-def point_ahead(s: NDArray[np.float64], roads: Roads, distance: float) -> tuple[float, float, float]:
-    """Return the lane's point ``distance`` m ahead along the way chosen, and its heading; straight on where
-    the road ends.
+def _last(graph: RoadGraph, edge: int) -> int:
+    """Return the index, along an edge, of its last point."""
+    return graph.first[edge + 1] - graph.first[edge] - 1
+
+
+@njit(cache=True)
+def _enter(graph: RoadGraph, k: int, beyond: float) -> tuple[int, float, float, float]:
+    """Return where a car is that took way ``k`` (entry of ``node_edges``) and is ``beyond`` points past the node: edge,
+    direction, point on it (at most its end), and how far past its end.
     """
-    edge = int(s[EDGE])
-    direction = s[DIRECTION]
+    edge = graph.node_edges[k]
+    direction = 1.0 if graph.node_sides[k] == 0 else -1.0
+    last = _last(graph, edge)
+    along = min(beyond, last)
+    return edge, direction, along if direction > 0 else last - along, beyond - along
+
+
+@njit(cache=True)
+def point_ahead(s: NDArray[np.float64], graph: RoadGraph, distance: float) -> tuple[float, float, float]:
+    """Return the lane's point ``distance`` m ahead along the way chosen, and its heading; straight on where the road
+    ends.
+    """
+    edge, direction = int(s[EDGE]), s[DIRECTION]
     arc = s[ARC] + direction * distance
-    last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
-    beyond = 0.0
-    if arc < 0.0 or arc > last:
-        beyond = -arc if arc < 0.0 else arc - last
-        if s[CHOICE] >= 0:
-            k = int(s[CHOICE])
-            edge = roads.graph.node_edges[k]
-            direction = 1.0 if roads.graph.node_sides[k] == 0 else -1.0
-            last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
-            arc = beyond if direction > 0 else last - beyond
-            beyond = max(0.0, beyond - last)
-        arc = min(max(arc, 0.0), last)
-    whole = min(int(arc), last - 1)
+    within = min(max(arc, 0.0), _last(graph, edge))
+    beyond = abs(arc - within)
+    arc = within
+    if beyond > 0.0 and s[CHOICE] >= 0:
+        edge, direction, arc, beyond = _enter(graph, int(s[CHOICE]), beyond)
+    whole = min(int(arc), _last(graph, edge) - 1)
     fraction = arc - whole
-    p = roads.graph.first[edge] + whole
-    t_x = direction * roads.graph.tangents[p, 0]
-    t_y = direction * roads.graph.tangents[p, 1]
-    x = (1 - fraction) * roads.graph.points_m[p, 0] + fraction * roads.graph.points_m[p + 1, 0] + beyond * t_x
-    y = (1 - fraction) * roads.graph.points_m[p, 1] + fraction * roads.graph.points_m[p + 1, 1] + beyond * t_y
+    p = graph.first[edge] + whole
+    t_x, t_y = direction * graph.tangents[p, 0], direction * graph.tangents[p, 1]
+    x = (1 - fraction) * graph.points_m[p, 0] + fraction * graph.points_m[p + 1, 0] + beyond * t_x
+    y = (1 - fraction) * graph.points_m[p, 1] + fraction * graph.points_m[p + 1, 1] + beyond * t_y
     return x + s[LATERAL] * t_y, y - s[LATERAL] * t_x, np.arctan2(t_y, t_x)
 
 
 @njit(cache=True)
-def distance_to_node_m(s: NDArray[np.float64], roads: Roads) -> float:
-    edge = int(s[EDGE])
-    last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
-    return last - s[ARC] if s[DIRECTION] > 0 else s[ARC]
+def distance_to_node_m(s: NDArray[np.float64], graph: RoadGraph) -> float:
+    """Return how far it is to the end of the edge that a car drives on."""
+    return _last(graph, int(s[EDGE])) - s[ARC] if s[DIRECTION] > 0 else s[ARC]
 
 
 @njit(cache=True)
-def move_along(s: NDArray[np.float64], roads: Roads, step_x: float, step_y: float) -> None:
-    """Keep edge and arc abreast of the position after a step; over a node onto the way chosen; free at a
-    dead end.
-    """
+def move_along(s: NDArray[np.float64], graph: RoadGraph, step_x: float, step_y: float) -> None:
+    """Keep edge and arc abreast of the position after a step; over a node onto the way chosen; free at a dead end."""
     edge = int(s[EDGE])
-    last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
-    p = roads.graph.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
-    offset_x, offset_y = s[X] - roads.graph.points_m[p, 0], s[Y] - roads.graph.points_m[p, 1]
-    along = offset_x * roads.graph.tangents[p, 0] + offset_y * roads.graph.tangents[p, 1]
-    wished = (p - roads.graph.first[edge]) + along
+    last = _last(graph, edge)
+    p = graph.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
+    offset_x, offset_y = s[X] - graph.points_m[p, 0], s[Y] - graph.points_m[p, 1]
+    along = offset_x * graph.tangents[p, 0] + offset_y * graph.tangents[p, 1]
+    wished = (p - graph.first[edge]) + along
     # Never back, and never far: a bend's inside would otherwise make the foot of the perpendicular jump.
     moved = s[DIRECTION] * (wished - s[ARC])
     length = np.sqrt(step_x * step_x + step_y * step_y)
@@ -231,15 +231,10 @@ def move_along(s: NDArray[np.float64], roads: Roads, step_x: float, step_y: floa
     if 0.0 <= s[ARC] <= last:
         return
     beyond = -s[ARC] if s[ARC] < 0 else s[ARC] - last
-    k = int(s[CHOICE])
+    way = int(s[CHOICE])
     s[CHOICE] = -1.0
     s[HALTS] = 0.0
-    if k < 0:
+    if way < 0:
         s[ON_ROAD] = 0.0
         return
-    edge = roads.graph.node_edges[k]
-    last = roads.graph.first[edge + 1] - roads.graph.first[edge] - 1
-    s[EDGE] = edge
-    s[DIRECTION] = 1.0 if roads.graph.node_sides[k] == 0 else -1.0
-    beyond = min(beyond, last)
-    s[ARC] = beyond if s[DIRECTION] > 0 else last - beyond
+    s[EDGE], s[DIRECTION], s[ARC], _ = _enter(graph, way, beyond)
