@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import importlib
 import sys
 from collections.abc import Callable, Sequence
@@ -136,14 +135,9 @@ def _oracle(name: str, summary: str, parameters: OracleParameters) -> Entrant:
     )
 
 
-@functools.cache
-def _look_for_stale_kernels() -> None:
-    """The simulator looks after its own compiled kernels; trackers, which know nothing of it, are looked after here."""
-    forget_stale_kernels(Path(registry.__file__).parent)
-
-
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
-    _look_for_stale_kernels()
+    # The simulator looks after its own compiled kernels; trackers, which know nothing of it, are looked after here.
+    forget_stale_kernels(Path(registry.__file__).parent)
     parameters = entry.parameters(**changes)
     return Entrant(
         name=entry.name,

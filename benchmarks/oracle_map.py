@@ -18,7 +18,7 @@ from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.traffic import BRAKING_MPS2, LATERAL_ACCELERATION_MPS2
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
-from sim.optics import PinholeCamera, project
+from sim.optics import project
 from trackers.kernels.posterior import geometric_median
 from trackers.types import Estimate
 
@@ -239,10 +239,9 @@ class OracleMap:
         return np.sqrt((squared + 2 * BRAKING_MPS2 * _BRAKING_REACH_M).min(axis=1))
 
     def _estimate(self, frame: Frame, places_m: NDArray[np.float64]) -> Estimate:
-        truth, model = frame.truth, frame.observation.camera
-        camera = PinholeCamera(model.width_px, model.height_px, model.focal_px)
+        truth = frame.truth
         height_m = truth.T_world_object[truth.target, 2, 3] + 0.5 * truth.size_m[truth.target, 2]
         best_m = geometric_median(places_m, np.full(len(places_m), 1.0 / len(places_m)), _MEDIAN_STEPS)
         points = np.column_stack([np.vstack([best_m, places_m]), np.full(len(places_m) + 1, height_m)])
-        pixels, _ = project(camera, truth.T_world_camera, points)
+        pixels, _ = project(frame.camera, truth.T_world_camera, points)
         return Estimate(pixels[0], in_view_probability=0.0, particles_px=pixels[1:])

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.records import write_beside
-from benchmarks.tracked import pinhole
 from scenarios import catalog
 from scenarios.road_town.layout import Building, Layout
 from scenarios.road_town.road_map import RoadMap
@@ -68,7 +67,7 @@ def label_pixels(frame: Frame, roads: RoadMap, layout: Layout) -> dict[str, NDAr
     Ground (below 0.3 m) is road or other; what is above 2 m over a building's plan, eaves included, is
     building.
     """
-    truth, camera = frame.truth, pinhole(frame)
+    truth, camera = frame.truth, frame.camera
     rows, columns = np.mgrid[0 : camera.height_px, 0 : camera.width_px]
     directions = rays(camera, truth.T_world_camera, np.stack([columns, rows], axis=-1) + 0.5)
     depth_m = np.where(np.isfinite(truth.depth_m), truth.depth_m, np.nan)

@@ -59,9 +59,8 @@ posterior), ``credible_level_histogram`` (*series* of 20: share of outside frame
 ``run_kept`` (1 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``,
 ``frames_per_s``, ``failed_at_frame`` (only if the tracker failed), ``frames``.
 
-Beside ``records.jsonl`` a result directory holds ``summary.json`` (shape: DESIGN, "results"; entries of
-closed-loop runs carry ``controller`` too), ``comparisons.json`` (see ``benchmarks.summary``) and what the
-report writes.
+Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see
+``benchmarks.summary``) and what the report writes.
 """
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from __future__ import annotations
 import multiprocessing
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -23,7 +24,6 @@ import numpy as np
 from benchmarks.statistics import PooledRatios, bootstrap_interval
 from scenarios import catalog
 from scenarios.scenario import Frame
-from sim.optics import PinholeCamera
 from sim.world import World
 
 UNTIMED_FRAMES = 5
@@ -101,13 +101,12 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
 
 def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Frame]:
     """Return an episode, and the last of its untimed frames, whose next ``frames`` frames need no new kernel."""
-    rehearsal = build()
-    longest = rehearsal.frame_count - UNTIMED_FRAMES
-    if frames > longest:
-        raise ValueError(f"frames: expected at most {longest}, which an episode of this preset has, got {frames}")
-    for _ in range(UNTIMED_FRAMES + frames):
-        rehearsal.step()
-    rehearsal.close()
+    with closing(build()) as rehearsal:
+        longest = rehearsal.frame_count - UNTIMED_FRAMES
+        if frames > longest:
+            raise ValueError(f"frames: expected at most {longest}, which an episode of this preset has, got {frames}")
+        for _ in range(UNTIMED_FRAMES + frames):
+            rehearsal.step()
     episode = build()
     for _ in range(UNTIMED_FRAMES):
         frame = episode.step()
@@ -116,9 +115,7 @@ def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Fram
 
 def bare_call(world: World, frame: Frame) -> None:
     """Draw a frame's view with TinyRenderer and its shadows, and drop the picture."""
-    model = frame.observation.camera
-    camera = PinholeCamera(model.width_px, model.height_px, model.focal_px)
-    world.camera_image(camera, frame.truth.T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)
+    world.camera_image(frame.camera, frame.truth.T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)
 
 
 def process_throughput(scenario: str, preset: str, seed: int, frames: int, processes: int) -> float:

@@ -136,6 +136,7 @@ def _resample(seed_count: int, resamples: int) -> NDArray[np.float64]:
     drawn = rng.integers(0, seed_count, (resamples, seed_count))
     counts = np.zeros((resamples, seed_count))
     np.add.at(counts, (np.arange(resamples)[:, None], drawn), 1.0)
+    counts.flags.writeable = False
     return counts
 
 

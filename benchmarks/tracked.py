@@ -15,7 +15,7 @@ from benchmarks.metrics import posterior
 from benchmarks.metrics.series import EstimateSeries, estimated_box
 from benchmarks.time_limit import Stopwatch, TooSlow, at_most
 from scenarios.scenario import Frame
-from sim.optics import PinholeCamera, intersect_plane
+from sim.optics import intersect_plane
 from trackers.types import Estimate
 
 _UNTIMED_FRAMES = 5
@@ -136,7 +136,7 @@ class TrackedEpisode:
             self.fail(f"{type(error).__name__}: {error}".splitlines()[0])
 
     def _keep(self, frame: Frame, estimate: Estimate) -> None:
-        camera, truth = pinhole(frame), frame.truth
+        camera, truth = frame.camera, frame.truth
         target = truth.target
         height_m = float(truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2])
         position = np.asarray(estimate.position_px, dtype=float)
@@ -144,12 +144,6 @@ class TrackedEpisode:
         self._position_m.append(intersect_plane(camera, truth.T_world_camera, position, height_m))
         outside = truth.state == "out"
         self._calibrations.append(posterior.calibration(estimate, truth, camera) if outside else posterior.NO_POSTERIOR)
-
-
-def pinhole(frame: Frame) -> PinholeCamera:
-    """Return the true camera of a frame."""
-    camera = frame.observation.camera
-    return PinholeCamera(camera.width_px, camera.height_px, camera.focal_px)
 
 
 def _without_posterior(estimate: Estimate) -> Estimate:

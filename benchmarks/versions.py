@@ -28,6 +28,7 @@ _SCENE_PARTS = (
     "benchmarks/metrics",
     "benchmarks/scoring.py",
     "benchmarks/tracked.py",
+    "benchmarks/estimate_check.py",
     "benchmarks/time_limit.py",
     "benchmarks/jobs.py",
     "trackers/controllers",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.truth import Truth
+from sim.optics import PinholeCamera
 from trackers.types import CameraCommand, Observation
 
 RendererName = Literal["raster", "pybullet"]
@@ -20,6 +21,12 @@ class Frame:
 
     observation: Observation
     truth: Truth
+
+    @property
+    def camera(self) -> PinholeCamera:
+        """The camera, as the simulator draws through it."""
+        model = self.observation.camera
+        return PinholeCamera(model.width_px, model.height_px, model.focal_px)
 
 
 class Episode(Protocol):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import sim
 import trackers
 from sim.render.compilation import forget_stale_kernels
 
@@ -17,4 +18,5 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure() -> None:
     """Tests run the kernels as they are written now."""
-    forget_stale_kernels(Path(trackers.__file__).parent)
+    for package in (sim, trackers):
+        forget_stale_kernels(Path(package.__file__).parent)

@@ -51,7 +51,7 @@ class TrackerEntry:
 
     Attributes:
         name: what users type.
-        role: see DESIGN; exactly one tracker is ``ours``.
+        role: what it is to a comparison; exactly one tracker is ``ours``.
         summary: one line.
         tracker: class with ``Parameters`` and ``__init__(parameters, rng)``.
         overrides: parameter values that make this entry a variant of ``tracker``.

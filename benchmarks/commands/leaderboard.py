@@ -28,13 +28,16 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = Fal
     console = Console()
     if markdown or not console.is_terminal:
         console = Console(width=_MARKDOWN_WIDTH if markdown else _WIDTH)
-    for title, entries in _conditions(summary):
+    intervals = markdown or console.width >= _WIDE_ENOUGH_FOR_INTERVALS
+    for condition, entries in _conditions(summary):
+        episodes = max(entry["n"] for entry in entries)
+        title = f"{condition}: {episodes} episodes{', 95 % intervals over them' if intervals else ''}"
         board = tables.leaderboard(suite(entries[0]["suite"]), entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             console.print(f"{title}\n")
             console.print(_markdown(board))
         else:
-            console.print(_for_terminal(title, board, console.width >= _WIDE_ENOUGH_FOR_INTERVALS))
+            console.print(_for_terminal(title, board, intervals))
 
 
 def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
@@ -43,8 +46,7 @@ def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[d
         steered = f", steered by {entry['controller']}" if "controller" in entry else ""
         title = f"{entry['scenario']}, {entry['preset']}, {entry['renderer']}{steered}"
         groups.setdefault(title, []).append(entry)
-    for title, entries in groups.items():
-        yield f"{title}: {max(entry['n'] for entry in entries)} episodes, 95 % intervals over them", entries
+    yield from groups.items()
 
 
 def _for_terminal(title: str, board: tables.Table, intervals: bool) -> Table:
@@ -54,7 +56,7 @@ def _for_terminal(title: str, board: tables.Table, intervals: bool) -> Table:
     for column in board.columns:
         table.add_column(_head(column), justify="right", min_width=9 if intervals else 5)
     for line in board.lines:
-        cells = [f"{cell.text}\n{_short(cell.interval)}" if intervals else cell.text for cell in line.cells]
+        cells = [f"{cell.text}\n{_short(cell.interval)}".rstrip() if intervals else cell.text for cell in line.cells]
         table.add_row(line.tracker, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
     return table
 

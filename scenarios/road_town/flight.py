@@ -157,9 +157,7 @@ class Helicopter:
         return look_down_pose(self._position_m, self._yaw_rad + yaw, pitch, roll)
 
 
-def swing_out(
-    preset: RoadTown, camera: PinholeCamera, altitude_m: float, direction_rad: float, margin_m: float
-) -> tuple[float, float]:
+def swing_out(camera: PinholeCamera, altitude_m: float, direction_rad: float, margin_m: float) -> tuple[float, float]:
     """Return the aim's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
 
     ``direction_rad`` is that of the displacement, 0 = ahead, counter-clockwise.

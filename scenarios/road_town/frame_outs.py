@@ -138,7 +138,7 @@ def _draw_pulse(
     margin = float(rng.uniform(5.0, 9.0)) if frames < 15 else float(rng.uniform(6.0, 16.0))
     if closed_loop:
         margin += _STEERING_LAG_M
-    offset = swing_out(preset, camera, air.altitude_m, direction, margin)
+    offset = swing_out(camera, air.altitude_m, direction, margin)
     tilts = closed_loop or wish.gusts_only or frames < _DRIFT_FROM_FRAMES or rng.random() < 0.3
     if tilts:
         rise, fall = (int(rng.integers(5, 11)) for _ in range(2))

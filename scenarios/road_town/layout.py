@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROAD, OTHER, BUILDING = 0, 1, 2
-"""Ground classes of ``Layout.class_map`` (paper A.3: road, other, building)."""
+"""Ground classes of ``ground.class_map`` (paper A.3: road, other, building)."""
 
 
 @dataclass(frozen=True, eq=False)

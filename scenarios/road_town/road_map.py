@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from scenarios.road_town.layout import RoadGraph
-from scenarios.road_town.street_curves import curvature_per_m
 
 FILLET_RADIUS_M = 5.0
 """Radius of the rounded kerb corners at crossings."""
@@ -81,7 +80,6 @@ class RoadMap:
         self._street = np.repeat(np.arange(len(counts)), counts)
         arcs = [_arc_lengths(street.centre_m) for street in graph.streets]
         self._arc_m = np.concatenate(arcs)
-        self._curvature = np.concatenate([curvature_per_m(street.centre_m) for street in graph.streets])
         self._tangent = np.concatenate([_tangents(street.centre_m) for street in graph.streets])
         self.length_m = np.array([arc[-1] for arc in arcs])
         self.width_m = np.array([street.width_m for street in graph.streets])
@@ -121,12 +119,6 @@ class RoadMap:
         position_m = (1 - blend) * self._points_m[index] + blend * self._points_m[index + 1]
         position_m = position_m + np.asarray(lateral_m)[..., None] * left
         return position_m, np.arctan2(tangent[..., 1], tangent[..., 0])
-
-    def curvature_at(self, street: NDArray[np.int64] | int, arc_m: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Return the signed curvature (...), 1/m, of the centre line; positive bends left, start to end."""
-        index, fraction = self._between(np.asarray(street), np.asarray(arc_m, dtype=float))
-        curvature: NDArray[np.float64] = (1 - fraction) * self._curvature[index] + fraction * self._curvature[index + 1]
-        return curvature
 
     def node_reached(self, street: int, forward: bool) -> int:
         """Return the node at the far end of a street driven in this direction."""

@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 _PACKAGE = Path(__file__).resolve().parent.parent
-_looked_for_stale = False
 _announced = False
 
 
 def announce_compilation(kernel: Callable[..., Any]) -> None:
     """Print one line on stderr, once a process, if ``kernel`` (a numba function) has no compiled form on disk."""
-    global _announced, _looked_for_stale
-    if not _looked_for_stale:
-        forget_stale_kernels(_PACKAGE)
-        _looked_for_stale = True
+    global _announced
+    forget_stale_kernels(_PACKAGE)
     if not _announced and not _is_compiled(kernel):
         print("compiling kernels (first run only) …", file=sys.stderr, flush=True)
         _announced = True
 
 
+@functools.cache
 def forget_stale_kernels(package: Path) -> None:
-    """Remove compiled kernels that are older than any source file of the package.
+    """Remove compiled kernels that are older than any source file of the package; once a process.
 
     numba compiles a kernel anew when its own file has changed, but not when one that it calls has, in another file.
+    Kernels that numba keeps elsewhere than beside the sources (``NUMBA_CACHE_DIR``) are not looked at.
     """
     newest = max(source.stat().st_mtime for source in package.rglob("*.py"))
     for index in package.rglob("__pycache__/*.nbi"):

@@ -29,7 +29,7 @@ from sim.sensors.noise import develop_row
 from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, DaylightShader, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
 
-UNUSED = SensorSettings(1.0, 1.0)
+_NO_SETTINGS_YET = SensorSettings(1.0, 1.0)
 """Stands in for settings where none are known yet and nothing is exposed."""
 
 
@@ -98,7 +98,7 @@ def _capture_by_rows(
         triangle,
         shader.light,
         shadows,
-        sensor.response(settings or UNUSED),
+        sensor.response(settings or _NO_SETTINGS_YET),
         sensor.frame_keys(frame),
         depth_m,
         instance_id,

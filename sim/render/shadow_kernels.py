@@ -10,6 +10,7 @@ from sim.render.scene import SceneArrays
 from sim.render.triangles import body_may_show, project_body, row_span, set_up_triangle
 
 BLOCK = 16
+"""Side of a block of texels; a power of two, which the shader makes use of."""
 """Side of the blocks of texels whose greatest height is known."""
 
 
@@ -87,13 +88,7 @@ def _draw_body(
     """
     size = height_m.shape[0]
     changed[0], changed[1], changed[2], changed[3] = size, 0, size, 0
-    centre_m = np.empty(3)
-    for k in range(3):
-        centre_m[k] = pose[k, 3]
-        for j in range(3):
-            centre_m[k] += pose[k, j] * scene.centre_m[body, j]
-    if not body_may_show(light_view, centre_m, scene.radius_m[body], size, size, 0.0):
-        changed[:] = 0
+    if not body_may_show(light_view, pose, scene.centre_m[body], scene.radius_m[body], size, size, 0.0):
         return
     start = scene.first_vertex[body]
     project_body(light_view, pose, scene.vertices_m[start : scene.first_vertex[body + 1]], projected)

@@ -70,6 +70,8 @@ class ShadowCaster:
 
     def __init__(self, world: World, sun_direction: NDArray[np.float64], size: int = 1024) -> None:
         """``size`` is the side of a map in texels, a multiple of ``BLOCK``."""
+        if size < BLOCK or size % BLOCK:
+            raise ValueError(f"size: expected a positive multiple of {BLOCK}, got {size}")
         self._world = world
         self._axes = light_axes(np.asarray(sun_direction, dtype=float))
         self._size = size

@@ -24,17 +24,26 @@ from numpy.typing import NDArray
 @njit(cache=True)
 def body_may_show(
     view: NDArray[np.float64],
+    pose: NDArray[np.float64],
     centre_m: NDArray[np.float64],
     radius_m: float,
     width: int,
     height: int,
     near: float,
 ) -> bool:
-    """Return False if a sphere (world frame) lies wholly beyond one side of the picture or before the near
-    plane.
+    """Return False if a body's bounding sphere lies wholly beyond one side of the picture or before the near plane.
 
     A side is the plane ``n . p + c = 0``; the sphere is beyond it if ``n . centre + c < -|n| radius``.
+
+    Args:
+        pose: T_world_body (4, 4).
+        centre_m: (3,) of the sphere, in the body's frame.
     """
+    world_m = np.empty(3)
+    for k in range(3):
+        world_m[k] = pose[k, 3]
+        for j in range(3):
+            world_m[k] += pose[k, j] * centre_m[j]
     for side in range(5):
         value = 0.0
         square = 0.0
@@ -50,7 +59,7 @@ def body_may_show(
             else:
                 coefficient = view[2, k] - (near if k == 3 else 0.0)
             if k < 3:
-                value += coefficient * centre_m[k]
+                value += coefficient * world_m[k]
                 square += coefficient * coefficient
             else:
                 value += coefficient

@@ -102,15 +102,10 @@ def draw_picture(
     nearness[:] = 0.0
     triangle[:] = NOTHING
     edges, weights = np.empty((4, 3)), np.empty((3, 3))
-    centre_m = np.empty(3)
     count = NOTHING + 1
     for body in range(poses.shape[0]):
         pose = poses[body]
-        for k in range(3):
-            centre_m[k] = pose[k, 3]
-            for j in range(3):
-                centre_m[k] += pose[k, j] * scene.centre_m[body, j]
-        if not body_may_show(view, centre_m, scene.radius_m[body], width, height, NEAR_M):
+        if not body_may_show(view, pose, scene.centre_m[body], scene.radius_m[body], width, height, NEAR_M):
             continue
         start = scene.first_vertex[body]
         project_body(view, pose, scene.vertices_m[start : scene.first_vertex[body + 1]], projected)

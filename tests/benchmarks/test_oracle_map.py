@@ -41,7 +41,7 @@ def frame_of(plan: Plan, k: int, state: str, T_world_camera: NDArray[np.float64]
         box_xyxy=np.array([[2.0, 24.0, 22.0, 44.0]]),
         visible_fraction=np.ones(1),
     )
-    return SimpleNamespace(truth=truth, observation=SimpleNamespace(camera=plan.camera))
+    return SimpleNamespace(truth=truth, camera=plan.camera)
 
 
 def followed(plan: Plan, parameters: OracleParameters) -> dict[int, tuple[int, float, float]]:

@@ -58,17 +58,15 @@ def test_place_and_pose_are_inverse(roads):
     np.testing.assert_allclose(place.arc_m, arc_m, atol=0.06)
 
 
-def test_heading_is_the_direction_of_travel_and_curvature_its_rate(roads):
+def test_heading_is_the_direction_of_travel(roads):
     street, arc_m = _on_the_network(roads, 3, 500)
     arc_m = np.clip(arc_m, 3.0, roads.length_m[street] - 3.0)
-    ahead_m, ahead_rad = roads.pose_at(street, arc_m + 1.0)
-    behind_m, behind_rad = roads.pose_at(street, arc_m - 1.0)
+    ahead_m, _ = roads.pose_at(street, arc_m + 1.0)
+    behind_m, _ = roads.pose_at(street, arc_m - 1.0)
     _, heading_rad = roads.pose_at(street, arc_m)
     way = ahead_m - behind_m
     turn = np.angle(np.exp(1j * (np.arctan2(way[:, 1], way[:, 0]) - heading_rad)))
     np.testing.assert_allclose(turn, 0.0, atol=0.01)
-    rate = np.angle(np.exp(1j * (ahead_rad - behind_rad))) / 2.0
-    np.testing.assert_allclose(roads.curvature_at(street, arc_m), rate, atol=0.004)
 
 
 def test_ends_are_nodes_and_arcs_are_held_at_them(roads):

@@ -18,6 +18,7 @@ EXTENT_M = 320.0
 CAR_M = (4.5, 1.8)
 STREETS_M = (-80.0, 0.0, 80.0)
 ROAD_WIDTH_M = 7.0
+_SPEED_MPS = 8.0
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,6 @@ class DrawnFrame:
 
     observation: Observation
     T_world_camera: NDArray[np.float64]
-    car_xy_m: NDArray[np.float64]
-    car_heading_rad: float
     car_px: NDArray[np.float64]
     box_xyxy: NDArray[np.float64]
     inside: bool
@@ -97,21 +96,10 @@ def _project_local(
     return project(camera, T_world_camera, world)[0]
 
 
-def drive(frames: int, rate_hz: float, turn_at_m: float, speed_mps: float) -> NDArray[np.float64]:
-    """Return (F, 3) x, y, heading of a car that goes east on the right-hand lane of y = 0, and at the
-    crossing x = 0 turns left onto the street x = 0 if ``turn_at_m`` is 0, or goes on straight if it is
-    infinite.
-    """
-    pose = np.array([-60.0, -ROAD_WIDTH_M / 4, 0.0])
-    lane_m = ROAD_WIDTH_M / 4
-    poses = []
-    for _ in range(frames):
-        poses.append(pose.copy())
-        turning = pose[0] > turn_at_m - 4 and pose[2] < np.pi / 2
-        if turning:
-            pose[2] = min(np.pi / 2, pose[2] + speed_mps / rate_hz / (4 + lane_m))
-        pose[:2] += speed_mps / rate_hz * np.array([np.cos(pose[2]), np.sin(pose[2])])
-    return np.array(poses)
+def drive(frames: int, rate_hz: float) -> NDArray[np.float64]:
+    """Return (F, 3) x, y, heading of a car that goes east on the right-hand lane of y = 0."""
+    x = -60.0 + _SPEED_MPS / rate_hz * np.arange(frames)
+    return np.column_stack([x, np.full(frames, -ROAD_WIDTH_M / 4), np.zeros(frames)])
 
 
 def film(
@@ -119,8 +107,6 @@ def film(
     frames: int = 120,
     *,
     out: tuple[int, int] = (50, 80),
-    turn_at_m: float = np.inf,
-    speed_mps: float = 8.0,
     with_ego: bool = False,
     decoys: int = 3,
 ) -> list[DrawnFrame]:
@@ -130,7 +116,7 @@ def film(
     rng = np.random.default_rng(seed)
     camera = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
     texture = ground_texture(rng)
-    path = drive(frames, 15.0, turn_at_m, speed_mps)
+    path = drive(frames, 15.0)
     noise = np.zeros(5)
     result = []
     decoy_y_m, decoy_rgb = rng.uniform(-90, 90, decoys), rng.uniform(20, 240, (decoys, 3))
@@ -156,7 +142,7 @@ def film(
         )
         box = np.array([*corners.min(0), *corners.max(0)])
         inside = bool((centre >= 0).all() and (centre < [640, 480]).all())
-        result.append(DrawnFrame(observation, pose, xy, heading, centre, box, inside))
+        result.append(DrawnFrame(observation, pose, centre, box, inside))
     return result
 
 

@@ -17,7 +17,8 @@ def find_corners(grey: NDArray[np.uint8], corners: int, border_px: int) -> NDArr
     At most ``corners``, the strongest first, at least 12 pixels apart; none nearer to the border than ``border_px``.
     """
     mask = np.zeros_like(grey)
-    mask[border_px:-border_px, border_px:-border_px] = 255
+    height, width = grey.shape
+    mask[border_px : height - border_px, border_px : width - border_px] = 255
     found = cv2.goodFeaturesToTrack(grey, corners, 0.001, 12, mask=mask, useHarrisDetector=True, k=0.04)
     # OpenCV's coordinates count from the middle of the first pixel, ours from its corner.
     return np.empty((0, 2)) if found is None else found.reshape(-1, 2).astype(float) + 0.5

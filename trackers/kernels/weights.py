@@ -38,11 +38,6 @@ def normalise_log_weights(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.
     return weights, largest + np.log(total / count), False
 
 
-def effective_sample_size(weights: NDArray[np.float64]) -> float:
-    """Return ``1 / sum w_i^2`` of weights (N,) that sum to one: between 1 and N."""
-    return float(1.0 / np.square(weights).sum())
-
-
 def circular_mean(angles_rad: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
     """Return the direction of ``sum w_i (cos a_i, sin a_i)`` in (-pi, pi]; angles and weights are (N,)."""
     return float(np.arctan2(weights @ np.sin(angles_rad), weights @ np.cos(angles_rad)))

@@ -99,7 +99,7 @@ def _features(measures: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the features (F,) with NaN where there was no template, or the background was not known."""
     features = measures[list(_FEATURES)]
     if measures[ob.MISMATCH] == 0.0:
-        features[2] = np.nan
+        features[_FEATURES.index(ob.MISMATCH)] = np.nan
     if measures[ob.KNOWN] < _MOSTLY_KNOWN:
-        features[3:] = np.nan
+        features[[_FEATURES.index(ob.MOVED), _FEATURES.index(ob.MOVED_AROUND)]] = np.nan
     return features
