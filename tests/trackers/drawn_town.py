@@ -23,11 +23,12 @@ _SPEED_MPS = 8.0
 
 @dataclass(frozen=True)
 class DrawnFrame:
-    """One picture and what is so in it."""
+    """One picture and what is so in it; ``along_px`` (2,) points from the car's centre to its nose."""
 
     observation: Observation
     T_world_camera: NDArray[np.float64]
     car_px: NDArray[np.float64]
+    along_px: NDArray[np.float64]
     box_xyxy: NDArray[np.float64]
     inside: bool
 
@@ -109,14 +110,18 @@ def film(
     out: tuple[int, int] = (50, 80),
     with_ego: bool = False,
     decoys: int = 3,
+    jump_m: float = 0.0,
 ) -> list[DrawnFrame]:
-    """Return a short film: the car drives, and in ``out`` (first, last frame) a gust swings the view off
-    it.
+    """Return a short film: the car drives, and in ``out`` (first, last frame) a gust swings the view off it.
+
+    Half-way through that the car jumps ``jump_m`` ahead, as no car can; the
+    camera does not follow that.
     """
     rng = np.random.default_rng(seed)
     camera = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
     texture = ground_texture(rng)
     path = drive(frames, 15.0)
+    jump = np.where(np.arange(frames) < sum(out) // 2, 0.0, jump_m)
     noise = np.zeros(5)
     result = []
     decoy_y_m, decoy_rgb = rng.uniform(-90, 90, decoys), rng.uniform(20, 240, (decoys, 3))
@@ -129,12 +134,12 @@ def film(
         for y_m, rgb in zip(decoy_y_m, decoy_rgb, strict=True):
             xy = np.array([ROAD_WIDTH_M / 4, (y_m + 6 * k / 15 + 100) % 200 - 100])
             draw_car(picture, camera, pose, xy, np.pi / 2, tuple(rgb.tolist()))
-        xy, heading = path[k, :2], float(path[k, 2])
+        xy, heading = path[k, :2] + [jump[k], 0.0], float(path[k, 2])
         draw_car(picture, camera, pose, xy, heading, (190, 40, 30))
         picture = np.clip(picture + rng.normal(0, 3, picture.shape), 0, 255).astype(np.uint8)
         local = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * np.array(CAR_M) / 2
         corners = _project_local(camera, pose, xy, heading, local)
-        centre = _project_local(camera, pose, xy, heading, np.zeros((1, 2)))[0]
+        centre, nose = _project_local(camera, pose, xy, heading, np.array([[0, 0], [CAR_M[0] / 2, 0]]))
         measured = pose.copy()
         measured[:3, 3] += rng.normal(0, 0.3, 3) + 2.0
         observation = Observation(
@@ -142,7 +147,7 @@ def film(
         )
         box = np.array([*corners.min(0), *corners.max(0)])
         inside = bool((centre >= 0).all() and (centre < [640, 480]).all())
-        result.append(DrawnFrame(observation, pose, centre, box, inside))
+        result.append(DrawnFrame(observation, pose, centre, nose - centre, box, inside))
     return result
 
 
