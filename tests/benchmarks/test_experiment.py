@@ -122,7 +122,7 @@ def test_what_other_code_made_is_made_again(tmp_path: Path) -> None:
 )
 def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, tracker: str, reason: str) -> None:
     limit_s = 0.5 if tracker == "fake_slow" else TINY.limit_s
-    outcome = run(replace(TINY, trackers=(tracker,), seeds=range(1), limit_s=limit_s), tmp_path)
+    outcome = run(replace(TINY, trackers=(tracker, "fake_knowing"), seeds=range(1), limit_s=limit_s), tmp_path)
     (failure,) = outcome.failures
     told = str(failure)
     assert "\n" not in told
@@ -131,6 +131,7 @@ def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, t
     assert mean_of(outcome, tracker, "recovery_rate") == 0.0
     assert mean_of(outcome, tracker, "offscreen_error_m") == WORST_ERROR_M
     assert mean_of(outcome, tracker, "in_view_tnr") == 0.0
+    assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
 

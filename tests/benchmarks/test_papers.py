@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import ModuleType
 
 import cv2
 import pytest
@@ -79,9 +80,12 @@ def test_both_renderers_are_shown_where_both_were_run() -> None:
     ]
 
 
-def test_a_run_leaves_rows_figure_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    experiment = a2.EXPERIMENT
-    a2.run(tmp_path, range(1), "raster", 0)
+@pytest.mark.parametrize("paper", [a2, a3], ids=lambda module: module.EXPERIMENT.name)
+def test_a_run_leaves_rows_figure_and_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], paper: ModuleType
+) -> None:
+    experiment = paper.EXPERIMENT
+    paper.run(tmp_path, range(1), "raster", 0)
     printed = capsys.readouterr().out
     assert "paper.html" in printed
     rows = [json.loads(line) for line in (tmp_path / "records.jsonl").read_text().splitlines()]

@@ -216,7 +216,9 @@ def test_cars_keep_their_lane_and_take_every_way_at_a_crossing() -> None:
     roads = roads_of(crossing())
     states = cars(2000, -50.0, -1.8, 0.0, 8.0)
     rp.associate(states, roads, rng.random(2000))
-    assert (states[:, rp.ON_ROAD] == 1).mean() == pytest.approx(np.exp(-0.9) / (np.exp(-0.9) + 0.082), abs=0.05)
+    assert (states[:, rp.ON_ROAD] == 1).mean() == pytest.approx(
+        np.exp(-0.5 * 1.8) / (np.exp(-0.5 * 1.8) + rp.FREE_WEIGHT), abs=0.05
+    )
     states[:, rp.ON_ROAD] = 1
     rp.associate(states, roads, rng.random(2000))
     assert (states[:, rp.ON_ROAD] == 1).all()
