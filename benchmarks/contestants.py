@@ -76,21 +76,18 @@ def entrants() -> dict[str, Entrant]:
     return {**everyone, **{oracle.name: oracle for oracle in _oracles()}}
 
 
-def entrant(name: str) -> Entrant:
-    """Return one entrant.
+def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
+    """Return one entrant; a tracker set to ``values`` of its parameters, if any are given.
 
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
+    if values:
+        return _from_registry(registry.entry(name), **values)
     everyone = entrants()
     if name not in everyone:
         raise ValueError(f"tracker: expected one of {', '.join(everyone)}; got {name!r}")
     return everyone[name]
-
-
-def with_parameters(name: str, values: dict[str, Any]) -> Entrant:
-    """Return a registered tracker set to other values, as tuning tries them."""
-    return _from_registry(registry.entry(name), **values)
 
 
 def load_modules(modules: Sequence[str]) -> None:

@@ -49,6 +49,7 @@ class Experiment:
         workers: processes; 0 = this very process (then a tracker that ends its process ends everything).
         repeats: runs an episode of a tracker whose random numbers no seed reaches.
         limit_s: the longest a tracker may take over a frame.
+        settings: tracker → values to set it to, other than those it was tuned to.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
     """
@@ -63,6 +64,7 @@ class Experiment:
     workers: int = 1
     repeats: int = 3
     limit_s: float = 60.0
+    settings: dict[str, dict[str, Any]] = field(default_factory=dict)
     modules: tuple[str, ...] = ()
     backend: str = "loky"
 
@@ -101,7 +103,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
-    versions = {name: versions_of(entrant(name)) for name in experiment.trackers}
+    versions = {name: versions_of(entrant(name, experiment.settings.get(name))) for name in experiment.trackers}
     have = _current_blocks(experiment, out, versions)
     jobs = [replace(_what_is_left(job, have), versions=versions) for job in _jobs(experiment, out / _NOTES)]
     jobs = [job for job in jobs if job.trackers]
@@ -155,6 +157,7 @@ def _jobs(experiment: Experiment, notes: Path) -> Iterator[Job]:
                         modules=experiment.modules,
                         repeats=experiment.repeats,
                         limit_s=experiment.limit_s,
+                        settings={name: (name, values) for name, values in experiment.settings.items()},
                         notes=notes,
                     )
 

@@ -15,7 +15,7 @@ from typing import Any
 import cv2
 import numba
 
-from benchmarks.contestants import Entrant, entrant, load_modules, with_parameters
+from benchmarks.contestants import Entrant, entrant, load_modules
 from benchmarks.metrics.series import TruthSeries, truth_series, without_pictures
 from benchmarks.notes import Note, note_at
 from benchmarks.records import LAST_METRIC, Row, rounded
@@ -40,7 +40,7 @@ class Job:
         limit_s: the longest a tracker may take over a frame.
         notes: folder for the note that says what the worker is at, so that its death can be explained.
         versions: tracker → what its rows say of their making, as it was when the experiment began.
-        settings: for tuning, label in ``trackers`` → the tracker's name and the values it is set to.
+        settings: label in ``trackers`` → the tracker's name and the values it is set to.
         deadly: trackers that ended their process in this episode, and the frame they did it on.
     """
 
@@ -116,7 +116,7 @@ def run_job(job: Job) -> JobResult:
 def _watchers(job: Job, episode: Episode) -> list[_Watcher]:
     watchers = []
     for name in job.trackers:
-        who = with_parameters(*job.settings[name]) if name in job.settings else entrant(name)
+        who = entrant(*job.settings.get(name, (name,)))
         for repeat in range(1 if who.reproducible else job.repeats):
             stream = f"tracker/{who.name}" if repeat == 0 else f"tracker/{who.name}/{repeat}"
             contestant = who.create(episode, generator(job.seed, stream))

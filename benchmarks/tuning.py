@@ -109,7 +109,7 @@ def tune(name: str, budget: Budget, progress: Progress) -> Tuned:
     study = optuna.create_study(
         direction="maximize", sampler=optuna.samplers.TPESampler(seed=_SEARCH_SEED, constant_liar=True)
     )
-    defaults = {key: field.default for key, field in fields.items()}
+    defaults = registry.entry(name).written()
     study.enqueue_trial(defaults)
     while len(study.trials) < budget.trials:
         asked = [study.ask() for _ in range(min(_BATCH, budget.trials - len(study.trials)))]

@@ -13,7 +13,7 @@ A tracker registers where it is defined::
         def __init__(self, parameters: ColourParameters, rng: np.random.Generator): ...
 
 Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the
-place of the defaults.
+place of the defaults, but where a paper's experiment is repeated.
 """
 
 from __future__ import annotations
@@ -76,6 +76,11 @@ class TrackerEntry:
             if name not in known:
                 raise ValueError(f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter")
         return kind(**values)
+
+    def written(self) -> dict[str, Any]:
+        """Return the values that the method was written with, of all that tuning may set."""
+        fields = dataclasses.fields(self.tracker.Parameters)  # type: ignore[attr-defined]
+        return {field.name: field.default for field in fields if "low" in field.metadata} | self.overrides
 
     def create(self, rng: np.random.Generator, **changes: Any) -> Tracker:
         """Return a fresh tracker that draws from ``rng``."""

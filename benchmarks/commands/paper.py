@@ -19,6 +19,8 @@ _EXPERIMENTS = {"A2": "benchmarks.papers.a2", "A3": "benchmarks.papers.a3"}
 class Paper:
     """Repeat a paper's experiment over many episodes: its table beside ours, pictures at the paper's frames.
 
+    The methods are set as they were written; `frameout bench` sets them as they were tuned.
+
     Attributes:
         experiment: A2 (road shape, the helicopter's motion measured) or A3 (background model, motion
             unknown).

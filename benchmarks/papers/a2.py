@@ -15,7 +15,8 @@ EXPERIMENT = PaperExperiment(
     title="Paper A, experiment 1: the shape of the road, helicopter motion measured",
     setting="A car on a set route; a simple controller keeps the estimate in the middle of the picture. A gust "
     "puts the car outside the picture while the road bends. A plain colour particle filter against one that "
-    "extrapolates the road; both move their particles with the measured helicopter motion.",
+    "extrapolates the road; both move their particles with the measured helicopter motion. Both are set as they were "
+    "written, whatever `frameout tune` found.",
     preset="paper-a2",
     trackers=("colour_pf", "road_shape_pf"),
     frames=(10, 65, 80),

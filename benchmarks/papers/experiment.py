@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
+
+from trackers import registry
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,3 +46,8 @@ class PaperExperiment:
     frames: tuple[int, ...]
     controller: str | None
     claims: tuple[Claim, ...]
+
+    @property
+    def settings(self) -> dict[str, dict[str, Any]]:
+        """Method → the values it was written with: a paper's experiment is repeated without tuning."""
+        return {name: registry.entry(name).written() for name in self.trackers}

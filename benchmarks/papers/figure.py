@@ -20,7 +20,9 @@ def paper_figure(experiment: PaperExperiment, out: Path, seed: int, renderer: Re
     scenario = catalog.scenario("road-town").id
     rows = {}
     for tracker in experiment.trackers:
-        run = Run(scenario, experiment.preset, seed, renderer, tracker, experiment.controller)
+        run = Run(
+            scenario, experiment.preset, seed, renderer, tracker, experiment.controller, experiment.settings[tracker]
+        )
         episode = run.open()
         try:
             count = min(max(experiment.frames) + 1, episode.frame_count)

@@ -57,6 +57,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
         seeds=seeds,
         renderer=renderer,
         workers=workers,
+        settings=experiment.settings,
     )
     with progress_bar(f"paper {experiment.name}") as progress:
         outcome = run_experiment(runs, out, progress)

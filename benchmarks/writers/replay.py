@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from benchmarks.contestants import Contestant, entrant
 from benchmarks.writers.instant import Instant
@@ -23,6 +24,7 @@ class Run:
         scenario, preset, seed, renderer: the episode.
         tracker: who watches, None for truth alone.
         controller: what steers by the tracker's estimate, None for the set path.
+        values: of the tracker's parameters, other than those it was tuned to.
     """
 
     scenario: str
@@ -31,6 +33,7 @@ class Run:
     renderer: RendererName = "raster"
     tracker: str | None = None
     controller: str | None = None
+    values: dict[str, Any] | None = None
 
     def open(self) -> Episode:
         """Build the episode.
@@ -51,7 +54,7 @@ class Run:
         contestant = None
         if self.tracker is not None:
             rng = generator(self.seed, f"tracker/{self.tracker}")
-            contestant = entrant(self.tracker).create(episode, rng)
+            contestant = entrant(self.tracker, self.values).create(episode, rng)
         controller = None if self.controller is None else create_controller(self.controller)
         return replay(episode, contestant, controller, scale=scale, wanted=wanted, frame_count=frame_count)
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from benchmarks import jobs
-from benchmarks.contestants import with_parameters
+from benchmarks.contestants import entrant
 from benchmarks.experiment import SET_PATH, Experiment, Outcome, run
 from benchmarks.jobs import Job, run_job
 from benchmarks.metrics.offscreen import WORST_ERROR_M
@@ -215,4 +215,4 @@ def test_settings_that_are_tried_draw_the_numbers_of_their_tracker() -> None:
     errors = [[row["value"] for row in block if row["metric"] == "offscreen_error_m"] for block in blocks]
     assert errors[0] == errors[1]
     with pytest.raises(ValueError, match="unknown parameter"):
-        with_parameters("fake_knowing", {"nix": 1})
+        entrant("fake_knowing", {"nix": 1})

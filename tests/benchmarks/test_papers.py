@@ -15,6 +15,7 @@ from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import findings
 from benchmarks.suites import suite
 from scenarios import catalog
+from trackers import registry
 from trackers.controllers.catalogue import CONTROLLERS
 
 EXPERIMENTS = (a2.EXPERIMENT, a3.EXPERIMENT)
@@ -32,6 +33,16 @@ def test_an_experiment_names_what_exists(experiment: PaperExperiment) -> None:
         assert claim.tracker in experiment.trackers
         assert suite("frame-out").metric(claim.metric).unit == "fraction"
         assert 0 < claim.level < 1
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda each: each.name)
+def test_methods_are_set_as_they_were_written_whatever_tuning_found(
+    experiment: PaperExperiment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(registry, "tuned_values", lambda name: {"colour_sharpness": 99.0})
+    for name, values in experiment.settings.items():
+        assert registry.entry(name).parameters().colour_sharpness == 99.0
+        assert registry.entry(name).parameters(**values) == registry.entry(name).tracker.Parameters()
 
 
 def test_frames_and_bounds_are_those_of_paper_and_issue() -> None:
