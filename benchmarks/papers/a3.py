@@ -14,8 +14,8 @@ EXPERIMENT = PaperExperiment(
     name="A3",
     title="Paper A, experiment 2: a model of the background, helicopter motion unknown",
     setting="A town with crossings, buildings and other cars; car and helicopter on set paths. The helicopter's "
-    "motion is estimated from the picture; where a car may be is told by road, other ground and buildings. The method is "
-    "set as it was written, whatever `frameout tune` found.",
+    "motion is estimated from the picture; where a car may be is told by road, other ground and buildings. The method "
+    "is set as it was written, whatever `frameout tune` found.",
     preset="paper-a3",
     trackers=("background_pf",),
     frames=(40, 80, 120, 160),
