@@ -114,7 +114,7 @@ def film(
 ) -> list[DrawnFrame]:
     """Return a short film: the car drives, and in ``out`` (first, last frame) a gust swings the view off it.
 
-    Half-way through that the car jumps ``jump_m`` ahead, as no car can; the
+    Half-way through that the car jumps ``jump_m`` ahead (or back), as no car can; the
     camera does not follow that.
     """
     rng = np.random.default_rng(seed)
