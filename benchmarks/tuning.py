@@ -54,7 +54,7 @@ class Tuned:
     """What a search found.
 
     Attributes:
-        parameters: the best setting, or the defaults where that was not better on fresh seeds too.
+        parameters: the best setting; empty, so that the defaults stand, where that was not better on fresh seeds too.
         score, default_score: of the best setting and of the defaults on the search's seeds, see ``score_of``.
         fresh_score, fresh_default_score: of both on as many seeds that the search has not seen.
         trials: number of settings tried.
@@ -74,8 +74,7 @@ def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
     Raises:
         ValueError: for an unknown tracker, or one with nothing to tune.
     """
-    kind = registry.entry(name).tracker.Parameters  # type: ignore[attr-defined]
-    found = {f.name: f for f in dataclasses.fields(kind) if "low" in f.metadata}
+    found = registry.entry(name).tunables()
     if not found:
         raise ValueError(f"tracker: expected one with tunable parameters, got {name!r}, which has none")
     return found
@@ -120,7 +119,7 @@ def tune(name: str, budget: Budget, progress: Progress) -> Tuned:
         progress(len(study.trials), budget.trials)
     fresh = _scores(name, {"best": study.best_params, "defaults": defaults}, budget.on_fresh_seeds())
     return Tuned(
-        parameters=study.best_params if fresh["best"] > fresh["defaults"] else defaults,
+        parameters=study.best_params if fresh["best"] > fresh["defaults"] else {},
         score=study.best_value,
         default_score=study.trials[0].value,
         fresh_score=fresh["best"],

@@ -79,8 +79,12 @@ class TrackerEntry:
 
     def written(self) -> dict[str, Any]:
         """Return the values that the method was written with, of all that tuning may set."""
+        return {name: field.default for name, field in self.tunables().items()} | self.overrides
+
+    def tunables(self) -> dict[str, dataclasses.Field[Any]]:
+        """Return the parameters that declare a range to be tuned in, by name."""
         fields = dataclasses.fields(self.tracker.Parameters)  # type: ignore[attr-defined]
-        return {field.name: field.default for field in fields if "low" in field.metadata} | self.overrides
+        return {field.name: field for field in fields if "low" in field.metadata}
 
     def create(self, rng: np.random.Generator, **changes: Any) -> Tracker:
         """Return a fresh tracker that draws from ``rng``."""

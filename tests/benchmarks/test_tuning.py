@@ -89,7 +89,7 @@ def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch:
 
     monkeypatch.setattr(tuning, "_scores", scores)
     tuned = tune("fake_shaky", BUDGET, lambda done, of: None)
-    assert tuned.parameters == {"off_m": 20.0, "ignored": 3}
+    assert tuned.parameters == {}
     assert tuned.score == -tuned.fresh_score > tuned.default_score == -tuned.fresh_default_score == 20.0
 
 
