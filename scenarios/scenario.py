@@ -24,7 +24,7 @@ class Frame:
 
     @property
     def camera(self) -> PinholeCamera:
-        """The camera, as the simulator draws through it."""
+        """The camera as all truth has it: without the lens's distortion, which is in the picture alone."""
         model = self.observation.camera
         return PinholeCamera(model.width_px, model.height_px, model.focal_px)
 

@@ -57,7 +57,7 @@ class BackgroundInstant:
     existence: ExistenceMap
 
 
-class BackgroundModel(CarModel[BackgroundParameters]):
+class BackgroundModel(CarModel[BackgroundParameters, BackgroundInstant]):
     """State x = (x, y, V, θ) in pixels from the image centre.
 
     ``(x, y)' = Rot(-ω) ((x, y) + V (cos θ, sin θ)) - (Vx, Vy)``, ``θ' = θ - ω + N``, ``V' = V + N`` (4.19-4.21).
@@ -65,13 +65,6 @@ class BackgroundModel(CarModel[BackgroundParameters]):
     4.23). Readings: rectangles outside the picture or cut by its border have the colour weight of A.2; without a known
     road its factor is left out.
     """
-
-    def predict(
-        self, states: NDArray[np.float64], observed: BackgroundInstant, rng: np.random.Generator
-    ) -> NDArray[np.float64]:
-        moved = self._move_on(states, observed.motion, rng)
-        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
-        return moved
 
     def log_weights(self, states: NDArray[np.float64], observed: BackgroundInstant) -> NDArray[np.float64]:
         centres_px = states[:, POSITION] + observed.centre_px

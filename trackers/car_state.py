@@ -65,17 +65,28 @@ def move_on(
 
 
 class Walk(Protocol):
-    """How fast speeds change: τV, lengths of the car a frame."""
+    """How fast speeds and headings change: τV, lengths of the car a frame, and τθ."""
 
     @property
     def speed_noise(self) -> float: ...
 
+    @property
+    def heading_noise_rad(self) -> float: ...
+
+
+class Instant(Protocol):
+    """What every one of the three models is told of one picture: how the ground moved since the last."""
+
+    @property
+    def motion(self) -> Motion: ...
+
 
 Parameters = TypeVar("Parameters", bound=Walk)
+Observed = TypeVar("Observed", bound=Instant)
 
 
-class CarModel(Generic[Parameters]):
-    """What the models of the three filters share: where the car starts, and that it moves with the ground."""
+class CarModel(Generic[Parameters, Observed]):
+    """What the models of the three filters share: where the car starts, and how it moves where no road leads it."""
 
     def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
         """``start_px`` (2,) is the middle of the car's first box, from the image centre."""
@@ -87,8 +98,16 @@ class CarModel(Generic[Parameters]):
         """See ``initial_states``."""
         return initial_states(count, self._start_px, self._template.car_px, rng)
 
-    def _move_on(self, states: NDArray[np.float64], motion: Motion, rng: np.random.Generator) -> NDArray[np.float64]:
-        return move_on(states, motion, self._parameters.speed_noise * self._template.car_px, rng)
+    def predict(self, states: NDArray[np.float64], observed: Observed, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Return states (N, 4) one frame on: see ``move_on``; then ``θ' = θ + N(0, τθ²)`` about ``_directed``."""
+        moved = move_on(states, observed.motion, self._parameters.speed_noise * self._template.car_px, rng)
+        moved[:, HEADING] = self._directed(moved, observed)
+        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
+        return moved
+
+    def _directed(self, moved: NDArray[np.float64], observed: Observed) -> NDArray[np.float64]:
+        """Return the headings (N,) about which those of states just moved are drawn: their own."""
+        return moved[:, HEADING]
 
 
 def place_and_heading(posterior: Posterior) -> tuple[NDArray[np.float64], float]:

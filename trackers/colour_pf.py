@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.background_motion import Motion, measured_motion
-from trackers.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre
+from trackers.car_state import POSITION, CarModel, car_estimate, image_centre
 from trackers.colour_template import ColourTemplate
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import hs_bins
@@ -43,19 +43,12 @@ class ColourInstant:
     motion: Motion
 
 
-class ColourModel(CarModel[ColourParameters]):
+class ColourModel(CarModel[ColourParameters, ColourInstant]):
     """State x = (x, y, V, θ) in pixels from the image centre.
 
     ``x' = x + V cos θ, y' = y + V sin θ`` (2.2, 2.3), then moved with the picture of the ground;
     ``V' = V + N(0, τV²)`` (2.4), ``θ' = θ + N(0, τθ²)`` (2.5); weight ``exp{-λ (1 - L)}`` (2.8).
     """
-
-    def predict(
-        self, states: NDArray[np.float64], observed: ColourInstant, rng: np.random.Generator
-    ) -> NDArray[np.float64]:
-        moved = self._move_on(states, observed.motion, rng)
-        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
-        return moved
 
     def log_weights(self, states: NDArray[np.float64], observed: ColourInstant) -> NDArray[np.float64]:
         similarity = self._template.similarities(observed.bins, states[:, POSITION] + observed.centre_px)

@@ -51,7 +51,7 @@ class RoadInstant:
     road: RoadCurve | None
 
 
-class RoadShapeModel(CarModel[RoadShapeParameters]):
+class RoadShapeModel(CarModel[RoadShapeParameters, RoadInstant]):
     """State x = (x, y, V, θ) in pixels from the image centre.
 
     Position and speed move as in A.1; then ``θ' = rθ + N(0, τ'θ²)`` (3.10), rθ the road's direction at the new place.
@@ -59,14 +59,10 @@ class RoadShapeModel(CarModel[RoadShapeParameters]):
     Readings: |.| is meant in 3.11, in units of w; without a known road θ walks at random and its term is left out.
     """
 
-    def predict(
-        self, states: NDArray[np.float64], observed: RoadInstant, rng: np.random.Generator
-    ) -> NDArray[np.float64]:
-        moved = self._move_on(states, observed.motion, rng)
-        if observed.road is not None:
-            _, moved[:, HEADING] = observed.road.offset_and_direction(moved[:, POSITION], moved[:, HEADING])
-        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
-        return moved
+    def _directed(self, moved: NDArray[np.float64], observed: RoadInstant) -> NDArray[np.float64]:
+        if observed.road is None:
+            return super()._directed(moved, observed)
+        return observed.road.offset_and_direction(moved[:, POSITION], moved[:, HEADING])[1]
 
     def log_weights(self, states: NDArray[np.float64], observed: RoadInstant) -> NDArray[np.float64]:
         p = self._parameters

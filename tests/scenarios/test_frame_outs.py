@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenarios.road_town.flight import draw_air, set_path
-from scenarios.road_town.frame_outs import IN, draw_pulses, frame_out_spans, picture_states
+from scenarios.road_town.frame_outs import IN, OUT, _acceptable, draw_pulses, frame_out_spans, picture_states
 from scenarios.road_town.presets import PRESETS, FrameOuts
 from sim.optics import PinholeCamera
 from sim.rng import generator
@@ -74,3 +74,21 @@ def test_impossible_wishes_are_refused_by_name():
     crowded = replace(STANDARD, frame_count=100, frame_outs=FrameOuts(count=(5, 5), frames=(60, 60)))
     with pytest.raises(RuntimeError, match="frame_outs: found no schedule"):
         _states(crowded, {"turn": [], "excursion": []}, 0)
+
+
+def test_a_long_excursion_lets_no_other_frame_out_be_long() -> None:
+    """Wanted are 25 and 8 frames, where 14 are the most but for an excursion."""
+    preset = PRESETS["paper-a3"]
+    wanted = [(40, 25), (110, 8)]
+
+    def states(*spans: tuple[int, int]) -> np.ndarray:
+        seen = np.full(preset.frame_count, IN)
+        for start, frames in spans:
+            seen[start : start + frames] = OUT
+        return seen
+
+    assert preset.frame_outs.frames[1] == 14
+    assert _acceptable(preset, states((40, 25), (110, 8)), wanted)
+    assert _acceptable(preset, states((40, 27), (110, 16)), wanted)
+    assert not _acceptable(preset, states((40, 25), (110, 17)), wanted)
+    assert not _acceptable(preset, states((40, 28), (110, 8)), wanted)

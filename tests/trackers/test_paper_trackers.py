@@ -9,6 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.fakes import CAMERA, DrawnFrame, DrawnTown, along, bent_road, drive, look_down, straight_road
+from trackers.baselines import best_match
+from trackers.colour_template import ColourTemplate
 from trackers.registry import entry
 from trackers.types import Estimate
 
@@ -143,3 +145,14 @@ def test_the_background_filter_never_looks_at_the_measured_pose(bend: list[Drawn
 def test_an_unknown_class_model_is_named() -> None:
     with pytest.raises(ValueError, match=r"class_model: expected .* got 'no_such_model'"):
         entry("background_pf").create(np.random.default_rng(0), class_model="no_such_model")
+
+
+def test_what_lies_outside_the_picture_is_like_nothing() -> None:
+    """Neither the border's pixels nor the whole picture's colours stand in for it."""
+    picture = np.full((40, 60, 3), (200, 40, 40), np.uint8)
+    template = ColourTemplate.from_box(picture, np.array([10.0, 10.0, 20.0, 18.0]))
+    _, similarity = best_match(template, picture, np.array([-3.0, 20.0]), reach_px=2.5)
+    assert similarity == 0.0
+    place_px, similarity = best_match(template, picture, np.array([-3.0, 20.0]), reach_px=8.0)
+    assert similarity == pytest.approx(1.0)
+    assert (place_px >= 0).all()
