@@ -139,7 +139,8 @@ def test_without_roads_the_car_is_believed_to_stray_further_from_the_street(
 
 
 def test_only_redetection_finds_a_car_that_no_particle_has_followed() -> None:
-    jumped = film(0, 64, out=_OUT, with_ego=True, decoys=0, jump_m=21.0)
+    """Unseen, the car went back."""
+    jumped = film(0, 64, out=_OUT, with_ego=True, decoys=0, jump_m=-18.0)
     full, ablated = (track(jumped, name) for name in ("mosaic_graph_pf", "mosaic_graph_pf_no_redetection"))
     car_px = np.linalg.norm(jumped[0].box_xyxy[2:] - jumped[0].box_xyxy[:2])
     assert jumped[-1].inside

@@ -38,19 +38,30 @@ def test_detection_weights_are_the_formula(seed: int) -> None:
     rng = np.random.default_rng(seed)
     x, h, p = rng.normal(0, 2, (7, 2)), rng.uniform(-3, 3, 7), rng.random(7) * 0.9
     z, a, log_ratio = rng.normal(0, 2, (3, 2)), np.array([0.3, np.nan, -1.0]), rng.normal(0, 2, 3)
-    got = detection_log_weights(x, h, p, True, z, a, log_ratio, 0.7, 0.3)
+    deviations = np.array([0.7, 0.4, 1.2])
+    got = detection_log_weights(x, h, p, True, z, a, log_ratio, deviations, 0.3)
     for i in range(7):
-        fit = log_ratio - 0.5 * ((z - x[i]) ** 2).sum(axis=1) / 0.49
-        fit -= np.nan_to_num(0.5 * np.sin(a - h[i]) ** 2 / 0.09)
+        fit = log_ratio - 0.5 * ((z - x[i]) ** 2).sum(axis=1) / deviations**2
+        sharp = 0.1 + 0.9 * np.sqrt(np.pi / 2) / 0.3 * np.exp(-0.5 * np.sin(a - h[i]) ** 2 / 0.09)
+        fit += np.where(np.isnan(a), 0.0, np.log(sharp))
         assert got[i] == pytest.approx(np.log(1 - p[i] + p[i] * np.exp(fit.max())))
+
+
+def test_an_axis_tells_as_much_as_it_is_better_than_chance() -> None:
+    """Over headings that may be any, the ratio to an axis that may be any has the mean 1."""
+    headings = np.linspace(-np.pi, np.pi, 2001)[:-1]
+    at, ones = np.zeros((2000, 2)), np.ones(2000)
+    args = (at, headings, ones, True, np.zeros((1, 2)), np.array([0.4]), np.zeros(1), np.ones(1))
+    assert np.exp(detection_log_weights(*args, 0.12)).mean() == pytest.approx(1.0, abs=0.01)
+    np.testing.assert_allclose(np.exp(detection_log_weights(*args, 100.0)), 1.0, atol=0.001)
 
 
 def test_not_seeing_weighs_only_where_the_target_would_have_been_seen() -> None:
     x, nothing = np.zeros((2, 2)), np.empty((0, 2))
     args = (x, np.zeros(2), np.array([0.0, 0.6]))
-    missed = detection_log_weights(*args, True, nothing, np.empty(0), np.empty(0), 0.5, 0.3)
+    missed = detection_log_weights(*args, True, nothing, np.empty(0), np.empty(0), np.empty(0), 0.3)
     np.testing.assert_allclose(missed, [0.0, np.log(0.4)], atol=1e-12)
-    ignored = detection_log_weights(*args, False, nothing, np.empty(0), np.empty(0), 0.5, 0.3)
+    ignored = detection_log_weights(*args, False, nothing, np.empty(0), np.empty(0), np.empty(0), 0.3)
     np.testing.assert_allclose(ignored, 0.0, atol=1e-12)
 
 

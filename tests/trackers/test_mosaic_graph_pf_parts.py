@@ -163,7 +163,9 @@ def test_likeness_learns_what_this_target_is_like() -> None:
 
 
 def candidate(x_m: float, log_ratio: float) -> Candidate:
-    return Candidate(np.array([x_m, 0.0]), 0.0, log_ratio, np.zeros(ob.MEASURES))
+    measures = np.zeros(ob.MEASURES)
+    measures[ob.COVERED] = 1.0
+    return Candidate(np.array([x_m, 0.0]), 0.0, log_ratio, measures)
 
 
 def test_a_sighting_is_followed_and_its_evidence_is_bounded() -> None:

@@ -39,10 +39,14 @@ _HABITS = rm.Habits(
 )
 
 
+def nothing_unseen(points_m: np.ndarray) -> np.ndarray:
+    return np.zeros(len(points_m), bool)
+
+
 def crossing() -> RoadGraph:
     """Four streets, 60 m each, that meet at the origin."""
     ends = 60.0 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
-    return build_graph([np.linspace(np.zeros(2), end, 121) for end in ends])
+    return build_graph([np.linspace(np.zeros(2), end, 121) for end in ends], nothing_unseen)
 
 
 def roads_of(graph: RoadGraph) -> Roads:
@@ -52,7 +56,7 @@ def roads_of(graph: RoadGraph) -> Roads:
 def cars(count: int, x_m: float, y_m: float, heading_rad: float, speed_mps: float) -> np.ndarray:
     states = np.zeros((count, rp.COLUMNS))
     states[:, [rp.X, rp.Y, rp.HEADING, rp.SPEED, rp.CRUISE]] = [x_m, y_m, heading_rad, speed_mps, 8.0]
-    states[:, [rp.CHOICE, rp.LOOK]] = [-1.0, 5.0]
+    states[:, [rp.CHOICE, rp.BOUND, rp.LOOK]] = [-1.0, np.nan, 5.0]
     return states
 
 
@@ -73,7 +77,7 @@ def test_short_spurs_are_cut_and_gaps_in_line_bridged() -> None:
     main = [np.linspace([-60.0, 0.0], [0.0, 0.0], 121), np.linspace([0.0, 0.0], [60.0, 0.0], 121)]
     spur = np.linspace([0.0, 0.0], [0.0, 5.0], 11)
     beyond_gap = np.linspace([80.0, 0.0], [140.0, 0.0], 121)
-    graph = build_graph([*main, spur, beyond_gap])
+    graph = build_graph([*main, spur, beyond_gap], nothing_unseen)
     assert graph.points_m[:, 1].max() < 1.0
     assert ((graph.points_m[:, 0] > 64) & (graph.points_m[:, 0] < 76)).any()
 
@@ -85,7 +89,7 @@ def test_every_dead_end_is_drawn_on_whatever_the_order_of_the_lines() -> None:
     beyond_gap = np.linspace([0.0, 80.0], [0.0, 140.0], 121)
     lengths = []
     for lines in itertools.permutations([across, side_street, beyond_gap]):
-        graph = build_graph(list(lines))
+        graph = build_graph(list(lines), nothing_unseen)
         assert ((np.abs(graph.points_m[:, 0] + 8) < 4) & (np.abs(graph.points_m[:, 1] - 20) < 1)).any()
         assert ((graph.points_m[:, 1] > 64) & (graph.points_m[:, 1] < 76)).any()
         lengths.append(len(graph.points_m))

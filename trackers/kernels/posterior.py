@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+_AXIS_WRONG = 0.1
+
 
 @njit(cache=True)
 def detection_log_weights(
@@ -16,14 +18,15 @@ def detection_log_weights(
     candidates_m: NDArray[np.float64],
     axes_rad: NDArray[np.float64],
     log_ratios: NDArray[np.float64],
-    deviation_m: float,
+    deviations_m: NDArray[np.float64],
     axis_deviation_rad: float,
 ) -> NDArray[np.float64]:
     """Return how well each particle explains the picture.
 
-    ``w_i = (1 - p_i) + p_i max_j exp(l_j - |z_j - x_i|^2 / 2 s^2 - sin^2(a_j - h_i) / 2 t^2)``: either the
-    target was missed, or it is one of the candidates. A particle in full view far from every candidate
-    keeps ``1 - p_i`` (negative information), one outside keeps 1.
+    ``w_i = (1 - p_i) + p_i max_j exp(l_j - |z_j - x_i|^2 / 2 s_j^2) (0.1 + 0.9 k exp(-sin^2(a_j - h_i) / 2 t^2))``,
+    ``k = sqrt(pi / 2) / t``: either the target was missed, or it is one of the candidates, whose axis is measured
+    wrong one time in ten. A particle in full view far from every candidate keeps ``1 - p_i`` (negative information),
+    one outside keeps 1.
 
     Args:
         positions_m (N, 2), headings_rad (N,): particles.
@@ -31,18 +34,21 @@ def detection_log_weights(
         miss_counts: False replaces ``1 - p_i`` by 1: not seeing says nothing.
         candidates_m (J, 2), axes_rad (J,), log_ratios (J,): z, a (known up to half a turn; NaN = not known)
             and ``l = log p(seen there | target) / p(seen there | anything else)``.
-        deviation_m, axis_deviation_rad: s and t.
+        deviations_m (J,), axis_deviation_rad: s and t.
     """
     result = np.empty(positions_m.shape[0])
+    # Against axes that may be any: a density of 1 / pi.
+    sharpness = max(1.0, np.sqrt(0.5 * np.pi) / axis_deviation_rad)
     for i in range(positions_m.shape[0]):
         best = -50.0
         for j in range(candidates_m.shape[0]):
             d_x = candidates_m[j, 0] - positions_m[i, 0]
             d_y = candidates_m[j, 1] - positions_m[i, 1]
-            value = log_ratios[j] - 0.5 * (d_x * d_x + d_y * d_y) / (deviation_m * deviation_m)
+            value = log_ratios[j] - 0.5 * (d_x * d_x + d_y * d_y) / (deviations_m[j] * deviations_m[j])
             if not np.isnan(axes_rad[j]):
                 sine = np.sin(axes_rad[j] - headings_rad[i])
-                value -= 0.5 * sine * sine / (axis_deviation_rad * axis_deviation_rad)
+                aligned = np.exp(-0.5 * sine * sine / (axis_deviation_rad * axis_deviation_rad))
+                value += np.log(_AXIS_WRONG + (1.0 - _AXIS_WRONG) * sharpness * aligned)
             best = max(best, value)
         missed = 1.0 - detectable[i] if miss_counts else 1.0
         result[i] = np.log(missed + detectable[i] * np.exp(best))

@@ -8,7 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackers.kernels.crossing import curve_over, reach_before
+from trackers.kernels.road_course import choose_way, distance_to_node_m, move_along, point_ahead, wrap
 from trackers.kernels.road_position import (
+    BOUND,
     CHOICE,
     CRUISE,
     CURVE,
@@ -25,13 +28,7 @@ from trackers.kernels.road_position import (
     X,
     Y,
     associate_one,
-    choose_way,
-    distance_to_node_m,
-    heading_away,
-    move_along,
     nearest_point,
-    point_ahead,
-    wrap,
 )
 from trackers.kernels.roads import RoadGraph, Roads
 
@@ -40,8 +37,10 @@ _DECIDE_M = 28.0
 _HALT_BEFORE_M = 8.0
 _BEND_STEP_M, _BEND_STEPS = 10.0, 3
 _HARDEST_BRAKING = 5.0
-SHORTEST_LOOK_M, LONGEST_LOOK_M = 3.0, 10.0
-_SHARPEST_PER_M, _TURN_PER_M = 0.22, 0.13
+SHORTEST_LOOK_M, LONGEST_LOOK_M = 3.0, 6.0
+_SHARPEST_PER_M, _TURN_PER_M, _STRAIGHT_PER_M = 0.22, 0.13, 0.02
+_LEAST_TURN_RAD, _LEAST_BEND_RAD = 0.3, 0.15
+_HURRY, _HARD = 1.2, 1.6
 
 
 class Habits(NamedTuple):
@@ -90,31 +89,28 @@ class Habits(NamedTuple):
 
 @njit(cache=True)
 def _allowed_speed(s: NDArray[np.float64], graph: RoadGraph, habits: Habits) -> float:
-    """Return the speed that bends within 30 m, turn and halt ahead allow: ``v^2 = a_lateral r`` there plus
-    ``2 b d`` on the way to it.
+    """Return the speed that bends of the street within 30 m, the way over the crossing and a halt before it allow:
+    ``v^2 = a_lateral r`` there plus ``2 b d`` on the way to it.
     """
     allowed = max(s[CRUISE], 0.0)
     to_node = distance_to_node_m(s, graph)
+    street_m = to_node
+    if s[CHOICE] >= 0:
+        edge = int(s[EDGE])
+        street_m = to_node - reach_before(graph, edge)
+        _, _, radius, turn = curve_over(graph, edge, s[DIRECTION], int(s[CHOICE]), s[LATERAL])
+        if abs(turn) > _LEAST_TURN_RAD:
+            squared = habits.lateral_acceleration * radius + 2 * habits.braking * max(street_m, 0.0)
+            allowed = min(allowed, np.sqrt(squared))
     heading = s[HEADING]
-    for step in range(_BEND_STEPS):
+    for step in range(min(_BEND_STEPS, int(street_m / _BEND_STEP_M))):
         _, _, beyond = point_ahead(s, graph, (step + 1) * _BEND_STEP_M)
         bend = abs(wrap(beyond - heading))
         heading = beyond
-        if bend > 0.15:
+        if bend > _LEAST_BEND_RAD:
             way = step * _BEND_STEP_M
-            allowed = min(
-                allowed, np.sqrt(habits.lateral_acceleration * _BEND_STEP_M / bend + 2 * habits.braking * way)
-            )
-    if s[CHOICE] >= 0:
-        k = int(s[CHOICE])
-        side = 1 if s[DIRECTION] > 0 else 0
-        arriving = heading_away(graph, int(s[EDGE]), side) + np.pi
-        turn = abs(wrap(heading_away(graph, graph.node_edges[k], graph.node_sides[k]) - arriving))
-        if turn > 0.3:
-            # Corner cut on a circle that touches both streets _CORNER_M from the crossing's middle.
-            radius = _CORNER_M / np.tan(0.5 * min(turn, 2.6))
-            way = max(0.0, to_node - _CORNER_M)
-            allowed = min(allowed, np.sqrt(habits.lateral_acceleration * radius + 2 * habits.braking * way))
+            squared = habits.lateral_acceleration * _BEND_STEP_M / bend + 2 * habits.braking * way
+            allowed = min(allowed, np.sqrt(squared))
     if s[HALTS] > 0:
         allowed = min(allowed, np.sqrt(2 * habits.braking * max(0.0, to_node - _HALT_BEFORE_M)))
     return allowed
@@ -134,9 +130,9 @@ def drive(
     On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the way
     chosen (pure pursuit: ``curvature = 2 sin(alpha) / L``). The speed goes towards the goal g, what
     ``_allowed_speed`` says: ``a = A (1 - (v / g)^4)``, the free road of the intelligent driver model (Treiber,
-    Hennecke, Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, with turns as at crossings where
-    no road is known. Both: ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and
-    the urge u return to their means (Ornstein-Uhlenbeck).
+    Hennecke, Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, but constant in a turn; turns begin
+    as at crossings where no road is known. Both: ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; the
+    speed wished for and the urge u return to their means (Ornstein-Uhlenbeck).
 
     Args:
         states: (N, COLUMNS).
@@ -192,12 +188,14 @@ def _follow_road(
     # Nobody outside knows the way chosen before the turn begins: it is drawn again now and then, or a car that
     # is watched for long would be believed to have but one.
     if to_node < _DECIDE_M and (undecided or (to_node > _CORNER_M and uniforms[6] < habits.rethink_rate * dt_s)):
-        s[CHOICE] = choose_way(graph, edge, s[DIRECTION], habits.turn_weight, uniforms[1])
-        s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
-        if undecided:
+        if not undecided:
+            s[BOUND] = np.nan
+        elif np.isnan(s[BOUND]):
             crossing = graph.ends[edge, 1 if s[DIRECTION] > 0 else 0]
             wide = graph.node_first[crossing + 1] - graph.node_first[crossing] > 2
             s[HALTS] = 1.0 if wide and uniforms[2] < habits.halt_share else 0.0
+        choose_way(s, graph, habits.turn_weight, habits.lane_m, uniforms[1])
+        s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
     goal = _allowed_speed(s, graph, habits)
     if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:
         s[HALTS] = 0.0
@@ -207,10 +205,18 @@ def _follow_road(
     curvature = 2.0 * np.sin(min(max(alpha, -1.5), 1.5)) / distance
     curvature = min(max(curvature, -_SHARPEST_PER_M), _SHARPEST_PER_M)
     s[CURVE] = curvature
+    # Who is in the middle of a turn does not speed up before its end.
+    goal = min(goal, np.sqrt(_HURRY * habits.lateral_acceleration / max(abs(curvature), _STRAIGHT_PER_M)))
     if uniforms[0] < habits.leave_rate * dt_s:
         s[ON_ROAD] = 0.0
-        s[TURN] = 1.6 * uniforms[4] - 0.8
+        _begin_turn(s, 1.6 * uniforms[4] - 0.8)
     return goal, curvature
+
+
+@njit(cache=True)
+def _begin_turn(s: NDArray[np.float64], turn: float) -> None:
+    s[TURN] = turn
+    s[CURVE] = _TURN_PER_M if turn > 0 else -_TURN_PER_M
 
 
 @njit(cache=True)
@@ -226,19 +232,20 @@ def _go_free(
     at a crossing, where one is it may take to it.
     """
     goal = max(s[CRUISE], 0.0)
-    s[CURVE] = _fade(s[CURVE], habits.curve_spread_per_m, habits.curve_rate, dt_s, normal)
-    if (
-        s[TURN] == 0.0
-        and uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s
-        and nearest_point(s[X], s[Y], roads) < 0
-    ):
-        s[TURN] = 1.57 if uniforms[5] < 0.5 else -1.57
+    if s[TURN] == 0.0:
+        s[CURVE] = _fade(s[CURVE], habits.curve_spread_per_m, habits.curve_rate, dt_s, normal)
+        if uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s and nearest_point(s[X], s[Y], roads) < 0:
+            _begin_turn(s, 1.57 if uniforms[5] < 0.5 else -1.57)
     if uniforms[0] < habits.return_rate * dt_s:
         associate_one(s, roads, uniforms[1])
     if s[TURN] == 0.0:
         return goal, s[CURVE]
-    curvature = min(_TURN_PER_M, 1.6 * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0))
-    curvature = curvature if s[TURN] > 0 else -curvature
+    sharpest = _HARD * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0)
+    curvature = min(max(s[CURVE], -sharpest), sharpest)
+    goal = min(goal, np.sqrt(habits.lateral_acceleration / max(abs(s[CURVE]), _STRAIGHT_PER_M)))
     rest = s[TURN] - curvature * s[SPEED] * dt_s
-    s[TURN] = rest if rest * s[TURN] > 0 else 0.0
-    return min(goal, np.sqrt(habits.lateral_acceleration / _TURN_PER_M)), curvature
+    if rest * s[TURN] > 0:
+        s[TURN] = rest
+    else:
+        s[TURN], s[CURVE] = 0.0, 0.0
+    return goal, curvature

@@ -1,4 +1,4 @@
-"""Cars on a graph of centre lines: where on it a car is, which way it may go on, and what lies ahead of it."""
+"""Cars on a graph of centre lines: what is known of each, and where on the graph it is."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.kernels.roads import RoadGraph, Roads
+from trackers.kernels.roads import Roads
 
 (
     X,
@@ -26,14 +26,16 @@ from trackers.kernels.roads import RoadGraph, Roads
     TURN,
     LOOK,
     LOG_PRIOR,
-) = range(17)
+    BOUND,
+) = range(18)
 """Columns of a state: map position (m), heading (rad), speed (m/s); 1 on a road, 0 free; edge, point on it
 (fractional, from the edge's first), +1 or -1 as it is driven, offset to the right of the centre line (m);
 entry of ``node_edges`` chosen at the next crossing, or -1; speed wished for (m/s); 1 if it means to halt
 there; acceleration beside that (m/s^2); curvature of its path (1/m) and rest of a turn (rad) where it is
-free; how far ahead it looks (m): short = sharp corners; log-weight it was born with.
+free; how far ahead it looks (m): short = sharp corners; log-weight it was born with; heading (rad) behind the next
+crossing that it is bound for, NaN = open.
 """
-COLUMNS = 17
+COLUMNS = 18
 _PROBES = 7
 _ON_ROAD_WITHIN_M, _ON_ROAD_COSINE, _ON_ROAD_FREE_WEIGHT = 9.0, 0.17, 1e-9
 _FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT = 6.5, 0.64, 0.082
@@ -63,9 +65,11 @@ def associate_one(s: NDArray[np.float64], roads: Roads, uniform: float) -> None:
     within_m, least_cosine, free_weight = _FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT
     if s[ON_ROAD] > 0:
         within_m, least_cosine, free_weight = _ON_ROAD_WITHIN_M, _ON_ROAD_COSINE, _ON_ROAD_FREE_WEIGHT
+    else:
+        s[BOUND] = np.nan
+        s[HALTS] = 0.0
     s[ON_ROAD] = 0.0
     s[CHOICE] = -1.0
-    s[HALTS] = 0.0
     total = free_weight
     chosen = -1
     c, si = np.cos(s[HEADING]), np.sin(s[HEADING])
@@ -102,6 +106,7 @@ def associate_one(s: NDArray[np.float64], roads: Roads, uniform: float) -> None:
         edge = graph.edge_of_point[chosen]
         t_x, t_y = graph.tangents[chosen, 0], graph.tangents[chosen, 1]
         s[ON_ROAD] = 1.0
+        s[TURN] = 0.0
         s[EDGE] = edge
         s[ARC] = chosen - graph.first[edge]
         s[DIRECTION] = 1.0 if c * t_x + si * t_y > 0 else -1.0
@@ -129,112 +134,3 @@ def nearest_point(x: float, y: float, roads: Roads) -> int:
     if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:
         return -1
     return roads.nearest[row, column]
-
-
-@njit(cache=True)
-def heading_away(graph: RoadGraph, edge: int, side: int) -> float:
-    """Return the heading of driving away from one end of an edge."""
-    if side == 0:
-        p = graph.first[edge]
-        return np.arctan2(graph.tangents[p, 1], graph.tangents[p, 0])
-    p = graph.first[edge + 1] - 1
-    return np.arctan2(-graph.tangents[p, 1], -graph.tangents[p, 0])
-
-
-@njit(cache=True)
-def wrap(angle: float) -> float:
-    """Return the same angle within [-pi, pi)."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi
-
-
-@njit(cache=True)
-def choose_way(graph: RoadGraph, edge: int, direction: float, turn_weight: float, uniform: float) -> int:
-    """Draw the way on at the end of an edge: entry of ``node_edges``, or -1 at a dead end.
-
-    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning back.
-    """
-    side = 1 if direction > 0 else 0
-    node = graph.ends[edge, side]
-    arriving = heading_away(graph, edge, side) + np.pi
-    total = 0.0
-    for turn in range(2):
-        threshold = uniform * total
-        total = 0.0
-        for k in range(graph.node_first[node], graph.node_first[node + 1]):
-            if graph.node_edges[k] == edge and graph.node_sides[k] == side:
-                continue
-            angle = abs(wrap(heading_away(graph, graph.node_edges[k], graph.node_sides[k]) - arriving))
-            total += 1.0 if angle < 0.6 else (turn_weight if angle < 2.3 else 0.02)
-            if turn == 1 and total >= threshold:
-                return k
-    return -1
-
-
-@njit(cache=True)
-def _last(graph: RoadGraph, edge: int) -> int:
-    """Return the index, along an edge, of its last point."""
-    return graph.first[edge + 1] - graph.first[edge] - 1
-
-
-@njit(cache=True)
-def _enter(graph: RoadGraph, k: int, beyond: float) -> tuple[int, float, float, float]:
-    """Return where a car is that took way ``k`` (entry of ``node_edges``) and is ``beyond`` points past the node: edge,
-    direction, point on it (at most its end), and how far past its end.
-    """
-    edge = graph.node_edges[k]
-    direction = 1.0 if graph.node_sides[k] == 0 else -1.0
-    last = _last(graph, edge)
-    along = min(beyond, last)
-    return edge, direction, along if direction > 0 else last - along, beyond - along
-
-
-@njit(cache=True)
-def point_ahead(s: NDArray[np.float64], graph: RoadGraph, distance: float) -> tuple[float, float, float]:
-    """Return the lane's point ``distance`` m ahead along the way chosen, and its heading; straight on where the road
-    ends.
-    """
-    edge, direction = int(s[EDGE]), s[DIRECTION]
-    arc = s[ARC] + direction * distance
-    within = min(max(arc, 0.0), _last(graph, edge))
-    beyond = abs(arc - within)
-    arc = within
-    if beyond > 0.0 and s[CHOICE] >= 0:
-        edge, direction, arc, beyond = _enter(graph, int(s[CHOICE]), beyond)
-    whole = min(int(arc), _last(graph, edge) - 1)
-    fraction = arc - whole
-    p = graph.first[edge] + whole
-    t_x, t_y = direction * graph.tangents[p, 0], direction * graph.tangents[p, 1]
-    x = (1 - fraction) * graph.points_m[p, 0] + fraction * graph.points_m[p + 1, 0] + beyond * t_x
-    y = (1 - fraction) * graph.points_m[p, 1] + fraction * graph.points_m[p + 1, 1] + beyond * t_y
-    return x + s[LATERAL] * t_y, y - s[LATERAL] * t_x, np.arctan2(t_y, t_x)
-
-
-@njit(cache=True)
-def distance_to_node_m(s: NDArray[np.float64], graph: RoadGraph) -> float:
-    """Return how far it is to the end of the edge that a car drives on."""
-    return _last(graph, int(s[EDGE])) - s[ARC] if s[DIRECTION] > 0 else s[ARC]
-
-
-@njit(cache=True)
-def move_along(s: NDArray[np.float64], graph: RoadGraph, step_x: float, step_y: float) -> None:
-    """Keep edge and arc abreast of the position after a step; over a node onto the way chosen; free at a dead end."""
-    edge = int(s[EDGE])
-    last = _last(graph, edge)
-    p = graph.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
-    offset_x, offset_y = s[X] - graph.points_m[p, 0], s[Y] - graph.points_m[p, 1]
-    along = offset_x * graph.tangents[p, 0] + offset_y * graph.tangents[p, 1]
-    wished = (p - graph.first[edge]) + along
-    # Never back, and never far: a bend's inside would otherwise make the foot of the perpendicular jump.
-    moved = s[DIRECTION] * (wished - s[ARC])
-    length = np.sqrt(step_x * step_x + step_y * step_y)
-    s[ARC] += s[DIRECTION] * min(max(moved, 0.3 * length), 2.0 * length)
-    if 0.0 <= s[ARC] <= last:
-        return
-    beyond = -s[ARC] if s[ARC] < 0 else s[ARC] - last
-    way = int(s[CHOICE])
-    s[CHOICE] = -1.0
-    s[HALTS] = 0.0
-    if way < 0:
-        s[ON_ROAD] = 0.0
-        return
-    s[EDGE], s[DIRECTION], s[ARC], _ = _enter(graph, way, beyond)

@@ -18,6 +18,7 @@ from trackers.mosaic_graph_pf.registration import Registered
 from trackers.mosaic_graph_pf.small_picture import SHRINK, to_full, to_small
 
 _OFTEN_SEEN = 4
+_WHOLE = 0.85
 _ALIGN = np.array([1.0, -0.7, -0.08, 0.03, -0.03, 0.0, 0.0])
 _TURNS_RAD = np.array([-0.3, -0.15, 0.0, 0.15, 0.3])
 _SPOT_TURNS_RAD = np.array([-0.5, -0.2, 0.0, 0.2, 0.5, 0.5 * np.pi])
@@ -42,6 +43,16 @@ class Candidate:
     axis_rad: float
     log_ratio: float
     measures: NDArray[np.float64]
+
+    @property
+    def covered(self) -> float:
+        """Share of it that lies within the picture."""
+        return float(self.measures[ob.COVERED])
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nearly all of it does: what the border cuts is measured too far inside, and askew."""
+        return self.covered > _WHOLE
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,10 @@ from trackers.kernels.posterior import detection_log_weights
 from trackers.kernels.roads import Roads
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
 
-_AXIS_DEVIATION_RAD = 0.35
+_AXIS_DEVIATION_RAD, _AXIS_SPACING_RAD_PER_M = 0.12, 0.3
 _FREE_DRIVING_MPS, _CRUISE_PRIOR_S = 4.0, 2.0
-_BORN_POSITION_M, _BORN_SPEED_MPS, _BORN_HEADING_RAD, _BORN_CURVE_PER_M = 0.4, 1.0, 0.12, 0.06
+_BORN_POSITION_M, _BORN_SPEED_MPS, _BORN_HEADING_RAD, _BORN_URGE_MPS2 = 0.4, 1.0, 0.12, 1.5
+_BORN_CURVE_PER_M, _BORN_TURNING, _BORN_TURNS_PER_M, _LONGEST_TURN_RAD = 0.06, 0.3, (0.05, 0.2), 1.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,7 @@ class Instant:
         roads: as believed now.
         roads_are_new: whether they were drawn anew since the last instant.
         candidates_m (J, 2), axes_rad (J,), log_ratios (J,): see ``detection_log_weights``.
+        vague_m: (J,) standard deviation of the candidates beside that of any detection.
         births: see there.
     """
 
@@ -53,6 +55,7 @@ class Instant:
     candidates_m: NDArray[np.float64]
     axes_rad: NDArray[np.float64]
     log_ratios: NDArray[np.float64]
+    vague_m: NDArray[np.float64]
     births: tuple[Birth, ...]
 
 
@@ -105,7 +108,7 @@ class CarModel:
         states[:, rp.HEADING] = self._axis_rad + np.pi * ahead + rng.normal(0, 0.3, count)
         states[:, rp.SPEED] = rng.uniform(0, 14.0, count)
         states[:, rp.CRUISE] = np.maximum(states[:, rp.SPEED], self._draw_cruise(count, rng))
-        states[:, rp.CHOICE] = -1
+        states[:, rp.CHOICE], states[:, rp.BOUND] = -1, np.nan
         states[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, count)
         return states
 
@@ -126,6 +129,7 @@ class CarModel:
     def log_weights(self, states: NDArray[np.float64], observed: Instant) -> NDArray[np.float64]:
         """Return log-weights (N,): what the picture says, and the prior of those just born."""
         positions = np.ascontiguousarray(states[:, : rp.Y + 1])
+        spacing_m = _spacing_m(positions)
         return states[:, rp.LOG_PRIOR] + detection_log_weights(
             positions,
             np.ascontiguousarray(states[:, rp.HEADING]),
@@ -134,8 +138,8 @@ class CarModel:
             observed.candidates_m,
             observed.axes_rad,
             observed.log_ratios,
-            float(np.hypot(self._detection_deviation_m, _spacing_m(positions))),
-            _AXIS_DEVIATION_RAD,
+            np.hypot(np.hypot(self._detection_deviation_m, spacing_m), observed.vague_m),
+            float(np.hypot(_AXIS_DEVIATION_RAD, _AXIS_SPACING_RAD_PER_M * spacing_m)),
         )
 
     def detectable(self, positions_m: NDArray[np.float64], camera: GroundCamera) -> NDArray[np.float64]:
@@ -164,8 +168,12 @@ class CarModel:
             born[:, rp.SPEED] = np.abs(birth.speed_mps + rng.normal(0, _BORN_SPEED_MPS, each))
             born[:, rp.CRUISE] = np.maximum(born[:, rp.SPEED], self._draw_cruise(each, rng))
             born[:, rp.LOG_PRIOR] = birth.log_prior - np.log(share)
-            born[:, rp.CURVE] = rng.normal(0, _BORN_CURVE_PER_M, each)
-            born[:, rp.CHOICE] = -1
+            born[:, rp.URGE] = rng.normal(0, _BORN_URGE_MPS2, each)
+            side, turning = rng.choice([-1.0, 1.0], each), rng.random(each) < _BORN_TURNING
+            born[:, rp.TURN] = turning * side * rng.uniform(0, _LONGEST_TURN_RAD, each)
+            turns = side * rng.uniform(*_BORN_TURNS_PER_M, each)
+            born[:, rp.CURVE] = np.where(turning, turns, rng.normal(0, _BORN_CURVE_PER_M, each))
+            born[:, rp.CHOICE], born[:, rp.BOUND] = -1, np.nan
             born[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, each)
             rp.associate(born, observed.roads, rng.random(each))
             states[victims[k * each : (k + 1) * each]] = born

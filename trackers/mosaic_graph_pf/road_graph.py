@@ -1,189 +1,191 @@
-"""A graph of centre lines out of the raw lines of a skeleton: crossings joined, spurs cut, dead ends
-connected.
+"""A graph of centre lines out of the raw lines of a skeleton: crossings joined and put in their middle, spurs cut, dead
+ends connected, streets carried on into what was not seen.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from trackers.kernels.roads import SPACING_M, RoadGraph
+from trackers.mosaic_graph_pf.road_sketch import Line, RoadSketch, direction, even, length_m, smoothed
 
 _CROSSING_M = 6.0
 _SPUR_M = 9.0
 _ISLAND_M = 27.0
-_SMOOTHING_M = 4.0
-_TANGENT_M = 12.0
+_TANGENT_M = 12
+_FRAYED_M = 6
 _SHORTEST_TO_EXTEND_M = 14.0
 _EXTENSION_M = 45.0
 _JOIN_M = 4.0
+_NEAR_M, _FAR_M = 6, 16
+_LEAST_ACROSS = 0.3
+_ARM_M, _SAME_WAY_COSINE = 25, 0.64
+_LOOKED_AT_M, _MOSTLY = slice(7, 14), 0.6
 
-Line = NDArray[np.float64]
+Unseen = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
+"""Tells of map points (n, 2) which of them (n,) no picture has shown."""
 
 
-def build_graph(lines_m: list[Line]) -> RoadGraph:
+def build_graph(lines_m: list[Line], unseen: Unseen) -> RoadGraph:
     """Return the graph of raw lines (each (n, 2) map points) that share end points where they meet."""
-    sketch = _Sketch(lines_m)
-    sketch.contract()
+    sketch = RoadSketch(lines_m)
+    contract(sketch)
     for _ in range(2):
-        sketch.cut_spurs()
-        sketch.merge_chains()
-    sketch.drop_islands()
-    sketch.smooth()
-    sketch.extend()
+        cut_spurs(sketch)
+        merge_chains(sketch)
+    drop_islands(sketch)
+    sketch.edges = [(start, end, smoothed(points)) for start, end, points in sketch.edges]
+    straighten_ends(sketch)
+    extend(sketch)
+    centre_crossings(sketch)
+    branch(sketch, unseen)
     return sketch.finished()
 
 
-class _Sketch:
-    """Edges that can still be changed: (start node, end node, points)."""
-
-    def __init__(self, lines_m: list[Line]) -> None:
-        self._nodes: dict[tuple[float, float], int] = {}
-        self.edges: list[tuple[int, int, Line]] = [
-            (self._node(line[0]), self._node(line[-1]), line) for line in lines_m if len(line) > 1
-        ]
-        self._next_node = len(self._nodes)
-
-    def _node(self, point_m: NDArray[np.float64]) -> int:
-        return self._nodes.setdefault((float(point_m[0]), float(point_m[1])), len(self._nodes))
-
-    def _degrees(self) -> dict[int, int]:
-        degree: dict[int, int] = {}
-        for start, end, _ in self.edges:
-            degree[start] = degree.get(start, 0) + 1
-            degree[end] = degree.get(end, 0) + 1
-        return degree
-
-    def contract(self) -> None:
-        """Join stops that a short line connects: a crossing of wide roads has several, near each other."""
-        degree = self._degrees()
-        parent = {node: node for node in degree}
-        inner = [degree[s] > 1 and degree[e] > 1 and _length(p) < _CROSSING_M for s, e, p in self.edges]
-        for (start, end, _), short in zip(self.edges, inner, strict=True):
-            if short:
-                parent[_root(parent, start)] = _root(parent, end)
-        places: dict[int, list[NDArray[np.float64]]] = {}
-        for start, end, points in self.edges:
-            places.setdefault(_root(parent, start), []).append(points[0])
-            places.setdefault(_root(parent, end), []).append(points[-1])
-        centres = {node: np.mean(members, axis=0) for node, members in places.items()}
-        kept = [edge for edge, short in zip(self.edges, inner, strict=True) if not short]
-        joined = [(_root(parent, start), _root(parent, end), points) for start, end, points in kept]
-        self.edges = [(s, e, np.vstack([centres[s], points[1:-1], centres[e]])) for s, e, points in joined]
-
-    def cut_spurs(self) -> None:
-        """Drop short dead ends, and rings too small to be streets."""
-        degree = self._degrees()
-
-        def kept(start: int, end: int, points: Line) -> bool:
-            dangles = degree[start] == 1 or degree[end] == 1
-            return _length(points) >= _SPUR_M or not (dangles or start == end)
-
-        self.edges = [edge for edge in self.edges if kept(*edge)]
-
-    def drop_islands(self) -> None:
-        """Drop what is short and not connected to anything: grey roofs, not streets."""
-        parent = {node: node for edge in self.edges for node in edge[:2]}
-        for start, end, _ in self.edges:
+def contract(sketch: RoadSketch) -> None:
+    """Join stops that a short line connects: a crossing of wide roads has several, near each other."""
+    degree = sketch.degrees()
+    parent = {node: node for node in degree}
+    inner = [degree[s] > 1 and degree[e] > 1 and length_m(p) < _CROSSING_M for s, e, p in sketch.edges]
+    for (start, end, _), short in zip(sketch.edges, inner, strict=True):
+        if short:
             parent[_root(parent, start)] = _root(parent, end)
-        length_m: dict[int, float] = {}
-        for start, _, points in self.edges:
-            island = _root(parent, start)
-            length_m[island] = length_m.get(island, 0.0) + _length(points)
-        self.edges = [edge for edge in self.edges if length_m[_root(parent, edge[0])] >= _ISLAND_M]
+    places: dict[int, list[NDArray[np.float64]]] = {}
+    for start, end, points in sketch.edges:
+        places.setdefault(_root(parent, start), []).append(points[0])
+        places.setdefault(_root(parent, end), []).append(points[-1])
+    centres = {node: np.mean(members, axis=0) for node, members in places.items()}
+    kept = [edge for edge, short in zip(sketch.edges, inner, strict=True) if not short]
+    joined = [(_root(parent, start), _root(parent, end), points) for start, end, points in kept]
+    sketch.edges = [(s, e, np.vstack([centres[s], points[1:-1], centres[e]])) for s, e, points in joined]
 
-    def merge_chains(self) -> None:
-        """Make one edge of two that meet where nothing else does."""
-        for node, count in self._degrees().items():
-            if count != 2:
+
+def cut_spurs(sketch: RoadSketch) -> None:
+    """Drop short dead ends, and rings too small to be streets."""
+    degree = sketch.degrees()
+
+    def kept(start: int, end: int, points: Line) -> bool:
+        dangles = degree[start] == 1 or degree[end] == 1
+        return length_m(points) >= _SPUR_M or not (dangles or start == end)
+
+    sketch.edges = [edge for edge in sketch.edges if kept(*edge)]
+
+
+def drop_islands(sketch: RoadSketch) -> None:
+    """Drop what is short and not connected to anything: grey roofs, not streets."""
+    parent = {node: node for edge in sketch.edges for node in edge[:2]}
+    for start, end, _ in sketch.edges:
+        parent[_root(parent, start)] = _root(parent, end)
+    total_m: dict[int, float] = {}
+    for start, _, points in sketch.edges:
+        island = _root(parent, start)
+        total_m[island] = total_m.get(island, 0.0) + length_m(points)
+    sketch.edges = [edge for edge in sketch.edges if total_m[_root(parent, edge[0])] >= _ISLAND_M]
+
+
+def merge_chains(sketch: RoadSketch) -> None:
+    """Make one edge of two that meet where nothing else does."""
+    for node, count in sketch.degrees().items():
+        if count != 2:
+            continue
+        arms = sketch.arms(node)
+        if arms[0].edge == arms[1].edge:
+            continue
+        one, other = arms
+        start, end = (sketch.edges[arm.edge][:2][0 if arm.ends else 1] for arm in arms)
+        kept = [edge for k, edge in enumerate(sketch.edges) if k not in (one.edge, other.edge)]
+        sketch.edges = [*kept, (start, end, np.vstack([one.points[::-1], other.points[1:]]))]
+
+
+def straighten_ends(sketch: RoadSketch) -> None:
+    """Let dead ends run straight on over their last metres: where what was seen ends, a skeleton runs into a corner of
+    it.
+    """
+    for node, count in sketch.degrees().items():
+        for arm in sketch.arms(node) if count == 1 else ():
+            if len(arm.points) <= _FRAYED_M + _TANGENT_M:
                 continue
-            touching = [k for k, (start, end, _) in enumerate(self.edges) if node in (start, end)]
-            if len(touching) != 2:
+            stem = arm.points[_FRAYED_M:]
+            outward = -direction(stem, 0, _TANGENT_M)
+            tip = stem[0] + SPACING_M * np.arange(_FRAYED_M, 0, -1)[:, None] * outward
+            sketch.replace(arm, np.vstack([tip, stem]))
+
+
+def extend(sketch: RoadSketch) -> None:
+    """Draw dead ends straight on to a road that they meet within ``_EXTENSION_M``. Others stay dead: where they lead
+    was not seen.
+    """
+    for node, count in sketch.degrees().items():
+        arms = sketch.arms(node)
+        # Another dead end may have been drawn on to this one meanwhile.
+        if count != 1 or len(arms) != 1 or length_m(arms[0].points) < _SHORTEST_TO_EXTEND_M:
+            continue
+        outward = -direction(arms[0].points, 0, _TANGENT_M)
+        steps = np.arange(0.0, _EXTENSION_M + SPACING_M, SPACING_M)[:, None]
+        _connect(sketch, node, arms[0].points[0] + steps * outward, arms[0].edge)
+
+
+def _connect(sketch: RoadSketch, node: int, ray: Line, own: int) -> None:
+    """Add ``ray`` as an edge from ``node`` up to where it meets another road (not ``own``) first, if it does."""
+    target = -1
+    for k, (start, end, points) in enumerate(sketch.edges):
+        if k == own or node in (start, end):
+            continue
+        met = np.flatnonzero(np.linalg.norm(ray[:, None] - points[None], axis=-1).min(axis=1) < _JOIN_M)
+        if len(met):
+            target, ray = k, ray[: met[0] + 1]
+    if target >= 0:
+        far, last = sketch.split(target, ray[-1])
+        sketch.edges.append((node, far, smoothed(np.vstack([ray, last]))))
+
+
+def centre_crossings(sketch: RoadSketch) -> None:
+    """Move every crossing to where its streets, as they run from 6 to 16 m away from it, would meet.
+
+    A skeleton is drawn towards the mouth of a side street, and smoothing rounds it off. The point with the least sum of
+    squared distances from the streets' lines solves ``sum (I - u u^T) x = sum (I - u u^T) p``.
+    """
+    for node, count in sketch.degrees().items():
+        if count < 2:
+            continue
+        arms = sketch.arms(node)
+        across, place = np.zeros((2, 2)), np.zeros(2)
+        for arm in arms:
+            if len(arm.points) < _NEAR_M + 5:
                 continue
-            one, other = (self.edges[k] for k in touching)
-            if one[0] == node:
-                one = (one[1], one[0], one[2][::-1])
-            if other[1] == node:
-                other = (other[1], other[0], other[2][::-1])
-            merged = (one[0], other[1], np.vstack([one[2], other[2][1:]]))
-            self.edges = [edge for k, edge in enumerate(self.edges) if k not in touching] + [merged]
+            along = direction(arm.points, _NEAR_M, _FAR_M)
+            projector = np.eye(2) - np.outer(along, along)
+            across += projector
+            place += projector @ arm.points[_NEAR_M]
+        if np.linalg.eigvalsh(across)[0] < _LEAST_ACROSS:
+            continue
+        middle = np.linalg.solve(across, place)
+        if np.linalg.norm(middle - arms[0].points[0]) > _NEAR_M:
+            continue
+        for end in arms:
+            # A ring's other end was moved just now.
+            arm = next(a for a in sketch.arms(node) if (a.edge, a.ends) == (end.edge, end.ends))
+            sketch.replace(arm, even(np.vstack([middle, arm.points[min(_NEAR_M, len(arm.points) - 1) :]])))
 
-    def smooth(self) -> None:
-        """Resample every edge and take the stairs out of it; its ends stay where they are."""
-        self.edges = [(start, end, _smoothed(points)) for start, end, points in self.edges]
 
-    def extend(self) -> None:
-        """Draw dead ends straight on to a road that they meet within ``_EXTENSION_M``. Others stay dead:
-        where they lead was not seen.
-        """
-        for node, count in self._degrees().items():
-            ending = [k for k, edge in enumerate(self.edges) if node in edge[:2]]
-            # Another dead end may have been drawn on to this one meanwhile.
-            if count != 1 or len(ending) != 1 or _length(self.edges[ending[0]][2]) < _SHORTEST_TO_EXTEND_M:
-                continue
-            _, end, points = self.edges[ending[0]]
-            points = points if node == end else points[::-1]
-            back = points[-1 - min(len(points) - 1, int(_TANGENT_M / SPACING_M))]
-            along = (points[-1] - back) / max(float(np.linalg.norm(points[-1] - back)), 1e-9)
-            steps = np.arange(0.0, _EXTENSION_M + SPACING_M, SPACING_M)[:, None]
-            self._connect(node, points[-1] + steps * along, ending[0])
-
-    def _connect(self, node: int, ray: Line, own: int) -> None:
-        """Add ``ray`` as an edge from ``node`` up to where it meets another road (not ``own``) first, if it
-        does.
-        """
-        target = -1
-        for k, (start, end, points) in enumerate(self.edges):
-            if k == own or node in (start, end):
-                continue
-            met = np.flatnonzero(np.linalg.norm(ray[:, None] - points[None], axis=-1).min(axis=1) < _JOIN_M)
-            if len(met):
-                target, ray = k, ray[: met[0] + 1]
-        if target >= 0:
-            far, last = self._split(target, ray[-1])
-            self.edges.append((node, far, _smoothed(np.vstack([ray, last]))))
-
-    def _split(self, k: int, near_m: NDArray[np.float64]) -> tuple[int, NDArray[np.float64]]:
-        """Return a node, and where it is, on edge k next to ``near_m``: one of its ends, or a new one that
-        cuts it in two.
-        """
-        start, end, points = self.edges[k]
-        index = int(np.linalg.norm(points - near_m, axis=1).argmin())
-        margin = int(_CROSSING_M / SPACING_M)
-        if index < margin:
-            return start, points[0]
-        if index >= len(points) - margin:
-            return end, points[-1]
-        node = self._new_node()
-        self.edges[k] = (start, node, points[: index + 1])
-        self.edges.append((node, end, points[index:]))
-        return node, points[index]
-
-    def _new_node(self) -> int:
-        self._next_node += 1
-        return self._next_node - 1
-
-    def finished(self) -> RoadGraph:
-        """Return the graph with its nodes numbered from 0."""
-        edges = [edge for edge in self.edges if len(edge[2]) > 1]
-        number: dict[int, int] = {}
-        ends = [[number.setdefault(node, len(number)) for node in edge[:2]] for edge in edges]
-        ends_array = np.array(ends, dtype=np.int64).reshape(-1, 2)
-        counts = np.array([len(points) for _, _, points in edges], dtype=np.int64)
-        first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        incidence = sorted((node, e, side) for e, pair in enumerate(ends) for side, node in enumerate(pair))
-        meeting = np.array(incidence, dtype=np.int64).reshape(-1, 3)
-        return RoadGraph(
-            points_m=np.vstack([np.empty((0, 2)), *(points for _, _, points in edges)]),
-            tangents=np.vstack([np.empty((0, 2)), *(_tangents(points) for _, _, points in edges)]),
-            edge_of_point=np.repeat(np.arange(len(edges)), counts),
-            first=first,
-            ends=ends_array,
-            node_first=np.searchsorted(meeting[:, 0], np.arange(len(number) + 1)),
-            node_edges=meeting[:, 1].copy(),
-            node_sides=meeting[:, 2].copy(),
-        )
+def branch(sketch: RoadSketch, unseen: Unseen) -> None:
+    """Let every street go on straight over a crossing, where no other does, into what was not seen: of a crossing at
+    the border of what was seen, not all streets were.
+    """
+    for node, count in sketch.degrees().items():
+        if count < 2:
+            continue
+        arms = sketch.arms(node)
+        ways = [direction(arm.points, 0, _TANGENT_M) for arm in arms]
+        for way in list(ways):
+            ray = arms[0].points[0] - SPACING_M * np.arange(0, _ARM_M + 1)[:, None] * way
+            taken = max(float(-way @ other) for other in ways) > _SAME_WAY_COSINE
+            if not taken and unseen(ray[_LOOKED_AT_M]).mean() > _MOSTLY:
+                sketch.edges.append((node, sketch.new_node(), ray))
+                ways.append(-way)
 
 
 def _root(parent: dict[int, int], node: int) -> int:
@@ -191,24 +193,3 @@ def _root(parent: dict[int, int], node: int) -> int:
     while parent[node] != node:
         node = parent[node]
     return node
-
-
-def _length(points: Line) -> float:
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-
-
-def _smoothed(points: Line) -> Line:
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    count = max(int(np.ceil(arc[-1] / SPACING_M)) + 1, 2)
-    even = np.linspace(0.0, arc[-1], count)
-    line = np.column_stack([np.interp(even, arc, points[:, axis]) for axis in range(2)])
-    # Point-symmetric continuation at both ends keeps the ends themselves in place.
-    pad = min(count - 1, int(3 * _SMOOTHING_M / SPACING_M))
-    before, after = 2 * line[0] - line[pad:0:-1], 2 * line[-1] - line[-2 : -2 - pad : -1]
-    long = gaussian_filter1d(np.vstack([before, line, after]), _SMOOTHING_M / SPACING_M, axis=0, mode="nearest")
-    return long[pad : pad + count]
-
-
-def _tangents(points: Line) -> NDArray[np.float64]:
-    difference = np.gradient(points, axis=0)
-    return difference / np.maximum(np.linalg.norm(difference, axis=1, keepdims=True), 1e-9)

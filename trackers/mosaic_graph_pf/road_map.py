@@ -4,6 +4,7 @@ graph.
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 
 import cv2
@@ -96,8 +97,17 @@ class RoadFinder:
         cells, offsets = trace_lines(thin(mask))
         points = origin_m + _GRID_M * (cells[:, ::-1] + 0.5)
         lines = [points[a:b] for a, b in pairwise(offsets)]
-        graph = build_graph(lines)
+        graph = build_graph(lines, partial(_unseen, seen, origin_m))
         return roads_about(graph, centre_m)
+
+
+def _unseen(seen: NDArray[np.bool_], origin_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which map points (n, 2) lie where nothing was seen, of a grid (H, W) that begins at ``origin_m``."""
+    cells = np.floor((points_m - origin_m) / _GRID_M).astype(int)
+    inside = ((cells >= 0) & (cells < seen.shape[::-1])).all(axis=1)
+    result = np.ones(len(points_m), np.bool_)
+    result[inside] = ~seen[cells[inside, 1], cells[inside, 0]]
+    return result
 
 
 def _continued(probability: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float32]:

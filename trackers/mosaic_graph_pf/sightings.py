@@ -17,8 +17,8 @@ _PATIENCE = 4
 _PLAUSIBLE = -2.0
 _MOST_EXPECTED = 8
 # One thing's pictures resemble one another: however long it is watched, it tells no more than so many
-# independent ones.
-_INDEPENDENT_PICTURES = 4.0
+# independent ones, and no more than how rare things are that look like the target.
+_INDEPENDENT_PICTURES, _MOST_EVIDENCE = 4.0, 8.0
 _RIVAL_STEP, _RIVAL_MOST = 0.4, 5.0
 
 
@@ -48,6 +48,23 @@ class Sighting:
         if np.linalg.norm(self.velocity_mps) > 1.5:
             return float(np.arctan2(self.velocity_mps[1], self.velocity_mps[0]))
         return self.candidate.axis_rad
+
+    @property
+    def told(self) -> float:
+        """What the pictures before the latest tell."""
+        return min(self.evidence, _MOST_EVIDENCE)
+
+    @property
+    def news(self) -> float:
+        """What the latest picture adds to that, rivalry included."""
+        return min(self.evidence_with_latest(), _MOST_EVIDENCE) - self.told - self.rivalry
+
+    def evidence_with_latest(self) -> float:
+        """Return the evidence of all pictures: their mean log-ratio times as many as are independent."""
+        seen = min(float(self.age), _INDEPENDENT_PICTURES)
+        before = min(self.age - 1.0, _INDEPENDENT_PICTURES)
+        mean = self.evidence / max(before, 1.0)
+        return seen * (mean + (self.candidate.log_ratio - mean) / (before + 1.0))
 
     @property
     def log_ratio(self) -> float:
@@ -108,16 +125,14 @@ class Sightings:
 
 
 def _follow(sighting: Sighting, candidate: Candidate, dt_s: float) -> None:
-    seen = min(float(sighting.age), _INDEPENDENT_PICTURES)
-    before = min(float(sighting.age) - 1.0, _INDEPENDENT_PICTURES)
-    mean = sighting.evidence / max(before, 1.0)
-    mean += (sighting.candidate.log_ratio - mean) / (before + 1.0)
-    sighting.evidence = seen * mean
+    sighting.evidence = sighting.evidence_with_latest()
     surprise = candidate.position_m - sighting.position_m
+    # What the border cuts is measured too far inside.
+    trust = candidate.covered**3
     # The first step tells the velocity alone.
     gain = 0.8 if sighting.age == 1 else _VELOCITY_GAIN
-    sighting.velocity_mps = sighting.velocity_mps + gain * surprise / max(dt_s, 1e-3)
-    sighting.position_m = sighting.position_m + _POSITION_GAIN * surprise
+    sighting.velocity_mps = sighting.velocity_mps + trust * gain * surprise / max(dt_s, 1e-3)
+    sighting.position_m = sighting.position_m + trust * _POSITION_GAIN * surprise
     sighting.candidate = candidate
     sighting.age += 1
     sighting.missed = 0

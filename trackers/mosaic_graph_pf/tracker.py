@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from trackers.kernels.posterior import geometric_median
 from trackers.kernels.roads import NO_ROADS
 from trackers.kernels.weights import circular_mean
 from trackers.mosaic_graph_pf.answer import answer
+from trackers.mosaic_graph_pf.births import FASTEST_MPS, LastSeen, may_be_target, renewal, surprise
 from trackers.mosaic_graph_pf.detector import Detector
 from trackers.mosaic_graph_pf.first_look import WIDTH_TO_LENGTH, apparent_length_px, look_first
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera
@@ -31,10 +32,9 @@ _TYPICAL_LENGTH_M, _SHORTEST_M, _LONGEST_M = 4.5, 3.2, 7.0
 _REDRAW_FRAMES = 10
 _DRIVEN_DELAY_FRAMES = 18
 _LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
-_FASTEST_MPS, _REACH_MARGIN_M = 15.0, 12.0
-_BIRTH_AREA_M2, _DRIVABLE_SHARE, _BIRTH_EVIDENCE = 1.6, 0.25, 5.0
+_VAGUE_IF_CUT = 0.25
+_SURE_FRAMES = 4
 _LOOK_AT_PARTICLES = 4
-_CLEARLY_MOVING_MPS = 1.0
 _SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
 
 
@@ -110,14 +110,15 @@ class MosaicGraphParticleFilter:
         self._sightings = Sightings()
         self._driven: deque[NDArray[np.float64]] = deque([target.position_m], maxlen=_DRIVEN_DELAY_FRAMES)
         self._frame, self._time_s = 0, observation.time_s
-        self._since_lock_s = 0.0
+        self._last = LastSeen(target.position_m, FASTEST_MPS, 0.0)
         self._target: Sighting | None = None
+        self._held_frames = 0
 
     def update(self, observation: Observation) -> Estimate:
         """Take in the next picture."""
         dt_s = max(observation.time_s - self._time_s, 1e-3)
         self._frame, self._time_s = self._frame + 1, observation.time_s
-        self._since_lock_s += dt_s
+        self._last = replace(self._last, since_s=self._last.since_s + dt_s)
         registered = self._registration.register(observation, self._mosaic)
         cues = self._detector.cues(registered)
         candidates = self._detector.search(registered, cues, self._expected(dt_s))
@@ -125,7 +126,9 @@ class MosaicGraphParticleFilter:
         new_roads = self._draw_roads()
         posterior = self._filter.step(self._instant(dt_s, registered.camera, new_roads))
         position_m = geometric_median(np.ascontiguousarray(posterior.states[:, : rp.Y + 1]), posterior.weights, 8)
-        self._target = target = self._locked(posterior, position_m)
+        target = self._locked(posterior, position_m)
+        self._held_frames = self._held_frames + 1 if target is not None and target is self._target else 0
+        self._target = target
         self._learn(registered, posterior, target, dt_s)
         place_m = None if target is None else target.position_m
         standing = standing_ground(registered.camera, cues.difference, place_m, self._size_m[0])
@@ -192,52 +195,20 @@ class MosaicGraphParticleFilter:
             roads=self._roads,
             roads_are_new=new_roads,
             candidates_m=np.array([s.candidate.position_m for s in seen]).reshape(-1, 2),
-            axes_rad=np.array([s.candidate.axis_rad for s in seen]),
-            log_ratios=np.array([s.log_ratio for s in seen]),
+            axes_rad=np.array([s.candidate.axis_rad if s.candidate.is_whole else np.nan for s in seen]),
+            log_ratios=np.array([s.log_ratio if s is self._target else s.news for s in seen]),
+            vague_m=np.array([_VAGUE_IF_CUT * (1.0 - s.candidate.covered) * self._size_m[0] for s in seen]),
             births=self._births(seen),
         )
 
     def _births(self, seen: list[Sighting]) -> tuple[Birth, ...]:
-        """Return where the target may be although no particle is there or none moves so: on the sighting it was last
-        locked to, in case it does what no particle does, and on others that may be it.
-        """
         births = []
-        if self._target in seen:
-            births.append(self._renewal(self._target))
+        if self._target in seen and self._target.candidate.is_whole:
+            births.append(renewal(self._target, self._mean_heading(), self._p.renewal))
         if self._p.use_redetection:
-            births += [self._surprise(s) for s in seen if s is not self._target and self._may_be_target(s)]
+            others = [s for s in seen if s is not self._target and may_be_target(s, self._last)]
+            births += [surprise(s, self._last, self._p.surprise) for s in others]
         return tuple(births)
-
-    def _renewal(self, target: Sighting) -> Birth:
-        heading = self._mean_heading()
-        if np.linalg.norm(target.velocity_mps) > _CLEARLY_MOVING_MPS:
-            heading = float(np.arctan2(target.velocity_mps[1], target.velocity_mps[0]))
-        # The axis is known up to half a turn: nobody turns round within a picture.
-        heading_rad = target.candidate.axis_rad
-        if np.cos(heading_rad - heading) < 0:
-            heading_rad += np.pi
-        # Not the particles' own mean: that would uphold itself.
-        along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
-        speed_mps = max(float(target.velocity_mps @ along), 0.0)
-        return Birth(target.candidate.position_m, heading_rad, speed_mps, float(np.log(self._p.renewal)))
-
-    def _may_be_target(self, sighting: Sighting) -> bool:
-        near = np.linalg.norm(sighting.position_m - self._driven[-1]) < self._reach_m
-        return bool(near) and sighting.age >= 2 and sighting.evidence + sighting.log_ratio > _BIRTH_EVIDENCE
-
-    def _surprise(self, sighting: Sighting) -> Birth:
-        """Prior: ``surprise``, spread evenly over the roads that the target can have got to since it was last seen,
-        times what the pictures before this one said.
-        """
-        area_m2 = _DRIVABLE_SHARE * np.pi * self._reach_m**2
-        log_prior = float(np.log(self._p.surprise * _BIRTH_AREA_M2 / area_m2)) + sighting.evidence
-        speed_mps = float(np.linalg.norm(sighting.velocity_mps))
-        return Birth(sighting.candidate.position_m, sighting.heading_rad, speed_mps, log_prior)
-
-    @property
-    def _reach_m(self) -> float:
-        """How far the target can have got since it was last seen."""
-        return _REACH_MARGIN_M + _FASTEST_MPS * self._since_lock_s
 
     def _mean_heading(self) -> float:
         headings_rad = self._filter.states[:, rp.HEADING]
@@ -268,9 +239,11 @@ class MosaicGraphParticleFilter:
 
     def _learn(self, registered: Registered, posterior: Posterior, target: Sighting | None, dt_s: float) -> None:
         if target is not None:
-            self._since_lock_s = 0.0
+            speed_mps = float(np.linalg.norm(target.velocity_mps))
+            if self._held_frames >= _SURE_FRAMES:
+                self._last = LastSeen(target.position_m, speed_mps, 0.0)
             self._sightings.rule_out_others(target)
-            self._car.learn_speed(float(np.linalg.norm(target.velocity_mps)), dt_s)
+            self._car.learn_speed(speed_mps, dt_s)
             on_road = float(posterior.weights @ posterior.states[:, rp.ON_ROAD])
             left_m = self._driven[0]
             if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
