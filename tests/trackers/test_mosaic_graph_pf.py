@@ -148,18 +148,22 @@ def test_only_redetection_finds_a_car_that_no_particle_has_followed() -> None:
     assert error_px(jumped[-1], ablated[-1]) > 2.0 * car_px
 
 
-def test_without_the_mosaic_pictures_are_placed_otherwise(frames: list[DrawnFrame], estimates: list[Estimate]) -> None:
+def test_the_ablation_without_the_mosaic_places_pictures_otherwise(
+    frames: list[DrawnFrame], estimates: list[Estimate]
+) -> None:
     """How much worse: ``test_pictures_are_placed_on_the_mosaic_to_a_pixel_and_drift_without_it``."""
     ablated = track(frames[:30], "mosaic_graph_pf_no_mosaic")
     assert all(np.isfinite(e.position_px).all() for e in ablated)
     assert not np.array_equal(ablated[-1].position_px, estimates[28].position_px)
 
 
-def test_one_particle_believes_what_is_seen(frames: list[DrawnFrame]) -> None:
+def test_one_particle_runs_and_begins_on_the_car(frames: list[DrawnFrame]) -> None:
     tracker = registry.entry("mosaic_graph_pf").create(np.random.default_rng(0), particles=1)
     tracker.initialise(frames[0].observation, frames[0].box_xyxy)
-    for frame in frames[1:4]:
-        assert np.isfinite(tracker.update(frame.observation).position_px).all()
+    said = [tracker.update(frame.observation) for frame in frames[1:10]]
+    car_px = np.linalg.norm(frames[0].box_xyxy[2:] - frames[0].box_xyxy[:2])
+    assert error_px(frames[1], said[0]) < 0.5 * car_px
+    assert all(np.isfinite(estimate.position_px).all() for estimate in said)
 
 
 def test_exactly_one_tracker_is_ours() -> None:

@@ -128,6 +128,8 @@ def test_a_street_goes_on_over_a_crossing_only_where_nothing_was_seen() -> None:
     assert graph.edge_count == 4
     assert graph.points_m[:, 1].max() == pytest.approx(25.0, abs=0.5)
     assert np.abs(graph.points_m[graph.points_m[:, 1] > 2.0, 0]).max() < 0.3
+    glimpsed = build_graph(lines, lambda points_m: (points_m[:, 1] > 5.0) & (points_m[:, 1] < 17.5))
+    assert glimpsed.points_m[:, 1].max() == pytest.approx(17.0, abs=0.6)
 
 
 def test_a_dead_end_runs_straight_on_and_not_into_the_corner_of_what_was_seen() -> None:

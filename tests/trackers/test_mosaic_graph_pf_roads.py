@@ -10,8 +10,11 @@ import pytest
 from trackers.kernels import road_motion as rm
 from trackers.kernels import road_position as rp
 from trackers.kernels.roads import NO_ROADS, RoadGraph, Roads
+from trackers.mosaic_graph_pf.ground_camera import looking_down
+from trackers.mosaic_graph_pf.motion_model import CarModel, Instant
 from trackers.mosaic_graph_pf.road_graph import build_graph
 from trackers.mosaic_graph_pf.road_map import roads_about
+from trackers.types import CameraModel
 
 _HABITS = rm.Habits(
     lateral_acceleration=2.2,
@@ -149,3 +152,62 @@ def test_a_free_cars_urge_has_the_spread_it_should() -> None:
     assert states[:, rp.URGE].std() == pytest.approx(1.0, rel=0.06)
     assert states[:, rp.CRUISE].std() == pytest.approx(2.0, rel=0.06)
     assert states[:, rp.CRUISE].mean() == pytest.approx(8.0, abs=0.2)
+
+
+def test_on_a_straight_road_a_car_gets_as_fast_as_it_wishes() -> None:
+    long = build_graph([np.column_stack([np.linspace(-300.0, 300.0, 601), np.zeros(601)])], nothing_unseen)
+    roads = roads_about(long, np.zeros(2))
+    rng = np.random.default_rng(9)
+    states = cars(50, -100.0, -1.75, 0.0, 9.0)
+    states[:, rp.CRUISE] = 14.0
+    states[:, rp.ON_ROAD] = 1
+    rp.associate(states, roads, rng.random(50))
+    for _ in range(150):
+        states[:, rp.CRUISE] = 14.0
+        rm.drive(states, roads, _HABITS._replace(cruise_rate=0.0), 1 / 15, np.zeros((50, 7)), rng.random((50, 7)))
+    np.testing.assert_allclose(states[:, rp.SPEED], 14.0, atol=0.3)
+
+
+def test_far_from_a_crossing_nothing_is_meant_for_it() -> None:
+    rng = np.random.default_rng(10)
+    roads = roads_of(crossing())
+    states = cars(20, -50.0, -1.8, 0.0, 8.0)
+    states[:, rp.ON_ROAD] = 1
+    states[:, [rp.BOUND, rp.HALTS]] = [1.57, 1.0]
+    rp.associate(states, roads, rng.random(20))
+    drive(states, roads, 1, rng)
+    assert np.isnan(states[:, rp.BOUND]).all()
+    assert (states[:, rp.HALTS] == 0.0).all()
+
+
+def test_roads_drawn_anew_do_not_end_the_turn_of_a_car_off_them() -> None:
+    model = CarModel(
+        np.zeros(2),
+        0.0,
+        _HABITS,
+        born_share=0.1,
+        detection_probability=0.6,
+        miss_counts=True,
+        detection_deviation_m=0.25,
+        border_m=2.0,
+    )
+    states = cars(400, -30.0, -2.0, 0.1, 4.0)
+    states[:, [rp.TURN, rp.CURVE]] = [1.2, 0.1]
+    none = np.empty(0)
+    instant = Instant(
+        dt_s=1 / 15,
+        camera=looking_down(CameraModel(640, 480, 686.0), 0.1),
+        roads=roads_of(crossing()),
+        roads_are_new=True,
+        candidates_m=np.empty((0, 2)),
+        axes_rad=none,
+        log_ratios=none,
+        vague_m=none,
+        births=(),
+    )
+    after = model.predict(states, instant, np.random.default_rng(11))
+    assert (after[:, rp.ON_ROAD] == 0).all()
+    goes_on = after[:, rp.TURN] != 0.0
+    assert 0.75 < goes_on.mean() < 1.0
+    # 4 m/s, and a little more, for 1/15 s on a curvature of 0.1 per m.
+    np.testing.assert_allclose(after[goes_on, rp.TURN], 1.2 - 4.0 / 15 * 0.1, atol=0.01)

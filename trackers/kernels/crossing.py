@@ -58,8 +58,10 @@ def reach_before(graph: RoadGraph, edge: int) -> float:
 def curve_over(
     graph: RoadGraph, edge: int, direction: float, way: int, lateral: float
 ) -> tuple[NDArray[np.float64], float, float, float]:
-    """Return the control points (4, 2) of the cubic Bézier curve from lane to lane, its length and radius (of the
-    circle's arc that it stands for: handles of ``4/3 tan(turn/4) r``), and the turn.
+    """Return the control points (4, 2) of the cubic Bézier curve from lane to lane, its length, radius and turn.
+
+    Handles of ``4/3 tan(turn/4) r`` make it nearly an arc of a circle where it begins and ends as far from the
+    crossing's middle; length and radius are those of that arc also where a short street makes it lopsided.
     """
     last = last_point(graph, edge)
     back = reach_before(graph, edge)

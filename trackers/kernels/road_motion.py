@@ -32,15 +32,16 @@ from trackers.kernels.road_position import (
 )
 from trackers.kernels.roads import RoadGraph, Roads
 
-_CORNER_M = 5.5
+_COMMITTED_M = 5.5
 _DECIDE_M = 28.0
 _HALT_BEFORE_M = 8.0
-_BEND_STEP_M, _BEND_STEPS = 10.0, 3
+_BEND_STEP_M, _BEND_STEPS, _SHORTEST_BEND_M = 10.0, 3, 3.0
 _HARDEST_BRAKING = 5.0
 SHORTEST_LOOK_M, LONGEST_LOOK_M = 3.0, 6.0
 _SHARPEST_PER_M, _TURN_PER_M, _STRAIGHT_PER_M = 0.22, 0.13, 0.02
 _LEAST_TURN_RAD, _LEAST_BEND_RAD = 0.3, 0.15
-_HURRY, _HARD = 1.2, 1.6
+_HURRY, _HARDEST = 1.2, 1.6
+_TURN_ENDS_RATE = 1.5
 
 
 class Habits(NamedTuple):
@@ -60,7 +61,7 @@ class Habits(NamedTuple):
         halt_share, halt_s: share of crossings where a car halts, and for how long on average.
         turn_weight: of a turn at a crossing against going straight on.
         lane_m, lane_rate: offset of the lane to the right of the centre line, and rate at which a car gets into it.
-        rethink_rate: at which the way on at a crossing is drawn again while the turn has not begun.
+        rethink_rate: at which the way on at a crossing is drawn again, up to 5.5 m before its middle.
     """
 
     lateral_acceleration: float
@@ -94,22 +95,25 @@ def _allowed_speed(s: NDArray[np.float64], graph: RoadGraph, habits: Habits) -> 
     """
     allowed = max(s[CRUISE], 0.0)
     to_node = distance_to_node_m(s, graph)
-    street_m = to_node
+    street_m = _BEND_STEPS * _BEND_STEP_M
     if s[CHOICE] >= 0:
         edge = int(s[EDGE])
-        street_m = to_node - reach_before(graph, edge)
-        _, _, radius, turn = curve_over(graph, edge, s[DIRECTION], int(s[CHOICE]), s[LATERAL])
+        _, _, radius, turn = curve_over(graph, edge, s[DIRECTION], int(s[CHOICE]), habits.lane_m)
         if abs(turn) > _LEAST_TURN_RAD:
+            street_m = min(street_m, to_node - reach_before(graph, edge))
             squared = habits.lateral_acceleration * radius + 2 * habits.braking * max(street_m, 0.0)
             allowed = min(allowed, np.sqrt(squared))
     heading = s[HEADING]
-    for step in range(min(_BEND_STEPS, int(street_m / _BEND_STEP_M))):
-        _, _, beyond = point_ahead(s, graph, (step + 1) * _BEND_STEP_M)
+    for step in range(_BEND_STEPS):
+        way = step * _BEND_STEP_M
+        length = min(_BEND_STEP_M, street_m - way)
+        if length < _SHORTEST_BEND_M:
+            break
+        _, _, beyond = point_ahead(s, graph, way + length)
         bend = abs(wrap(beyond - heading))
         heading = beyond
         if bend > _LEAST_BEND_RAD:
-            way = step * _BEND_STEP_M
-            squared = habits.lateral_acceleration * _BEND_STEP_M / bend + 2 * habits.braking * way
+            squared = habits.lateral_acceleration * length / bend + 2 * habits.braking * way
             allowed = min(allowed, np.sqrt(squared))
     if s[HALTS] > 0:
         allowed = min(allowed, np.sqrt(2 * habits.braking * max(0.0, to_node - _HALT_BEFORE_M)))
@@ -129,10 +133,11 @@ def drive(
 
     On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the way
     chosen (pure pursuit: ``curvature = 2 sin(alpha) / L``). The speed goes towards the goal g, what
-    ``_allowed_speed`` says: ``a = A (1 - (v / g)^4)``, the free road of the intelligent driver model (Treiber,
-    Hennecke, Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, but constant in a turn; turns begin
-    as at crossings where no road is known. Both: ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; the
-    speed wished for and the urge u return to their means (Ornstein-Uhlenbeck).
+    ``_allowed_speed`` and the curvature driven allow: ``a = A (1 - (v / g)^4)``, the free road of the intelligent
+    driver model (Treiber, Hennecke, Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, but constant
+    in a turn as far as the speed allows; turns begin as at crossings where no road is known, and may end early. Both:
+    ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and the urge u return to their
+    means (Ornstein-Uhlenbeck).
 
     Args:
         states: (N, COLUMNS).
@@ -187,15 +192,19 @@ def _follow_road(
     undecided = s[CHOICE] < 0
     # Nobody outside knows the way chosen before the turn begins: it is drawn again now and then, or a car that
     # is watched for long would be believed to have but one.
-    if to_node < _DECIDE_M and (undecided or (to_node > _CORNER_M and uniforms[6] < habits.rethink_rate * dt_s)):
+    if to_node < _DECIDE_M and (undecided or (to_node > _COMMITTED_M and uniforms[6] < habits.rethink_rate * dt_s)):
         if not undecided:
             s[BOUND] = np.nan
         elif np.isnan(s[BOUND]):
             crossing = graph.ends[edge, 1 if s[DIRECTION] > 0 else 0]
             wide = graph.node_first[crossing + 1] - graph.node_first[crossing] > 2
-            s[HALTS] = 1.0 if wide and uniforms[2] < habits.halt_share else 0.0
+            can_halt = wide and to_node > _HALT_BEFORE_M
+            s[HALTS] = 1.0 if can_halt and uniforms[2] < habits.halt_share else 0.0
         choose_way(s, graph, habits.turn_weight, habits.lane_m, uniforms[1])
         s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
+    elif undecided:
+        # What it meant to do at a crossing that is behind it, or is not drawn any more.
+        s[BOUND], s[HALTS] = np.nan, 0.0
     goal = _allowed_speed(s, graph, habits)
     if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:
         s[HALTS] = 0.0
@@ -206,7 +215,8 @@ def _follow_road(
     curvature = min(max(curvature, -_SHARPEST_PER_M), _SHARPEST_PER_M)
     s[CURVE] = curvature
     # Who is in the middle of a turn does not speed up before its end.
-    goal = min(goal, np.sqrt(_HURRY * habits.lateral_acceleration / max(abs(curvature), _STRAIGHT_PER_M)))
+    if abs(curvature) > _STRAIGHT_PER_M:
+        goal = min(goal, np.sqrt(_HURRY * habits.lateral_acceleration / abs(curvature)))
     if uniforms[0] < habits.leave_rate * dt_s:
         s[ON_ROAD] = 0.0
         _begin_turn(s, 1.6 * uniforms[4] - 0.8)
@@ -236,11 +246,14 @@ def _go_free(
         s[CURVE] = _fade(s[CURVE], habits.curve_spread_per_m, habits.curve_rate, dt_s, normal)
         if uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s and nearest_point(s[X], s[Y], roads) < 0:
             _begin_turn(s, 1.57 if uniforms[5] < 0.5 else -1.57)
+    elif uniforms[4] < _TURN_ENDS_RATE * dt_s:
+        # How far a turn goes where no road is known is not known either.
+        s[TURN] = 0.0
     if uniforms[0] < habits.return_rate * dt_s:
         associate_one(s, roads, uniforms[1])
     if s[TURN] == 0.0:
         return goal, s[CURVE]
-    sharpest = _HARD * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0)
+    sharpest = _HARDEST * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0)
     curvature = min(max(s[CURVE], -sharpest), sharpest)
     goal = min(goal, np.sqrt(habits.lateral_acceleration / max(abs(s[CURVE]), _STRAIGHT_PER_M)))
     rest = s[TURN] - curvature * s[SPEED] * dt_s

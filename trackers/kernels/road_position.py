@@ -49,7 +49,7 @@ def associate(states: NDArray[np.float64], roads: Roads, uniforms: NDArray[np.fl
     back to abreast of it. One is drawn with weight ``exp(-c / 2)``, ``c = |p - x| + 12 (1 - |cos angle|)``:
     in the middle of a turn it is open which street a car is on. Being free has c = 5. Only points within
     6.5 m and 50 degrees count; a state that was on a road before stays on one within 9 m and 80 degrees if
-    there is any.
+    there is any, and keeps what it meant to do at the next crossing. Taking to a road ends a turn.
 
     Args:
         uniforms: (N,) in [0, 1).

@@ -15,7 +15,8 @@ _REACH_MARGIN_M = 12.0
 _LEAP_M, _SPEED_ERROR_MPS, _HARDEST_MPS2 = 3.0, 2.0, 3.0
 _RELIABLE_S = 3.0
 _BIRTH_AREA_M2, _DRIVABLE_SHARE, _LEAST_EVIDENCE = 1.6, 0.25, 5.0
-# Born along the axis that was seen, a particle agrees with it by more than chance would have it.
+# Born heading as the car there was seen to, a particle agrees with its axis by more than chance would have it: by this
+# at most.
 _AXIS_LOG_RATIO = 2.3
 _CLEARLY_MOVING_MPS = 1.0
 
@@ -59,7 +60,7 @@ def surprise(sighting: Sighting, last: LastSeen, probability: float) -> Birth:
     """Return a birth on a sighting where no particle need be.
 
     Prior: the probability that the particles have lost the target, ``probability (1 - exp(-(t / 3 s)^2))`` (for a while
-    they cover all it can do), spread evenly over the roads that it can have got to since it was last seen, times what
+    they cover all it can do), spread evenly over the roads of a wide circle about where it was last seen, times what
     the pictures before this one said.
     """
     lost = probability * (1.0 - np.exp(-((last.since_s / _RELIABLE_S) ** 2)))

@@ -151,10 +151,11 @@ class CarModel:
         return self._detection_probability * np.clip(inside, 0.0, 1.0)
 
     def _associate_anew(self, states: NDArray[np.float64], roads: Roads, rng: np.random.Generator) -> None:
-        """Find every state's place on roads that were drawn anew. Who was off the road stays so."""
-        free = states[:, rp.ON_ROAD] == 0
-        rp.associate(states, roads, rng.random(len(states)))
-        states[free, rp.ON_ROAD] = 0.0
+        """Find the place on roads that were drawn anew of every state that is on one. Who was off the road stays so."""
+        on_road = states[:, rp.ON_ROAD] > 0
+        driving = states[on_road]
+        rp.associate(driving, roads, rng.random(len(driving)))
+        states[on_road] = driving
 
     def _give_birth(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> None:
         """Put births in the place of states drawn at random: resampling leaves them in order."""

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.roads import SPACING_M, RoadGraph
-from trackers.mosaic_graph_pf.road_sketch import Line, RoadSketch, direction, even, length_m, smoothed
+from trackers.mosaic_graph_pf.road_sketch import CROSSING_M, Line, RoadSketch, direction, even, length_m, smoothed
 
-_CROSSING_M = 6.0
 _SPUR_M = 9.0
 _ISLAND_M = 27.0
 _TANGENT_M = 12
@@ -23,14 +22,17 @@ _JOIN_M = 4.0
 _NEAR_M, _FAR_M = 6, 16
 _LEAST_ACROSS = 0.3
 _ARM_M, _SAME_WAY_COSINE = 25, 0.64
-_LOOKED_AT_M, _MOSTLY = slice(7, 14), 0.6
+_LOOKED_AT, _MOSTLY = slice(7, 14), 0.6
 
 Unseen = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 """Tells of map points (n, 2) which of them (n,) no picture has shown."""
 
 
 def build_graph(lines_m: list[Line], unseen: Unseen) -> RoadGraph:
-    """Return the graph of raw lines (each (n, 2) map points) that share end points where they meet."""
+    """Return the graph of raw lines (each (n, 2) map points) that share end points where they meet.
+
+    ``unseen`` says where streets may go on although no line was drawn: see ``branch``.
+    """
     sketch = RoadSketch(lines_m)
     contract(sketch)
     for _ in range(2):
@@ -49,7 +51,7 @@ def contract(sketch: RoadSketch) -> None:
     """Join stops that a short line connects: a crossing of wide roads has several, near each other."""
     degree = sketch.degrees()
     parent = {node: node for node in degree}
-    inner = [degree[s] > 1 and degree[e] > 1 and length_m(p) < _CROSSING_M for s, e, p in sketch.edges]
+    inner = [degree[s] > 1 and degree[e] > 1 and length_m(p) < CROSSING_M for s, e, p in sketch.edges]
     for (start, end, _), short in zip(sketch.edges, inner, strict=True):
         if short:
             parent[_root(parent, start)] = _root(parent, end)
@@ -95,7 +97,7 @@ def merge_chains(sketch: RoadSketch) -> None:
         if arms[0].edge == arms[1].edge:
             continue
         one, other = arms
-        start, end = (sketch.edges[arm.edge][:2][0 if arm.ends else 1] for arm in arms)
+        start, end = (sketch.edges[arm.edge][:2][0 if arm.ends_here else 1] for arm in arms)
         kept = [edge for k, edge in enumerate(sketch.edges) if k not in (one.edge, other.edge)]
         sketch.edges = [*kept, (start, end, np.vstack([one.points[::-1], other.points[1:]]))]
 
@@ -146,7 +148,8 @@ def centre_crossings(sketch: RoadSketch) -> None:
     """Move every crossing to where its streets, as they run from 6 to 16 m away from it, would meet.
 
     A skeleton is drawn towards the mouth of a side street, and smoothing rounds it off. The point with the least sum of
-    squared distances from the streets' lines solves ``sum (I - u u^T) x = sum (I - u u^T) p``.
+    squared distances from the streets' lines solves ``sum (I - u u^T) x = sum (I - u u^T) p``. Where the streets are
+    nearly parallel, too short to tell, or would meet more than 6 m away, the crossing stays.
     """
     for node, count in sketch.degrees().items():
         if count < 2:
@@ -167,7 +170,7 @@ def centre_crossings(sketch: RoadSketch) -> None:
             continue
         for end in arms:
             # A ring's other end was moved just now.
-            arm = next(a for a in sketch.arms(node) if (a.edge, a.ends) == (end.edge, end.ends))
+            arm = next(a for a in sketch.arms(node) if (a.edge, a.ends_here) == (end.edge, end.ends_here))
             sketch.replace(arm, even(np.vstack([middle, arm.points[min(_NEAR_M, len(arm.points) - 1) :]])))
 
 
@@ -176,15 +179,18 @@ def branch(sketch: RoadSketch, unseen: Unseen) -> None:
     the border of what was seen, not all streets were.
     """
     for node, count in sketch.degrees().items():
-        if count < 2:
+        if count < 3:
             continue
         arms = sketch.arms(node)
         ways = [direction(arm.points, 0, _TANGENT_M) for arm in arms]
         for way in list(ways):
             ray = arms[0].points[0] - SPACING_M * np.arange(0, _ARM_M + 1)[:, None] * way
+            hidden = unseen(ray)
             taken = max(float(-way @ other) for other in ways) > _SAME_WAY_COSINE
-            if not taken and unseen(ray[_LOOKED_AT_M]).mean() > _MOSTLY:
-                sketch.edges.append((node, sketch.new_node(), ray))
+            if not taken and hidden[_LOOKED_AT].mean() > _MOSTLY:
+                shown = np.flatnonzero(~hidden[_LOOKED_AT.stop :])
+                end = _LOOKED_AT.stop + int(shown[0]) if len(shown) else len(ray)
+                sketch.edges.append((node, sketch.new_node(), ray[:end]))
                 ways.append(-way)
 
 

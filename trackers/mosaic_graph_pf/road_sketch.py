@@ -10,7 +10,8 @@ from scipy.ndimage import gaussian_filter1d
 
 from trackers.kernels.roads import SPACING_M, RoadGraph
 
-_CROSSING_M = 6.0
+CROSSING_M = 6.0
+"""Nodes nearer to each other than this belong to one crossing."""
 _SMOOTHING_M = 4.0
 
 Line = NDArray[np.float64]
@@ -21,12 +22,12 @@ class Arm(NamedTuple):
 
     Attributes:
         edge: which one.
-        ends: whether the edge ends in the node, instead of starting there.
+        ends_here: whether the edge ends in the node, instead of starting there.
         points: (n, 2) from the node on.
     """
 
     edge: int
-    ends: bool
+    ends_here: bool
     points: Line
 
 
@@ -74,7 +75,7 @@ class RoadSketch:
     def replace(self, arm: Arm, points: Line) -> None:
         """Give an arm's edge other points (n, 2), from the node on."""
         start, end, _ = self.edges[arm.edge]
-        self.edges[arm.edge] = (start, end, points[::-1] if arm.ends else points)
+        self.edges[arm.edge] = (start, end, points[::-1] if arm.ends_here else points)
 
     def split(self, edge: int, near_m: NDArray[np.float64]) -> tuple[int, NDArray[np.float64]]:
         """Return a node, and where it is, on an edge next to ``near_m``: one of its ends, or a new one that cuts it in
@@ -82,7 +83,7 @@ class RoadSketch:
         """
         start, end, points = self.edges[edge]
         index = int(np.linalg.norm(points - near_m, axis=1).argmin())
-        margin = int(_CROSSING_M / SPACING_M)
+        margin = int(CROSSING_M / SPACING_M)
         if index < margin:
             return start, points[0]
         if index >= len(points) - margin:

@@ -57,10 +57,11 @@ class Sighting:
     @property
     def news(self) -> float:
         """What the latest picture adds to that, rivalry included."""
-        return min(self.evidence_with_latest(), _MOST_EVIDENCE) - self.told - self.rivalry
+        return min(self.evidence_with_latest, _MOST_EVIDENCE) - self.told - self.rivalry
 
+    @property
     def evidence_with_latest(self) -> float:
-        """Return the evidence of all pictures: their mean log-ratio times as many as are independent."""
+        """That of all pictures: their mean log-ratio times as many as are independent."""
         seen = min(float(self.age), _INDEPENDENT_PICTURES)
         before = min(self.age - 1.0, _INDEPENDENT_PICTURES)
         mean = self.evidence / max(before, 1.0)
@@ -125,7 +126,7 @@ class Sightings:
 
 
 def _follow(sighting: Sighting, candidate: Candidate, dt_s: float) -> None:
-    sighting.evidence = sighting.evidence_with_latest()
+    sighting.evidence = sighting.evidence_with_latest
     surprise = candidate.position_m - sighting.position_m
     # What the border cuts is measured too far inside.
     trust = candidate.covered**3

@@ -47,7 +47,7 @@ class MosaicGraphParameters:
         candidates: places looked at over the whole picture, beside those expected.
         detection_probability: chance that a target in full view is found, given the picture before missed it.
         detection_deviation_m: standard deviation of a detection.
-        surprise: prior probability, each picture, that the target is where no particle is.
+        surprise: prior probability that the target is where no particle is, when it was not seen for long.
         renewal: prior probability, each picture, that it moves as no particle does.
         urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, curve_spread_per_m,
             unseen_turns_per_m: see ``Habits``.
@@ -202,6 +202,7 @@ class MosaicGraphParticleFilter:
         )
 
     def _births(self, seen: list[Sighting]) -> tuple[Birth, ...]:
+        """Return births on the target's own sighting, and on others that may be it."""
         births = []
         if self._target in seen and self._target.candidate.is_whole:
             births.append(renewal(self._target, self._mean_heading(), self._p.renewal))
