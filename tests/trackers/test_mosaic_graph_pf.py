@@ -116,9 +116,10 @@ def test_looked_for_in_vain_the_car_is_rather_elsewhere_but_for_the_ablation() -
     """The car is gone. When the view swings back over part of the particles, those weigh less than the others."""
     gone = film(0, 46, out=_OUT, with_ego=True, decoys=0, jump_m=70.0)
     full, ablated = (track(gone, name) for name in ("mosaic_graph_pf", "mosaic_graph_pf_no_negative"))
-    for said in (full[43], full[44]):
+    # At first only the border, where a car is not counted on to be found, has swept over them.
+    for said, at_most in ((full[43], 0.9), (full[44], 0.6)):
         inside = ((said.particles_px > 0) & (said.particles_px < [640, 480])).all(axis=1)
-        assert said.weights[inside].mean() < 0.8 * said.weights[~inside].mean()
+        assert said.weights[inside].mean() < at_most * said.weights[~inside].mean()
     for said in (ablated[43], ablated[44]):
         assert np.ptp(said.weights) < 1e-12
 
