@@ -76,3 +76,26 @@ def test_what_the_border_cuts_hardly_moves_a_sighting() -> None:
         speeds_mps.append(sightings.current[0].velocity_mps[0])
     assert speeds_mps[0] > 2.0
     assert speeds_mps[1] < 0.5
+
+
+def test_a_sighting_is_followed_and_its_evidence_is_bounded() -> None:
+    sightings = Sightings()
+    for k in range(40):
+        sightings.update([candidate(0.5 * k, 3.0), candidate(200.0, -5.0)], 1 / 15)
+    assert len(sightings.current) == 1
+    followed = sightings.current[0]
+    assert followed.velocity_mps[0] == pytest.approx(7.5, rel=0.05)
+    assert followed.evidence == pytest.approx(12.0, rel=0.01)
+    for _ in range(6):
+        sightings.update([], 1 / 15)
+    assert sightings.current == []
+
+
+def test_what_is_seen_beside_the_target_is_ruled_out() -> None:
+    sightings = Sightings()
+    for _ in range(10):
+        sightings.update([candidate(0.0, 4.0), candidate(30.0, 4.0)], 1 / 15)
+        target, other = sightings.current
+        sightings.rule_out_others(target)
+    assert target.log_ratio == pytest.approx(4.0)
+    assert other.log_ratio < 1.0

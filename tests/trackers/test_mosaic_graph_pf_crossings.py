@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.trackers.test_mosaic_graph_pf_roads import cars, crossing, nothing_unseen, roads_of
+from tests.trackers.test_mosaic_graph_pf_roads import HABITS, cars, crossing, nothing_unseen, roads_of
 from trackers.kernels import road_course as rc
+from trackers.kernels import road_motion as rm
 from trackers.kernels import road_position as rp
 from trackers.kernels.crossing import CUT_M, curve_over, fit_of_curve, on_curve
 from trackers.kernels.roads import RoadGraph
@@ -140,3 +141,50 @@ def test_a_dead_end_runs_straight_on_and_not_into_the_corner_of_what_was_seen() 
     bend_rad = np.abs(np.diff(np.arctan2(graph.tangents[:, 1], graph.tangents[:, 0])))[-5:]
     assert bend_rad.max() < 0.02
     assert graph.points_m[:, 0].max() > 50.0
+
+
+def test_nobody_means_to_halt_in_the_middle_of_a_crossing() -> None:
+    rng = np.random.default_rng(2)
+    halts = []
+    for x_m in (-5.0, -20.0):
+        states = cars(100, x_m, -_LANE_M, 0.0, 8.0)
+        states[:, rp.ON_ROAD] = 1
+        roads = roads_of(crossing())
+        rp.associate(states, roads, rng.random(100))
+        rm.drive(states, roads, HABITS._replace(halt_share=1.0), 1 / 15, np.zeros((100, 7)), rng.random((100, 7)))
+        halts.append(states[states[:, rp.ON_ROAD] == 1, rp.HALTS].mean())
+    assert halts == [0.0, 1.0]
+
+
+def speed_after_a_step(graph: RoadGraph, x_m: float, y_m: float, speed_mps: float, bound_rad: float) -> float:
+    """Return the speed (m/s) a picture later of a car that comes from the west and is bound for a heading."""
+    rng = np.random.default_rng(3)
+    roads = roads_of(graph)
+    state = cars(1, x_m, y_m, 0.0, speed_mps)
+    state[:, rp.ON_ROAD] = 1
+    rp.associate(state, roads, rng.random(1))
+    assert state[0, rp.ON_ROAD] == 1
+    state[:, [rp.BOUND, rp.CRUISE]] = [bound_rad, 14.0]
+    habits = HABITS._replace(cruise_rate=0.0)
+    rm.drive(state, roads, habits, 1 / 15, np.zeros((1, 7)), np.full((1, 7), 0.5))
+    return float(state[0, rp.SPEED])
+
+
+def test_how_fast_a_turn_is_taken_is_a_matter_of_the_crossing_and_not_of_the_moment() -> None:
+    """A car far to the right of its lane has not a sharper turn before it."""
+    in_lane, aside, straight = (
+        speed_after_a_step(crossing(), -14.0, y_m, 6.0, bound_rad)
+        for y_m, bound_rad in ((-_LANE_M, -np.pi / 2), (-6.0, -np.pi / 2), (-_LANE_M, 0.0))
+    )
+    assert aside == pytest.approx(in_lane, abs=0.01)
+    assert in_lane < straight - 0.03
+
+
+def test_a_bend_behind_a_crossing_is_foreseen() -> None:
+    """The street to the east bends sharply to the north 18 m behind the crossing."""
+    ends = 60.0 * np.array([[-1, 0], [0, 1], [0, -1]])
+    lines = [np.linspace(np.zeros(2), end, 121) for end in ends]
+    bent = np.vstack([np.linspace([0.0, 0.0], [18.0, 0.0], 37), np.linspace([18.0, 0.5], [18.0, 60.0], 120)])
+    bend_ahead = speed_after_a_step(build_graph([*lines, bent], nothing_unseen), -4.0, -_LANE_M, 12.0, 0.0)
+    straight = speed_after_a_step(crossing(), -4.0, -_LANE_M, 12.0, 0.0)
+    assert bend_ahead < straight - 0.03

@@ -1,4 +1,4 @@
-"""Parts of our tracker: poses, mosaic, likeness, sightings."""
+"""Parts of our tracker: poses, mosaic, likeness."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ import pytest
 from sim.optics import PinholeCamera, look_down_pose, project
 from tests.trackers.drawn_town import film
 from trackers.kernels import oriented_box as ob
-from trackers.mosaic_graph_pf.detector import Candidate
 from trackers.mosaic_graph_pf.first_look import WIDTH_TO_LENGTH, apparent_length_px
 from trackers.mosaic_graph_pf.ground_camera import GroundCamera, fit_pose, looking_down
 from trackers.mosaic_graph_pf.likeness import Likeness
 from trackers.mosaic_graph_pf.mosaic import Mosaic, standing_ground
 from trackers.mosaic_graph_pf.registration import Registration
 from trackers.mosaic_graph_pf.road_map import RoadFinder
-from trackers.mosaic_graph_pf.sightings import Sightings
 from trackers.types import CameraModel
 
 _MODEL = CameraModel(640, 480, 686.0)
@@ -160,32 +158,3 @@ def test_likeness_learns_what_this_target_is_like() -> None:
         likeness.learn_rest(measures(0.0, 35.0, 8.0))
     assert likeness.log_ratio(grey) > max(before, 2.0)
     assert likeness.log_ratio(measures(-3.0, 45.0, 5.0)) < -4.0
-
-
-def candidate(x_m: float, log_ratio: float) -> Candidate:
-    measures = np.zeros(ob.MEASURES)
-    measures[ob.COVERED] = 1.0
-    return Candidate(np.array([x_m, 0.0]), 0.0, log_ratio, measures)
-
-
-def test_a_sighting_is_followed_and_its_evidence_is_bounded() -> None:
-    sightings = Sightings()
-    for k in range(40):
-        sightings.update([candidate(0.5 * k, 3.0), candidate(200.0, -5.0)], 1 / 15)
-    assert len(sightings.current) == 1
-    followed = sightings.current[0]
-    assert followed.velocity_mps[0] == pytest.approx(7.5, rel=0.05)
-    assert followed.evidence == pytest.approx(12.0, rel=0.01)
-    for _ in range(6):
-        sightings.update([], 1 / 15)
-    assert sightings.current == []
-
-
-def test_what_is_seen_beside_the_target_is_ruled_out() -> None:
-    sightings = Sightings()
-    for _ in range(10):
-        sightings.update([candidate(0.0, 4.0), candidate(30.0, 4.0)], 1 / 15)
-        target, other = sightings.current
-        sightings.rule_out_others(target)
-    assert target.log_ratio == pytest.approx(4.0)
-    assert other.log_ratio < 1.0

@@ -16,7 +16,7 @@ from trackers.mosaic_graph_pf.road_graph import build_graph
 from trackers.mosaic_graph_pf.road_map import roads_about
 from trackers.types import CameraModel
 
-_HABITS = rm.Habits(
+HABITS = rm.Habits(
     lateral_acceleration=2.2,
     braking=3.0,
     acceleration=1.8,
@@ -65,7 +65,7 @@ def cars(count: int, x_m: float, y_m: float, heading_rad: float, speed_mps: floa
 
 def drive(states: np.ndarray, roads: Roads, frames: int, rng: np.random.Generator) -> None:
     for _ in range(frames):
-        rm.drive(states, roads, _HABITS, 1 / 15, rng.normal(size=(len(states), 7)), rng.random((len(states), 7)))
+        rm.drive(states, roads, HABITS, 1 / 15, rng.normal(size=(len(states), 7)), rng.random((len(states), 7)))
 
 
 def test_a_crossing_of_raw_lines_becomes_one_node() -> None:
@@ -146,7 +146,7 @@ def test_without_roads_a_car_goes_straight_on() -> None:
 def test_a_free_cars_urge_has_the_spread_it_should() -> None:
     rng = np.random.default_rng(8)
     states = cars(4000, 0.0, 0.0, 0.0, 30.0)
-    habits = _HABITS._replace(urge_spread=1.0, cruise_spread_mps=2.0)
+    habits = HABITS._replace(urge_spread=1.0, cruise_spread_mps=2.0)
     for _ in range(150):
         rm.drive(states, NO_ROADS, habits, 1 / 15, rng.normal(size=(4000, 7)), rng.random((4000, 7)))
     assert states[:, rp.URGE].std() == pytest.approx(1.0, rel=0.06)
@@ -164,7 +164,7 @@ def test_on_a_straight_road_a_car_gets_as_fast_as_it_wishes() -> None:
     rp.associate(states, roads, rng.random(50))
     for _ in range(150):
         states[:, rp.CRUISE] = 14.0
-        rm.drive(states, roads, _HABITS._replace(cruise_rate=0.0), 1 / 15, np.zeros((50, 7)), rng.random((50, 7)))
+        rm.drive(states, roads, HABITS._replace(cruise_rate=0.0), 1 / 15, np.zeros((50, 7)), rng.random((50, 7)))
     np.testing.assert_allclose(states[:, rp.SPEED], 14.0, atol=0.3)
 
 
@@ -184,7 +184,7 @@ def test_roads_drawn_anew_do_not_end_the_turn_of_a_car_off_them() -> None:
     model = CarModel(
         np.zeros(2),
         0.0,
-        _HABITS,
+        HABITS,
         born_share=0.1,
         detection_probability=0.6,
         miss_counts=True,

@@ -15,6 +15,12 @@ _PLACE_M, _HEADING_RAD, _LEAST_FIT = 1.0, 0.15, 1e-3
 
 
 @njit(cache=True)
+def wrap(angle: float) -> float:
+    """Return the same angle within [-pi, pi)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+@njit(cache=True)
 def last_point(graph: RoadGraph, edge: int) -> int:
     """Return the index, along an edge, of its last point."""
     return graph.first[edge + 1] - graph.first[edge] - 1
@@ -112,9 +118,9 @@ def fit_of_curve(control: NDArray[np.float64], x: float, y: float, heading: floa
     for step in range(_FIT_STEPS + 1):
         t = step / _FIT_STEPS
         c_x, c_y, c_heading = on_curve(control, t)
-        turned = (c_heading - heading + np.pi) % (2 * np.pi) - np.pi
-        distance = ((c_x - x) ** 2 + (c_y - y) ** 2) / _PLACE_M**2
-        cost = 0.5 * distance + 0.5 * (turned / _HEADING_RAD) ** 2
+        turned = wrap(c_heading - heading)
+        aside = ((c_x - x) ** 2 + (c_y - y) ** 2) / _PLACE_M**2
+        cost = 0.5 * aside + 0.5 * (turned / _HEADING_RAD) ** 2
         if cost < best:
             best, best_t = cost, t
     return np.exp(-best) + _LEAST_FIT, best_t

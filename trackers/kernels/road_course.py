@@ -15,6 +15,7 @@ from trackers.kernels.crossing import (
     last_point,
     on_curve,
     reach_before,
+    wrap,
 )
 from trackers.kernels.road_position import (
     ARC,
@@ -34,12 +35,6 @@ from trackers.kernels.roads import RoadGraph
 _STRAIGHT_RAD, _SHARPEST_RAD, _TURNING_BACK = 0.6, 2.3, 0.02
 _SAME_WAY_RAD, _OTHER_WAY = 0.3, 1e-3
 _ABREAST_WITHIN_M = 13
-
-
-@njit(cache=True)
-def wrap(angle: float) -> float:
-    """Return the same angle within [-pi, pi)."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 @njit(cache=True)
@@ -170,6 +165,5 @@ def move_along(s: NDArray[np.float64], graph: RoadGraph, step_x: float, step_y: 
         return
     if s[CHOICE] < 0:
         s[ON_ROAD] = 0.0
-        s[BOUND] = np.nan
         return
     _pass_node(s, graph)

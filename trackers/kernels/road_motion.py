@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.kernels.crossing import curve_over, reach_before
-from trackers.kernels.road_course import choose_way, distance_to_node_m, move_along, point_ahead, wrap
+from trackers.kernels.crossing import curve_over, reach_before, wrap
+from trackers.kernels.road_course import choose_way, distance_to_node_m, move_along, point_ahead
 from trackers.kernels.road_position import (
     BOUND,
     CHOICE,

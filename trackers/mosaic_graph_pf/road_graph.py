@@ -14,14 +14,15 @@ from trackers.mosaic_graph_pf.road_sketch import CROSSING_M, Line, RoadSketch, d
 
 _SPUR_M = 9.0
 _ISLAND_M = 27.0
-_TANGENT_M = 12
-_FRAYED_M = 6
+# Points of a line are SPACING_M apart.
+_TANGENT_POINTS = 12
+_FRAYED_POINTS = 6
 _SHORTEST_TO_EXTEND_M = 14.0
 _EXTENSION_M = 45.0
 _JOIN_M = 4.0
-_NEAR_M, _FAR_M = 6, 16
+_NEAR_POINTS, _FAR_POINTS, _LEAST_POINTS = 6, 16, 11
 _LEAST_ACROSS = 0.3
-_ARM_M, _SAME_WAY_COSINE = 25, 0.64
+_ARM_POINTS, _SAME_WAY_COSINE = 25, 0.64
 _LOOKED_AT, _MOSTLY = slice(7, 14), 0.6
 
 Unseen = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
@@ -108,11 +109,11 @@ def straighten_ends(sketch: RoadSketch) -> None:
     """
     for node, count in sketch.degrees().items():
         for arm in sketch.arms(node) if count == 1 else ():
-            if len(arm.points) <= _FRAYED_M + _TANGENT_M:
+            if len(arm.points) <= _FRAYED_POINTS + _TANGENT_POINTS:
                 continue
-            stem = arm.points[_FRAYED_M:]
-            outward = -direction(stem, 0, _TANGENT_M)
-            tip = stem[0] + SPACING_M * np.arange(_FRAYED_M, 0, -1)[:, None] * outward
+            stem = arm.points[_FRAYED_POINTS:]
+            outward = -direction(stem, 0, _TANGENT_POINTS)
+            tip = stem[0] + SPACING_M * np.arange(_FRAYED_POINTS, 0, -1)[:, None] * outward
             sketch.replace(arm, np.vstack([tip, stem]))
 
 
@@ -125,7 +126,7 @@ def extend(sketch: RoadSketch) -> None:
         # Another dead end may have been drawn on to this one meanwhile.
         if count != 1 or len(arms) != 1 or length_m(arms[0].points) < _SHORTEST_TO_EXTEND_M:
             continue
-        outward = -direction(arms[0].points, 0, _TANGENT_M)
+        outward = -direction(arms[0].points, 0, _TANGENT_POINTS)
         steps = np.arange(0.0, _EXTENSION_M + SPACING_M, SPACING_M)[:, None]
         _connect(sketch, node, arms[0].points[0] + steps * outward, arms[0].edge)
 
@@ -157,21 +158,21 @@ def centre_crossings(sketch: RoadSketch) -> None:
         arms = sketch.arms(node)
         across, place = np.zeros((2, 2)), np.zeros(2)
         for arm in arms:
-            if len(arm.points) < _NEAR_M + 5:
+            if len(arm.points) < _LEAST_POINTS:
                 continue
-            along = direction(arm.points, _NEAR_M, _FAR_M)
+            along = direction(arm.points, _NEAR_POINTS, _FAR_POINTS)
             projector = np.eye(2) - np.outer(along, along)
             across += projector
-            place += projector @ arm.points[_NEAR_M]
+            place += projector @ arm.points[_NEAR_POINTS]
         if np.linalg.eigvalsh(across)[0] < _LEAST_ACROSS:
             continue
         middle = np.linalg.solve(across, place)
-        if np.linalg.norm(middle - arms[0].points[0]) > _NEAR_M:
+        if np.linalg.norm(middle - arms[0].points[0]) > _NEAR_POINTS * SPACING_M:
             continue
         for end in arms:
             # A ring's other end was moved just now.
             arm = next(a for a in sketch.arms(node) if (a.edge, a.ends_here) == (end.edge, end.ends_here))
-            sketch.replace(arm, even(np.vstack([middle, arm.points[min(_NEAR_M, len(arm.points) - 1) :]])))
+            sketch.replace(arm, even(np.vstack([middle, arm.points[min(_NEAR_POINTS, len(arm.points) - 1) :]])))
 
 
 def branch(sketch: RoadSketch, unseen: Unseen) -> None:
@@ -182,9 +183,9 @@ def branch(sketch: RoadSketch, unseen: Unseen) -> None:
         if count < 3:
             continue
         arms = sketch.arms(node)
-        ways = [direction(arm.points, 0, _TANGENT_M) for arm in arms]
+        ways = [direction(arm.points, 0, _TANGENT_POINTS) for arm in arms]
         for way in list(ways):
-            ray = arms[0].points[0] - SPACING_M * np.arange(0, _ARM_M + 1)[:, None] * way
+            ray = arms[0].points[0] - SPACING_M * np.arange(0, _ARM_POINTS + 1)[:, None] * way
             hidden = unseen(ray)
             taken = max(float(-way @ other) for other in ways) > _SAME_WAY_COSINE
             if not taken and hidden[_LOOKED_AT].mean() > _MOSTLY:
