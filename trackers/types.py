@@ -28,16 +28,34 @@ class CameraModel:
 
 
 @dataclass(frozen=True, slots=True)
+class CameraRegisters:
+    """Automatic settings as the numbers of a stereo camera (paper B, Table 1).
+
+    Attributes:
+        red, blue: white balance, 0 to 1023.
+        shutter: 0 to 707.
+        gain: 0 to 683.
+    """
+
+    red: int
+    blue: int
+    shutter: int
+    gain: int
+
+
+@dataclass(frozen=True, slots=True)
 class CameraSettings:
     """What the camera reports of its own automatic settings.
 
     Attributes:
         exposure_s: exposure time in seconds.
         gain: analogue gain, 1 = none.
+        registers: white balance, shutter and gain as the camera numbers them, or None if it does not.
     """
 
     exposure_s: float
     gain: float
+    registers: CameraRegisters | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ import tyro
 from benchmarks.commands.arguments import FOLDER, SEEDS, WORKERS, cores, seed_range
 from benchmarks.experiment import check_renderer
 
-_EXPERIMENTS = {"A2": "benchmarks.papers.a2", "A3": "benchmarks.papers.a3"}
+_EXPERIMENTS = {"A2": "benchmarks.papers.a2", "A3": "benchmarks.papers.a3", "B1": "benchmarks.papers.b1"}
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Paper:
     The methods are set as they were written; `frameout bench` sets them as they were tuned.
 
     Attributes:
-        experiment: A2 (road shape, the helicopter's motion measured) or A3 (background model, motion
-            unknown).
+        experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown) or B1
+            (colours and camera settings under a lamp that is dimmed).
         seeds: episodes A:B, half open.
         renderer: raster or pybullet.
         out: folder for rows, pictures and page (default: results/paper-a2 …).

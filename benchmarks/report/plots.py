@@ -47,8 +47,8 @@ Styles = Mapping[str, LineStyle]
 
 def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
     """Draw mean error in metres (log) against frames since exit, with bands for ours and the oracle."""
-    with _drawn_as("offscreen-error"):
-        figure, axes = _figure("frames since the car left the picture", "error on the ground, m")
+    with drawn_as("offscreen-error"):
+        figure, axes = new_figure("frames since the car left the picture", "error on the ground, m")
         axes.set_yscale("log")
         for name, curve in curves.items():
             y, low, high = (np.maximum(each, _LEAST_ERROR_M) for each in (curve.y, curve.low, curve.high))
@@ -69,13 +69,13 @@ def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
         axes.set_xlim(0, end)
-        return _svg(figure)
+        return svg(figure)
 
 
 def plot_recovery(curves: Curves, styles: Styles) -> str:
     """Draw the share of cars found again against frames since they were back in full, as steps."""
-    with _drawn_as("recovery"):
-        figure, axes = _figure("frames since the car was back in full", "found again")
+    with drawn_as("recovery"):
+        figure, axes = new_figure("frames since the car was back in full", "found again")
         for name, curve in curves.items():
             _draw(axes, curve, styles[name], steps=True)
         axes.axvspan(0, RECOVERY_WINDOW_FRAMES, color=GRID, alpha=0.5, linewidth=0)
@@ -84,13 +84,13 @@ def plot_recovery(curves: Curves, styles: Styles) -> str:
         axes.yaxis.set_major_formatter(PercentFormatter(1.0))
         axes.set_xlim(0, RECOVERY_FRAMES)
         axes.set_ylim(0, 1.01)
-        return _svg(figure)
+        return svg(figure)
 
 
 def plot_calibration(curves: Curves, styles: Styles) -> str:
     """Draw the share of truths inside the p region against p, and the diagonal of an honest posterior."""
-    with _drawn_as("calibration"):
-        figure, axes = _figure("region of the posterior", "holds the car")
+    with drawn_as("calibration"):
+        figure, axes = new_figure("region of the posterior", "holds the car")
         axes.plot([0, 1], [0, 1], color=QUIET, linewidth=0.9, dashes=(1, 2))
         axes.annotate("honest", (0.3, 0.3), xytext=(5, -11), textcoords="offset points", color=QUIET, fontsize=9)
         for name, curve in curves.items():
@@ -99,13 +99,13 @@ def plot_calibration(curves: Curves, styles: Styles) -> str:
             axis.set_major_formatter(PercentFormatter(1.0))
         axes.set_xlim(0, 1)
         axes.set_ylim(0, 1.01)
-        return _svg(figure)
+        return svg(figure)
 
 
 def plot_speed(speeds: Mapping[str, tuple[float, float, float]], styles: Styles) -> str:
     """Draw frames a second (mean, low, high) of each tracker as a dot with its interval, on a log scale."""
-    with _drawn_as("speed"):
-        figure, axes = _figure("frames a second on one core", "")
+    with drawn_as("speed"):
+        figure, axes = new_figure("frames a second on one core", "")
         places = np.arange(len(speeds))[::-1]
         for place, (name, (mean, low, high)) in zip(places, speeds.items(), strict=True):
             colour = styles[name].colour
@@ -120,16 +120,16 @@ def plot_speed(speeds: Mapping[str, tuple[float, float, float]], styles: Styles)
         axes.set_yticks(places, list(speeds))
         axes.grid(False, axis="y")
         axes.margins(y=0.12)
-        return _svg(figure)
+        return svg(figure)
 
 
-def _drawn_as(name: str) -> AbstractContextManager[None]:
+def drawn_as(name: str) -> AbstractContextManager[None]:
     """Set the look for one plot. Ids in it are made from its name, so that plots on one page do not clash."""
     settings: Any = {**_SETTINGS, "svg.hashsalt": name}
     return matplotlib.rc_context(settings)
 
 
-def _figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
+def new_figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
     figure = Figure(figsize=_SIZE_INCHES, layout="constrained")
     FigureCanvasSVG(figure)
     axes = figure.add_subplot()
@@ -155,7 +155,7 @@ def _draw(axes: Axes, curve: Curve, style: LineStyle, *, steps: bool = False) ->
         )
 
 
-def _svg(figure: Figure) -> str:
+def svg(figure: Figure) -> str:
     """Return the figure as an SVG element without date, prologue or fixed size, in the page's own colours."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})

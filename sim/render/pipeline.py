@@ -23,7 +23,7 @@ from sim.render.textures import TexturePool
 from sim.render.visibility import TriangleTable
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import Picture, SensorSettings
-from sim.sensors.exposure import METER_STEP_PX, luminance_of
+from sim.sensors.exposure import METER_STEP_PX
 from sim.sensors.motion_blur import needs_blur
 from sim.sensors.noise import develop_row
 from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, DaylightShader, ShadowArrays
@@ -58,7 +58,7 @@ def capture(
     motion: NDArray[np.float64] | None = None,
     interval_s: float = 1.0,
 ) -> Capture:
-    """Draw, light and photograph the world as it is now; the sensor's exposure loop takes one step.
+    """Draw, light and photograph the world as it is now; the sensor's loops take one step.
 
     Arguments as for ``CameraSensor.expose``.
     """
@@ -108,7 +108,7 @@ def _capture_by_rows(
     if settings is None or whole:
         picture = sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
         return Capture(picture, depth_m, instance_id)
-    sensor.step(luminance_of(metered))
+    sensor.step(metered)
     return Capture(Picture(image_rgb, settings), depth_m, instance_id)
 
 

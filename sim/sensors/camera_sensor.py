@@ -8,15 +8,16 @@ from numpy.typing import NDArray
 from sim.optics import PinholeCamera
 from sim.render.compilation import announce_compilation
 from sim.sensors.config import Picture, SensorConfig, SensorSettings
-from sim.sensors.exposure import metered_luminance, next_settings, right_settings
+from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, right_exposure
 from sim.sensors.lens import distort
 from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import develop_picture, frame_keys, response
+from sim.sensors.white_balance import next_gains, right_gains
 
 
 class CameraSensor:
-    """A sensor with its exposure loop. Before the first picture it has been on for a while: the exposure is
-    right.
+    """A sensor with its loops of exposure and white balance. Before the first picture it has been on for a while: both
+    are right.
     """
 
     def __init__(self, config: SensorConfig, rng: np.random.Generator) -> None:
@@ -24,6 +25,11 @@ class CameraSensor:
         self.config = config
         self._key = int(rng.integers(1 << 63))
         self._settings: SensorSettings | None = None
+        self._exposure_held = self._white_balance_held = False
+
+    def hold(self, *, exposure: bool, white_balance: bool) -> None:
+        """Let exposure (time and gain) or white balance stay as they are from now on, or follow the light again."""
+        self._exposure_held, self._white_balance_held = exposure, white_balance
 
     def expose(
         self,
@@ -34,7 +40,7 @@ class CameraSensor:
         motion: NDArray[np.float64] | None = None,
         interval_s: float = 1.0,
     ) -> Picture:
-        """Take the picture of a frame, then let the exposure loop take one step.
+        """Take the picture of a frame, then let the loops take one step.
 
         Args:
             radiance: (H, 3, W) float32, cd/m².
@@ -44,10 +50,10 @@ class CameraSensor:
                 rest.
             interval_s: time between the two.
         """
-        luminance_nit = metered_luminance(radiance)
-        settings = self.settings_for(luminance_nit)
+        metered = metered_radiance(radiance)
+        settings = self.settings_for(metered)
         picture = self.develop(radiance, camera, frame, settings, motion=motion, interval_s=interval_s)
-        self.step(luminance_nit)
+        self.step(metered)
         return picture
 
     @property
@@ -55,17 +61,22 @@ class CameraSensor:
         """Settings of the picture now to be taken; None before the first."""
         return self._settings
 
-    def settings_for(self, luminance_nit: float) -> SensorSettings:
-        """Return the settings of the picture now to be taken; its metered luminance matters only for the
-        first.
-        """
+    def settings_for(self, metered: NDArray[np.float64]) -> SensorSettings:
+        """Return the settings of the picture now to be taken; its mean radiance (3,) matters only for the first."""
         if self._settings is None:
-            self._settings = right_settings(self.config, luminance_nit)
+            exposure = right_exposure(self.config, luminance_of(metered))
+            self._settings = SensorSettings(*exposure, *right_gains(self.config, metered))
         return self._settings
 
-    def step(self, luminance_nit: float) -> None:
-        """Let the exposure loop take one step from a picture of this metered luminance."""
-        self._settings = next_settings(self.config, self.settings_for(luminance_nit), luminance_nit)
+    def step(self, metered: NDArray[np.float64]) -> None:
+        """Let the loops take one step from a picture of this mean radiance (3,)."""
+        now = self.settings_for(metered)
+        exposure, gains = (now.exposure_s, now.gain), (now.red_gain, now.blue_gain)
+        if not self._exposure_held:
+            exposure = next_exposure(self.config, *exposure, luminance_of(metered))
+        if not self._white_balance_held:
+            gains = next_gains(self.config, *gains, metered)
+        self._settings = SensorSettings(*exposure, *gains)
 
     def develop(
         self,
@@ -87,7 +98,7 @@ class CameraSensor:
         return Picture(image_rgb, settings)
 
     def response(self, settings: SensorSettings) -> NDArray[np.float32]:
-        """Return what ``develop_row`` needs of the sensor (4,)."""
+        """Return what ``develop_row`` needs of the sensor (6,)."""
         return response(self.config, settings)
 
     def frame_keys(self, frame: int) -> NDArray[np.uint32]:

@@ -15,12 +15,14 @@ class SensorConfig:
 
     Attributes:
         mode: ``auto`` (exposure loop) or ``fixed`` (the two ``fixed_`` values always).
+        white_balance: ``auto`` (white-balance loop) or ``off`` (red and blue as they come).
         fixed_exposure_s, fixed_gain: settings of mode ``fixed``.
         shortest_exposure_s, longest_exposure_s: range of the loop; the gain rises only at the longest.
         largest_gain: largest gain of the loop, the smallest is 1.
         mid_grey: linear level in (0, 1) to which the loop brings the mean luminance of the picture.
-        adaptation: share in (0, 1] of the (logarithmic) way to the right exposure done from one frame to
-            the next.
+        largest_colour_gain: red and blue are multiplied by no more than this, and by no less than its inverse.
+        adaptation: share in (0, 1] of the (logarithmic) way to the right exposure and white balance done from one
+            frame to the next.
         electrons_per_nit_s: electrons in a pixel per cd/m² and second of exposure; 900 is about that of a 3.45 µm
             pixel behind a lens at f/2.8.
         full_well_e: electrons at which a pixel is full; at gain g the picture is white at ``full_well_e /
@@ -29,11 +31,13 @@ class SensorConfig:
     """
 
     mode: Literal["auto", "fixed"] = "auto"
+    white_balance: Literal["auto", "off"] = "off"
     fixed_exposure_s: float = 1e-3
     fixed_gain: float = 1.0
     shortest_exposure_s: float = 2e-5
     longest_exposure_s: float = 4e-3
     largest_gain: float = 16.0
+    largest_colour_gain: float = 4.0
     mid_grey: float = 0.18
     adaptation: float = 0.4
     electrons_per_nit_s: float = 900.0
@@ -51,6 +55,7 @@ class SensorConfig:
         for name in positive:
             _check(name, getattr(self, name) > 0, "a number > 0", getattr(self, name))
         _check("mode", self.mode in ("auto", "fixed"), "'auto' or 'fixed'", self.mode)
+        _check("white_balance", self.white_balance in ("auto", "off"), "'auto' or 'off'", self.white_balance)
         _check(
             "longest_exposure_s",
             self.longest_exposure_s >= self.shortest_exposure_s,
@@ -58,6 +63,7 @@ class SensorConfig:
             self.longest_exposure_s,
         )
         _check("largest_gain", self.largest_gain >= 1, "a number >= 1", self.largest_gain)
+        _check("largest_colour_gain", self.largest_colour_gain >= 1, "a number >= 1", self.largest_colour_gain)
         _check("mid_grey", 0 < self.mid_grey < 1, "a number in (0, 1)", self.mid_grey)
         _check("adaptation", 0 < self.adaptation <= 1, "a number in (0, 1]", self.adaptation)
         _check("read_noise_e", self.read_noise_e >= 0, "a number >= 0", self.read_noise_e)
@@ -70,10 +76,13 @@ class SensorSettings:
     Attributes:
         exposure_s: exposure time.
         gain: 1 = none.
+        red_gain, blue_gain: of these channels beside it, 1 = none: the white balance.
     """
 
     exposure_s: float
     gain: float
+    red_gain: float = 1.0
+    blue_gain: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

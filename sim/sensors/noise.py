@@ -2,7 +2,7 @@
 
     electrons  e  = L * electrons_per_nit_s * exposure
     noisy      e' = min(e + sqrt(e + read_noise²) * n, full_well),   n ~ N(0, 1)
-    12 bits    d  = clip(round(4095 * e' * gain / full_well), 0, 4095)
+    12 bits    d  = clip(round(4095 * e' * gain * colour gain / full_well), 0, 4095)
     8 bits        = round(255 * sRGB(d / 4095))
 
 Photon counts are Poisson; with the electrons of daylight the normal distribution of the same mean and
@@ -46,15 +46,18 @@ def frame_keys(key: int, frame: int) -> NDArray[np.uint32]:
 
 
 def response(config: SensorConfig, settings: SensorSettings) -> NDArray[np.float32]:
-    """Return what the kernel needs (4,): electrons per cd/m², full well, read-noise variance, 12-bit values
-    per electron.
+    """Return what the kernel needs (6,): electrons per cd/m², full well, read-noise variance, and 12-bit values per
+    electron of each channel.
     """
+    per_electron = WHITE * settings.gain / config.full_well_e
     return np.array(
         [
             config.electrons_per_nit_s * settings.exposure_s,
             config.full_well_e,
             config.read_noise_e**2,
-            WHITE * settings.gain / config.full_well_e,
+            per_electron * settings.red_gain,
+            per_electron,
+            per_electron * settings.blue_gain,
         ],
         dtype=np.float32,
     )
@@ -85,12 +88,12 @@ def develop_row(
     image_rgb: NDArray[np.uint8],
 ) -> None:
     """Write one row (W, 3) of the picture of ``radiance`` (3, W); ``values`` and ``room`` (3, W) are to work in."""
-    per_nit, full_well, read_variance, per_electron = response[0], response[1], response[2], response[3]
+    per_nit, full_well, read_variance = response[0], response[1], response[2]
     width = radiance.shape[1]
     zero, half, white = np.float32(0.0), np.float32(0.5), np.float32(WHITE)
     normal_deviates(keys, row, room[:, :width])
     for channel in range(3):
-        light, n, value = radiance[channel], room[channel], values[channel]
+        light, n, value, per_electron = radiance[channel], room[channel], values[channel], response[3 + channel]
         for k in range(width):
             e = light[k] * per_nit
             e = min(e + np.sqrt(e + read_variance) * n[k], full_well)

@@ -1,0 +1,61 @@
+"""Paper experiment B.1: claims are judged rightly, and a run leaves rows, plots, pictures and page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import pytest
+
+from benchmarks.papers import b1
+from benchmarks.papers.sheet_light import CLAIMS, CURVES, findings, measure
+from benchmarks.records import Row, read_blocks
+from scenarios.stereo_follow.sheet import CONDITIONS, ILLUMINANCES_LX
+
+
+@pytest.fixture(scope="module")
+def block() -> list[Row]:
+    return measure(3, "raster")
+
+
+def test_rows_hold_every_curve_and_claim(block):
+    values = {row["metric"]: row["value"] for row in block}
+    for condition in CONDITIONS:
+        for curve in CURVES:
+            assert len(values[f"{condition.name}_{curve}"]) == len(ILLUMINANCES_LX)
+    for claim in CLAIMS:
+        assert isinstance(values[claim.metric], float)
+    assert block[-1]["metric"] == "frames"
+    # The template is the brightest picture itself.
+    assert values["I_dissimilarity"][0] == pytest.approx(0.0, abs=1e-6)
+    assert max(values["II_gain"]) == max(values["III_white_balance"]) == 0.0
+
+
+def test_a_claim_is_judged_by_its_bound(block):
+    def row(metric: str, value: float, seed: int) -> Row:
+        return {**block[0], "metric": metric, "value": value, "seed": seed}
+
+    rows = [row("I_change_follows", value, seed) for seed, value in enumerate((0.8, 0.98))]
+    rows += [row("gain_before_longest_shutter", value, seed) for seed, value in enumerate((0.0, 0.2))]
+    rows += [row(metric, 0.95, 0) for metric in ("II_white_balance_follows", "III_brightness_follows")]
+    found = {each.claim.metric: each for each in findings(rows)}
+    assert found["I_change_follows"].mean == pytest.approx(0.89)
+    assert not found["I_change_follows"].agrees
+    assert (found["I_change_follows"].ci_low, found["I_change_follows"].ci_high) == pytest.approx((0.8, 0.98))
+    assert not found["gain_before_longest_shutter"].agrees
+    assert found["II_white_balance_follows"].agrees
+
+
+def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for renderer in ("raster", "pybullet"):
+        b1.run(tmp_path, range(1), renderer, 1)
+    assert "paper.html" in capsys.readouterr().out
+    assert {key.renderer for key in read_blocks(tmp_path)} == {"raster", "pybullet"}
+    page = (tmp_path / "paper.html").read_text()
+    for claim in CLAIMS:
+        assert claim.words in page
+    assert page.count("<svg") == len(CONDITIONS)
+    height, width = cv2.imread(str(tmp_path / "pictures" / "paper-b1-raster.jpg")).shape[:2]
+    assert width / len(ILLUMINANCES_LX) > height / len(CONDITIONS)

@@ -1,0 +1,44 @@
+"""How much the light has changed, by what the camera itself reports (paper B, sections 2.2 and 4)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.histogram import bhattacharyya
+from trackers.types import CameraRegisters
+
+LARGEST_WHITE_BALANCE = 1023
+LARGEST_SHUTTER, LARGEST_GAIN = 177, 342
+"""S_max and G_max."""
+_SHUTTER_STEP, _GAIN_STEP = 4, 2
+_COLOUR_WEIGHT, _SHUTTER_WEIGHT, _GAIN_WEIGHT = 0.4, 6.0, 0.9
+
+
+def shutter_and_gain(registers: CameraRegisters) -> tuple[int, int]:
+    """Return S in 0 to 177 and G in 0 to 342: shutter and gain in steps of 4 and 2, their standard deviations at
+    constant light (section 2.3), to the nearest step.
+    """
+    return int(registers.shutter / _SHUTTER_STEP + 0.5), int(registers.gain / _GAIN_STEP + 0.5)
+
+
+def colour_change(now: CameraRegisters, then: CameraRegisters) -> float:
+    """Return ``P_c = 0.4 (|R - R'| + |B - B'|)`` in [0, 1] (equation 9).
+
+    The paper does not say in what units: gains are taken as shares of their range. In whole numbers P_c would be 1 at a
+    change by three of 1,023.
+    """
+    change = abs(now.red - then.red) + abs(now.blue - then.blue)
+    return min(_COLOUR_WEIGHT * change / LARGEST_WHITE_BALANCE, 1.0)
+
+
+def brightness_change(now: CameraRegisters, then: CameraRegisters) -> float:
+    """Return ``P_l = 6.0 |S - S'| / S_max + 0.9 |G - G'| / G_max`` in [0, 1] (equation 10)."""
+    (shutter, gain), (shutter_then, gain_then) = shutter_and_gain(now), shutter_and_gain(then)
+    by_shutter = _SHUTTER_WEIGHT * abs(shutter - shutter_then) / LARGEST_SHUTTER
+    return min(by_shutter + _GAIN_WEIGHT * abs(gain - gain_then) / LARGEST_GAIN, 1.0)
+
+
+def dissimilarity(histogram: NDArray[np.float64], template: NDArray[np.float64]) -> float:
+    """Return ``R_color = sqrt(1 - sum_h sum_s sqrt(H_in H_t))`` in [0, 1] of two histograms of sum 1 (equation 1)."""
+    return float(np.sqrt(max(0.0, 1.0 - bhattacharyya(histogram, template))))
