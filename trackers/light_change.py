@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ LARGEST_WHITE_BALANCE = 1023
 LARGEST_SHUTTER, LARGEST_GAIN = 177, 342
 """S_max and G_max."""
 _SHUTTER_STEP, _GAIN_STEP = 4, 2
+_TREND_SHUTTER_WEIGHT, _TREND_GAIN_WEIGHT, _TREND_FRAMES = 10.0, 10.0, 10
 _COLOUR_WEIGHT, _SHUTTER_WEIGHT, _GAIN_WEIGHT = 0.4, 6.0, 0.9
 
 
@@ -42,3 +45,29 @@ def brightness_change(now: CameraRegisters, then: CameraRegisters) -> float:
 def dissimilarity(histogram: NDArray[np.float64], template: NDArray[np.float64]) -> float:
     """Return ``R_color = sqrt(1 - sum_h sum_s sqrt(H_in H_t))`` in [0, 1] of two histograms of sum 1 (equation 1)."""
     return float(np.sqrt(max(0.0, 1.0 - bhattacharyya(histogram, template))))
+
+
+class LightTrend:
+    """D_l: how readily colour can be learnt just now, by how the camera's exposure changes (section 2.3).
+
+    ``h = k_S S / S_max + k_G G / G_max``, ``k_S = k_G = 10`` (equation 4); g_h is the slope of the least-squares line
+    through h of the last 10 frames, per frame; ``D_l = g_h S_max / S`` where S is below its largest, else
+    ``g_h G_max / G`` (equation 5). Numbers of 0 count as one step; with a single frame the slope is 0.
+    """
+
+    def __init__(self) -> None:
+        self._steps: deque[tuple[int, int]] = deque(maxlen=_TREND_FRAMES)
+
+    def update(self, now: CameraRegisters) -> float:
+        """Take in the settings of the next frame and return D_l."""
+        shutter, gain = shutter_and_gain(now)
+        self._steps.append((shutter, gain))
+        # In whole numbers, so that constant settings have a slope of exactly 0: its sign tells light from dark.
+        twice_centred = 2 * np.arange(len(self._steps)) - (len(self._steps) - 1)
+        shutter_slope, gain_slope = (
+            2 * (twice_centred @ np.array(self._steps)) / max(int(twice_centred @ twice_centred), 1)
+        )
+        slope = _TREND_SHUTTER_WEIGHT * shutter_slope / LARGEST_SHUTTER + _TREND_GAIN_WEIGHT * gain_slope / LARGEST_GAIN
+        if shutter < LARGEST_SHUTTER:
+            return float(slope * LARGEST_SHUTTER / max(shutter, 1))
+        return float(slope * LARGEST_GAIN / max(gain, 1))

@@ -12,7 +12,12 @@ import tyro
 from benchmarks.commands.arguments import FOLDER, SEEDS, WORKERS, cores, seed_range
 from benchmarks.experiment import check_renderer
 
-_EXPERIMENTS = {"A2": "benchmarks.papers.a2", "A3": "benchmarks.papers.a3", "B1": "benchmarks.papers.b1"}
+_EXPERIMENTS = {
+    "A2": "benchmarks.papers.a2",
+    "A3": "benchmarks.papers.a3",
+    "B1": "benchmarks.papers.b1",
+    "B2": "benchmarks.papers.b2",
+}
 
 
 @dataclass(frozen=True)
@@ -22,8 +27,8 @@ class Paper:
     The methods are set as they were written; `frameout bench` sets them as they were tuned.
 
     Attributes:
-        experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown) or B1
-            (colours and camera settings under a lamp that is dimmed).
+        experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown), B1
+            (colours and camera settings under a lamp that is dimmed) or B2 (when colour can be learnt).
         seeds: episodes A:B, half open.
         renderer: raster or pybullet.
         out: folder for rows, pictures and page (default: results/paper-a2 …).

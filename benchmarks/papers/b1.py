@@ -5,38 +5,105 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import joblib
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
+from scipy.stats import spearmanr
 
-from benchmarks.commands.progress import progress_bar
-from benchmarks.experiment import make_folder
-from benchmarks.papers.sheet_light import CURVES, SCENARIO, Finding, findings, mean_curve, measure
-from benchmarks.records import FILE_NAME, Row, read_blocks, rewrite, write_beside
-from benchmarks.report.numbers import interval_text, number_text, ranges_text
-from benchmarks.report.page import page_style
+from benchmarks.papers.measured import SCENARIO, Claim, MeasuredExperiment, Values, frames_value, mean_series
+from benchmarks.records import Row
 from benchmarks.report.palette import line_styles
-from benchmarks.report.pictures import read_pictures, write_picture
+from benchmarks.report.pictures import write_picture
 from benchmarks.report.plots import drawn_as, new_figure, svg
 from benchmarks.writers import marks
 from benchmarks.writers.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.sheet import CONDITIONS, ILLUMINANCES_LX, photograph
+from scenarios.stereo_follow.sheet import CONDITIONS, ILLUMINANCES_LX, SheetPicture, photograph
 from sim.rng import episode_seed
-
-TITLE = "Paper B, experiment I: what the camera's settings say of the light"
-SETTING = (
-    "A green sheet on a white wall under a light bulb that is dimmed from 609 to 19 lx. Condition I: white balance, "
-    "shutter and gain are automatic; II: shutter and gain stay as they were at 609 lx; III: white balance does."
+from trackers.kernels.boxes import box_centre, box_size
+from trackers.kernels.histogram import hs_bins, rectangle_histogram
+from trackers.light_change import (
+    LARGEST_GAIN,
+    LARGEST_SHUTTER,
+    LARGEST_WHITE_BALANCE,
+    brightness_change,
+    colour_change,
+    dissimilarity,
+    shutter_and_gain,
 )
-PAGE_FILE_NAME = "paper.html"
+
+CURVES = {
+    "dissimilarity": "colour dissimilarity",
+    "white_balance": "white balance |ΔR| + |ΔB|",
+    "shutter": "shutter S / S max",
+    "gain": "gain G / G max",
+    "change": "P_c + P_l",
+}
+"""Series of the rows, one for each condition, and their names on the page."""
 _ROLES = ("ours", "as-written", "as-written", "as-written", "oracle")
 _REGION_RGB = (230, 60, 60)
+
+
+def measure(seed: int, renderer: RendererName) -> Values:
+    """Return the values of one seed: the experiment under all three conditions."""
+    curves = {
+        condition.name: _curves(list(photograph(condition, episode_seed(seed, SCENARIO, 0), renderer)))
+        for condition in CONDITIONS
+    }
+    values: dict[str, float | list[float]] = {"illuminance_lx": list(ILLUMINANCES_LX)}
+    for name, condition_curves in curves.items():
+        values |= {f"{name}_{curve}": condition_curves[curve].tolist() for curve in CURVES}
+    one, two, three = (curves[condition.name] for condition in CONDITIONS)
+    brightness = three["shutter"] + three["gain"]
+    early = [(c["gain"] > 0) & (c["shutter"] < 1.0) for c in (one, three)]
+    values |= {
+        "I_change_follows": _rank_correlation(one["change"], one["dissimilarity"]),
+        "II_white_balance_follows": _rank_correlation(two["white_balance"], two["dissimilarity"]),
+        "III_brightness_follows": _rank_correlation(brightness, three["dissimilarity"]),
+        "gain_before_longest_shutter": float(np.mean(early)),
+    }
+    return values | frames_value(len(CONDITIONS) * len(ILLUMINANCES_LX))
+
+
+EXPERIMENT = MeasuredExperiment(
+    name="B1",
+    title="Paper B, experiment I: what the camera's settings say of the light",
+    setting="A green sheet on a white wall under a light bulb that is dimmed from 609 to 19 lx. Condition I: white "
+    "balance, shutter and gain are automatic; II: shutter and gain stay as they were at 609 lx; III: white balance "
+    "does.",
+    preset="paper-b1",
+    claims=(
+        Claim(
+            "I_change_follows",
+            "the change of the settings goes with the change of colour",
+            "I: rank correlation of P_c + P_l with the dissimilarity",
+            "at least",
+            0.9,
+        ),
+        Claim(
+            "II_white_balance_follows",
+            "with shutter and gain fixed, white balance alone goes with it",
+            "II: rank correlation of |ΔR| + |ΔB| with the dissimilarity",
+            "at least",
+            0.9,
+        ),
+        Claim(
+            "III_brightness_follows",
+            "with white balance fixed, shutter and gain go with it",
+            "III: rank correlation of S / S max + G / G max with the dissimilarity",
+            "at least",
+            0.9,
+        ),
+        Claim(
+            "gain_before_longest_shutter",
+            "the gain stays low until the shutter is at its longest",
+            "I and III: share of pictures with gain though the shutter is not at its longest",
+            "at most",
+            0.0,
+        ),
+    ),
+    measure=measure,
+)
 
 
 def run(out: Path, seeds: range, renderer: RendererName, workers: int) -> None:
@@ -49,34 +116,36 @@ def run(out: Path, seeds: range, renderer: RendererName, workers: int) -> None:
         renderer: ``raster`` or ``pybullet``.
         workers: processes.
     """
-    make_folder(out)
-    blocks = _other_rows(out, renderer) + _measured(seeds, renderer, workers)
-    rewrite(out, blocks)
-    rows = [row for block in blocks for row in block]
-    found = findings(rows)
+    rows = EXPERIMENT.run(out, seeds, renderer, workers)
     _write_pictures(out, seeds.start, renderer)
-    path = out / PAGE_FILE_NAME
-    write_beside(path, _page(found, [row for row in rows if row["renderer"] == renderer], out, seeds))
-    _print(found, seeds)
-    print(f"page: {path}")
+    mine = [row for row in rows if row["renderer"] == renderer]
+    plots = {f"Condition {condition.name}": _plot(mine, condition.name) for condition in CONDITIONS}
+    EXPERIMENT.publish(out, rows, seeds, "The paper's figure 3, in this world: means over the seeds", plots)
 
 
-def _other_rows(out: Path, renderer: RendererName) -> list[list[Row]]:
-    if not (out / FILE_NAME).is_file():
-        return []
-    return [rows for key, rows in read_blocks(out).items() if key.renderer != renderer]
+def _curves(pictures: list[SheetPicture]) -> dict[str, NDArray[np.float64]]:
+    """Return the series (9,) of one condition, by the names of ``CURVES``; the first picture is the template."""
+    first = pictures[0].registers
+    histograms = [_histogram(picture) for picture in pictures]
+    settings = [picture.registers for picture in pictures]
+    steps = np.array([shutter_and_gain(now) for now in settings])
+    white_balance = [abs(now.red - first.red) + abs(now.blue - first.blue) for now in settings]
+    return {
+        "dissimilarity": np.array([dissimilarity(histogram, histograms[0]) for histogram in histograms]),
+        "white_balance": np.array(white_balance) / LARGEST_WHITE_BALANCE,
+        "shutter": steps[:, 0] / LARGEST_SHUTTER,
+        "gain": steps[:, 1] / LARGEST_GAIN,
+        "change": np.array([colour_change(now, first) + brightness_change(now, first) for now in settings]),
+    }
 
 
-def _measured(seeds: range, renderer: RendererName, workers: int) -> list[list[Row]]:
-    """Return a block for each seed, in order."""
-    parallel = joblib.Parallel(n_jobs=max(workers, 1), return_as="generator")
-    blocks: list[list[Row]] = []
-    with progress_bar("paper B1") as progress:
-        progress(0, len(seeds))
-        for block in parallel(joblib.delayed(measure)(seed, renderer) for seed in seeds):
-            blocks.append(block)
-            progress(len(blocks), len(seeds))
-    return blocks
+def _histogram(picture: SheetPicture) -> NDArray[np.float64]:
+    region = picture.region_xyxy
+    return rectangle_histogram(hs_bins(picture.image_rgb), box_centre(region), box_size(region))
+
+
+def _rank_correlation(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    return float(spearmanr(one, other).statistic)
 
 
 def _write_pictures(out: Path, seed: int, renderer: RendererName) -> None:
@@ -106,7 +175,9 @@ def _plot(rows: Sequence[Row], condition: str) -> str:
         figure, axes = new_figure("illuminance on the sheet, lx", "")
         for name, label in CURVES.items():
             style = styles[name]
-            (line,) = axes.plot(ILLUMINANCES_LX, mean_curve(rows, condition, name), "o-", markersize=3, label=label)
+            (line,) = axes.plot(
+                ILLUMINANCES_LX, mean_series(rows, f"{condition}_{name}"), "o-", markersize=3, label=label
+            )
             line.set(color=style.colour, linewidth=style.width, dashes=style.dashes or (1, 0))
         axes.set_xscale("log")
         axes.invert_xaxis()
@@ -118,36 +189,3 @@ def _plot(rows: Sequence[Row], condition: str) -> str:
         axes.set_ylim(0, 1.2)
         figure.legend(frameon=False, fontsize=8, loc="outside upper left", ncols=3)
         return svg(figure)
-
-
-def _print(found: Sequence[Finding], seeds: range) -> None:
-    table = Table(title=f"{TITLE}: seeds {ranges_text(seeds)}, 95 % intervals over them")
-    for head in ("the paper", "here", "renderer", "value", "interval", "expected"):
-        table.add_column(head)
-    for each in found:
-        claim = each.claim
-        expected = f"{claim.bound} {claim.level:g}: {'yes' if each.agrees else 'NO'}"
-        interval = interval_text(each.ci_low, each.ci_high, "1")
-        table.add_row(claim.words, claim.counted, each.renderer, number_text(each.mean, "1"), interval, expected)
-    console = Console()
-    (console if console.is_terminal else Console(width=118)).print(table)
-
-
-def _page(found: Sequence[Finding], rows: Sequence[Row], out: Path, seeds: range) -> str:
-    environment = Environment(
-        loader=PackageLoader("benchmarks", "papers"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("sheet_light.html.jinja").render(
-        title=TITLE,
-        setting=SETTING,
-        findings=[(each, number_text(each.mean, "1"), interval_text(each.ci_low, each.ci_high, "1")) for each in found],
-        plots=[(condition.name, Markup(_plot(rows, condition.name))) for condition in CONDITIONS],
-        pictures=read_pictures(out),
-        seeds=ranges_text(seeds),
-        command=f"frameout paper B1 --seeds {seeds.start}:{seeds.stop}",
-        style=Markup(page_style()),
-    )

@@ -87,7 +87,8 @@ def _capture_by_rows(
     shape = nearness.shape
     depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
     settings = sensor.settings
-    whole = settings is None or _moves_light(camera, settings, motion, interval_s)
+    scatters = sensor.config.veiling_glare > 0
+    whole = settings is None or scatters or _moves_light(camera, settings, motion, interval_s)
     radiance = np.empty((shape[0] if whole else 1, 3, shape[1]), np.float32)
     image_rgb = np.empty((0 if whole else shape[0], shape[1], 3), np.uint8)
     announce_compilation(_finish_rows)

@@ -9,7 +9,7 @@ from sim.optics import PinholeCamera
 from sim.render.compilation import announce_compilation
 from sim.sensors.config import Picture, SensorConfig, SensorSettings
 from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, right_exposure
-from sim.sensors.lens import distort
+from sim.sensors.lens import distort, scatter
 from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import develop_picture, frame_keys, response
 from sim.sensors.white_balance import next_gains, right_gains
@@ -91,7 +91,7 @@ class CameraSensor:
         """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
         if motion is not None:
             radiance = blur_by_motion(radiance, motion, settings.exposure_s / interval_s)
-        radiance = distort(radiance, camera)
+        radiance = scatter(distort(radiance, camera), self.config.veiling_glare)
         announce_compilation(develop_picture)
         image_rgb = np.empty((radiance.shape[0], radiance.shape[2], 3), np.uint8)
         develop_picture(radiance, self.response(settings), self.frame_keys(frame), image_rgb)

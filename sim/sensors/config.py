@@ -23,6 +23,8 @@ class SensorConfig:
         largest_colour_gain: red and blue are multiplied by no more than this, and by no less than its inverse.
         adaptation: share in (0, 1] of the (logarithmic) way to the right exposure and white balance done from one
             frame to the next.
+        veiling_glare: share in [0, 1) of all light that lens and housing scatter evenly over the picture: what makes
+            colours pale against the light.
         electrons_per_nit_s: electrons in a pixel per cd/m² and second of exposure; 900 is about that of a 3.45 µm
             pixel behind a lens at f/2.8.
         full_well_e: electrons at which a pixel is full; at gain g the picture is white at ``full_well_e /
@@ -40,6 +42,7 @@ class SensorConfig:
     largest_colour_gain: float = 4.0
     mid_grey: float = 0.18
     adaptation: float = 0.4
+    veiling_glare: float = 0.0
     electrons_per_nit_s: float = 900.0
     full_well_e: float = 10_500.0
     read_noise_e: float = 7.0
@@ -66,6 +69,7 @@ class SensorConfig:
         _check("largest_colour_gain", self.largest_colour_gain >= 1, "a number >= 1", self.largest_colour_gain)
         _check("mid_grey", 0 < self.mid_grey < 1, "a number in (0, 1)", self.mid_grey)
         _check("adaptation", 0 < self.adaptation <= 1, "a number in (0, 1]", self.adaptation)
+        _check("veiling_glare", 0 <= self.veiling_glare < 1, "a number in [0, 1)", self.veiling_glare)
         _check("read_noise_e", self.read_noise_e >= 0, "a number >= 0", self.read_noise_e)
 
 

@@ -1,4 +1,4 @@
-"""The lens: radial distortion."""
+"""The lens: radial distortion and scattered light."""
 
 from __future__ import annotations
 
@@ -25,6 +25,17 @@ def distort(radiance: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.
         plane = np.ascontiguousarray(radiance[:, channel])
         bent[:, channel] = cv2.remap(plane, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return bent
+
+
+def scatter(radiance: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+    """Return the radiance (H, 3, W) with a share of all light spread evenly over the picture (veiling glare, ISO 9358).
+
+    ``L' = (1 - share) L + share mean(L)``; ``radiance`` itself for a share of 0.
+    """
+    if share == 0.0:
+        return radiance
+    veil = share * radiance.mean(axis=(0, 2), dtype=float)
+    return np.float32(1.0 - share) * radiance + veil.astype(np.float32)[None, :, None]
 
 
 @lru_cache(maxsize=4)

@@ -19,6 +19,7 @@ STEREO_SENSOR = SensorConfig(
     longest_exposure_s=LONGEST_EXPOSURE_S,
     largest_gain=10 ** (_LARGEST_GAIN_DB / 20),
     adaptation=0.2,
+    veiling_glare=0.03,
     electrons_per_nit_s=2500.0,
     full_well_e=13_000.0,
     read_noise_e=14.0,

@@ -1,9 +1,10 @@
-"""Light of lamps: G-buffer in, radiance out."""
+"""Light of lamps and bright areas: G-buffer in, radiance out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -18,6 +19,8 @@ from sim.shaders.colour import srgb_to_linear
 _LINEAR = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
 _NEAREST_M = 0.05
 """A lamp is no point: nobody gets nearer to it than this."""
+_PATCH_M = 0.6
+"""A bright area shines as patches with sides of at most this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,25 @@ class Lamp:
 
 
 @dataclass(frozen=True, slots=True)
+class BrightArea:
+    """A window, an open door or a ceiling light: a rectangle that is equally bright from everywhere before it.
+
+    Attributes:
+        instance_id: of the body that shows it; drawn with its luminance whatever its base colour.
+        corner_m, side_a_m, side_b_m: one corner and two sides (3,), world frame; it faces ``side_a x side_b``.
+        luminance_nit: >= 0.
+        temperature_k: colour temperature, see ``black_body_rgb``.
+    """
+
+    instance_id: int
+    corner_m: NDArray[np.float64]
+    side_a_m: NDArray[np.float64]
+    side_b_m: NDArray[np.float64]
+    luminance_nit: float
+    temperature_k: float
+
+
+@dataclass(frozen=True, slots=True)
 class Surroundings:
     """What is around a place and not drawn: a closed room that throws light back.
 
@@ -48,51 +70,54 @@ class Surroundings:
     reflectance: float
 
 
-class LampShader:
-    """Lights G-buffers by lamps. Shadows are not drawn: for places where nothing stands between lamp and surface."""
+class _Sources(NamedTuple):
+    """Small sources as the kernel reads them.
 
-    def __init__(self, lamps: Sequence[Lamp], surroundings: Surroundings) -> None:
+    Attributes:
+        positions_m: (N, 3).
+        facing: (N, 3) unit vectors of patches, which shine with the cosine; 0 = alike in all directions.
+        intensity_cd: (N, 3) of R, G and B, straight ahead.
+        flux_lm: (3,) of all.
+    """
+
+    positions_m: NDArray[np.float64]
+    facing: NDArray[np.float64]
+    intensity_cd: NDArray[np.float64]
+    flux_lm: NDArray[np.float64]
+
+
+class LampShader:
+    """Lights G-buffers by lamps and bright areas. What stands in the way of light is not looked for: no shadows."""
+
+    def __init__(self, lamps: Sequence[Lamp], surroundings: Surroundings, areas: Sequence[BrightArea] = ()) -> None:
         """Set the light.
 
         Raises:
-            ValueError: for a negative flux or impossible surroundings.
-        """
-        self.relight(lamps)
-        _check("surface_m2", surroundings.surface_m2 > 0, "a number > 0", surroundings.surface_m2)
-        _check("reflectance", 0 <= surroundings.reflectance < 1, "a number in [0, 1)", surroundings.reflectance)
-        self._surroundings = surroundings
-
-    def relight(self, lamps: Sequence[Lamp]) -> None:
-        """Set other lamps: dimmed, switched on or off.
-
-        Raises:
-            ValueError: for a negative flux.
+            ValueError: for a negative flux or luminance, an area without size, or impossible surroundings.
         """
         for lamp in lamps:
             _check("flux_lm", lamp.flux_lm >= 0, "a number >= 0", lamp.flux_lm)
-        self._positions_m = np.array([lamp.position_m for lamp in lamps]).reshape(-1, 3)
-        colours = [lamp.flux_lm * black_body_rgb(lamp.temperature_k) for lamp in lamps]
-        self._flux_lm = np.array(colours).reshape(-1, 3)
-
-    @property
-    def _indirect_lx(self) -> NDArray[np.float64]:
-        """Illuminance (3,) by light thrown back, everywhere the same: ``flux rho / (A (1 - rho))`` (integrating sphere)."""
-        room = self._surroundings
-        return self._flux_lm.sum(axis=0) * room.reflectance / (room.surface_m2 * (1.0 - room.reflectance))
+        for area in areas:
+            _check("luminance_nit", area.luminance_nit >= 0, "a number >= 0", area.luminance_nit)
+        _check("surface_m2", surroundings.surface_m2 > 0, "a number > 0", surroundings.surface_m2)
+        _check("reflectance", 0 <= surroundings.reflectance < 1, "a number in [0, 1)", surroundings.reflectance)
+        self._sources = _sources(lamps, areas)
+        self._indirect_lx = (
+            self._sources.flux_lm
+            * surroundings.reflectance
+            / (surroundings.surface_m2 * (1 - surroundings.reflectance))
+        )
+        self._areas = tuple(areas)
 
     def illuminance_lx(self, points_m: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what falls on surfaces at points (N, 3) with unit normals (N, 3): (N, 3) lux of R, G and B.
 
-        ``E = sum over lamps of flux / (4 pi) cos / d²`` and what the surroundings throw back.
+        ``E = sum over sources of I cos / d²``, ``I = flux / (4 pi)`` of a lamp and ``L A cos'`` of a patch of area A;
+        and what the surroundings throw back, everywhere the same, as in an integrating sphere:
+        ``flux rho / (surface (1 - rho))``.
         """
         result = np.empty((len(points_m), 3))
-        for k in range(3):
-            result[:, k] = self._indirect_lx[k]
-        for position_m, flux_lm in zip(self._positions_m, self._flux_lm, strict=True):
-            towards = position_m - points_m
-            squared = np.maximum((towards**2).sum(axis=1), _NEAREST_M**2)
-            facing = np.maximum((towards * normals).sum(axis=1), 0.0) / np.sqrt(squared)
-            result += (facing / squared)[:, None] * flux_lm / (4 * np.pi)
+        _illuminate(points_m.astype(float), normals.astype(float), *self._sources[:3], self._indirect_lx, result)
         return result
 
     def shade(
@@ -100,7 +125,7 @@ class LampShader:
     ) -> NDArray[np.float32]:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at pixel centres.
 
-        ``L = rho E / pi``; 0 where there is no surface.
+        ``L = rho E / pi``; 0 where there is no surface; that of bright areas is their own.
         """
         announce_compilation(_shade)
         corner, right, down = (
@@ -112,12 +137,81 @@ class LampShader:
             gbuffer.depth_m,
             gbuffer.normal_world,
             np.stack([T_world_camera[:3, 3], corner, right - corner, down - corner]),
-            self._positions_m,
-            self._flux_lm,
+            *self._sources[:3],
             self._indirect_lx,
             radiance,
         )
+        for area in self._areas:
+            rows, columns = np.nonzero(gbuffer.instance_id == area.instance_id)
+            radiance[rows, :, columns] = area.luminance_nit * black_body_rgb(area.temperature_k)
         return radiance
+
+
+def _sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> _Sources:
+    nowhere = np.zeros(3)
+    small = [
+        (lamp.position_m, nowhere, lamp.flux_lm / (4 * np.pi) * black_body_rgb(lamp.temperature_k)) for lamp in lamps
+    ]
+    flux_lm = sum((lamp.flux_lm * black_body_rgb(lamp.temperature_k) for lamp in lamps), start=nowhere)
+    for area in areas:
+        across = np.cross(area.side_a_m, area.side_b_m)
+        size_m2 = float(np.linalg.norm(across))
+        _check("side_a_m, side_b_m", size_m2 > 0, "sides of a rectangle", (area.side_a_m, area.side_b_m))
+        nit = area.luminance_nit * black_body_rgb(area.temperature_k)
+        flux_lm = flux_lm + np.pi * size_m2 * nit
+        count_a, count_b = (
+            int(np.ceil(np.linalg.norm(side) / _PATCH_M - 1e-9)) for side in (area.side_a_m, area.side_b_m)
+        )
+        for a in (np.arange(count_a) + 0.5) / count_a:
+            for b in (np.arange(count_b) + 0.5) / count_b:
+                middle_m = area.corner_m + a * area.side_a_m + b * area.side_b_m
+                small.append((middle_m, across / size_m2, nit * size_m2 / (count_a * count_b)))
+    table = np.array(small, dtype=float).reshape(-1, 3, 3)
+    return _Sources(table[:, 0].copy(), table[:, 1].copy(), table[:, 2].copy(), flux_lm)
+
+
+@njit(cache=True)
+def _illuminance(
+    point: NDArray[np.float64],
+    normal: NDArray[np.floating],
+    positions_m: NDArray[np.float64],
+    facing: NDArray[np.float64],
+    intensity_cd: NDArray[np.float64],
+    total: NDArray[np.float64],
+) -> None:
+    """Add to ``total`` (3,) what comes straight from the sources, see ``LampShader.illuminance_lx``."""
+    for source in range(positions_m.shape[0]):
+        squared, along, ahead = 0.0, 0.0, 0.0
+        for k in range(3):
+            towards = positions_m[source, k] - point[k]
+            squared += towards * towards
+            along += towards * normal[k]
+            ahead -= towards * facing[source, k]
+        if along <= 0.0:
+            continue
+        squared = max(squared, _NEAREST_M * _NEAREST_M)
+        distance = np.sqrt(squared)
+        is_patch = facing[source, 0] != 0.0 or facing[source, 1] != 0.0 or facing[source, 2] != 0.0
+        spread = max(ahead, 0.0) / distance if is_patch else 1.0
+        arriving = spread * along / (squared * distance)
+        for k in range(3):
+            total[k] += intensity_cd[source, k] * arriving
+
+
+@njit(cache=True)
+def _illuminate(
+    points_m: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    positions_m: NDArray[np.float64],
+    facing: NDArray[np.float64],
+    intensity_cd: NDArray[np.float64],
+    indirect_lx: NDArray[np.float64],
+    result: NDArray[np.float64],
+) -> None:
+    """Write the illuminance (N, 3) of points."""
+    for n in range(points_m.shape[0]):
+        result[n] = indirect_lx
+        _illuminance(points_m[n], normals[n], positions_m, facing, intensity_cd, result[n])
 
 
 @njit(cache=True)
@@ -127,7 +221,8 @@ def _shade(
     normal: NDArray[np.float32],
     view: NDArray[np.float64],
     positions_m: NDArray[np.float64],
-    flux_lm: NDArray[np.float64],
+    facing: NDArray[np.float64],
+    intensity_cd: NDArray[np.float64],
     indirect_lx: NDArray[np.float64],
     radiance: NDArray[np.float32],
 ) -> None:
@@ -147,16 +242,7 @@ def _shade(
             for k in range(3):
                 point[k] = view[0, k] + depth * (view[1, k] + column * view[2, k] + row * view[3, k])
                 total[k] = indirect_lx[k]
-            for lamp in range(positions_m.shape[0]):
-                squared, along = 0.0, 0.0
-                for k in range(3):
-                    towards = positions_m[lamp, k] - point[k]
-                    squared += towards * towards
-                    along += towards * normal[row, column, k]
-                squared = max(squared, _NEAREST_M * _NEAREST_M)
-                arriving = max(along, 0.0) / (4.0 * np.pi * squared * np.sqrt(squared))
-                for k in range(3):
-                    total[k] += flux_lm[lamp, k] * arriving
+            _illuminance(point, normal[row, column], positions_m, facing, intensity_cd, total)
             for k in range(3):
                 radiance[row, k, column] = _LINEAR[base_colour_rgb[row, column, k]] * total[k] / np.pi
 

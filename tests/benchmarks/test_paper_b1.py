@@ -8,14 +8,14 @@ import cv2
 import pytest
 
 from benchmarks.papers import b1
-from benchmarks.papers.sheet_light import CLAIMS, CURVES, findings, measure
+from benchmarks.papers.b1 import CURVES, EXPERIMENT
 from benchmarks.records import Row, read_blocks
 from scenarios.stereo_follow.sheet import CONDITIONS, ILLUMINANCES_LX
 
 
 @pytest.fixture(scope="module")
 def block() -> list[Row]:
-    return measure(3, "raster")
+    return EXPERIMENT.block(3, "raster")
 
 
 def test_rows_hold_every_curve_and_claim(block):
@@ -23,7 +23,7 @@ def test_rows_hold_every_curve_and_claim(block):
     for condition in CONDITIONS:
         for curve in CURVES:
             assert len(values[f"{condition.name}_{curve}"]) == len(ILLUMINANCES_LX)
-    for claim in CLAIMS:
+    for claim in EXPERIMENT.claims:
         assert isinstance(values[claim.metric], float)
     assert block[-1]["metric"] == "frames"
     # The template is the brightest picture itself.
@@ -38,7 +38,7 @@ def test_a_claim_is_judged_by_its_bound(block):
     rows = [row("I_change_follows", value, seed) for seed, value in enumerate((0.8, 0.98))]
     rows += [row("gain_before_longest_shutter", value, seed) for seed, value in enumerate((0.0, 0.2))]
     rows += [row(metric, 0.95, 0) for metric in ("II_white_balance_follows", "III_brightness_follows")]
-    found = {each.claim.metric: each for each in findings(rows)}
+    found = {each.claim.metric: each for each in EXPERIMENT.findings(rows)}
     assert found["I_change_follows"].mean == pytest.approx(0.89)
     assert not found["I_change_follows"].agrees
     assert (found["I_change_follows"].ci_low, found["I_change_follows"].ci_high) == pytest.approx((0.8, 0.98))
@@ -54,7 +54,7 @@ def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     assert "paper.html" in capsys.readouterr().out
     assert {key.renderer for key in read_blocks(tmp_path)} == {"raster", "pybullet"}
     page = (tmp_path / "paper.html").read_text()
-    for claim in CLAIMS:
+    for claim in EXPERIMENT.claims:
         assert claim.words in page
     assert page.count("<svg") == len(CONDITIONS)
     height, width = cv2.imread(str(tmp_path / "pictures" / "paper-b1-raster.jpg")).shape[:2]

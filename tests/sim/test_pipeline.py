@@ -73,6 +73,11 @@ def test_fast_motion_and_a_bent_lens_go_through_the_stages(town):
         np.abs(np.diff(sharp.image_rgb.astype(int), axis=1)).mean()
         > 1.1 * np.abs(np.diff(blurred.image_rgb.astype(int), axis=1)).mean()
     )
+    for parts in (fused, staged):
+        parts[2].config = SensorConfig(veiling_glare=0.05)
+    veiled = capture(*fused, CAMERA, PATH[0], 2).picture.image_rgb
+    np.testing.assert_array_equal(veiled, _staged(staged, PATH[0], 2)[0].image_rgb)
+    assert veiled.min() > sharp.image_rgb.min()
     bent = PinholeCamera(320, 240, CAMERA.focal_px, radial_distortion=(-0.2, 0.0))
     parts = _parts(town)
     for frame in (0, 1):

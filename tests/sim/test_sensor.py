@@ -13,7 +13,7 @@ from sim.optics import PinholeCamera
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig, SensorSettings
 from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, right_exposure
-from sim.sensors.lens import distort
+from sim.sensors.lens import distort, scatter
 from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import CODES, frame_keys, normal_deviates
 from sim.shaders.colour import srgb_to_linear
@@ -181,6 +181,17 @@ def test_motion_below_half_a_pixel_leaves_the_picture_as_it_is():
         blur_by_motion(radiance, motion, 0.1)
 
 
+def test_scattered_light_is_kept_and_lies_evenly_on_what_is_dark():
+    radiance = _even(0.0)
+    radiance[:, :, 160:] = 800.0
+    radiance[:, 2] *= 0.5
+    scattered = scatter(radiance, 0.05)
+    np.testing.assert_allclose(scattered.mean(axis=(0, 2)), radiance.mean(axis=(0, 2)), rtol=1e-5)
+    for channel, veil_nit in enumerate((20.0, 20.0, 10.0)):
+        np.testing.assert_allclose(scattered[:, channel, :160], veil_nit, rtol=1e-5)
+    assert scatter(radiance, 0.0) is radiance
+
+
 @pytest.mark.parametrize("k", [(-0.2, 0.05), (0.15, 0.0)])
 def test_lens_distortion_is_opencvs(k):
     camera = PinholeCamera(320, 240, 300.0, radial_distortion=k)
@@ -208,6 +219,9 @@ def test_a_lens_without_distortion_changes_nothing():
         ({"largest_gain": 0.5}, "largest_gain: expected a number >= 1, got 0.5"),
         ({"mid_grey": 1.0}, r"mid_grey: expected a number in \(0, 1\), got 1.0"),
         ({"adaptation": 0.0}, r"adaptation: expected a number in \(0, 1\], got 0.0"),
+        ({"veiling_glare": 1.0}, r"veiling_glare: expected a number in \[0, 1\), got 1.0"),
+        ({"white_balance": "warm"}, "white_balance: expected 'auto' or 'off', got warm"),
+        ({"largest_colour_gain": 0.9}, "largest_colour_gain: expected a number >= 1, got 0.9"),
         ({"read_noise_e": float("nan")}, "read_noise_e: expected a number >= 0, got nan"),
     ],
 )

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.light_change import brightness_change, colour_change, dissimilarity, shutter_and_gain
+from trackers.light_change import LightTrend, brightness_change, colour_change, dissimilarity, shutter_and_gain
 from trackers.types import CameraRegisters
 
 AT_REST = CameraRegisters(red=400, blue=600, shutter=200, gain=0)
@@ -47,3 +47,35 @@ def test_dissimilarity_is_the_hellinger_distance():
     assert dissimilarity(p, q) == pytest.approx(hellinger)
     assert dissimilarity(p, p) == pytest.approx(0.0, abs=1e-7)
     assert dissimilarity(np.eye(128)[0], np.eye(128)[1]) == 1.0
+
+
+def _trend(shutters: list[int], gains: list[int]) -> list[float]:
+    trend = LightTrend()
+    return [trend.update(CameraRegisters(512, 512, s, g)) for s, g in zip(shutters, gains, strict=True)]
+
+
+def test_at_constant_settings_there_is_no_trend():
+    assert _trend([300] * 15, [0] * 15) == [0.0] * 15
+
+
+def test_a_shutter_that_lengthens_evenly_has_the_slope_by_hand():
+    # One step a frame: h rises by 10 / 177 a frame, whatever ten frames are looked at.
+    shutters = [4 * k for k in range(50, 80)]
+    trend = _trend(shutters, [0] * 30)
+    for frame in range(1, 30):
+        assert trend[frame] == pytest.approx(10 / 177 * 177 / (50 + frame))
+    assert _trend(shutters[::-1], [0] * 30)[-1] < 0
+
+
+def test_the_slope_is_that_of_the_last_ten_frames_by_numpy():
+    rng = np.random.default_rng(3)
+    shutters = rng.integers(100, 600, 25).tolist()
+    exposures = 10 * np.floor(np.array(shutters[-10:]) / 4 + 0.5) / 177
+    expected = np.polyfit(np.arange(10), exposures, 1)[0] * 177 / np.floor(shutters[-1] / 4 + 0.5)
+    assert _trend(shutters, [0] * 25)[-1] == pytest.approx(expected)
+
+
+def test_at_the_longest_shutter_the_gain_is_the_scale():
+    assert _trend([707] * 12, [2 * k for k in range(40, 52)])[-1] == pytest.approx(10 / 342 * 342 / 51)
+    # No gain at all counts as one step.
+    assert _trend([703, 707], [0, 0])[-1] == pytest.approx(10 / 177 * 342)

@@ -1,0 +1,135 @@
+"""Paper experiment B.2: when can colour be learnt? What the change of the camera's exposure says of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.papers.measured import SCENARIO, Claim, MeasuredExperiment, Values, frames_value
+from benchmarks.report.palette import GRID, line_styles
+from benchmarks.report.pictures import write_picture
+from benchmarks.report.plots import drawn_as, new_figure, svg
+from benchmarks.writers import marks
+from benchmarks.writers.contact_sheet import picture_sheet
+from scenarios.scenario import RendererName
+from scenarios.stereo_follow.carried_sheet import FRAMES, CarriedPicture, drive
+from sim.rng import episode_seed
+from trackers.light_change import LightTrend
+
+_HSV = ("hue", "saturation", "value")
+_SHOWN_FRAMES = (60, 240, 420, 520, 560, 640, 780, 920)
+_SHOWN_IN_A_ROW = 4
+_REGION_RGB = (230, 60, 60)
+_LARGEST_TREND = 3.0
+"""D_l runs to hundreds where the gain is nearly 0: the plot cuts it."""
+
+
+def measure(seed: int, renderer: RendererName) -> Values:
+    """Return the values of one seed: the drive's series, and saturation and value by the sign of D_l."""
+    trend = LightTrend()
+    pictures = drive(episode_seed(seed, SCENARIO, 0), renderer)
+    seen = np.array([(trend.update(picture.registers), *_mean_hsv(picture)) for picture in pictures])
+    rising, falling = seen[seen[:, 0] > 0], seen[seen[:, 0] < 0]
+    gained = rising.mean(axis=0) - falling.mean(axis=0)
+    values: dict[str, float | list[float]] = {"trend": seen[:, 0].tolist()}
+    values |= {name: seen[:, 1 + k].tolist() for k, name in enumerate(_HSV)}
+    values |= {"saturation_gained": float(gained[2]), "value_gained": float(gained[3])}
+    return values | frames_value(FRAMES)
+
+
+EXPERIMENT = MeasuredExperiment(
+    name="B2",
+    title="Paper B, experiment II: when colour can be learnt",
+    setting="A robot carries a green sheet before its camera through corridors: ceiling lights, a window ahead (back "
+    "light), a stretch whose lights are off (shade), warm lights. D_l is how steeply the camera's exposure rises.",
+    preset="paper-b2",
+    claims=(
+        Claim(
+            "saturation_gained",
+            "saturation is high where D_l is positive and low where it is negative",
+            "mean saturation (0 to 1) where D_l > 0, less that where D_l < 0",
+            "more than",
+            0.0,
+        ),
+        Claim(
+            "value_gained",
+            "value is high where D_l is positive and low where it is negative",
+            "mean value (0 to 1) where D_l > 0, less that where D_l < 0",
+            "more than",
+            0.0,
+        ),
+    ),
+    measure=measure,
+)
+
+
+def run(out: Path, seeds: range, renderer: RendererName, workers: int) -> None:
+    """Run the experiment, print its table beside the paper's words, write rows, plots, pictures and ``out/paper.html``.
+
+    A folder that already holds rows of the other renderer keeps them; the table then shows both.
+
+    Args:
+        out: folder. seeds: drives under lights of other brightness and colour; 10,000 to 19,999 are the test split.
+        renderer: ``raster`` or ``pybullet``.
+        workers: processes.
+    """
+    rows = EXPERIMENT.run(out, seeds, renderer, workers)
+    _write_pictures(out, seeds.start, renderer)
+    mine = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seeds.start)}
+    plots = {"Colour of the sheet (grey: D_l < 0)": _plot_colour(mine), "D_l": _plot_trend(mine)}
+    EXPERIMENT.publish(out, rows, seeds, f"The paper's figures 6 and 7, in this world: seed {seeds.start}", plots)
+
+
+def _mean_hsv(picture: CarriedPicture) -> NDArray[np.float64]:
+    """Return mean hue, saturation and value (3,) of the sheet's region, each as a share of its range."""
+    left, top, right, bottom = np.rint(picture.region_xyxy).astype(int)
+    hsv = cv2.cvtColor(picture.image_rgb[top:bottom, left:right], cv2.COLOR_RGB2HSV)
+    mean: NDArray[np.float64] = hsv.mean(axis=(0, 1)) / (180.0, 255.0, 255.0)
+    return mean
+
+
+def _write_pictures(out: Path, seed: int, renderer: RendererName) -> None:
+    """Write the paper's figure 5 beside the rows: what the camera sees on the way."""
+    cells = []
+    for frame, picture in enumerate(drive(episode_seed(seed, SCENARIO, 0), renderer)):
+        if frame in _SHOWN_FRAMES:
+            marks.draw_box(picture.image_rgb, picture.region_xyxy, _REGION_RGB)
+            cells.append((f"frame {frame}", picture.image_rgb))
+    write_picture(
+        out,
+        f"paper-b2-{renderer}",
+        picture_sheet([cells[:_SHOWN_IN_A_ROW], cells[_SHOWN_IN_A_ROW:]], 320),
+        ("stereo", SCENARIO, EXPERIMENT.preset, renderer, ""),
+        "The paper's figure 5, in this world",
+        f"What the camera sees on the way, and the rectangle whose colours are looked at; seed {seed}.",
+        made_from=f"seed {seed}",
+    )
+
+
+def _plot_colour(values: dict[str, list[float]]) -> str:
+    """Draw the sheet's colour on the way; grey where D_l is negative."""
+    styles = line_styles([("saturation", "ours"), ("value", "as-written"), ("hue", "baseline")])
+    with drawn_as("b2-colour"):
+        figure, axes = new_figure("frame", "share of its range")
+        for name, style in styles.items():
+            axes.plot(values[name], color=style.colour, linewidth=0.7 * style.width, label=name)
+        negative = np.array(values["trend"]) < 0
+        axes.fill_between(np.arange(FRAMES), 0, 1, where=negative, color=GRID, alpha=0.6, linewidth=0, zorder=1)
+        axes.set_ylim(0, 1)
+        axes.set_xlim(0, FRAMES - 1)
+        figure.legend(frameon=False, fontsize=8, loc="outside upper left", ncols=3)
+        return svg(figure)
+
+
+def _plot_trend(values: dict[str, list[float]]) -> str:
+    """Draw D_l on the way."""
+    with drawn_as("b2-trend"):
+        figure, axes = new_figure("frame", f"D_l, cut at {_LARGEST_TREND:g}")
+        style = line_styles([("D_l", "as-written")])["D_l"]
+        axes.plot(np.clip(values["trend"], -_LARGEST_TREND, _LARGEST_TREND), color=style.colour, linewidth=1.0)
+        axes.axhline(0.0, color=line_styles([("0", "oracle")])["0"].colour, linewidth=0.8)
+        axes.set_xlim(0, FRAMES - 1)
+        return svg(figure)

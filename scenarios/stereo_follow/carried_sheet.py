@@ -1,0 +1,195 @@
+"""A robot carries a green sheet before its camera through corridors: the world of paper B's experiment II."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.scenario import RendererName
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera, reported
+from scenarios.stereo_follow.indoors import add_bright_panel, add_panel, grained, level_camera_pose, panel, plain
+from scenarios.stereo_follow.sheet import SHEET_M, SHEET_RGB, region_of_sheet
+from sim.render.protocol import create_renderer
+from sim.rng import generator
+from sim.sensors.camera_sensor import CameraSensor
+from sim.sensors.registers import STEREO_SENSOR
+from sim.shaders.lamps import BrightArea, LampShader, Surroundings
+from sim.world import Body, World
+from trackers.types import CameraRegisters
+
+FRAMES = 947
+_CAMERA = camera(320, 240)
+_SHEET_AHEAD_M = 1.6
+_WIDTH_M, _HEIGHT_M = 2.6, 2.6
+_FIRST_M, _SECOND_M = 24.0, 20.0
+"""Lengths of the two corridors' middle lines: along +x to the corner, and from there along +y."""
+_TURN_RADIUS_M = 0.8
+_START_M, _END_M = 1.0, 17.5
+_LIGHT_EVERY_M, _LIGHT_M = 4.0, (1.2, 0.3)
+_DARK_M = 9.0
+"""No lights in the first part of the second corridor."""
+_WALL_RGB, _FLOOR_RGB, _CEILING_RGB = (214, 208, 194), (128, 120, 110), (232, 232, 228)
+_DOOR_RGB, _SKIRTING_RGB, _POLE_RGB = (122, 84, 56), (84, 78, 72), (60, 60, 64)
+_ROOM = Surroundings(surface_m2=470.0, reflectance=0.35)
+
+
+@dataclass(frozen=True, slots=True)
+class CarriedPicture:
+    """One picture of the drive.
+
+    Attributes:
+        image_rgb: (240, 320, 3) uint8. registers: the camera's settings.
+        region_xyxy: (4,) rectangle within the sheet whose colours are looked at, pixels.
+    """
+
+    image_rgb: NDArray[np.uint8]
+    registers: CameraRegisters
+    region_xyxy: NDArray[np.float64]
+
+
+def drive(seed: int, renderer: RendererName = "raster") -> Iterator[CarriedPicture]:
+    """Yield the pictures of one drive, 947 of them at 15 a second.
+
+    Under ceiling lights towards a window that fills the corridor's end (back light), round the corner into a corridor
+    whose first lights are off (shade), on to warm lights and another window. How bright and of what colour lights and
+    windows are is drawn from the seed.
+
+    Args:
+        seed: of the episode, see ``sim.rng.episode_seed``.
+    """
+    rng = generator(seed, "corridor")
+    sensor = CameraSensor(STEREO_SENSOR, generator(seed, "sensor"))
+    with World() as world:
+        areas = _build(world, rng)
+        sheet = panel(
+            (0.0, -0.5 * SHEET_M[0], CAMERA_HEIGHT_M - 0.5 * SHEET_M[1]),
+            (0.0, SHEET_M[0], 0.0),
+            (0.0, 0.0, SHEET_M[1]),
+            grained(SHEET_RGB, rng),
+        )
+        carried = world.add(sheet, np.eye(4), name="sheet", category="sheet", movable=True)
+        pole = _pole(world)
+        drawn = create_renderer(renderer, world)
+        shader = LampShader([], _ROOM, areas)
+        for frame, (place_m, heading_rad) in enumerate(_way()):
+            ahead = np.array([np.cos(heading_rad), np.sin(heading_rad), 0.0])
+            T_world_camera = level_camera_pose((*place_m, CAMERA_HEIGHT_M), ahead)
+            T_world_sheet = _facing_back(np.append(place_m, 0.0) + _SHEET_AHEAD_M * ahead, heading_rad)
+            world.move(carried, T_world_sheet)
+            world.move(pole, T_world_sheet)
+            radiance = shader.shade(drawn.gbuffer(_CAMERA, T_world_camera), _CAMERA, T_world_camera)
+            picture = sensor.expose(radiance, _CAMERA, frame)
+            region = region_of_sheet(_CAMERA, T_world_camera, T_world_sheet)
+            yield CarriedPicture(picture.image_rgb, reported(picture.settings), region)
+
+
+def _way() -> Iterator[tuple[NDArray[np.float64], float]]:
+    """Yield place (2,) and heading of each frame, at an even speed: straight, a quarter circle, straight."""
+    radius = _TURN_RADIUS_M
+    straight_m, turn_m = _FIRST_M - radius - _START_M, 0.5 * np.pi * radius
+    total_m = straight_m + turn_m + _END_M - radius
+    for driven_m in np.linspace(0.0, total_m, FRAMES):
+        turned = float(np.clip((driven_m - straight_m) / radius, 0.0, 0.5 * np.pi))
+        beyond_m = max(driven_m - straight_m - turn_m, 0.0)
+        x = _START_M + min(driven_m, straight_m) + radius * np.sin(turned)
+        yield np.array([x, radius * (1 - np.cos(turned)) + beyond_m]), turned
+
+
+def _facing_back(place_m: NDArray[np.float64], heading_rad: float) -> NDArray[np.float64]:
+    """Return the pose (4, 4) at a place on the floor whose x points back along the heading."""
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    T = np.eye(4)
+    T[:3, :3] = [[-c, s, 0.0], [-s, -c, 0.0], [0.0, 0.0, 1.0]]
+    T[:3, 3] = place_m
+    return T
+
+
+def _pole(world: World) -> Body:
+    """Add what the sheet stands on, a centimetre behind it: its frame is the sheet's."""
+    shape = panel((-0.01, -0.02, 0.0), (0.0, 0.04, 0.0), (0.0, 0.0, CAMERA_HEIGHT_M), plain(_POLE_RGB))
+    return world.add(shape, np.eye(4), name="pole", category="furniture", movable=True)
+
+
+def _build(world: World, rng: np.random.Generator) -> list[BrightArea]:
+    """Build the two corridors and return what shines in them."""
+    half, corner_x, end_y = 0.5 * _WIDTH_M, _FIRST_M + 0.5 * _WIDTH_M, _SECOND_M
+    up = np.array([0.0, 0.0, _HEIGHT_M])
+    wall, floor, ceiling = (grained(rgb, rng) for rgb in (_WALL_RGB, _FLOOR_RGB, _CEILING_RGB))
+    walls = (
+        ("right wall", (corner_x, -half, 0.0), (-corner_x, 0.0, 0.0)),
+        ("left wall", (0.0, half, 0.0), (corner_x - _WIDTH_M, 0.0, 0.0)),
+        ("back wall", (0.0, -half, 0.0), (0.0, _WIDTH_M, 0.0)),
+        ("corner wall", (corner_x, end_y, 0.0), (0.0, -end_y - half, 0.0)),
+        ("inner wall", (corner_x - _WIDTH_M, half, 0.0), (0.0, end_y - half, 0.0)),
+        ("end wall", (corner_x - _WIDTH_M, end_y, 0.0), (_WIDTH_M, 0.0, 0.0)),
+    )
+    for name, corner_m, along_m in walls:
+        add_panel(world, name, corner_m, along_m, up, wall)
+        inward = np.cross(along_m, up) / np.linalg.norm(np.cross(along_m, up))
+        skirting_m = np.array(corner_m) + 0.01 * inward
+        add_panel(world, f"{name} skirting", skirting_m, along_m, (0.0, 0.0, 0.09), plain(_SKIRTING_RGB))
+    for name, x_m, y_m, size_m in (
+        ("first", 0.0, -half, (corner_x, _WIDTH_M)),
+        ("second", corner_x - _WIDTH_M, half, (_WIDTH_M, end_y - half)),
+    ):
+        along, across = np.array([size_m[0], 0.0, 0.0]), np.array([0.0, size_m[1], 0.0])
+        add_panel(world, f"{name} floor", (x_m, y_m, 0.0), along, across, floor)
+        add_panel(world, f"{name} ceiling", (x_m, y_m, _HEIGHT_M), across, along, ceiling)
+    for k, x_m in enumerate(np.arange(3.0, corner_x - _WIDTH_M - 1.5, 5.0)):
+        add_panel(world, f"door {k}", (x_m, half - 0.01, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, 2.05), plain(_DOOR_RGB))
+    return [*_windows(world, rng), *_ceiling_lights(world, rng)]
+
+
+def _windows(world: World, rng: np.random.Generator) -> Iterator[BrightArea]:
+    """Put windows into both corridors' ends: the one by the corner is seen from the first corridor."""
+    corner_x = _FIRST_M + 0.5 * _WIDTH_M - 0.01
+    sky_k = rng.uniform(5500.0, 7500.0)
+    yield add_bright_panel(
+        world,
+        "corner window",
+        (corner_x, 1.0, 0.5),
+        (0.0, -2.0, 0.0),
+        (0.0, 0.0, 1.9),
+        luminance_nit=rng.uniform(2500.0, 5000.0),
+        temperature_k=sky_k,
+    )
+    yield add_bright_panel(
+        world,
+        "end window",
+        (_FIRST_M - 0.9, _SECOND_M - 0.01, 0.9),
+        (1.8, 0.0, 0.0),
+        (0.0, 0.0, 1.4),
+        luminance_nit=rng.uniform(600.0, 1500.0),
+        temperature_k=sky_k,
+    )
+
+
+def _ceiling_lights(world: World, rng: np.random.Generator) -> Iterator[BrightArea]:
+    """Put lights under the ceiling: neutral ones in the first corridor, warm ones in the second's further part."""
+    length_m, width_m = _LIGHT_M
+    under_m = _HEIGHT_M - 0.01
+    neutral_k, warm_k = rng.uniform(3800.0, 5000.0), rng.uniform(2400.0, 3000.0)
+    neutral_nit, warm_nit = rng.uniform(2500.0, 4500.0), rng.uniform(1500.0, 3000.0)
+    for x_m in np.arange(0.5 * _LIGHT_EVERY_M, _FIRST_M - 1.0, _LIGHT_EVERY_M):
+        yield add_bright_panel(
+            world,
+            f"light at {x_m:g} m",
+            (x_m - 0.5 * length_m, -0.5 * width_m, under_m),
+            (0.0, width_m, 0.0),
+            (length_m, 0.0, 0.0),
+            luminance_nit=neutral_nit,
+            temperature_k=neutral_k,
+        )
+    for y_m in np.arange(_DARK_M, _SECOND_M, _LIGHT_EVERY_M):
+        yield add_bright_panel(
+            world,
+            f"warm light at {y_m:g} m",
+            (_FIRST_M - 0.5 * width_m, y_m - 0.5 * length_m, under_m),
+            (0.0, length_m, 0.0),
+            (width_m, 0.0, 0.0),
+            luminance_nit=warm_nit,
+            temperature_k=warm_k,
+        )

@@ -1,0 +1,84 @@
+"""What rooms are made of: plane panels of plaster, floor or paper, and panels that shine."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sim.mesh import Texture, TexturedMesh
+from sim.meshes.facets import Facets
+from sim.shaders.lamps import BrightArea
+from sim.world import Body, World
+
+RGB = tuple[int, int, int]
+_CELL_M = 1.0
+"""Panels are cut into cells of about this side: TinyRenderer draws no triangle that reaches behind the camera."""
+_GRAIN_TEXELS = 256
+
+
+def panel(corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture: Texture) -> TexturedMesh:
+    """Return a rectangle that faces ``side_a x side_b``; the texture's lower left corner lies at ``corner_m``.
+
+    Args:
+        corner_m, side_a_m, side_b_m: (3,) one corner and the two sides that begin there.
+    """
+    corner, a, b = (np.asarray(each, dtype=float) for each in (corner_m, side_a_m, side_b_m))
+    steps_a, steps_b = (
+        np.linspace(0.0, 1.0, int(np.ceil(np.linalg.norm(side) / _CELL_M - 1e-9)) + 1) for side in (a, b)
+    )
+    facets = Facets()
+    for u0, u1 in pairwise(steps_a):
+        for v0, v1 in pairwise(steps_b):
+            at = np.array([(u0, v0), (u1, v0), (u1, v1), (u0, v1)])
+            facets.polygon(corner + at @ np.stack([a, b]), np.column_stack([at[:, 0], 1.0 - at[:, 1]]))
+    return facets.mesh(texture)
+
+
+def add_panel(
+    world: World, name: str, corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture: Texture
+) -> Body:
+    """Add a panel to the world for good."""
+    return world.add(panel(corner_m, side_a_m, side_b_m, texture), np.eye(4), name=name, category="building")
+
+
+def add_bright_panel(
+    world: World,
+    name: str,
+    corner_m: ArrayLike,
+    side_a_m: ArrayLike,
+    side_b_m: ArrayLike,
+    *,
+    luminance_nit: float,
+    temperature_k: float,
+) -> BrightArea:
+    """Add a panel that shines: a window with daylight behind it, a ceiling light."""
+    body = add_panel(world, name, corner_m, side_a_m, side_b_m, plain((255, 255, 255)))
+    corner, a, b = (np.asarray(each, dtype=float) for each in (corner_m, side_a_m, side_b_m))
+    return BrightArea(body.index, corner, a, b, luminance_nit, temperature_k)
+
+
+def plain(rgb: RGB) -> Texture:
+    """Return one even colour."""
+    return Texture(np.full((4, 4, 3), rgb, np.uint8))
+
+
+def grained(rgb: RGB, rng: np.random.Generator) -> Texture:
+    """Return an even colour with a little grain, fine and coarse: paper, plaster, linoleum."""
+    fine, coarse = rng.normal(size=(2, _GRAIN_TEXELS, _GRAIN_TEXELS)).astype(np.float32)
+    clouds: NDArray[np.float32] = cv2.GaussianBlur(coarse, (0, 0), _GRAIN_TEXELS / 16).astype(np.float32)
+    grain = 1.0 + 0.012 * fine + 0.015 * clouds / clouds.std()
+    return Texture(np.clip(np.array(rgb) * grain[..., None] + 0.5, 0, 255).astype(np.uint8), smooth=True)
+
+
+def level_camera_pose(position_m: ArrayLike, forward: ArrayLike) -> NDArray[np.float64]:
+    """Return T_world_camera (4, 4) of a level camera at a place (3,) that looks along a level direction (3,)."""
+    ahead = np.asarray(forward, dtype=float)
+    ahead = ahead / np.linalg.norm(ahead)
+    down = np.array([0.0, 0.0, -1.0])
+    T = np.eye(4)
+    T[:3, :3] = np.column_stack([np.cross(down, ahead), down, ahead])
+    T[:3, 3] = position_m
+    return T
