@@ -3,10 +3,11 @@
 ``records.jsonl`` holds one JSON object a line. Every row has these keys:
 
 ======================  ================================================================================
-``suite``               ``frame-out``
+``suite``               ``frame-out``; ``paper`` for experiments that measure a camera and run no tracker
 ``scenario``            catalogue id with version, ``road-town-v1``
 ``preset``              ``standard`` …
-``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``oracle``)
+``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``oracle``);
+                        suite ``paper``: ``none`` and ``measured``
 ``controller``          name of the controller that steered the camera; null where it flew a set path
 ``renderer``            ``raster`` or ``pybullet``
 ``seed``                the episode's seed

@@ -41,14 +41,15 @@ def versions_of(entrant: Entrant) -> dict[str, str]:
     """Return what rows of one entrant say of their making: package versions, ``scene`` and ``tracker``."""
     tracker = f"{_modules_hash(entrant.module)}{entrant.parameters!r}"
     return {
-        **versions_of_scene(),
+        **_package_versions(),
+        "scene": _scene_hash(),
         "tracker": hashlib.sha256(tracker.encode()).hexdigest()[:_DIGITS],
     }
 
 
-def versions_of_scene() -> dict[str, str]:
-    """Return what rows say of their making where no tracker had a part in it."""
-    return {**_package_versions(), "scene": _scene_hash()}
+def versions_of_module(module: str) -> dict[str, str]:
+    """Return what rows say that a module measured, where no tracker ran."""
+    return {**_package_versions(), "scene": _scene_hash(), "experiment": _modules_hash(module)}
 
 
 @cache

@@ -11,7 +11,7 @@ from trackers.kernels.histogram import bhattacharyya
 from trackers.types import CameraRegisters
 
 LARGEST_WHITE_BALANCE = 1023
-LARGEST_SHUTTER, LARGEST_GAIN = 177, 342
+LARGEST_SHUTTER_STEP, LARGEST_GAIN_STEP = 177, 342
 """S_max and G_max."""
 _SHUTTER_STEP, _GAIN_STEP = 4, 2
 _TREND_SHUTTER_WEIGHT, _TREND_GAIN_WEIGHT, _TREND_FRAMES = 10.0, 10.0, 10
@@ -26,20 +26,20 @@ def shutter_and_gain(registers: CameraRegisters) -> tuple[int, int]:
 
 
 def colour_change(now: CameraRegisters, then: CameraRegisters) -> float:
-    """Return ``P_c = 0.4 (|R - R'| + |B - B'|)`` in [0, 1] (equation 9).
+    """Return ``P_c = 0.4 (|R - R'| + |B - B'|)`` in [0, 0.8] (equation 9).
 
     The paper does not say in what units: gains are taken as shares of their range. In whole numbers P_c would be 1 at a
     change by three of 1,023.
     """
     change = abs(now.red - then.red) + abs(now.blue - then.blue)
-    return min(_COLOUR_WEIGHT * change / LARGEST_WHITE_BALANCE, 1.0)
+    return _COLOUR_WEIGHT * change / LARGEST_WHITE_BALANCE
 
 
 def brightness_change(now: CameraRegisters, then: CameraRegisters) -> float:
     """Return ``P_l = 6.0 |S - S'| / S_max + 0.9 |G - G'| / G_max`` in [0, 1] (equation 10)."""
     (shutter, gain), (shutter_then, gain_then) = shutter_and_gain(now), shutter_and_gain(then)
-    by_shutter = _SHUTTER_WEIGHT * abs(shutter - shutter_then) / LARGEST_SHUTTER
-    return min(by_shutter + _GAIN_WEIGHT * abs(gain - gain_then) / LARGEST_GAIN, 1.0)
+    by_shutter = _SHUTTER_WEIGHT * abs(shutter - shutter_then) / LARGEST_SHUTTER_STEP
+    return min(by_shutter + _GAIN_WEIGHT * abs(gain - gain_then) / LARGEST_GAIN_STEP, 1.0)
 
 
 def dissimilarity(histogram: NDArray[np.float64], template: NDArray[np.float64]) -> float:
@@ -67,7 +67,10 @@ class LightTrend:
         shutter_slope, gain_slope = (
             2 * (twice_centred @ np.array(self._steps)) / max(int(twice_centred @ twice_centred), 1)
         )
-        slope = _TREND_SHUTTER_WEIGHT * shutter_slope / LARGEST_SHUTTER + _TREND_GAIN_WEIGHT * gain_slope / LARGEST_GAIN
-        if shutter < LARGEST_SHUTTER:
-            return float(slope * LARGEST_SHUTTER / max(shutter, 1))
-        return float(slope * LARGEST_GAIN / max(gain, 1))
+        slope = (
+            _TREND_SHUTTER_WEIGHT * shutter_slope / LARGEST_SHUTTER_STEP
+            + _TREND_GAIN_WEIGHT * gain_slope / LARGEST_GAIN_STEP
+        )
+        if shutter < LARGEST_SHUTTER_STEP:
+            return float(slope * LARGEST_SHUTTER_STEP / max(shutter, 1))
+        return float(slope * LARGEST_GAIN_STEP / max(gain, 1))

@@ -50,12 +50,10 @@ class CameraSettings:
     Attributes:
         exposure_s: exposure time in seconds.
         gain: analogue gain, 1 = none.
-        registers: white balance, shutter and gain as the camera numbers them, or None if it does not.
     """
 
     exposure_s: float
     gain: float
-    registers: CameraRegisters | None = None
 
 
 @dataclass(frozen=True, slots=True)

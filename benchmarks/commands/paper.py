@@ -24,7 +24,8 @@ _EXPERIMENTS = {
 class Paper:
     """Repeat a paper's experiment over many episodes: its table beside ours, pictures at the paper's frames.
 
-    The methods are set as they were written; `frameout bench` sets them as they were tuned.
+    The methods are set as they were written; `frameout bench` sets them as they were tuned. B1 and B2 measure a camera
+    and run no method.
 
     Attributes:
         experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown), B1

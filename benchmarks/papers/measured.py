@@ -16,16 +16,25 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.commands.progress import progress_bar
-from benchmarks.experiment import make_folder
-from benchmarks.records import FILE_NAME, LAST_METRIC, Row, read_blocks, rewrite, rounded, write_beside
+from benchmarks.experiment import check_renderer, make_folder
+from benchmarks.records import (
+    FILE_NAME,
+    BlockKey,
+    Row,
+    append_block,
+    read_blocks,
+    rewrite,
+    rounded,
+    write_beside,
+)
 from benchmarks.report.numbers import interval_text, number_text, ranges_text
 from benchmarks.report.page import page_style
 from benchmarks.report.pictures import read_pictures
 from benchmarks.statistics import PooledRatios, bootstrap_interval
-from benchmarks.versions import versions_of_scene
+from benchmarks.versions import versions_of_module
 from scenarios.scenario import RendererName
 
-SCENARIO = "stereo-follow-v1"
+SUITE, SCENARIO, TRACKER = "paper", "stereo-follow-v1", "none"
 PAGE_FILE_NAME = "paper.html"
 
 Values = Mapping[str, float | list[float]]
@@ -37,20 +46,19 @@ class Claim:
 
     Attributes:
         metric: of the rows. words: what the paper says. counted: what the number is.
-        bound: which side of ``level`` agrees with the paper.
+        bound: which side of ``level`` agrees with the paper, by our choice; ``reported`` = the paper gives no side.
     """
 
     metric: str
     words: str
     counted: str
-    bound: Literal["at most", "at least", "more than"]
-    level: float
+    bound: Literal["at most", "at least", "more than", "reported"]
+    level: float = 0.0
 
-    def agrees(self, mean: float) -> bool:
-        """Say whether a mean lies on the paper's side."""
-        if self.bound == "at most":
-            return mean <= self.level
-        return mean >= self.level if self.bound == "at least" else mean > self.level
+    @property
+    def expected(self) -> str:
+        """Bound and level in words."""
+        return "–" if self.bound == "reported" else f"{self.bound} {self.level:g}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +73,11 @@ class Finding:
     seeds: int
 
     @property
-    def agrees(self) -> bool:
-        """Whether the mean lies on the paper's side."""
-        return self.claim.agrees(self.mean)
+    def agrees(self) -> bool | None:
+        """Whether the mean lies on the paper's side; None where there is no side."""
+        level = self.claim.level
+        sides = {"at most": self.mean <= level, "at least": self.mean >= level, "more than": self.mean > level}
+        return sides.get(self.claim.bound)
 
     @property
     def value(self) -> str:
@@ -86,7 +96,7 @@ class MeasuredExperiment:
 
     Attributes:
         name: what users type. title, setting: in words. preset: of the scenario.
-        claims: what the paper says.
+        claims: what the paper says. notes: what a reader of the figures should know.
         measure: takes an episode's seed and renderer to the values of its rows.
     """
 
@@ -95,37 +105,73 @@ class MeasuredExperiment:
     setting: str
     preset: str
     claims: tuple[Claim, ...]
+    notes: tuple[str, ...]
     measure: Callable[[int, RendererName], Values]
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """What its rows say of their making."""
+        return versions_of_module(self.measure.__module__)
+
+    def key(self, seed: int, renderer: RendererName) -> BlockKey:
+        """Return what names the block of one seed."""
+        return BlockKey(SUITE, SCENARIO, self.preset, renderer, "", TRACKER, seed)
 
     def block(self, seed: int, renderer: RendererName) -> list[Row]:
         """Return the rows of one seed."""
         values = self.measure(seed, renderer)
         heading: Row = {
-            "suite": "stereo",
+            "suite": SUITE,
             "scenario": SCENARIO,
             "preset": self.preset,
-            "tracker": "stereo_wb_shutter_gain",
-            "role": "as-written",
+            "tracker": TRACKER,
+            "role": "measured",
             "controller": None,
             "renderer": renderer,
             "seed": seed,
             "repeat": 0,
         }
-        ending = {"weight": 1.0, "frame_out": None, "seconds": None, "versions": versions_of_scene()}
+        ending = {"weight": 1.0, "frame_out": None, "seconds": None, "versions": self.versions}
         return [{**heading, "metric": metric, "value": rounded(value), **ending} for metric, value in values.items()]
 
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int) -> list[Row]:
-        """Measure every seed and return the folder's rows. Rows of the other renderer that it held already stay."""
+        """Measure every seed that the folder does not hold yet and return its rows; those of the other renderer stay.
+
+        The same call after a stop goes on where it stopped. Rows that other code made are made again.
+
+        Raises:
+            ValueError: for a folder that holds other rows, or cannot be written.
+        """
         make_folder(out)
-        blocks = _other_blocks(out, renderer)
-        parallel = joblib.Parallel(n_jobs=max(workers, 1), return_as="generator")
+        have = self._current(out, seeds)
+        missing = [seed for seed in seeds if self.key(seed, renderer) not in have]
+        parallel = joblib.Parallel(n_jobs=max(workers, 1), return_as="generator_unordered")
         with progress_bar(f"paper {self.name}") as progress:
-            progress(0, len(seeds))
-            for done, block in enumerate(parallel(joblib.delayed(self.block)(seed, renderer) for seed in seeds)):
-                blocks.append(block)
-                progress(done + 1, len(seeds))
-        rewrite(out, blocks)
-        return [row for block in blocks for row in block]
+            progress(len(seeds) - len(missing), len(seeds))
+            jobs = (joblib.delayed(self.block)(seed, renderer) for seed in missing)
+            for done, block in enumerate(parallel(jobs), start=1):
+                append_block(out, block)
+                progress(len(seeds) - len(missing) + done, len(seeds))
+        blocks = read_blocks(out)
+        rewrite(out, blocks.values())
+        return [row for block in blocks.values() for row in block]
+
+    def _current(self, out: Path, seeds: range) -> set[BlockKey]:
+        """Return the blocks that are there, made by the same code; other makings are removed."""
+        if not (out / FILE_NAME).is_file():
+            return set()
+        blocks = read_blocks(out)
+        for key in blocks:
+            if key.seed not in seeds or key != self.key(key.seed, check_renderer(key.renderer)):
+                wanted = f"rows of paper {self.name} with seeds {seeds.start}:{seeds.stop}"
+                came = f"{key.suite} {key.preset}, seed {key.seed}"
+                raise ValueError(
+                    f"out: expected a folder with no rows but {wanted}, got {str(out)!r}, which has {came}"
+                )
+        current = {key: rows for key, rows in blocks.items() if rows[0]["versions"] == self.versions}
+        if len(current) < len(blocks):
+            rewrite(out, current.values())
+        return set(current)
 
     def findings(self, rows: Sequence[Row]) -> list[Finding]:
         """Return what the rows say of each claim, for each renderer."""
@@ -135,30 +181,39 @@ class MeasuredExperiment:
             for renderer in dict.fromkeys(row["renderer"] for row in rows)
         ]
 
-    def publish(self, out: Path, rows: Sequence[Row], seeds: range, plots_title: str, plots: Mapping[str, str]) -> None:
+    def publish(
+        self,
+        out: Path,
+        rows: Sequence[Row],
+        seeds: range,
+        renderer: RendererName,
+        plots_title: str,
+        plots: Mapping[str, str],
+    ) -> None:
         """Print the table of findings and write the page: it, plots (SVG by heading) and the folder's pictures."""
         found = self.findings(rows)
         _print(self.title, found, seeds)
         path = out / PAGE_FILE_NAME
-        write_beside(path, _page(self, found, out, seeds, plots_title, plots))
+        again = "" if renderer == "raster" else f" --renderer {renderer}"
+        page = _environment().get_template("measured.html.jinja")
+        text = page.render(
+            experiment=self,
+            findings=found,
+            plots_title=plots_title,
+            plots={heading: Markup(plot) for heading, plot in plots.items()},
+            pictures=read_pictures(out),
+            seeds=ranges_text(seeds),
+            command=f"frameout paper {self.name} --seeds {seeds.start}:{seeds.stop}{again}",
+            style=Markup(page_style()),
+        )
+        write_beside(path, text)
         print(f"page: {path}")
-
-
-def frames_value(count: int) -> dict[str, float | list[float]]:
-    """Return what ends a block: the number of frames."""
-    return {LAST_METRIC: float(count)}
 
 
 def mean_series(rows: Sequence[Row], metric: str) -> NDArray[np.float64]:
     """Return the mean over seeds of a series."""
     mean: NDArray[np.float64] = np.mean([row["value"] for row in rows if row["metric"] == metric], axis=0)
     return mean
-
-
-def _other_blocks(out: Path, renderer: RendererName) -> list[list[Row]]:
-    if not (out / FILE_NAME).is_file():
-        return []
-    return [rows for key, rows in read_blocks(out).items() if key.renderer != renderer]
 
 
 def _finding(claim: Claim, renderer: str, rows: Sequence[Row]) -> Finding:
@@ -180,34 +235,18 @@ def _print(title: str, found: Sequence[Finding], seeds: range) -> None:
         table.add_column(head)
     for each in found:
         claim = each.claim
-        expected = f"{claim.bound} {claim.level:g}: {'yes' if each.agrees else 'NO'}"
+        verdict = {True: ": yes", False: ": NO", None: ""}[each.agrees]
+        expected = f"{claim.expected}{verdict}"
         table.add_row(claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
     console = Console()
     (console if console.is_terminal else Console(width=118)).print(table)
 
 
-def _page(
-    experiment: MeasuredExperiment,
-    found: Sequence[Finding],
-    out: Path,
-    seeds: range,
-    plots_title: str,
-    plots: Mapping[str, str],
-) -> str:
-    environment = Environment(
+def _environment() -> Environment:
+    return Environment(
         loader=PackageLoader("benchmarks", "papers"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-    )
-    return environment.get_template("measured.html.jinja").render(
-        experiment=experiment,
-        findings=found,
-        plots_title=plots_title,
-        plots={heading: Markup(plot) for heading, plot in plots.items()},
-        pictures=read_pictures(out),
-        seeds=ranges_text(seeds),
-        command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}",
-        style=Markup(page_style()),
     )

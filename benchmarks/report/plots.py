@@ -130,6 +130,7 @@ def drawn_as(name: str) -> AbstractContextManager[None]:
 
 
 def new_figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
+    """Return a figure of the report's size with the words of its axes."""
     figure = Figure(figsize=_SIZE_INCHES, layout="constrained")
     FigureCanvasSVG(figure)
     axes = figure.add_subplot()

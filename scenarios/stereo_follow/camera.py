@@ -1,15 +1,37 @@
-"""The camera on the robot."""
+"""The camera on the robot: a stereo camera like the Bumblebee2, which reports its settings with every picture.
+
+It reports whole numbers, in the ranges of paper B, Table 1. The paper gives the ranges and the longest exposure alone;
+which gain belongs to which number is a choice: even steps of a factor for gains, as in machine-vision cameras, and of
+time for the shutter.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from sim.optics import PinholeCamera
-from sim.sensors.config import SensorSettings
-from sim.sensors.registers import registers
+from sim.sensors.config import SensorConfig, SensorSettings
 from trackers.types import CameraRegisters
 
 CAMERA_HEIGHT_M = 1.2
+LONGEST_EXPOSURE_S = 20.85e-3
+"""At the largest shutter number."""
+_LARGEST_WHITE_BALANCE, _LARGEST_SHUTTER, _LARGEST_GAIN = 1023, 707, 683
+_NEUTRAL_WHITE_BALANCE = 512
+_LARGEST_COLOUR_GAIN, _LARGEST_GAIN_DB = 4.0, 24.0
+
+SENSOR = SensorConfig(
+    white_balance="auto",
+    longest_exposure_s=LONGEST_EXPOSURE_S,
+    largest_gain=10 ** (_LARGEST_GAIN_DB / 20),
+    largest_colour_gain=_LARGEST_COLOUR_GAIN,
+    adaptation=0.2,
+    veiling_glare=0.03,
+    electrons_per_nit_s=1500.0,
+    full_well_e=13_000.0,
+    read_noise_e=14.0,
+)
+"""A small CCD behind a fast lens: on a white wall the shutter is at its longest from some 200 lx downwards."""
 
 
 def camera(width_px: int, height_px: int) -> PinholeCamera:
@@ -17,7 +39,24 @@ def camera(width_px: int, height_px: int) -> PinholeCamera:
     return PinholeCamera.from_field_of_view(width_px, height_px, float(np.deg2rad(66.0)))
 
 
-def reported(settings: SensorSettings) -> CameraRegisters:
-    """Return settings as a tracker is told them."""
-    known = registers(settings)
-    return CameraRegisters(known.red, known.blue, known.shutter, known.gain)
+def registers(settings: SensorSettings) -> CameraRegisters:
+    """Return settings as the camera reports them.
+
+    ``red`` and ``blue`` are 512 at a gain of 1, 0 and 1023 at a quarter and at 4; ``shutter`` is in proportion to the
+    exposure time, ``gain`` to decibels, at most 24.
+    """
+    return CameraRegisters(
+        _white_balance(settings.red_gain),
+        _white_balance(settings.blue_gain),
+        _whole(_LARGEST_SHUTTER * settings.exposure_s / LONGEST_EXPOSURE_S, _LARGEST_SHUTTER),
+        _whole(_LARGEST_GAIN * 20 * np.log10(settings.gain) / _LARGEST_GAIN_DB, _LARGEST_GAIN),
+    )
+
+
+def _white_balance(gain: float) -> int:
+    share = np.log2(gain) / np.log2(_LARGEST_COLOUR_GAIN)
+    return _whole(_NEUTRAL_WHITE_BALANCE * (1 + share), _LARGEST_WHITE_BALANCE)
+
+
+def _whole(value: float, largest: int) -> int:
+    return min(max(round(float(value)), 0), largest)

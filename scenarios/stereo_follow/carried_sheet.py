@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera, reported
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, SENSOR, camera, registers
 from scenarios.stereo_follow.indoors import add_bright_panel, add_panel, grained, level_camera_pose, panel, plain
 from scenarios.stereo_follow.sheet import SHEET_M, SHEET_RGB, region_of_sheet
 from sim.render.protocol import create_renderer
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
-from sim.sensors.registers import STEREO_SENSOR
+from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.lamps import BrightArea, LampShader, Surroundings
 from sim.world import Body, World
 from trackers.types import CameraRegisters
@@ -24,16 +24,19 @@ FRAMES = 947
 _CAMERA = camera(320, 240)
 _SHEET_AHEAD_M = 1.6
 _WIDTH_M, _HEIGHT_M = 2.6, 2.6
-_FIRST_M, _SECOND_M = 24.0, 20.0
+_FIRST_M, _SECOND_M = 18.0, 26.0
 """Lengths of the two corridors' middle lines: along +x to the corner, and from there along +y."""
 _TURN_RADIUS_M = 0.8
-_START_M, _END_M = 1.0, 17.5
+_START_M, _END_M = 1.0, 23.5
 _LIGHT_EVERY_M, _LIGHT_M = 4.0, (1.2, 0.3)
-_DARK_M = 9.0
+_DARK_M = 15.0
 """No lights in the first part of the second corridor."""
 _WALL_RGB, _FLOOR_RGB, _CEILING_RGB = (214, 208, 194), (128, 120, 110), (232, 232, 228)
 _DOOR_RGB, _SKIRTING_RGB, _POLE_RGB = (122, 84, 56), (84, 78, 72), (60, 60, 64)
-_ROOM = Surroundings(surface_m2=470.0, reflectance=0.35)
+_ROOM = Surroundings(surface_m2=470.0, reflectance=0.3)
+"""Closed corridors of these colours would throw back nearly 0.6; but light that is the same everywhere would then fill
+the dark stretch, into which little of it finds its way round the corner.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +46,13 @@ class CarriedPicture:
     Attributes:
         image_rgb: (240, 320, 3) uint8. registers: the camera's settings.
         region_xyxy: (4,) rectangle within the sheet whose colours are looked at, pixels.
+        illuminance_lx: on the sheet's middle.
     """
 
     image_rgb: NDArray[np.uint8]
     registers: CameraRegisters
     region_xyxy: NDArray[np.float64]
+    illuminance_lx: float
 
 
 def drive(seed: int, renderer: RendererName = "raster") -> Iterator[CarriedPicture]:
@@ -61,7 +66,7 @@ def drive(seed: int, renderer: RendererName = "raster") -> Iterator[CarriedPictu
         seed: of the episode, see ``sim.rng.episode_seed``.
     """
     rng = generator(seed, "corridor")
-    sensor = CameraSensor(STEREO_SENSOR, generator(seed, "sensor"))
+    sensor = CameraSensor(SENSOR, generator(seed, "sensor"))
     with World() as world:
         areas = _build(world, rng)
         sheet = panel(
@@ -83,7 +88,9 @@ def drive(seed: int, renderer: RendererName = "raster") -> Iterator[CarriedPictu
             radiance = shader.shade(drawn.gbuffer(_CAMERA, T_world_camera), _CAMERA, T_world_camera)
             picture = sensor.expose(radiance, _CAMERA, frame)
             region = region_of_sheet(_CAMERA, T_world_camera, T_world_sheet)
-            yield CarriedPicture(picture.image_rgb, reported(picture.settings), region)
+            yield CarriedPicture(
+                picture.image_rgb, registers(picture.settings), region, _illuminance_lx(shader, T_world_sheet)
+            )
 
 
 def _way() -> Iterator[tuple[NDArray[np.float64], float]]:
@@ -105,6 +112,11 @@ def _facing_back(place_m: NDArray[np.float64], heading_rad: float) -> NDArray[np
     T[:3, :3] = [[-c, s, 0.0], [-s, -c, 0.0], [0.0, 0.0, 1.0]]
     T[:3, 3] = place_m
     return T
+
+
+def _illuminance_lx(shader: LampShader, T_world_sheet: NDArray[np.float64]) -> float:
+    middle_m = T_world_sheet[:3, 3] + (0.0, 0.0, CAMERA_HEIGHT_M)
+    return float((shader.illuminance_lx(middle_m[None], T_world_sheet[None, :3, 0]) @ LUMINANCE_WEIGHTS)[0])
 
 
 def _pole(world: World) -> Body:
@@ -139,7 +151,7 @@ def _build(world: World, rng: np.random.Generator) -> list[BrightArea]:
         add_panel(world, f"{name} floor", (x_m, y_m, 0.0), along, across, floor)
         add_panel(world, f"{name} ceiling", (x_m, y_m, _HEIGHT_M), across, along, ceiling)
     for k, x_m in enumerate(np.arange(3.0, corner_x - _WIDTH_M - 1.5, 5.0)):
-        add_panel(world, f"door {k}", (x_m, half - 0.01, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, 2.05), plain(_DOOR_RGB))
+        add_panel(world, f"door {k}", (x_m, half - 0.02, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, 2.05), plain(_DOOR_RGB))
     return [*_windows(world, rng), *_ceiling_lights(world, rng)]
 
 
@@ -150,10 +162,10 @@ def _windows(world: World, rng: np.random.Generator) -> Iterator[BrightArea]:
     yield add_bright_panel(
         world,
         "corner window",
-        (corner_x, 1.0, 0.5),
-        (0.0, -2.0, 0.0),
-        (0.0, 0.0, 1.9),
-        luminance_nit=rng.uniform(2500.0, 5000.0),
+        (corner_x, 0.8, 0.7),
+        (0.0, -1.6, 0.0),
+        (0.0, 0.0, 1.5),
+        luminance_nit=rng.uniform(1500.0, 3000.0),
         temperature_k=sky_k,
     )
     yield add_bright_panel(

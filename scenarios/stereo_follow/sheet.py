@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera, reported
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, SENSOR, camera, registers
 from scenarios.stereo_follow.indoors import add_panel, grained, level_camera_pose
 from sim.optics import PinholeCamera, project
 from sim.render.protocol import create_renderer
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.exposure import metered_radiance
-from sim.sensors.registers import STEREO_SENSOR
 from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.lamps import Lamp, LampShader, Surroundings
 from sim.world import World
@@ -74,8 +73,8 @@ def photograph(condition: Condition, seed: int, renderer: RendererName = "raster
     """Yield a picture for each illuminance, the brightest first.
 
     Distance, angle, the lamp's stand, grain and noise are drawn from the seed, the same for every condition. The lamp
-    is a bulb: what it dims to glows redder (flux ~ V^3.4, temperature ~ V^0.42). The room throws light back like a
-    closed one of 100 m².
+    is a bulb: what it dims to glows redder (flux ~ V^3.4, temperature ~ V^0.42, the usual rule for tungsten). The room
+    throws light back like a closed one of 100 m².
 
     Args:
         seed: of the episode, see ``sim.rng.episode_seed``.
@@ -84,7 +83,7 @@ def photograph(condition: Condition, seed: int, renderer: RendererName = "raster
     eye_m = np.array([rng.uniform(1.1, 1.6), rng.uniform(-0.25, 0.25), CAMERA_HEIGHT_M])
     T_world_camera = level_camera_pose(eye_m, (*-eye_m[:2], 0.0))
     bulb_m = (rng.uniform(0.6, 1.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 0.9), rng.uniform(1.5, 1.9))
-    sensor = CameraSensor(STEREO_SENSOR, generator(seed, "sensor"))
+    sensor = CameraSensor(SENSOR, generator(seed, "sensor"))
     with World() as world:
         _hang(world, rng)
         gbuffer = create_renderer(renderer, world).gbuffer(_CAMERA, T_world_camera)
@@ -97,7 +96,7 @@ def photograph(condition: Condition, seed: int, renderer: RendererName = "raster
             yield SheetPicture(
                 _mean_illuminance_lx(shader),
                 picture.image_rgb,
-                reported(picture.settings),
+                registers(picture.settings),
                 region_of_sheet(_CAMERA, T_world_camera, np.eye(4)),
             )
             sensor.hold(exposure=condition.fixed_exposure, white_balance=condition.fixed_white_balance)

@@ -64,8 +64,10 @@ class CameraSensor:
     def settings_for(self, metered: NDArray[np.float64]) -> SensorSettings:
         """Return the settings of the picture now to be taken; its mean radiance (3,) matters only for the first."""
         if self._settings is None:
-            exposure = right_exposure(self.config, luminance_of(metered))
-            self._settings = SensorSettings(*exposure, *right_gains(self.config, metered))
+            gains = right_gains(self.config, metered)
+            green_gain = SensorSettings(1.0, 1.0, *gains).colour_gains[1]
+            exposure = right_exposure(self.config, green_gain * luminance_of(metered))
+            self._settings = SensorSettings(*exposure, *gains)
         return self._settings
 
     def step(self, metered: NDArray[np.float64]) -> None:
@@ -73,7 +75,7 @@ class CameraSensor:
         now = self.settings_for(metered)
         exposure, gains = (now.exposure_s, now.gain), (now.red_gain, now.blue_gain)
         if not self._exposure_held:
-            exposure = next_exposure(self.config, *exposure, luminance_of(metered))
+            exposure = next_exposure(self.config, *exposure, now.colour_gains[1] * luminance_of(metered))
         if not self._white_balance_held:
             gains = next_gains(self.config, *gains, metered)
         self._settings = SensorSettings(*exposure, *gains)

@@ -80,13 +80,21 @@ class SensorSettings:
     Attributes:
         exposure_s: exposure time.
         gain: 1 = none.
-        red_gain, blue_gain: of these channels beside it, 1 = none: the white balance.
+        red_gain, blue_gain: of these channels relative to green, 1 = none: the white balance.
     """
 
     exposure_s: float
     gain: float
     red_gain: float = 1.0
     blue_gain: float = 1.0
+
+    @property
+    def colour_gains(self) -> tuple[float, float, float]:
+        """What red, green and blue are multiplied by beside ``gain``: none by less than 1, or what is too bright for
+        all three would not be white.
+        """
+        least = min(self.red_gain, 1.0, self.blue_gain)
+        return self.red_gain / least, 1.0 / least, self.blue_gain / least
 
 
 @dataclass(frozen=True, slots=True)

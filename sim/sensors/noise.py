@@ -49,15 +49,13 @@ def response(config: SensorConfig, settings: SensorSettings) -> NDArray[np.float
     """Return what the kernel needs (6,): electrons per cd/m², full well, read-noise variance, and 12-bit values per
     electron of each channel.
     """
-    per_electron = WHITE * settings.gain / config.full_well_e
+    per_electron = [WHITE * settings.gain * gain / config.full_well_e for gain in settings.colour_gains]
     return np.array(
         [
             config.electrons_per_nit_s * settings.exposure_s,
             config.full_well_e,
             config.read_noise_e**2,
-            per_electron * settings.red_gain,
-            per_electron,
-            per_electron * settings.blue_gain,
+            *per_electron,
         ],
         dtype=np.float32,
     )

@@ -34,7 +34,6 @@ def black_body_rgb(temperature_k: float) -> NDArray[np.float64]:
 
 
 def _seen(temperature_k: float) -> NDArray[np.float64]:
-    with np.errstate(over="ignore"):
-        excitance = _WAVELENGTH_M**-5 / np.expm1(_SECOND_RADIATION_CONSTANT_M_K / (_WAVELENGTH_M * temperature_k))
-    seen: NDArray[np.float64] = _FILTERS @ excitance
+    exitance = _WAVELENGTH_M**-5 / np.expm1(_SECOND_RADIATION_CONSTANT_M_K / (_WAVELENGTH_M * temperature_k))
+    seen: NDArray[np.float64] = _FILTERS @ exitance
     return seen

@@ -77,12 +77,14 @@ class _Sources(NamedTuple):
         positions_m: (N, 3).
         facing: (N, 3) unit vectors of patches, which shine with the cosine; 0 = alike in all directions.
         intensity_cd: (N, 3) of R, G and B, straight ahead.
+        spread_m2: (N,) area / pi of patches, 0 of lamps.
         flux_lm: (3,) of all.
     """
 
     positions_m: NDArray[np.float64]
     facing: NDArray[np.float64]
     intensity_cd: NDArray[np.float64]
+    spread_m2: NDArray[np.float64]
     flux_lm: NDArray[np.float64]
 
 
@@ -93,7 +95,8 @@ class LampShader:
         """Set the light.
 
         Raises:
-            ValueError: for a negative flux or luminance, an area without size, or impossible surroundings.
+            ValueError: for a negative flux or luminance, an impossible temperature, an area without size, or impossible
+                surroundings.
         """
         for lamp in lamps:
             _check("flux_lm", lamp.flux_lm >= 0, "a number >= 0", lamp.flux_lm)
@@ -112,12 +115,13 @@ class LampShader:
     def illuminance_lx(self, points_m: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what falls on surfaces at points (N, 3) with unit normals (N, 3): (N, 3) lux of R, G and B.
 
-        ``E = sum over sources of I cos / d²``, ``I = flux / (4 pi)`` of a lamp and ``L A cos'`` of a patch of area A;
-        and what the surroundings throw back, everywhere the same, as in an integrating sphere:
-        ``flux rho / (surface (1 - rho))``.
+        ``E = sum of I cos / d²`` over lamps, ``I = flux / (4 pi)``; over patches of area A and luminance L ``sum of
+        L A cos' cos / (d² + cos'^4 A / pi)``: straight before a patch right however near, elsewhere within 4 % from the
+        length of its side away, nearer beside its edge too little by up to a third. And what the surroundings throw
+        back, everywhere the same, as in an integrating sphere: ``flux rho / (surface (1 - rho))``.
         """
         result = np.empty((len(points_m), 3))
-        _illuminate(points_m.astype(float), normals.astype(float), *self._sources[:3], self._indirect_lx, result)
+        _illuminate(points_m.astype(float), normals.astype(float), *self._sources[:4], self._indirect_lx, result)
         return result
 
     def shade(
@@ -137,7 +141,7 @@ class LampShader:
             gbuffer.depth_m,
             gbuffer.normal_world,
             np.stack([T_world_camera[:3, 3], corner, right - corner, down - corner]),
-            *self._sources[:3],
+            *self._sources[:4],
             self._indirect_lx,
             radiance,
         )
@@ -152,6 +156,7 @@ def _sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> _Sources:
     small = [
         (lamp.position_m, nowhere, lamp.flux_lm / (4 * np.pi) * black_body_rgb(lamp.temperature_k)) for lamp in lamps
     ]
+    spread_m2 = [0.0] * len(lamps)
     flux_lm = sum((lamp.flux_lm * black_body_rgb(lamp.temperature_k) for lamp in lamps), start=nowhere)
     for area in areas:
         across = np.cross(area.side_a_m, area.side_b_m)
@@ -166,8 +171,9 @@ def _sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> _Sources:
             for b in (np.arange(count_b) + 0.5) / count_b:
                 middle_m = area.corner_m + a * area.side_a_m + b * area.side_b_m
                 small.append((middle_m, across / size_m2, nit * size_m2 / (count_a * count_b)))
+        spread_m2 += [size_m2 / (count_a * count_b) / np.pi] * (count_a * count_b)
     table = np.array(small, dtype=float).reshape(-1, 3, 3)
-    return _Sources(table[:, 0].copy(), table[:, 1].copy(), table[:, 2].copy(), flux_lm)
+    return _Sources(table[:, 0].copy(), table[:, 1].copy(), table[:, 2].copy(), np.array(spread_m2), flux_lm)
 
 
 @njit(cache=True)
@@ -177,6 +183,7 @@ def _illuminance(
     positions_m: NDArray[np.float64],
     facing: NDArray[np.float64],
     intensity_cd: NDArray[np.float64],
+    spread_m2: NDArray[np.float64],
     total: NDArray[np.float64],
 ) -> None:
     """Add to ``total`` (3,) what comes straight from the sources, see ``LampShader.illuminance_lx``."""
@@ -191,9 +198,8 @@ def _illuminance(
             continue
         squared = max(squared, _NEAREST_M * _NEAREST_M)
         distance = np.sqrt(squared)
-        is_patch = facing[source, 0] != 0.0 or facing[source, 1] != 0.0 or facing[source, 2] != 0.0
-        spread = max(ahead, 0.0) / distance if is_patch else 1.0
-        arriving = spread * along / (squared * distance)
+        leaving = max(ahead, 0.0) / distance if spread_m2[source] > 0.0 else 1.0
+        arriving = leaving * along / distance / (squared + spread_m2[source] * leaving**4)
         for k in range(3):
             total[k] += intensity_cd[source, k] * arriving
 
@@ -205,13 +211,14 @@ def _illuminate(
     positions_m: NDArray[np.float64],
     facing: NDArray[np.float64],
     intensity_cd: NDArray[np.float64],
+    spread_m2: NDArray[np.float64],
     indirect_lx: NDArray[np.float64],
     result: NDArray[np.float64],
 ) -> None:
     """Write the illuminance (N, 3) of points."""
     for n in range(points_m.shape[0]):
         result[n] = indirect_lx
-        _illuminance(points_m[n], normals[n], positions_m, facing, intensity_cd, result[n])
+        _illuminance(points_m[n], normals[n], positions_m, facing, intensity_cd, spread_m2, result[n])
 
 
 @njit(cache=True)
@@ -223,6 +230,7 @@ def _shade(
     positions_m: NDArray[np.float64],
     facing: NDArray[np.float64],
     intensity_cd: NDArray[np.float64],
+    spread_m2: NDArray[np.float64],
     indirect_lx: NDArray[np.float64],
     radiance: NDArray[np.float32],
 ) -> None:
@@ -242,7 +250,7 @@ def _shade(
             for k in range(3):
                 point[k] = view[0, k] + depth * (view[1, k] + column * view[2, k] + row * view[3, k])
                 total[k] = indirect_lx[k]
-            _illuminance(point, normal[row, column], positions_m, facing, intensity_cd, total)
+            _illuminance(point, normal[row, column], positions_m, facing, intensity_cd, spread_m2, total)
             for k in range(3):
                 radiance[row, k, column] = _LINEAR[base_colour_rgb[row, column, k]] * total[k] / np.pi
 

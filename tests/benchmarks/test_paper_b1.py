@@ -9,7 +9,9 @@ import pytest
 
 from benchmarks.papers import b1
 from benchmarks.papers.b1 import CURVES, EXPERIMENT
-from benchmarks.records import Row, read_blocks
+from benchmarks.papers.measured import MeasuredExperiment
+from benchmarks.records import Row, append_block, read_blocks
+from scenarios.scenario import RendererName
 from scenarios.stereo_follow.sheet import CONDITIONS, ILLUMINANCES_LX
 
 
@@ -23,8 +25,10 @@ def test_rows_hold_every_curve_and_claim(block):
     for condition in CONDITIONS:
         for curve in CURVES:
             assert len(values[f"{condition.name}_{curve}"]) == len(ILLUMINANCES_LX)
-    for claim in EXPERIMENT.claims:
-        assert isinstance(values[claim.metric], float)
+    for finding in EXPERIMENT.findings(block):
+        assert finding.mean == values[finding.claim.metric]
+        # It comes out as the paper says.
+        assert finding.agrees is not False, finding
     assert block[-1]["metric"] == "frames"
     # The template is the brightest picture itself.
     assert values["I_dissimilarity"][0] == pytest.approx(0.0, abs=1e-6)
@@ -37,13 +41,15 @@ def test_a_claim_is_judged_by_its_bound(block):
 
     rows = [row("I_change_follows", value, seed) for seed, value in enumerate((0.8, 0.98))]
     rows += [row("gain_before_longest_shutter", value, seed) for seed, value in enumerate((0.0, 0.2))]
-    rows += [row(metric, 0.95, 0) for metric in ("II_white_balance_follows", "III_brightness_follows")]
+    others = {claim.metric for claim in EXPERIMENT.claims} - {row["metric"] for row in rows}
+    rows += [row(metric, 0.95, 0) for metric in others]
     found = {each.claim.metric: each for each in EXPERIMENT.findings(rows)}
     assert found["I_change_follows"].mean == pytest.approx(0.89)
     assert not found["I_change_follows"].agrees
     assert (found["I_change_follows"].ci_low, found["I_change_follows"].ci_high) == pytest.approx((0.8, 0.98))
     assert not found["gain_before_longest_shutter"].agrees
     assert found["II_white_balance_follows"].agrees
+    assert found["I_change_proportional"].agrees is None
 
 
 def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
@@ -54,8 +60,40 @@ def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     assert "paper.html" in capsys.readouterr().out
     assert {key.renderer for key in read_blocks(tmp_path)} == {"raster", "pybullet"}
     page = (tmp_path / "paper.html").read_text()
+    assert "frameout paper B1 --seeds 0:1 --renderer pybullet" in page
     for claim in EXPERIMENT.claims:
         assert claim.words in page
     assert page.count("<svg") == len(CONDITIONS)
     height, width = cv2.imread(str(tmp_path / "pictures" / "paper-b1-raster.jpg")).shape[:2]
     assert width / len(ILLUMINANCES_LX) > height / len(CONDITIONS)
+
+
+def test_a_stopped_run_goes_on_and_what_other_code_made_is_made_again(
+    tmp_path: Path, block: list[Row], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measured = []
+
+    def block_of(self: MeasuredExperiment, seed: int, renderer: RendererName) -> list[Row]:
+        measured.append(seed)
+        return [{**row, "seed": seed, "renderer": renderer} for row in block]
+
+    monkeypatch.setattr(MeasuredExperiment, "block", block_of)
+    append_block(tmp_path, [{**row, "seed": 5} for row in block])
+    append_block(tmp_path, [{**row, "seed": 6, "versions": {"experiment": "older"}} for row in block])
+    rows = EXPERIMENT.run(tmp_path, range(4, 8), "raster", 1)
+    assert measured == [4, 6, 7]
+    assert sorted({row["seed"] for row in rows}) == [4, 5, 6, 7]
+
+
+@pytest.mark.parametrize(
+    ("stranger", "came"),
+    [({"suite": "frame-out", "preset": "standard"}, "frame-out standard, seed 3"), ({"seed": 9}, "paper-b1, seed 9")],
+)
+def test_a_folder_with_other_rows_is_refused_and_left_alone(
+    tmp_path: Path, block: list[Row], stranger: Row, came: str
+) -> None:
+    append_block(tmp_path, [{**row, **stranger} for row in block])
+    before = (tmp_path / "records.jsonl").read_bytes()
+    with pytest.raises(ValueError, match=rf"out: expected a folder with no rows but rows of paper B1 .*{came}"):
+        EXPERIMENT.run(tmp_path, range(3, 4), "raster", 1)
+    assert (tmp_path / "records.jsonl").read_bytes() == before

@@ -23,13 +23,14 @@ def _pictures(seed: int, renderer: str = "raster") -> Iterator[CarriedPicture]:
         colour = (40, 200, 40) if shutter > before else (90, 100, 90)
         image = np.full((240, 320, 3), colour, np.uint8)
         before = shutter
-        yield CarriedPicture(image, CameraRegisters(512, 512, shutter, 0), np.array([100.0, 80.0, 220.0, 160.0]))
+        yield CarriedPicture(image, CameraRegisters(512, 512, shutter, 0), np.array([100.0, 80.0, 220.0, 160.0]), 100.0)
 
 
 @pytest.fixture
 def drawn_drive(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(b2, "drive", _pictures)
     monkeypatch.setattr(b2, "FRAMES", len(_SHUTTERS))
+    monkeypatch.setattr(b2, "_CEILING_LIGHT_FRAMES", 60)
     monkeypatch.setattr(b2, "_SHOWN_FRAMES", (0, 10, 20, 25, 30, 40, 50, 60))
 
 
@@ -55,3 +56,8 @@ def test_a_run_leaves_rows_plots_pictures_and_page(tmp_path: Path, capsys: pytes
         assert claim.words in page
     assert page.count("<svg") == 2
     assert (tmp_path / "pictures" / "paper-b2-raster.jpg").is_file()
+
+
+def test_a_drive_comes_out_as_the_paper_says():
+    for finding in b2.EXPERIMENT.findings(b2.EXPERIMENT.block(0, "raster")):
+        assert finding.agrees is not False, finding

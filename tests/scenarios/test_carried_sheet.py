@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import islice
 
+import cv2
 import numpy as np
 import pytest
 
 from scenarios.stereo_follow import carried_sheet
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera
 from scenarios.stereo_follow.carried_sheet import FRAMES, drive
+from scenarios.stereo_follow.indoors import level_camera_pose
+from sim.optics import PinholeCamera
+from sim.render.protocol import create_renderer
+from sim.world import World
 
 
 def test_the_way_is_even_and_turns_once_to_the_left():
@@ -26,31 +33,61 @@ def test_the_way_is_even_and_turns_once_to_the_left():
 
 
 @pytest.fixture(scope="module")
+def world() -> Iterator[World]:
+    with World() as built:
+        carried_sheet._build(built, np.random.default_rng(0))
+        yield built
+
+
+def _views(count: int) -> Iterator[tuple[PinholeCamera, np.ndarray]]:
+    """Views on the way, also to the sides."""
+    way = list(carried_sheet._way())
+    for k in np.linspace(0, len(way) - 1, count).astype(int):
+        place_m, heading_rad = way[k]
+        for turned in (-1.2, 0.0, 1.2, np.pi):
+            ahead = (np.cos(heading_rad + turned), np.sin(heading_rad + turned), 0.0)
+            yield camera(160, 120), level_camera_pose((*place_m, CAMERA_HEIGHT_M), ahead)
+
+
+def test_there_is_no_hole_in_the_building(world):
+    renderer = create_renderer("raster", world)
+    for view in _views(25):
+        assert np.isfinite(renderer.gbuffer(*view).depth_m).all()
+
+
+def test_both_renderers_show_the_same_building(world):
+    raster, reference = (create_renderer(name, world) for name in ("raster", "pybullet"))
+    for view in _views(6):
+        one, other = raster.gbuffer(*view), reference.gbuffer(*view)
+        assert (one.instance_id != other.instance_id).mean() < 0.003
+
+
+@pytest.fixture(scope="module")
 def some() -> list[carried_sheet.CarriedPicture]:
-    """Every 40th picture of a drive, until it is round the corner."""
-    return list(islice(drive(3), 0, 620, 40))
+    """Every 20th picture of a drive, until it is well round the corner."""
+    return list(islice(drive(3), 0, 620, 20))
 
 
-def test_walls_are_closed_and_the_sheet_stays_where_it_is(some):
+def test_the_sheet_stays_where_it_is(some):
     for picture in some:
         np.testing.assert_allclose(picture.region_xyxy, some[0].region_xyxy, atol=1e-6)
-        # A hole in a wall would be black in all channels, which scattered light is not.
-        assert (picture.image_rgb.max(axis=2) == 0).mean() < 0.001
 
 
 def test_back_light_shortens_the_exposure_and_shade_asks_for_gain(some):
-    window, shade = some[12].registers, some[15].registers
-    assert window.shutter < 150
-    assert window.gain == 0
-    assert shade.shutter == 707
-    assert shade.gain > 0
+    against_light = min(picture.registers.shutter for picture in some)
+    assert against_light < 150
+    (frame,) = {20 * k for k, picture in enumerate(some) if picture.registers.shutter == against_light}
+    assert 340 < frame < 420
+    # The lights are off there: the sheet is darker than anywhere under lights, between two of them too.
+    assert some[-1].illuminance_lx < 0.8 * min(picture.illuminance_lx for picture in some[:15])
+    assert some[-1].registers.shutter == 707
+    assert some[-1].registers.gain > 200
 
 
 def test_hue_hardly_changes_where_value_does(some):
-    means = np.array([_inside(picture).mean(axis=(0, 1)) for picture in some])
-    green = means[:, 1] > np.maximum(means[:, 0], means[:, 2])
-    assert green.all()
-    assert means[:, 1].max() > 3 * means[:, 1].min()
+    hsv = np.array([cv2.cvtColor(_inside(picture), cv2.COLOR_RGB2HSV).mean(axis=(0, 1)) for picture in some])
+    assert (2 * hsv[:, 0]).std() < 15.0
+    assert hsv[:, 2].max() > 3 * hsv[:, 2].min()
 
 
 def test_drives_are_a_function_of_the_seed_alone(some):
@@ -59,13 +96,6 @@ def test_drives_are_a_function_of_the_seed_alone(some):
     assert (next(drive(4)).image_rgb != again.image_rgb).mean() > 0.5
 
 
-def test_both_renderers_show_the_same(some):
-    drawn = next(drive(3, "pybullet")).image_rgb.astype(int)
-    difference = np.abs(drawn - some[0].image_rgb).max(axis=2)
-    # Edges of doors and lights are sampled alike up to a pixel; grain is interpolated in one and not in the other.
-    assert (difference > 12).mean() < 0.02
-
-
 def _inside(picture: carried_sheet.CarriedPicture) -> np.ndarray:
     left, top, right, bottom = picture.region_xyxy.astype(int)
-    return picture.image_rgb[top:bottom, left:right].astype(float)
+    return np.ascontiguousarray(picture.image_rgb[top:bottom, left:right])

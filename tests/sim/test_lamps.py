@@ -78,7 +78,17 @@ def test_a_window_as_near_as_wide_has_the_view_factor_of_the_book():
     shader = LampShader([], BLACK_ROOM, [_window(luminance_nit=100.0, side_m=2.0, height_m=1.0)])
     corner = 2 / np.sqrt(2) * np.arctan(1 / np.sqrt(2)) / (2 * np.pi)
     lx = _luminous(shader.illuminance_lx(np.zeros((1, 3)), UP))[0]
-    assert lx == pytest.approx(np.pi * 100.0 * 4 * corner, rel=0.04)
+    assert lx == pytest.approx(np.pi * 100.0 * 4 * corner, rel=0.02)
+
+
+@pytest.mark.parametrize("height_m", [0.05, 0.1, 0.2, 0.3, 0.6, 1.2])
+def test_a_patch_is_right_also_where_it_is_near(height_m):
+    shader = LampShader([], BLACK_ROOM, [_window(luminance_nit=100.0, side_m=0.6, height_m=height_m)])
+    x = 0.3 / height_m
+    corner = x / np.sqrt(1 + x * x) * np.arctan(x / np.sqrt(1 + x * x)) / np.pi
+    lx = _luminous(shader.illuminance_lx(np.zeros((1, 3)), UP))[0]
+    # A square is no disc.
+    assert lx == pytest.approx(np.pi * 100.0 * 4 * corner, rel=0.012)
 
 
 def test_nothing_comes_from_behind_a_window():

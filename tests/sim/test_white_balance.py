@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.optics import PinholeCamera
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig, SensorSettings
-from sim.sensors.registers import LONGEST_EXPOSURE_S, STEREO_SENSOR, Registers, registers
 from sim.sensors.white_balance import next_gains, right_gains
 from sim.shaders.black_body import black_body_rgb
+from sim.shaders.colour import srgb_to_linear
 
 CAMERA = PinholeCamera(160, 120, 150.0)
 
@@ -76,21 +76,24 @@ def test_off_means_no_gains():
     assert right_gains(SensorConfig(), np.array([1.0, 2.0, 3.0])) == (1.0, 1.0)
 
 
-def test_registers_reach_the_ends_of_the_papers_ranges():
-    assert registers(SensorSettings(LONGEST_EXPOSURE_S, STEREO_SENSOR.largest_gain, 4.0, 4.0)) == Registers(
-        1023, 1023, 707, 683
-    )
-    assert registers(SensorSettings(0.0, 1.0, 0.25, 0.25)) == Registers(0, 0, 0, 0)
-    assert registers(SensorSettings(0.5 * LONGEST_EXPOSURE_S, STEREO_SENSOR.largest_gain**0.5)) == Registers(
-        512, 512, 354, 342
-    )
+@pytest.mark.parametrize("temperature_k", [2300.0, 2850.0, 9000.0])
+def test_what_is_too_bright_is_white_in_light_of_any_colour(temperature_k):
+    sensor = _sensor(longest_exposure_s=0.01)
+    sensor.expose(_card(temperature_k, 100.0), CAMERA, 0)
+    assert (sensor.expose(_card(temperature_k, 1e5), CAMERA, 1).image_rgb == 255).all()
 
 
-@given(st.floats(1e-4, 1e5), st.floats(1800.0, 6500.0))
-@settings(max_examples=40, deadline=None)
-def test_registers_stay_in_range_and_gain_waits_for_the_shutter(luminance_nit, temperature_k):
-    sensor = CameraSensor(STEREO_SENSOR, np.random.default_rng(0))
-    now = registers(sensor.settings_for(luminance_nit * black_body_rgb(temperature_k)))
-    for value, largest in ((now.red, 1023), (now.blue, 1023), (now.shutter, 707), (now.gain, 683)):
-        assert 0 <= value <= largest
-    assert now.gain == 0 or now.shutter == 707
+@given(st.floats(0.25, 4.0), st.floats(0.25, 4.0))
+def test_no_channel_is_weakened_and_their_ratios_are_the_gains(red_gain, blue_gain):
+    gains = SensorSettings(1.0, 1.0, red_gain, blue_gain).colour_gains
+    assert min(gains) == pytest.approx(1.0)
+    assert (gains[0] / gains[1], gains[2] / gains[1]) == pytest.approx((red_gain, blue_gain))
+
+
+@pytest.mark.parametrize("temperature_k", [2300.0, 2850.0, 9000.0])
+def test_a_card_is_brought_to_mid_grey_in_light_of_any_colour(temperature_k):
+    sensor = _sensor(longest_exposure_s=1.0)
+    image = sensor.expose(_card(temperature_k, 500.0), CAMERA, 0).image_rgb
+    # All channels are made as bright as green, of which coloured light of one luminance has more or less.
+    green = black_body_rgb(temperature_k)[1]
+    assert srgb_to_linear(image / 255.0).mean() == pytest.approx(sensor.config.mid_grey * green, rel=0.02)
