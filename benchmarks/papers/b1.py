@@ -105,13 +105,13 @@ EXPERIMENT = MeasuredExperiment(
         ),
         Claim(
             "I_change_proportional",
-            "",
+            "not in the paper",
             "I: linear correlation of P_c + P_l with the dissimilarity",
             "reported",
         ),
         Claim(
             "blue_gain_at_its_limit",
-            "",
+            "not in the paper",
             "I: share of illuminances at which the gain of blue is at its limit",
             "reported",
         ),
