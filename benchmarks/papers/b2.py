@@ -74,13 +74,13 @@ EXPERIMENT = MeasuredExperiment(
         Claim(
             "saturation_gained_under_ceiling_lights",
             "not in the paper",
-            "the same of saturation, of the first 300 frames alone: ceiling lights, no window near",
+            "saturation gained likewise in the first 300 frames alone: ceiling lights, no window near",
             "reported",
         ),
         Claim(
             "value_gained_under_ceiling_lights",
             "not in the paper",
-            "the same of value, of the first 300 frames alone",
+            "value gained likewise in the first 300 frames alone",
             "reported",
         ),
     ),
