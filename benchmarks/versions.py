@@ -57,9 +57,9 @@ def _package_versions() -> dict[str, str]:
     return {name: importlib.metadata.version(package) for name, package in _PACKAGES.items()}
 
 
-def hash_of_scenarios() -> str:
-    """Hash of the code that decides what episodes hold."""
-    return _hash_files(_files_of(_ROOT / "scenarios"))
+def hash_of_survey() -> str:
+    """Hash of the code that decides what episodes of the scenario with presets hold, and of that which counts it."""
+    return _modules_hash("scenarios.road_town.survey")
 
 
 @cache

@@ -16,7 +16,7 @@ from benchmarks.commands.progress import progress_bar
 from benchmarks.contestants import entrants, load_modules
 from benchmarks.records import write_beside
 from benchmarks.suites import SUITES
-from benchmarks.versions import hash_of_scenarios
+from benchmarks.versions import hash_of_survey
 from scenarios import catalog
 from scenarios.road_town.survey import survey
 from trackers.controllers.catalogue import CONTROLLERS
@@ -70,14 +70,14 @@ def _measure(seeds: range) -> None:
             configuration = catalog.scenario(name).presets[preset]
             held.setdefault(name, {})[preset] = asdict(survey(configuration, name, seeds))
         progress(len(todo), len(todo))
-    document = {"seeds": f"{seeds.start}:{seeds.stop}", "code": hash_of_scenarios(), "holds": held}
+    document = {"seeds": f"{seeds.start}:{seeds.stop}", "code": hash_of_survey(), "holds": held}
     write_beside(_CONTENTS, json.dumps(document, indent=1) + "\n")
 
 
 def _scenario_table(name: str, contents: dict[str, Any]) -> Table:
     scenario = catalog.scenario(name)
     measured = f"measured over episodes {contents['seeds']}" if contents else "not measured yet (--measure)"
-    if contents and contents["code"] != hash_of_scenarios():
+    if contents and contents["code"] != hash_of_survey():
         measured += ", with other code than this; measure anew: frameout list --measure"
     table = Table(
         title=f"{scenario.id}: {scenario.summary}",

@@ -58,7 +58,7 @@ class CarriedPicture:
 def drive(seed: int, renderer: RendererName = "raster") -> Iterator[CarriedPicture]:
     """Yield the pictures of one drive, 947 of them at 15 a second.
 
-    Under ceiling lights towards a window that fills the corridor's end (back light), round the corner into a corridor
+    Under ceiling lights towards a window at its end (back light), round the corner into a corridor
     whose first lights are off (shade), on to warm lights and another window. How bright and of what colour lights and
     windows are is drawn from the seed.
 
