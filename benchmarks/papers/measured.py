@@ -9,7 +9,6 @@ from typing import Any, Literal
 
 import joblib
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from numpy.typing import NDArray
 from rich.console import Console
@@ -17,6 +16,7 @@ from rich.table import Table
 
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import check_renderer, make_folder
+from benchmarks.papers.page import write_page
 from benchmarks.records import (
     FILE_NAME,
     BlockKey,
@@ -25,17 +25,14 @@ from benchmarks.records import (
     read_blocks,
     rewrite,
     rounded,
-    write_beside,
 )
 from benchmarks.report.numbers import interval_text, number_text, ranges_text
-from benchmarks.report.page import page_style
 from benchmarks.report.pictures import read_pictures
 from benchmarks.statistics import PooledRatios, bootstrap_interval
 from benchmarks.versions import versions_of_module
 from scenarios.scenario import RendererName
 
 SUITE, SCENARIO, TRACKER = "paper", "stereo-follow-v1", "none"
-PAGE_FILE_NAME = "paper.html"
 
 Values = Mapping[str, float | list[float]]
 
@@ -193,10 +190,10 @@ class MeasuredExperiment:
         """Print the table of findings and write the page: it, plots (SVG by heading) and the folder's pictures."""
         found = self.findings(rows)
         _print(self.title, found, seeds)
-        path = out / PAGE_FILE_NAME
         again = "" if renderer == "raster" else f" --renderer {renderer}"
-        page = _environment().get_template("measured.html.jinja")
-        text = page.render(
+        write_page(
+            out,
+            "measured.html.jinja",
             experiment=self,
             findings=found,
             plots_title=plots_title,
@@ -204,10 +201,7 @@ class MeasuredExperiment:
             pictures=read_pictures(out),
             seeds=ranges_text(seeds),
             command=f"frameout paper {self.name} --seeds {seeds.start}:{seeds.stop}{again}",
-            style=Markup(page_style()),
         )
-        write_beside(path, text)
-        print(f"page: {path}")
 
 
 def mean_series(rows: Sequence[Row], metric: str) -> NDArray[np.float64]:
@@ -240,13 +234,3 @@ def _print(title: str, found: Sequence[Finding], seeds: range) -> None:
         table.add_row(claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
     console = Console()
     (console if console.is_terminal else Console(width=118)).print(table)
-
-
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("benchmarks", "papers"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 from rich.console import Console
 from rich.table import Table
 
@@ -17,13 +15,10 @@ from benchmarks.experiment import Experiment
 from benchmarks.experiment import run as run_experiment
 from benchmarks.papers.experiment import Claim, PaperExperiment
 from benchmarks.papers.figure import paper_figure
-from benchmarks.records import write_beside
+from benchmarks.papers.page import write_page
 from benchmarks.report.numbers import interval_text, number_text, ranges_text
-from benchmarks.report.page import page_style
-from benchmarks.report.pictures import Picture
 from scenarios.scenario import RendererName
 
-PAGE_FILE_NAME = "paper.html"
 _SUITE = "frame-out"
 
 
@@ -63,10 +58,17 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
         outcome = run_experiment(runs, out, progress)
     found = findings(experiment, outcome.summary)
     picture = paper_figure(experiment, out, seeds.start, renderer)
-    path = out / PAGE_FILE_NAME
-    write_beside(path, _page(experiment, found, picture, seeds))
     _print(experiment, found, seeds)
-    print(f"page: {path}")
+    again = "" if renderer == "raster" else f" --renderer {renderer}"
+    write_page(
+        out,
+        "paper.html.jinja",
+        experiment=experiment,
+        findings=found,
+        picture=picture,
+        seeds=ranges_text(seeds),
+        command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}{again}",
+    )
     return found
 
 
@@ -107,21 +109,3 @@ def _print(experiment: PaperExperiment, found: Sequence[Finding], seeds: range) 
         table.add_row(claim.tracker, claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
     console = Console()
     (console if console.is_terminal else Console(width=118)).print(table)
-
-
-def _page(experiment: PaperExperiment, found: Sequence[Finding], picture: Picture, seeds: range) -> str:
-    environment = Environment(
-        loader=PackageLoader("benchmarks", "papers"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("paper.html.jinja").render(
-        experiment=experiment,
-        findings=found,
-        picture=picture,
-        seeds=ranges_text(seeds),
-        command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}",
-        style=Markup(page_style()),
-    )

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from scenarios.road_town.canvas import rings_of
 from scenarios.road_town.ground import paint_ground
@@ -19,6 +18,7 @@ from sim.meshes.ground import ground, kerb, surroundings
 from sim.meshes.house import house
 from sim.meshes.tree import tree
 from sim.meshes.vehicle import VEHICLES, vehicle
+from sim.pose import pose_on_ground
 from sim.world import Body, World
 
 _LAND_REACHES_M = 1600.0
@@ -55,12 +55,6 @@ def build_town(layout: Layout, rng: np.random.Generator) -> World:
 def add_vehicle(world: World, name: str, model: str, paint_rgb: Rgb) -> Body:
     """Add a car that moves, at the origin until it is moved."""
     return world.add(vehicle(model, paint_rgb), np.eye(4), name=name, category="vehicle", movable=True)
-
-
-def pose_on_ground(x_m: float, y_m: float, yaw_rad: float) -> NDArray[np.float64]:
-    """Return the pose (4, 4) of a thing that stands on the ground."""
-    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
-    return np.array([[c, -s, 0, x_m], [s, c, 0, y_m], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
 
 def _park_cars(world: World, layout: Layout, rng: np.random.Generator) -> None:

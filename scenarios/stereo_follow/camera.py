@@ -8,8 +8,9 @@ time for the shutter.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
+from sim.optics import PinholeCamera, look_down_pose
 from sim.sensors.config import SensorConfig, SensorSettings
 from trackers.types import CameraRegisters
 
@@ -60,3 +61,8 @@ def _white_balance(gain: float) -> int:
 
 def _whole(value: float, largest: int) -> int:
     return min(max(round(float(value)), 0), largest)
+
+
+def camera_pose(place_m: NDArray[np.float64], heading_rad: float) -> NDArray[np.float64]:
+    """Return T_world_camera (4, 4) of the camera on a robot at a place (2,): level, looking along its heading."""
+    return look_down_pose(np.append(place_m, CAMERA_HEIGHT_M), heading_rad, 0.5 * np.pi, 0.0)

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, SENSOR, camera, registers
-from scenarios.stereo_follow.indoors import add_bright_panel, add_panel, grained, level_camera_pose, panel, plain
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, SENSOR, camera, camera_pose, registers
+from scenarios.stereo_follow.indoors import add_bright_panel, add_panel, grained, panel, plain
 from scenarios.stereo_follow.sheet import SHEET_M, SHEET_RGB, region_of_sheet
+from sim.pose import pose_on_ground
 from sim.render.protocol import create_renderer
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
@@ -58,7 +59,7 @@ class CarriedPicture:
 def drive(seed: int, renderer: RendererName = "raster") -> Iterator[CarriedPicture]:
     """Yield the pictures of one drive, 947 of them at 15 a second.
 
-    Under ceiling lights towards a window at its end (back light), round the corner into a corridor
+    Along a corridor under ceiling lights, towards the window at its end (back light), round the corner into another
     whose first lights are off (shade), on to warm lights and another window. How bright and of what colour lights and
     windows are is drawn from the seed.
 
@@ -80,9 +81,10 @@ def drive(seed: int, renderer: RendererName = "raster") -> Iterator[CarriedPictu
         drawn = create_renderer(renderer, world)
         shader = LampShader([], _ROOM, areas)
         for frame, (place_m, heading_rad) in enumerate(_way()):
-            ahead = np.array([np.cos(heading_rad), np.sin(heading_rad), 0.0])
-            T_world_camera = level_camera_pose((*place_m, CAMERA_HEIGHT_M), ahead)
-            T_world_sheet = _facing_back(np.append(place_m, 0.0) + _SHEET_AHEAD_M * ahead, heading_rad)
+            ahead = np.array([np.cos(heading_rad), np.sin(heading_rad)])
+            T_world_camera = camera_pose(place_m, heading_rad)
+            sheet_x_m, sheet_y_m = place_m + _SHEET_AHEAD_M * ahead
+            T_world_sheet = pose_on_ground(sheet_x_m, sheet_y_m, heading_rad + np.pi)
             world.move(carried, T_world_sheet)
             world.move(pole, T_world_sheet)
             radiance = shader.shade(drawn.gbuffer(_CAMERA, T_world_camera), _CAMERA, T_world_camera)
@@ -103,15 +105,6 @@ def _way() -> Iterator[tuple[NDArray[np.float64], float]]:
         beyond_m = max(driven_m - straight_m - turn_m, 0.0)
         x = _START_M + min(driven_m, straight_m) + radius * np.sin(turned)
         yield np.array([x, radius * (1 - np.cos(turned)) + beyond_m]), turned
-
-
-def _facing_back(place_m: NDArray[np.float64], heading_rad: float) -> NDArray[np.float64]:
-    """Return the pose (4, 4) at a place on the floor whose x points back along the heading."""
-    c, s = np.cos(heading_rad), np.sin(heading_rad)
-    T = np.eye(4)
-    T[:3, :3] = [[-c, s, 0.0], [-s, -c, 0.0], [0.0, 0.0, 1.0]]
-    T[:3, 3] = place_m
-    return T
 
 
 def _illuminance_lx(shader: LampShader, T_world_sheet: NDArray[np.float64]) -> float:

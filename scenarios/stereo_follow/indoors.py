@@ -71,14 +71,3 @@ def grained(rgb: RGB, rng: np.random.Generator) -> Texture:
     clouds: NDArray[np.float32] = cv2.GaussianBlur(coarse, (0, 0), _GRAIN_TEXELS / 16).astype(np.float32)
     grain = 1.0 + 0.012 * fine + 0.015 * clouds / clouds.std()
     return Texture(np.clip(np.array(rgb) * grain[..., None] + 0.5, 0, 255).astype(np.uint8), smooth=True)
-
-
-def level_camera_pose(position_m: ArrayLike, forward: ArrayLike) -> NDArray[np.float64]:
-    """Return T_world_camera (4, 4) of a level camera at a place (3,) that looks along a level direction (3,)."""
-    ahead = np.asarray(forward, dtype=float)
-    ahead = ahead / np.linalg.norm(ahead)
-    down = np.array([0.0, 0.0, -1.0])
-    T = np.eye(4)
-    T[:3, :3] = np.column_stack([np.cross(down, ahead), down, ahead])
-    T[:3, 3] = position_m
-    return T

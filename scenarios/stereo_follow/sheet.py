@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, SENSOR, camera, registers
-from scenarios.stereo_follow.indoors import add_panel, grained, level_camera_pose
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, SENSOR, camera, camera_pose, registers
+from scenarios.stereo_follow.indoors import add_panel, grained
 from sim.optics import PinholeCamera, project
 from sim.render.protocol import create_renderer
 from sim.rng import generator
@@ -80,8 +80,8 @@ def photograph(condition: Condition, seed: int, renderer: RendererName = "raster
         seed: of the episode, see ``sim.rng.episode_seed``.
     """
     rng = generator(seed, "sheet")
-    eye_m = np.array([rng.uniform(1.1, 1.6), rng.uniform(-0.25, 0.25), CAMERA_HEIGHT_M])
-    T_world_camera = level_camera_pose(eye_m, (*-eye_m[:2], 0.0))
+    place_m = np.array([rng.uniform(1.1, 1.6), rng.uniform(-0.25, 0.25)])
+    T_world_camera = camera_pose(place_m, float(np.arctan2(-place_m[1], -place_m[0])))
     bulb_m = (rng.uniform(0.6, 1.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 0.9), rng.uniform(1.5, 1.9))
     sensor = CameraSensor(SENSOR, generator(seed, "sensor"))
     with World() as world:

@@ -12,7 +12,7 @@ from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, 
 from sim.sensors.lens import distort, scatter
 from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import develop_picture, frame_keys, response
-from sim.sensors.white_balance import next_gains, right_gains
+from sim.sensors.white_balance import channel_gains, next_gains, right_gains
 
 
 class CameraSensor:
@@ -65,8 +65,7 @@ class CameraSensor:
         """Return the settings of the picture now to be taken; its mean radiance (3,) matters only for the first."""
         if self._settings is None:
             gains = right_gains(self.config, metered)
-            green_gain = SensorSettings(1.0, 1.0, *gains).colour_gains[1]
-            exposure = right_exposure(self.config, green_gain * luminance_of(metered))
+            exposure = right_exposure(self.config, channel_gains(*gains)[1] * luminance_of(metered))
             self._settings = SensorSettings(*exposure, *gains)
         return self._settings
 
@@ -75,7 +74,7 @@ class CameraSensor:
         now = self.settings_for(metered)
         exposure, gains = (now.exposure_s, now.gain), (now.red_gain, now.blue_gain)
         if not self._exposure_held:
-            exposure = next_exposure(self.config, *exposure, now.colour_gains[1] * luminance_of(metered))
+            exposure = next_exposure(self.config, *exposure, channel_gains(*gains)[1] * luminance_of(metered))
         if not self._white_balance_held:
             gains = next_gains(self.config, *gains, metered)
         self._settings = SensorSettings(*exposure, *gains)

@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.checks import check
+
 
 @dataclass(frozen=True, slots=True)
 class SensorConfig:
@@ -56,21 +58,21 @@ class SensorConfig:
             "full_well_e",
         )
         for name in positive:
-            _check(name, getattr(self, name) > 0, "a number > 0", getattr(self, name))
-        _check("mode", self.mode in ("auto", "fixed"), "'auto' or 'fixed'", self.mode)
-        _check("white_balance", self.white_balance in ("auto", "off"), "'auto' or 'off'", self.white_balance)
-        _check(
+            check(name, getattr(self, name) > 0, "a number > 0", getattr(self, name))
+        check("mode", self.mode in ("auto", "fixed"), "'auto' or 'fixed'", self.mode)
+        check("white_balance", self.white_balance in ("auto", "off"), "'auto' or 'off'", self.white_balance)
+        check(
             "longest_exposure_s",
             self.longest_exposure_s >= self.shortest_exposure_s,
             f"at least shortest_exposure_s = {self.shortest_exposure_s}",
             self.longest_exposure_s,
         )
-        _check("largest_gain", self.largest_gain >= 1, "a number >= 1", self.largest_gain)
-        _check("largest_colour_gain", self.largest_colour_gain >= 1, "a number >= 1", self.largest_colour_gain)
-        _check("mid_grey", 0 < self.mid_grey < 1, "a number in (0, 1)", self.mid_grey)
-        _check("adaptation", 0 < self.adaptation <= 1, "a number in (0, 1]", self.adaptation)
-        _check("veiling_glare", 0 <= self.veiling_glare < 1, "a number in [0, 1)", self.veiling_glare)
-        _check("read_noise_e", self.read_noise_e >= 0, "a number >= 0", self.read_noise_e)
+        check("largest_gain", self.largest_gain >= 1, "a number >= 1", self.largest_gain)
+        check("largest_colour_gain", self.largest_colour_gain >= 1, "a number >= 1", self.largest_colour_gain)
+        check("mid_grey", 0 < self.mid_grey < 1, "a number in (0, 1)", self.mid_grey)
+        check("adaptation", 0 < self.adaptation <= 1, "a number in (0, 1]", self.adaptation)
+        check("veiling_glare", 0 <= self.veiling_glare < 1, "a number in [0, 1)", self.veiling_glare)
+        check("read_noise_e", self.read_noise_e >= 0, "a number >= 0", self.read_noise_e)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +90,6 @@ class SensorSettings:
     red_gain: float = 1.0
     blue_gain: float = 1.0
 
-    @property
-    def colour_gains(self) -> tuple[float, float, float]:
-        """What red, green and blue are multiplied by beside ``gain``: none by less than 1, or what is too bright for
-        all three would not be white.
-        """
-        least = min(self.red_gain, 1.0, self.blue_gain)
-        return self.red_gain / least, 1.0 / least, self.blue_gain / least
-
 
 @dataclass(frozen=True, slots=True)
 class Picture:
@@ -108,8 +102,3 @@ class Picture:
 
     image_rgb: NDArray[np.uint8]
     settings: SensorSettings
-
-
-def _check(name: str, good: bool, expected: str, got: object) -> None:
-    if not good:
-        raise ValueError(f"{name}: expected {expected}, got {got}")

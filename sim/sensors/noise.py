@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from sim.sensors.config import SensorConfig, SensorSettings
+from sim.sensors.white_balance import channel_gains
 from sim.shaders.colour import linear_to_srgb
 
 WHITE = 4095
@@ -49,7 +50,8 @@ def response(config: SensorConfig, settings: SensorSettings) -> NDArray[np.float
     """Return what the kernel needs (6,): electrons per cd/m², full well, read-noise variance, and 12-bit values per
     electron of each channel.
     """
-    per_electron = [WHITE * settings.gain * gain / config.full_well_e for gain in settings.colour_gains]
+    gains = channel_gains(settings.red_gain, settings.blue_gain)
+    per_electron = [WHITE * settings.gain * gain / config.full_well_e for gain in gains]
     return np.array(
         [
             config.electrons_per_nit_s * settings.exposure_s,

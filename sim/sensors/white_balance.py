@@ -10,6 +10,14 @@ from sim.sensors.config import SensorConfig
 _DARKEST_NIT = 1e-9
 
 
+def channel_gains(red_gain: float, blue_gain: float) -> tuple[float, float, float]:
+    """Return what red, green and blue are multiplied by: none by less than 1, or what is too bright for all three would
+    not be white.
+    """
+    least = min(red_gain, 1.0, blue_gain)
+    return red_gain / least, 1.0 / least, blue_gain / least
+
+
 def right_gains(config: SensorConfig, radiance: NDArray[np.float64]) -> tuple[float, float]:
     """Return gains of red and blue that make a mean radiance (3,) grey, ``G / R`` and ``G / B``, within the limits.
 

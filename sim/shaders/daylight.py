@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, rays
 from sim.render.compilation import announce_compilation
@@ -105,10 +106,10 @@ class DaylightShader:
             visibility_m: meteorological visibility, > 0; None for clear air.
         """
         direction = np.asarray(sun.direction, dtype=float)
-        _check("sun.direction", bool(np.linalg.norm(direction) > 0), "a vector of length > 0", sun.direction)
-        _check("sun.illuminance_lx", sun.illuminance_lx >= 0, "a number >= 0", sun.illuminance_lx)
-        _check("sky_illuminance_lx", sky_illuminance_lx >= 0, "a number >= 0", sky_illuminance_lx)
-        _check("visibility_m", visibility_m is None or visibility_m > 0, "a number > 0 or None", visibility_m)
+        check("sun.direction", bool(np.linalg.norm(direction) > 0), "a vector of length > 0", sun.direction)
+        check("sun.illuminance_lx", sun.illuminance_lx >= 0, "a number >= 0", sun.illuminance_lx)
+        check("sky_illuminance_lx", sky_illuminance_lx >= 0, "a number >= 0", sky_illuminance_lx)
+        check("visibility_m", visibility_m is None or visibility_m > 0, "a number > 0 or None", visibility_m)
         towards_sun = direction / np.linalg.norm(direction)
         sun_lx = sun.illuminance_lx * _of_unit_luminance(sun.colour_rgb)
         sky_lx = sky_illuminance_lx * _of_unit_luminance(sky_colour_rgb)
@@ -167,8 +168,3 @@ class DaylightShader:
 def _of_unit_luminance(colour_rgb: tuple[float, float, float]) -> NDArray[np.float64]:
     colour = np.asarray(colour_rgb, dtype=float)
     return colour / float(colour @ LUMINANCE_WEIGHTS)
-
-
-def _check(name: str, good: bool, expected: str, got: object) -> None:
-    if not good:
-        raise ValueError(f"{name}: expected {expected}, got {got}")

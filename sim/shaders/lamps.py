@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, rays
 from sim.render.compilation import announce_compilation
@@ -99,18 +100,21 @@ class LampShader:
                 surroundings.
         """
         for lamp in lamps:
-            _check("flux_lm", lamp.flux_lm >= 0, "a number >= 0", lamp.flux_lm)
+            check("flux_lm", lamp.flux_lm >= 0, "a number >= 0", lamp.flux_lm)
         for area in areas:
-            _check("luminance_nit", area.luminance_nit >= 0, "a number >= 0", area.luminance_nit)
-        _check("surface_m2", surroundings.surface_m2 > 0, "a number > 0", surroundings.surface_m2)
-        _check("reflectance", 0 <= surroundings.reflectance < 1, "a number in [0, 1)", surroundings.reflectance)
+            check("luminance_nit", area.luminance_nit >= 0, "a number >= 0", area.luminance_nit)
+        check("surface_m2", surroundings.surface_m2 > 0, "a number > 0", surroundings.surface_m2)
+        check("reflectance", 0 <= surroundings.reflectance < 1, "a number in [0, 1)", surroundings.reflectance)
         self._sources = _sources(lamps, areas)
         self._indirect_lx = (
             self._sources.flux_lm
             * surroundings.reflectance
             / (surroundings.surface_m2 * (1 - surroundings.reflectance))
         )
-        self._areas = tuple(areas)
+        # One row for each body up to the last one that shines, -1 where it does not.
+        self._own_nit = np.full((max((area.instance_id for area in areas), default=-1) + 1, 3), -1.0)
+        for area in areas:
+            self._own_nit[area.instance_id] = area.luminance_nit * black_body_rgb(area.temperature_k)
 
     def illuminance_lx(self, points_m: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what falls on surfaces at points (N, 3) with unit normals (N, 3): (N, 3) lux of R, G and B.
@@ -121,7 +125,7 @@ class LampShader:
         back, everywhere the same, as in an integrating sphere: ``flux rho / (surface (1 - rho))``.
         """
         result = np.empty((len(points_m), 3))
-        _illuminate(points_m.astype(float), normals.astype(float), *self._sources[:4], self._indirect_lx, result)
+        _illuminate(points_m.astype(float), normals.astype(float), self._sources, self._indirect_lx, result)
         return result
 
     def shade(
@@ -140,14 +144,13 @@ class LampShader:
             gbuffer.base_colour_rgb,
             gbuffer.depth_m,
             gbuffer.normal_world,
+            gbuffer.instance_id,
             np.stack([T_world_camera[:3, 3], corner, right - corner, down - corner]),
-            *self._sources[:4],
+            self._sources,
             self._indirect_lx,
+            self._own_nit,
             radiance,
         )
-        for area in self._areas:
-            rows, columns = np.nonzero(gbuffer.instance_id == area.instance_id)
-            radiance[rows, :, columns] = area.luminance_nit * black_body_rgb(area.temperature_k)
         return radiance
 
 
@@ -161,7 +164,7 @@ def _sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> _Sources:
     for area in areas:
         across = np.cross(area.side_a_m, area.side_b_m)
         size_m2 = float(np.linalg.norm(across))
-        _check("side_a_m, side_b_m", size_m2 > 0, "sides of a rectangle", (area.side_a_m, area.side_b_m))
+        check("side_a_m, side_b_m", size_m2 > 0, "sides of a rectangle", (area.side_a_m, area.side_b_m))
         nit = area.luminance_nit * black_body_rgb(area.temperature_k)
         flux_lm = flux_lm + np.pi * size_m2 * nit
         count_a, count_b = (
@@ -180,45 +183,39 @@ def _sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> _Sources:
 def _illuminance(
     point: NDArray[np.float64],
     normal: NDArray[np.floating],
-    positions_m: NDArray[np.float64],
-    facing: NDArray[np.float64],
-    intensity_cd: NDArray[np.float64],
-    spread_m2: NDArray[np.float64],
+    sources: _Sources,
     total: NDArray[np.float64],
 ) -> None:
     """Add to ``total`` (3,) what comes straight from the sources, see ``LampShader.illuminance_lx``."""
-    for source in range(positions_m.shape[0]):
+    for source in range(sources.positions_m.shape[0]):
         squared, along, ahead = 0.0, 0.0, 0.0
         for k in range(3):
-            towards = positions_m[source, k] - point[k]
+            towards = sources.positions_m[source, k] - point[k]
             squared += towards * towards
             along += towards * normal[k]
-            ahead -= towards * facing[source, k]
+            ahead -= towards * sources.facing[source, k]
         if along <= 0.0:
             continue
         squared = max(squared, _NEAREST_M * _NEAREST_M)
         distance = np.sqrt(squared)
-        leaving = max(ahead, 0.0) / distance if spread_m2[source] > 0.0 else 1.0
-        arriving = leaving * along / distance / (squared + spread_m2[source] * leaving**4)
+        leaving = max(ahead, 0.0) / distance if sources.spread_m2[source] > 0.0 else 1.0
+        arriving = leaving * along / distance / (squared + sources.spread_m2[source] * leaving**4)
         for k in range(3):
-            total[k] += intensity_cd[source, k] * arriving
+            total[k] += sources.intensity_cd[source, k] * arriving
 
 
 @njit(cache=True)
 def _illuminate(
     points_m: NDArray[np.float64],
     normals: NDArray[np.float64],
-    positions_m: NDArray[np.float64],
-    facing: NDArray[np.float64],
-    intensity_cd: NDArray[np.float64],
-    spread_m2: NDArray[np.float64],
+    sources: _Sources,
     indirect_lx: NDArray[np.float64],
     result: NDArray[np.float64],
 ) -> None:
     """Write the illuminance (N, 3) of points."""
     for n in range(points_m.shape[0]):
         result[n] = indirect_lx
-        _illuminance(points_m[n], normals[n], positions_m, facing, intensity_cd, spread_m2, result[n])
+        _illuminance(points_m[n], normals[n], sources, result[n])
 
 
 @njit(cache=True)
@@ -226,12 +223,11 @@ def _shade(
     base_colour_rgb: NDArray[np.uint8],
     depth_m: NDArray[np.float32],
     normal: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
     view: NDArray[np.float64],
-    positions_m: NDArray[np.float64],
-    facing: NDArray[np.float64],
-    intensity_cd: NDArray[np.float64],
-    spread_m2: NDArray[np.float64],
+    sources: _Sources,
     indirect_lx: NDArray[np.float64],
+    own_nit: NDArray[np.float64],
     radiance: NDArray[np.float32],
 ) -> None:
     """Write the radiance (H, 3, W).
@@ -239,6 +235,7 @@ def _shade(
     Args:
         view: (4, 3) the camera's place; the ray of the upper left pixel at depth 1; its change to the next pixel to the
             right and below.
+        own_nit: (K, 3) luminances of the first K bodies, -1 for those that do not shine.
     """
     point, total = np.empty(3), np.empty(3)
     for row in range(depth_m.shape[0]):
@@ -247,14 +244,13 @@ def _shade(
             if not depth < np.inf:
                 radiance[row, :, column] = 0.0
                 continue
+            body = instance_id[row, column]
+            if 0 <= body < own_nit.shape[0] and own_nit[body, 0] >= 0.0:
+                radiance[row, :, column] = own_nit[body]
+                continue
             for k in range(3):
                 point[k] = view[0, k] + depth * (view[1, k] + column * view[2, k] + row * view[3, k])
                 total[k] = indirect_lx[k]
-            _illuminance(point, normal[row, column], positions_m, facing, intensity_cd, spread_m2, total)
+            _illuminance(point, normal[row, column], sources, total)
             for k in range(3):
                 radiance[row, k, column] = _LINEAR[base_colour_rgb[row, column, k]] * total[k] / np.pi
-
-
-def _check(name: str, good: bool, expected: str, got: object) -> None:
-    if not good:
-        raise ValueError(f"{name}: expected {expected}, got {got}")

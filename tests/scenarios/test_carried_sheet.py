@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from scenarios.stereo_follow import carried_sheet
-from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera
+from scenarios.stereo_follow.camera import camera, camera_pose
 from scenarios.stereo_follow.carried_sheet import FRAMES, drive
-from scenarios.stereo_follow.indoors import level_camera_pose
 from sim.optics import PinholeCamera
 from sim.render.protocol import create_renderer
 from sim.world import World
@@ -45,8 +44,7 @@ def _views(count: int) -> Iterator[tuple[PinholeCamera, np.ndarray]]:
     for k in np.linspace(0, len(way) - 1, count).astype(int):
         place_m, heading_rad = way[k]
         for turned in (-1.2, 0.0, 1.2, np.pi):
-            ahead = (np.cos(heading_rad + turned), np.sin(heading_rad + turned), 0.0)
-            yield camera(160, 120), level_camera_pose((*place_m, CAMERA_HEIGHT_M), ahead)
+            yield camera(160, 120), camera_pose(place_m, heading_rad + turned)
 
 
 def test_there_is_no_hole_in_the_building(world):

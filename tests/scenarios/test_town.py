@@ -14,8 +14,9 @@ from scenarios.road_town.ground import class_map
 from scenarios.road_town.layout import BUILDING, ROAD, Layout
 from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.road_map import RoadMap, road_area
-from scenarios.road_town.town import add_vehicle, build_town, pose_on_ground
+from scenarios.road_town.town import add_vehicle, build_town
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose
+from sim.pose import pose_on_ground
 from sim.render.raster import Raster
 from sim.rng import generator
 from sim.world import World

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from sim.optics import PinholeCamera
 from sim.sensors.camera_sensor import CameraSensor
-from sim.sensors.config import SensorConfig, SensorSettings
-from sim.sensors.white_balance import next_gains, right_gains
+from sim.sensors.config import SensorConfig
+from sim.sensors.white_balance import channel_gains, next_gains, right_gains
 from sim.shaders.black_body import black_body_rgb
 from sim.shaders.colour import srgb_to_linear
 
@@ -85,7 +85,7 @@ def test_what_is_too_bright_is_white_in_light_of_any_colour(temperature_k):
 
 @given(st.floats(0.25, 4.0), st.floats(0.25, 4.0))
 def test_no_channel_is_weakened_and_their_ratios_are_the_gains(red_gain, blue_gain):
-    gains = SensorSettings(1.0, 1.0, red_gain, blue_gain).colour_gains
+    gains = channel_gains(red_gain, blue_gain)
     assert min(gains) == pytest.approx(1.0)
     assert (gains[0] / gains[1], gains[2] / gains[1]) == pytest.approx((red_gain, blue_gain))
 
