@@ -13,23 +13,8 @@ Side = Literal["left", "right", "top", "bottom"]
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
-    """The light of one instant.
-
-    Attributes:
-        sun_direction: (3,) unit vector from the scene towards the sun, world frame.
-        sun_illuminance_lx, sky_illuminance_lx: on a surface square to the sun, and from the sky on the
-            ground.
-    """
-
-    sun_direction: NDArray[np.float64]
-    sun_illuminance_lx: float
-    sky_illuminance_lx: float
-
-
-@dataclass(frozen=True, slots=True)
 class Truth:
-    """Truth of one frame, of N objects; ``target`` is the one that matters.
+    """Truth of one frame, of N objects; ``target`` is the one that matters. Each scenario adds what it alone knows.
 
     Boxes are amodal: of the whole object, also where it is hidden or outside the picture.
 
@@ -44,28 +29,17 @@ class Truth:
         size_m: (N, 3) length, width, height.
         speed_mps: (N,).
         position_px: (N, 2) projection of the objects' centres (half their height up), also outside the
-            picture; NaN behind
-            the camera.
+            picture; NaN behind the camera.
         box_xyxy: (N, 4) amodal box in pixels, also outside; NaN where any corner is behind the camera.
         instance_id: (N,) id of each object in ``instance_map``.
         visible_fraction: (N,) share of the object's own pixels (drawn alone on an unbounded picture) that
             are seen.
         state: ``in`` (whole and seen), ``partial`` (cut by the border), ``occluded`` (inside, less than
-            half of it seen),
-            ``out`` (nothing of its box inside).
+            half of it seen), ``out`` (nothing of its box inside).
         side: side the target left by, while it is out or since its last exit; None before the first.
         frames_since_exit: 0 on the first frame that the target is out; -1 while it is not out.
-        on_road: whether the target's centre is on a road.
-        turning: whether the target is turning at a crossing.
-        instance_map: (H, W) int32, see ``GBuffer.instance_id``.
+        instance_map: (H, W) int32, ``instance_id`` of the object seen, others for what is no object.
         depth_m: (H, W) float32.
-        flow_px: (H, W, 2) float32, where each pixel's surface point lay in the *previous* frame minus
-            where it lies now (the
-            next camera pose is not known yet when a tracker steers); NaN for sky; zeros on frame 0.
-        background_motion: (3, 3) homography that takes ground pixels (z = 0) of the previous frame to
-            this one; identity on
-            frame 0.
-        light: the light.
         exposure_s, gain: the camera's settings for this picture.
     """
 
@@ -85,12 +59,7 @@ class Truth:
     state: VisibilityState
     side: Side | None
     frames_since_exit: int
-    on_road: bool
-    turning: bool
     instance_map: NDArray[np.int32]
     depth_m: NDArray[np.float32]
-    flow_px: NDArray[np.float32]
-    background_motion: NDArray[np.float64]
-    light: Light
     exposure_s: float
     gain: float

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios import catalog
+from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame
-from scenarios.truth import Light, Truth
 from sim.optics import PinholeCamera, look_down_pose, project
 from trackers.registry import register
 from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Estimate, Observation
@@ -98,14 +98,14 @@ class FakeEpisode:
         middles, _ = project(CAMERA, T_world_camera, cars[:, :3, 3] + [0, 0, 0.5 * SIZE_M[2]])
         return middles, np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=1)
 
-    def _truth(self, T_world_camera: NDArray[np.float64], time_s: float) -> Truth:
+    def _truth(self, T_world_camera: NDArray[np.float64], time_s: float) -> RoadTruth:
         position_px, boxes = self._boxes(T_world_camera, time_s)
         low, high = boxes[0, :2], boxes[0, 2:]
         size = np.array([CAMERA.width_px, CAMERA.height_px])
         out = bool((high <= 0).any() or (low >= size).any())
         whole = bool((low >= 0).all() and (high <= size).all())
         self._exit = self._exit + 1 if out else -1
-        return Truth(
+        return RoadTruth(
             frame=self._frame,
             time_s=time_s,
             T_world_camera=T_world_camera,

@@ -20,11 +20,14 @@ class CameraModel:
     Attributes:
         width_px, height_px: size of the picture.
         focal_px: focal length in pixels.
+        baseline_m: how far to the right of this camera the second one of a rectified stereo pair is; None for a single
+            camera.
     """
 
     width_px: int
     height_px: int
     focal_px: float
+    baseline_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +53,12 @@ class CameraSettings:
     Attributes:
         exposure_s: exposure time in seconds.
         gain: analogue gain, 1 = none.
+        registers: the same and the white balance as the camera's own numbers, or None if it has none such.
     """
 
     exposure_s: float
     gain: float
+    registers: CameraRegisters | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +79,13 @@ class Observation:
     """Everything a tracker is told about one instant.
 
     Attributes:
-        image_rgb: (H, W, 3) uint8.
+        image_rgb: (H, W, 3) uint8; of a stereo pair the left one.
         time_s: seconds since the first picture.
         camera: geometry of the camera.
         settings: automatic settings in use, or None if the camera does not report them.
         ego: measured pose of the camera, or None if it carries no instruments.
+        right_rgb: (H, W, 3) uint8, the right picture of a stereo pair; None from a single camera, or if the picture was
+            lost on its way.
     """
 
     image_rgb: NDArray[np.uint8]
@@ -86,6 +93,7 @@ class Observation:
     camera: CameraModel
     settings: CameraSettings | None = None
     ego: EgoPose | None = None
+    right_rgb: NDArray[np.uint8] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +106,7 @@ class Estimate:
     Attributes:
         position_px: (2,) centre of the target; NaN where the tracker says nothing.
         box_xyxy: (4,) or None.
+        depth_m: distance of the target along the camera's axis, > 0; None from a tracker that cannot measure it.
         heading_rad: direction of travel in the picture, from +x towards +y (clockwise as seen), or None.
         in_view_probability: probability in [0, 1] that the target's centre is inside the picture and not
             hidden, or None.
@@ -113,6 +122,7 @@ class Estimate:
     particles_px: NDArray[np.float64] | None = None
     weights: NDArray[np.float64] | None = None
     covariance_px: NDArray[np.float64] | None = None
+    depth_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

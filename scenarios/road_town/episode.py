@@ -13,8 +13,9 @@ from scenarios.road_town.measurement import Instruments
 from scenarios.road_town.plan import TARGET, Plan
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, build_town
+from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame, RendererName
-from scenarios.truth import Light, Side, Truth, VisibilityState
+from scenarios.truth import Side, VisibilityState
 from sim.labels import amodal_box, backward_flow, ground_homography, visible_fraction
 from sim.optics import PinholeCamera, project
 from sim.render.pipeline import capture
@@ -154,7 +155,7 @@ class RoadTownEpisode:
         )
         state = _state(camera, boxes[TARGET], fractions[TARGET])
         self._follow_exits(state, boxes[TARGET])
-        truth = Truth(
+        truth = RoadTruth(
             frame=frame,
             time_s=time_s,
             T_world_camera=T_world_camera,

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame
-from scenarios.truth import Light, Side, Truth, VisibilityState
+from scenarios.truth import Side, VisibilityState
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation
 
 WIDTH, HEIGHT = 160, 120
@@ -50,12 +51,12 @@ class FakeEpisode:
         camera = CameraModel(WIDTH, HEIGHT, 150.0)
         return Frame(Observation(image, self._frame / self.rate_hz, camera), self._truth())
 
-    def _truth(self) -> Truth:
+    def _truth(self) -> RoadTruth:
         box = self._box(self._frame) + np.tile([WIDTH / 2, HEIGHT / 2], 2)
         state: VisibilityState = "out" if box[0] >= WIDTH else "partial" if box[2] > WIDTH else "in"
         side: Side | None = "right" if state == "out" else None
         empty = np.zeros((HEIGHT, WIDTH))
-        return Truth(
+        return RoadTruth(
             frame=self._frame,
             time_s=self._frame / self.rate_hz,
             T_world_camera=np.eye(4),

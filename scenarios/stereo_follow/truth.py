@@ -1,0 +1,41 @@
+"""What is really so while a person is followed, besides what is so everywhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.truth import Truth
+from trackers.types import CameraRegisters
+
+LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]
+
+
+@dataclass(frozen=True, slots=True)
+class PeopleTruth(Truth):
+    """Truth of one frame of a person followed among N people. Masks and depth of the base are the left camera's.
+
+    Attributes:
+        T_world_right: (4, 4), pose of the right camera, as it is really mounted.
+        right_instance_map: (H, W) int32, right_depth_m: (H, W) float32, as those of the left camera.
+        occluder: (N,) index of the person who hides most of each person, -1 if nobody does.
+        illuminance_lx: (N,) on an upright surface at each person's chest that faces the camera.
+        place: where the target is, e.g. ``corridor``, ``hall``, ``door``, ``yard``.
+        light_event: what of the light on the target or in the picture has just begun to change (it stands for as long
+            as the change counts as new), None if nothing has.
+        near_person: whether somebody other than the target is within 1.5 m of the camera and in its picture.
+        registers: the camera's settings as it reports them.
+    """
+
+    T_world_right: NDArray[np.float64]
+    right_instance_map: NDArray[np.int32]
+    right_depth_m: NDArray[np.float32]
+    occluder: NDArray[np.int64]
+    illuminance_lx: NDArray[np.float64]
+    place: str
+    light_event: LightEvent | None
+    near_person: bool
+    registers: CameraRegisters
