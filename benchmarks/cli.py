@@ -28,7 +28,7 @@ _COMMANDS = {
 _SUMMARIES = {
     "list": "scenarios, presets and what they hold, trackers, controllers, suites",
     "bench": "run a suite, rank the trackers, write rows, summary and report",
-    "compare": "paired differences of two trackers, by attribute of the frame-out",
+    "compare": "paired differences of two trackers, by attribute of frame-outs and other events",
     "paper": "repeat a paper's experiment, its table beside ours",
     "render": "watch an episode: write an MP4",
     "report": "make the page of a result folder again, from its rows",

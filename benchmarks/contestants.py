@@ -53,7 +53,7 @@ class Entrant:
     """One who may take part.
 
     Attributes:
-        name, role, summary: see ``registry.TrackerEntry``.
+        name, role, summary, suites: see ``registry.TrackerEntry``.
         reproducible: False where no seed reaches the method's own random numbers: such a one runs several
             times.
         parameters: what it is set to.
@@ -64,16 +64,17 @@ class Entrant:
     name: str
     role: str
     summary: str
+    suites: tuple[str, ...]
     reproducible: bool
     parameters: Any
     module: str
     create: Callable[[Episode, np.random.Generator], Contestant]
 
 
-def entrants() -> dict[str, Entrant]:
-    """Return everyone by name, the trackers in order of registration."""
-    everyone = {name: _from_registry(entry) for name, entry in registry.entries().items()}
-    return {**everyone, **{oracle.name: oracle for oracle in _oracles()}}
+def entrants(suite: str | None = None) -> dict[str, Entrant]:
+    """Return by name everyone, or everyone who takes part in a suite; the trackers in order of registration."""
+    trackers = (_from_registry(entry) for entry in registry.entries().values())
+    return {who.name: who for who in (*trackers, *_oracles()) if suite is None or suite in who.suites}
 
 
 def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
@@ -125,6 +126,7 @@ def _oracle(name: str, summary: str, parameters: OracleParameters) -> Entrant:
         name=name,
         role="oracle",
         summary=summary,
+        suites=("frame-out",),
         reproducible=True,
         parameters=parameters,
         module=OracleMap.__module__,
@@ -140,6 +142,7 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         name=entry.name,
         role=entry.role,
         summary=entry.summary,
+        suites=entry.suites,
         reproducible=entry.reproducible,
         parameters=parameters,
         module=entry.tracker.__module__,

@@ -30,6 +30,10 @@ def check_estimate(estimate: Estimate) -> None:
                 raise ValueError(f"box_xyxy: expected x_min <= x_max and y_min <= y_max, got {box.tolist()}")
     if estimate.heading_rad is not None and not silent:
         _finite("heading_rad", _array("heading_rad", estimate.heading_rad, ()))
+    if estimate.depth_m is not None and not silent:
+        depth_m = float(_array("depth_m", estimate.depth_m, ()))
+        if not 0.0 < depth_m < np.inf:
+            raise ValueError(f"depth_m: expected a finite number > 0, got {depth_m}")
     if estimate.in_view_probability is not None:
         probability = float(_array("in_view_probability", estimate.in_view_probability, ()))
         if not 0.0 <= probability <= 1.0:

@@ -30,7 +30,6 @@ from scenarios.scenario import RendererName
 from trackers.controllers.catalogue import CONTROLLERS
 
 SET_PATH = "set-path"
-_DEFAULT_CONTROLLER = "centre"
 _NOTES = ".running"
 
 
@@ -45,7 +44,7 @@ class Experiment:
         seeds: of the episodes.
         renderer: which one draws.
         controllers: who steers the camera, ``SET_PATH`` for nobody; None = as each preset says, and where
-            that says that the tracker steers, by the controller ``centre``.
+            that says that the tracker steers, by the suite's controller.
         workers: processes; 0 = this very process (then a tracker that ends its process ends everything).
         repeats: runs an episode of a tracker whose random numbers no seed reaches.
         limit_s: the longest a tracker may take over a frame.
@@ -165,7 +164,7 @@ def _jobs(experiment: Experiment, notes: Path) -> Iterator[Job]:
 def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
     if experiment.controllers is None:
         steered = catalog.scenario(experiment.scenario).presets[preset].closed_loop
-        return [_DEFAULT_CONTROLLER if steered else None]
+        return [suite(experiment.suite).controller if steered else None]
     return [None if name == SET_PATH else name for name in experiment.controllers]
 
 
@@ -183,13 +182,13 @@ def check_names(experiment: Experiment) -> None:
     presets = catalog.scenario(experiment.scenario).presets
     known = {
         "presets": (experiment.presets, tuple(presets)),
-        "trackers": (experiment.trackers, tuple(entrants())),
         "controllers": (experiment.controllers or (), (SET_PATH, *CONTROLLERS)),
     }
     for parameter, (given, expected) in known.items():
         for name in given:
             if name not in expected:
                 raise ValueError(f"{parameter}: expected one of {', '.join(expected)}; got {name!r}")
+    _check_trackers(experiment)
     check_renderer(experiment.renderer)
     if len(experiment.seeds) == 0 or experiment.seeds.start < 0:
         came = f"{experiment.seeds.start}:{experiment.seeds.stop}"
@@ -198,6 +197,14 @@ def check_names(experiment: Experiment) -> None:
         raise ValueError(f"workers: expected a whole number >= 0, got {experiment.workers}")
     if experiment.limit_s <= 0:
         raise ValueError(f"limit_s: expected a number of seconds > 0, got {experiment.limit_s:g}")
+
+
+def _check_trackers(experiment: Experiment) -> None:
+    everyone, expected = entrants(), entrants(experiment.suite)
+    for name in experiment.trackers:
+        if name not in expected:
+            whose = f", which is of suite {', '.join(everyone[name].suites)}" if name in everyone else ""
+            raise ValueError(f"trackers: expected one of {', '.join(expected)}; got {name!r}{whose}")
 
 
 def _key(job: Job, tracker: str) -> BlockKey:

@@ -7,7 +7,6 @@ from __future__ import annotations
 import hashlib
 import tempfile
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,10 +15,10 @@ import cv2
 import numba
 
 from benchmarks.contestants import Entrant, entrant, load_modules
-from benchmarks.metrics.series import TruthSeries, truth_series, without_pictures
+from benchmarks.judging import Judge, Score
 from benchmarks.notes import Note, note_at
 from benchmarks.records import LAST_METRIC, Row, rounded
-from benchmarks.scoring import Score, score_episode
+from benchmarks.suites import suite
 from benchmarks.tracked import Failure, TrackedEpisode
 from scenarios import catalog
 from scenarios.scenario import Episode, Frame, RendererName
@@ -105,38 +104,37 @@ def run_job(job: Job) -> JobResult:
     with note_at(job.note_file) as note:
         episode = scenario.episode(job.preset, job.seed, renderer=job.renderer, closed_loop=job.controller is not None)
         try:
-            watchers = _watchers(job, episode)
-            truth = _live_through(job, episode, watchers, note)
+            judge = suite(job.suite).judge(episode)
+            watchers = _watchers(job, episode, judge)
+            _live_through(job, episode, judge, watchers, note)
         finally:
             episode.close()
     seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
-    return _result(job, scenario.id, truth, watchers, seconds)
+    return _result(job, scenario.id, episode.frame_count, watchers, seconds)
 
 
-def _watchers(job: Job, episode: Episode) -> list[_Watcher]:
+def _watchers(job: Job, episode: Episode, judge: Judge) -> list[_Watcher]:
     watchers = []
     for name in job.trackers:
         who = entrant(*job.settings.get(name, (name,)))
         for repeat in range(1 if who.reproducible else job.repeats):
             stream = f"tracker/{who.name}" if repeat == 0 else f"tracker/{who.name}/{repeat}"
             contestant = who.create(episode, generator(job.seed, stream))
-            watchers.append(_Watcher(name, who, repeat, TrackedEpisode(contestant, job.limit_s)))
+            watchers.append(_Watcher(name, who, repeat, TrackedEpisode(contestant, judge.sheet(), job.limit_s)))
     return watchers
 
 
-def _live_through(job: Job, episode: Episode, watchers: list[_Watcher], note: Note) -> TruthSeries:
+def _live_through(job: Job, episode: Episode, judge: Judge, watchers: list[_Watcher], note: Note) -> None:
     controller = None if job.controller is None else create_controller(job.controller)
     frame = episode.step()
-    truths = [without_pictures(frame.truth)]
     for k in range(episode.frame_count):
         if k > 0:
             steering = watchers[0].tracked
             command = None if controller is None else controller.command(frame.observation, steering.latest)
             frame = episode.step(command)
-            truths.append(without_pictures(frame.truth))
+        judge.see(frame)
         for watcher in watchers:
             _watch(job, watcher, frame, episode, note)
-    return truth_series(truths, episode.rate_hz, frame.observation.camera)
 
 
 def _watch(job: Job, watcher: _Watcher, frame: Frame, episode: Episode, note: Note) -> None:
@@ -147,10 +145,11 @@ def _watch(job: Job, watcher: _Watcher, frame: Frame, episode: Episode, note: No
     watcher.tracked.step(frame, episode.target_box_xyxy)
 
 
-def _result(job: Job, scenario_id: str, truth: TruthSeries, watchers: list[_Watcher], seconds: float) -> JobResult:
+def _result(job: Job, scenario_id: str, frame_count: int, watchers: list[_Watcher], seconds: float) -> JobResult:
     blocks: list[list[Row]] = []
     failures: list[Failure] = []
     silent: dict[str, int] = {}
+    event_key = suite(job.suite).events.key
     for name in job.trackers:
         mine = [watcher for watcher in watchers if watcher.label == name]
         heading = {
@@ -164,9 +163,9 @@ def _result(job: Job, scenario_id: str, truth: TruthSeries, watchers: list[_Watc
             "seed": job.seed,
         }
         ending = {"seconds": seconds, "versions": job.versions.get(name, {})}
-        scores = [(watcher.repeat, score) for watcher in mine for score in _scores(job, truth, watcher)]
-        scores.append((0, Score(LAST_METRIC, float(truth.frame_count))))
-        blocks.append([{**heading, **_as_row(repeat, score), **ending} for repeat, score in scores])
+        scores = [(watcher.repeat, score) for watcher in mine for score in watcher.tracked.scores()]
+        scores.append((0, Score(LAST_METRIC, float(frame_count))))
+        blocks.append([{**heading, **_as_row(repeat, score, event_key), **ending} for repeat, score in scores])
         for watcher in mine:
             tracked = watcher.tracked
             if tracked.reason is not None and tracked.failed_at_frame is not None:
@@ -177,21 +176,11 @@ def _result(job: Job, scenario_id: str, truth: TruthSeries, watchers: list[_Watc
     return JobResult(job, blocks, failures, silent)
 
 
-def _scores(job: Job, truth: TruthSeries, watcher: _Watcher) -> Iterator[Score]:
-    tracked = watcher.tracked
-    yield from score_episode(truth, tracked.series(), tracked.failed_at_frame, closed_loop=job.controller is not None)
-    if tracked.ms_per_frame is not None:
-        yield Score("ms_per_frame", tracked.ms_per_frame)
-        yield Score("frames_per_s", 1e3 / max(tracked.ms_per_frame, 1e-6))
-    if tracked.failed_at_frame is not None:
-        yield Score("failed_at_frame", float(tracked.failed_at_frame))
-
-
-def _as_row(repeat: int, score: Score) -> Row:
+def _as_row(repeat: int, score: Score, event_key: str) -> Row:
     return {
         "repeat": repeat,
         "metric": score.metric,
         "value": rounded(score.value),
         "weight": score.weight,
-        "frame_out": None if score.frame_out is None else score.frame_out.attributes(),
+        event_key: None if score.event is None else score.event.attributes(),
     }

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.metrics import in_view, long_term
+from benchmarks.records import Row, event_of
 from benchmarks.statistics import PooledRatios
 from benchmarks.suites import Metric
 
 RESTRICTED_TO_FRAMES = 60
 """The restricted mean time to recover counts no more than this; never = this."""
-
-Row = dict[str, Any]
 
 
 def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None = None) -> PooledRatios | None:
@@ -39,7 +38,14 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
         parts = [_indicator_parts(chosen[0], grid)]
         return _collect(seeds, parts, _median_of(grid))
     if metric.statistic == "restricted mean":
-        return _collect(seeds, [_survival_parts(*chosen)], _restricted_mean)
+        times, watched, *rates = chosen
+        # One condition has one rate.
+        frames_per_unit = rates[0][0]["value"] if rates else 1.0
+        return _collect(
+            seeds, [_survival_parts(times, watched)], lambda hazards: _restricted_mean(hazards) / frames_per_unit
+        )
+    if metric.statistic in _COUNTED:
+        return _collect(seeds, [_count_parts(chosen, *_COUNTED[metric.statistic])], _only)
     finish = {
         "mean": _only,
         "geometric mean": _geometric_mean,
@@ -55,6 +61,15 @@ def values(rows: Sequence[Row], metric: Metric) -> NDArray[np.float64]:
     return np.unique([row["value"] for row in _chosen(rows, metric.rows[0], metric.kind)])
 
 
+_COUNTED = {
+    "precision of counts": ((1.0, 0.0, 0.0), (1.0, 1.0, 0.0)),
+    "recall of counts": ((1.0, 0.0, 0.0), (1.0, 0.0, 1.0)),
+    "f of counts": ((2.0, 0.0, 0.0), (2.0, 1.0, 1.0)),
+}
+"""How much a right, a wrong and a missing answer counts above and below the line: ``A / (A + B)``, ``A / (A + C)`` and
+``2 P R / (P + R) = 2 A / (2 A + B + C)``.
+"""
+
 _Parts = tuple[list[int], NDArray[np.float64], NDArray[np.float64]]
 """Seed, numerator (D,) and denominator (D,) of each row."""
 
@@ -65,14 +80,12 @@ def _chosen(rows: Sequence[Row], name: str, kind: str | None) -> list[Row]:
         for row in rows
         if row["metric"] == name
         and (row["value"] is not None or name == "recovery_frames")
-        and (kind is None or _is(row["frame_out"], kind))
+        and (kind is None or _is(event_of(row), kind))
     ]
 
 
-def _is(frame_out: dict[str, Any] | None, kind: str) -> bool:
-    if frame_out is None:
-        return False
-    return bool(frame_out["turned"]) if kind == "turned" else frame_out["kind"] == kind
+def _is(event: dict[str, Any] | None, kind: str) -> bool:
+    return event is not None and (event["kind"] == kind or event.get(kind) is True)
 
 
 def _mean_parts(rows: Sequence[Row]) -> _Parts:
@@ -99,6 +112,15 @@ def _survival_parts(times: Sequence[Row], watched: Sequence[Row]) -> _Parts:
     at = ends[:, None]
     events = (at == steps) & ~never[:, None]
     return [row["seed"] for row in times], events.astype(float), (at >= steps).astype(float)
+
+
+def _count_parts(counts: Sequence[Sequence[Row]], above: Sequence[float], below: Sequence[float]) -> _Parts:
+    """``a = above_k * count, b = below_k * count`` for rows of the k-th kind: ratios are those of the sums."""
+    seeds = [row["seed"] for some in counts for row in some]
+    values = np.array([[row["value"]] for some in counts for row in some], dtype=float)
+    lengths = [len(some) for some in counts]
+    numerators, denominators = (values * np.repeat(factors, lengths)[:, None] for factors in (above, below))
+    return seeds, numerators, denominators
 
 
 def _collect(

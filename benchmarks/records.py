@@ -3,7 +3,7 @@
 ``records.jsonl`` holds one JSON object a line. Every row has these keys:
 
 ======================  ================================================================================
-``suite``               ``frame-out``; ``paper`` for experiments that measure a camera and run no tracker
+``suite``               ``frame-out``, ``stereo``; ``paper`` for experiments that measure a camera and run no tracker
 ``scenario``            catalogue id with version, ``road-town-v1``
 ``preset``              ``standard`` …
 ``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``oracle``);
@@ -15,7 +15,8 @@
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined here (left out of means)
 ``weight``              how much the value counts in a mean over rows, e.g. the frames it is a mean of
-``frame_out``           null for rows about the whole episode; else the frame-out that the row is about::
+``frame_out``           suites ``frame-out`` and ``paper``: null for rows about the whole episode; else the
+                        frame-out that the row is about::
 
                             {"index": 0, "exit_frame": 57, "length_frames": 43, "back_frame": 104 or null,
                              "kind": "road" | "excursion", "side": "left"|"right"|"top"|"bottom",
@@ -24,6 +25,16 @@
                         ``back_frame`` is the first frame on which the whole car is in the picture again;
                         null if it left again, or the episode ended, before that. ``length_frames`` counts
                         frames wholly outside.
+``event``               suite ``stereo``, in place of ``frame_out``: null for rows about the whole episode; else the
+                        stretch of frames that the row is about::
+
+                            {"index": 2, "kind": "occlusion" | "lamp on" | "lamp off" | "back light" | "doorway"
+                             | "shade" | "near person" | "nobody near", "first_frame": 57, "length_frames": 8,
+                             "back_frame": 66 or null, "place": "hall", "light": true of a change of light}
+
+                        ``back_frame`` is the first frame after an occlusion on which half of the target is seen;
+                        null if it was hidden again, or the episode ended, before that, and of other events. A
+                        change of light is the two seconds from its beginning on.
 ``seconds``             wall time of the episode with this tracker (not reproducible)
 ``versions``            of the packages, and short hashes of the code and the parameters that made the row
 ======================  ================================================================================
@@ -51,14 +62,33 @@ Frame-outs without a row ``recovered`` are those that cannot be judged: no full 
 the next exit or the end. (In closed loop the tracker steers: there a car that never returns is not
 recovered.)
 
-Rows about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a tracker without
-posterior), ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5
-%, 5-10 % … of the posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``,
+Rows of suite ``frame-out`` about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a
+tracker without posterior), ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at
+level 0-5 %, 5-10 % … of the posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``,
 ``in_view_tpr``, ``in_view_tnr``, ``precision_curve`` and ``recall_curve`` (*series* over
 ``metrics.long_term.THRESHOLDS``), ``centre_error_px``, ``success_auc``, ``success_curve`` (*series* over
-``metrics.single_object.THRESHOLDS``), ``time_in_view`` and ``losses_per_minute`` (closed loop only),
-``run_kept`` (1 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``,
-``frames_per_s``, ``failed_at_frame`` (only if the tracker failed), ``frames``.
+``metrics.single_object.THRESHOLDS``), ``time_in_view`` and ``losses_per_minute`` (closed loop only), ``run_kept``
+(1 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
+``failed_at_frame`` (only if the tracker failed), ``frames``.
+
+Rows of suite ``stereo`` about events, see ``metrics.people`` for what a frame counts as:
+
+=================================  =====================================================================
+``recovered``                      occlusions: 1 if right within 10 frames after ``back_frame``, else 0
+``recovery_frames``                frames from ``back_frame`` to the first right one; null = never
+``watched_frames``                 frames from ``back_frame`` to the next occlusion or the episode's end
+``locked_on_wrong_person``         1 if on one other person in most of the frames
+                                   ``back_frame`` … ``back_frame + 10``
+``event_right_frames``, ``event_wrong_frames``, ``event_missed_frames``, ``event_wrong_person_rate``
+                                   other events: the same as of the whole episode, of their frames alone
+=================================  =====================================================================
+
+Rows of suite ``stereo`` about the whole episode but its first frame: ``right_frames``, ``wrong_frames``,
+``missed_frames`` (A, B and C, of which precision, recall and F are made), ``wrong_person_rate`` (share of all frames),
+``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m`` (frames with a
+right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
+``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
+``failed_at_frame``, ``frames``.
 
 Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see
 ``benchmarks.summary``) and what the report writes.
@@ -103,6 +133,12 @@ def block_key(row: Row) -> BlockKey:
         row["tracker"],
         row["seed"],
     )
+
+
+def event_of(row: Row) -> dict[str, Any] | None:
+    """Return the attributes of the event that a row is about; None of one about the whole episode."""
+    event: dict[str, Any] | None = row.get("frame_out") or row.get("event")
+    return event
 
 
 def append_block(directory: Path, rows: Sequence[Row]) -> None:

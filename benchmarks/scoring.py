@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.judging import Score
 from benchmarks.metrics import closed_loop as closed
 from benchmarks.metrics import in_view, localisation, long_term, offscreen, posterior, recovery, single_object
 from benchmarks.metrics.frame_outs import FrameOut, find_frame_outs
@@ -16,16 +16,6 @@ from benchmarks.metrics.series import EstimateSeries, TruthSeries
 
 NEES_CAP = 100.0
 """Largest NEES of a frame that enters a mean: one frame on which a tracker is lost must not decide it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Score:
-    """One value of one metric, see ``benchmarks.records``."""
-
-    metric: str
-    value: float | list[float] | None
-    weight: float = 1.0
-    frame_out: FrameOut | None = None
 
 
 EpisodeScore = Callable[[TruthSeries, EstimateSeries], float]
@@ -81,8 +71,7 @@ def _recovery(
     truth: TruthSeries,
     closed_loop: bool,
 ) -> Recovery | None:
-    never_back = frame_out.back_frame is None and frame_out.watch_end_frame == truth.frame_count
-    if closed_loop and never_back:
+    if closed_loop and recovery.never_back(frame_out, truth.frame_count):
         return recovery.NEVER_BACK
     return recovery.judge_recovery(frame_out, on_target, on_other, truth.rate_hz)
 
@@ -92,19 +81,19 @@ def _frame_out_scores(
 ) -> Iterator[Score]:
     for frame_out, outcome in zip(frame_outs, recoveries, strict=True):
         if outcome is not None:
-            yield Score("recovered", float(outcome.recovered), frame_out=frame_out)
-            yield Score("kept", float(outcome.kept), frame_out=frame_out)
+            yield Score("recovered", float(outcome.recovered), event=frame_out)
+            yield Score("kept", float(outcome.kept), event=frame_out)
             frames = None if outcome.frames is None else float(outcome.frames)
-            yield Score("recovery_frames", frames, frame_out=frame_out)
-            yield Score("watched_frames", float(outcome.watched_frames), frame_out=frame_out)
-            yield Score("locked_on_wrong_car", float(outcome.locked_on_wrong_car), frame_out=frame_out)
+            yield Score("recovery_frames", frames, event=frame_out)
+            yield Score("watched_frames", float(outcome.watched_frames), event=frame_out)
+            yield Score("locked_on_wrong_car", float(outcome.locked_on_other), event=frame_out)
         by_frame_m = offscreen.error_by_frames_since_exit_m(error_m, frame_out)
-        yield Score("reentry_error_m", float(by_frame_m[-1]), frame_out=frame_out)
+        yield Score("reentry_error_m", float(by_frame_m[-1]), event=frame_out)
         for frames_since_exit in (30, 100):
             if frame_out.length_frames > frames_since_exit:
                 name = f"offscreen_error_{frames_since_exit}_m"
-                yield Score(name, float(by_frame_m[frames_since_exit]), frame_out=frame_out)
-        yield Score("offscreen_error_by_frame_m", by_frame_m.tolist(), frame_out=frame_out)
+                yield Score(name, float(by_frame_m[frames_since_exit]), event=frame_out)
+        yield Score("offscreen_error_by_frame_m", by_frame_m.tolist(), event=frame_out)
 
 
 def _offscreen_scores(

@@ -1,11 +1,42 @@
-"""Suites: which scenario, presets and metrics belong together, and how each metric is made from rows."""
+"""Suites by name: which scenario, presets, judge, metrics and figures belong together.
+
+A suite registers where it is defined, ``register_suite(Suite(...))``. Everything that runs, pools, compares or reports
+asks here, and knows no suite by name.
+"""
 
 from __future__ import annotations
 
+import importlib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
-Statistic = Literal["mean", "median", "geometric mean", "precision", "recall", "f", "restricted mean"]
+from benchmarks.judging import Judge
+from benchmarks.records import Row
+from benchmarks.report.palette import LineStyle
+from scenarios.scenario import Episode
+
+_MODULES = ("benchmarks.frame_out.suite", "benchmarks.stereo.suite")
+"""Modules that define suites. Add yours here."""
+
+_SUITES: dict[str, Suite] = {}
+
+Statistic = Literal[
+    "mean",
+    "median",
+    "geometric mean",
+    "precision",
+    "recall",
+    "f",
+    "precision of counts",
+    "recall of counts",
+    "f of counts",
+    "restricted mean",
+]
+Condition = tuple[str, str, str, str, str]
+"""Suite, scenario, preset, renderer, controller ("" = set path)."""
+EventTest = Callable[[dict[str, Any]], bool]
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +49,7 @@ class Metric:
         unit: ``fraction``, ``m``, ``px``, ``frames`` …
         better: which way is better. rows: metrics of the rows it is made from.
         statistic: how rows become one number, see ``benchmarks.pooling``.
-        kind: only rows of frame-outs of this kind, or "turned" for those with a turn at a crossing; None =
-            all.
+        kind: only rows of events of this kind, or of which this attribute is true; None = all.
     """
 
     name: str
@@ -28,7 +58,42 @@ class Metric:
     better: Literal["higher", "lower"]
     rows: tuple[str, ...]
     statistic: Statistic = "mean"
-    kind: Literal["road", "excursion", "turned"] | None = None
+    kind: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A figure of the report with its words; ``svg`` as ``report.plots.svg`` returns it."""
+
+    title: str
+    words: str
+    svg: str
+
+
+@dataclass(frozen=True, slots=True)
+class EventWords:
+    """What a suite says of its events, the parts of an episode that rows may be about.
+
+    Attributes:
+        name: in the plural, in words.
+        key: of the rows, where the event's attributes stand.
+        tests: what events are divided by when two trackers are compared: a name in words, and the test whether an
+            event's attributes are of it.
+        compared: metrics of single events in which they are compared.
+        describe: takes all events of a condition to one line: how many there are and of what kind.
+    """
+
+    name: str
+    key: str
+    tests: Mapping[str, EventTest]
+    compared: tuple[Metric, ...]
+    describe: Callable[[Sequence[dict[str, Any]]], str]
+
+
+def no_picture(
+    directory: Path, condition: Condition, trackers: Mapping[str, Sequence[Row]], shown: Sequence[str]
+) -> None:
+    """Put no picture beside the rows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,21 +102,38 @@ class Suite:
 
     Attributes:
         name: what users type.
-        summary: one line.
+        summary: one line. heading: of a page about it.
         scenario: catalogue id without version. preset, quick_preset: defaults.
+        judge: makes the judge of an episode.
         metrics: of the summary, in order.
         headline: metrics of the leaderboard on the terminal, the first one ranks.
         compared: metrics in which ours is compared with each other tracker.
+        tuned_for: what tuning maximises: the sum of these metrics times these factors.
+        events: what rows may be about besides whole episodes.
+        silence: what a frame on which a tracker says nothing counts as, in words.
+        figures: draws the report's plots from the rows of trackers by name, in the styles given.
+        picture: puts a picture beside the rows, for the report, of the trackers ``shown``.
+        oracles: what the report says of those with unfair knowledge.
+        controller: who steers the camera by the estimate where a preset asks for it and users do not say.
     """
 
     name: str
     summary: str
+    heading: str
     scenario: str
     preset: str
     quick_preset: str
+    judge: Callable[[Episode], Judge]
     metrics: tuple[Metric, ...]
     headline: tuple[str, ...]
     compared: tuple[str, ...]
+    tuned_for: Mapping[str, float]
+    events: EventWords
+    silence: str
+    figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]]
+    picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = no_picture
+    oracles: str = ""
+    controller: str = "centre"
 
     def metric(self, name: str) -> Metric:
         """Return one metric by name.
@@ -65,126 +147,18 @@ class Suite:
         raise ValueError(f"metric: expected one of {', '.join(m.name for m in self.metrics)}; got {name!r}")
 
 
-def _rate(name: str, summary: str, row: str, kind: Literal["road", "excursion", "turned"] | None = None) -> Metric:
-    return Metric(name, summary, "fraction", "higher", (row,), kind=kind)
+def register_suite(new: Suite) -> None:
+    """Make a suite known under its name. Raises ValueError if it is taken."""
+    if new.name in _SUITES:
+        raise ValueError(f"suite: the name {new.name!r} is taken")
+    _SUITES[new.name] = new
 
 
-def _error(name: str, summary: str, row: str, unit: str = "m") -> Metric:
-    return Metric(name, summary, unit, "lower", (row,))
-
-
-_CURVES = ("precision_curve", "recall_curve")
-
-FRAME_OUT = Suite(
-    name="frame-out",
-    summary="a car seen from a helicopter: where is it while outside the picture, and is it found again?",
-    scenario="road-town",
-    preset="standard",
-    quick_preset="quick",
-    metrics=(
-        _rate("recovery_rate", "frame-outs after which it is on the car within 5 frames", "recovered"),
-        _rate("road_recovery_rate", "the same, of frame-outs on the road", "recovered", "road"),
-        _rate("excursion_recovery_rate", "the same, of those with a way off the road", "recovered", "excursion"),
-        _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", "recovered", "turned"),
-        _rate("kept_rate", "frame-outs recovered and still on the car one second later", "kept"),
-        _rate("road_kept_rate", "the same, of frame-outs on the road", "kept", "road"),
-        _rate("excursion_kept_rate", "the same, of those with a way off the road", "kept", "excursion"),
-        _rate("kept_run_rate", "episodes all of whose frame-outs were kept", "run_kept"),
-        Metric(
-            "wrong_car_rate",
-            "frame-outs after which it is locked on another car",
-            "fraction",
-            "lower",
-            ("locked_on_wrong_car",),
-        ),
-        Metric(
-            "time_to_recover_frames",
-            "mean time from back in full to on the car, never = 60 (Kaplan-Meier, restricted)",
-            "frames",
-            "lower",
-            ("recovery_frames", "watched_frames"),
-            "restricted mean",
-        ),
-        _error(
-            "offscreen_error_30_m",
-            "error 30 frames after the exit, mean of frame-outs that last so long",
-            "offscreen_error_30_m",
-        ),
-        _error("offscreen_error_100_m", "error 100 frames after the exit", "offscreen_error_100_m"),
-        Metric("offscreen_error_30_median_m", "its median", "m", "lower", ("offscreen_error_30_m",), "median"),
-        Metric("offscreen_error_100_median_m", "its median", "m", "lower", ("offscreen_error_100_m",), "median"),
-        _error("offscreen_error_m", "error on all frames outside", "offscreen_error_m"),
-        _error(
-            "offscreen_error_car_lengths",
-            "the same in car lengths",
-            "offscreen_error_car_lengths",
-            "car lengths",
-        ),
-        _error("reentry_error_m", "error on the last frame outside", "reentry_error_m"),
-        _rate(
-            "coverage_50",
-            "frames outside whose truth lies in the posterior's 50 % region (0.5 is right)",
-            "coverage_50",
-        ),
-        _rate("coverage_90", "in its 90 % region (0.9 is right)", "coverage_90"),
-        _rate("coverage_95", "in its 95 % region (0.95 is right)", "coverage_95"),
-        Metric("nees", "normalised error squared of the posterior outside (2 is right)", "1", "lower", ("nees",)),
-        _rate("in_view_tpr", "frames in view on which it says so and is on the car", "in_view_tpr"),
-        _rate("in_view_tnr", "frames out of view on which it says so", "in_view_tnr"),
-        Metric(
-            "in_view_gm",
-            "geometric mean of the two (OxUvA)",
-            "fraction",
-            "higher",
-            ("in_view_tpr", "in_view_tnr"),
-            "geometric mean",
-        ),
-        Metric("precision", "VOT-LT precision", "fraction", "higher", _CURVES, "precision"),
-        Metric("recall", "VOT-LT recall", "fraction", "higher", _CURVES, "recall"),
-        Metric(
-            "f_measure",
-            "VOT-LT F-score, at the confidence that makes it greatest",
-            "fraction",
-            "higher",
-            _CURVES,
-            "f",
-        ),
-        _error("centre_error_px", "centre error on frames in view", "centre_error_px", "px"),
-        _rate("success_auc", "area under the success curve (OTB)", "success_auc"),
-        _rate("time_in_view", "closed loop: frames with the car in the picture", "time_in_view"),
-        Metric(
-            "losses_per_minute",
-            "closed loop: frame-outs not recovered",
-            "1/min",
-            "lower",
-            ("losses_per_minute",),
-        ),
-        Metric("ms_per_frame", "CPU time of one core a frame", "ms", "lower", ("ms_per_frame",), "median"),
-        Metric("frames_per_s", "frames a second on one core", "1/s", "higher", ("frames_per_s",), "median"),
-    ),
-    headline=(
-        "recovery_rate",
-        "kept_rate",
-        "time_in_view",
-        "offscreen_error_m",
-        "offscreen_error_30_m",
-        "coverage_95",
-        "in_view_gm",
-        "f_measure",
-        "frames_per_s",
-    ),
-    compared=(
-        "recovery_rate",
-        "kept_rate",
-        "excursion_recovery_rate",
-        "offscreen_error_30_m",
-        "offscreen_error_100_m",
-        "in_view_gm",
-        "f_measure",
-    ),
-)
-
-SUITES = {suite.name: suite for suite in (FRAME_OUT,)}
+def suites() -> dict[str, Suite]:
+    """Return all suites by name, in its order: which one was imported first is chance."""
+    for module in _MODULES:
+        importlib.import_module(module)
+    return dict(sorted(_SUITES.items()))
 
 
 def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> None:
@@ -197,7 +171,7 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> No
     if any(metric.name == known.name for known in old.metrics):
         raise ValueError(f"metric: expected a new name, got {metric.name!r}, which the suite has")
     shown = (*old.headline, metric.name) if headline else old.headline
-    SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
+    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
 
 
 def suite(name: str) -> Suite:
@@ -206,6 +180,7 @@ def suite(name: str) -> Suite:
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
-    if name not in SUITES:
-        raise ValueError(f"suite: expected one of {', '.join(SUITES)}; got {name!r}")
-    return SUITES[name]
+    known = suites()
+    if name not in known:
+        raise ValueError(f"suite: expected one of {', '.join(known)}; got {name!r}")
+    return known[name]

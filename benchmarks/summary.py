@@ -23,13 +23,11 @@ import numpy as np
 
 from benchmarks import pooling, statistics
 from benchmarks.records import Row, read_rows, rounded, write_beside
-from benchmarks.suites import Metric, suite
+from benchmarks.suites import Condition, Metric, suite
 
 SUMMARY_FILE_NAME = "summary.json"
 COMPARISONS_FILE_NAME = "comparisons.json"
 
-Condition = tuple[str, str, str, str, str]
-"""Suite, scenario, preset, renderer, controller ("" = set path)."""
 Groups = dict[Condition, dict[str, list[Row]]]
 
 

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contestants import Contestant
 from benchmarks.estimate_check import check_estimate
-from benchmarks.metrics import posterior
-from benchmarks.metrics.series import EstimateSeries, estimated_box
+from benchmarks.judging import Score, ScoreSheet
 from benchmarks.time_limit import Stopwatch, TooSlow, at_most
 from scenarios.scenario import Frame
-from sim.optics import intersect_plane
 from trackers.types import Estimate
 
 _UNTIMED_FRAMES = 5
@@ -48,21 +46,23 @@ class Failure:
 
 
 class TrackedEpisode:
-    """Feeds one contestant frame by frame and keeps what it says.
+    """Feeds one contestant frame by frame and puts what it says on its score sheet.
 
     Attributes:
+        latest: the estimate of the latest frame, without its posterior.
+        silent_frames: number of frames on which it said nothing.
         reason: why it failed, None if it did not.
         failed_at_frame: first frame on which it failed.
     """
 
-    def __init__(self, contestant: Contestant, limit_s: float) -> None:
+    def __init__(self, contestant: Contestant, sheet: ScoreSheet, limit_s: float) -> None:
         self._contestant = contestant
+        self._sheet = sheet
         self._limit_s = limit_s
-        self._first_box = np.full(4, np.nan)
-        self._said: list[Estimate] = []
-        self._position_m: list[NDArray[np.float64]] = []
-        self._calibrations: list[posterior.Calibration] = []
+        self._frames = 0
         self._cpu_s: list[float] = []
+        self.latest = SILENT
+        self.silent_frames = 0
         self.reason: str | None = None
         self.failed_at_frame: int | None = None
 
@@ -72,26 +72,20 @@ class TrackedEpisode:
         """
         if self.failed_at_frame is not None:
             estimate = SILENT
-        elif not self._said:
+        elif self._frames == 0:
             estimate = self._start(frame, first_box_xyxy)
         else:
             estimate = self._ask(frame)
-        self._keep(frame, estimate)
+        self._sheet.keep(frame, estimate)
+        # Particles are judged at once and would fill the memory.
+        self.latest = replace(estimate, particles_px=None, weights=None, covariance_px=None)
+        self.silent_frames += bool(np.isnan(np.asarray(estimate.position_px, dtype=float)).any())
+        self._frames += 1
         return estimate
 
     def fail(self, reason: str) -> None:
         """Count the contestant as failed from the coming frame on."""
-        self.reason, self.failed_at_frame = reason, len(self._said)
-
-    @property
-    def latest(self) -> Estimate:
-        """The estimate of the latest frame, without its posterior."""
-        return self._said[-1]
-
-    @property
-    def silent_frames(self) -> int:
-        """Number of frames on which it said nothing."""
-        return sum(bool(np.isnan(np.asarray(e.position_px, dtype=float)).any()) for e in self._said)
+        self.reason, self.failed_at_frame = reason, self._frames
 
     @property
     def ms_per_frame(self) -> float | None:
@@ -99,19 +93,16 @@ class TrackedEpisode:
         timed = self._cpu_s[_UNTIMED_FRAMES:]
         return 1e3 * float(np.mean(timed)) if timed else None
 
-    def series(self) -> EstimateSeries:
-        """Return everything said so far as arrays."""
-        return EstimateSeries(
-            position_px=np.array([np.asarray(e.position_px, dtype=float) for e in self._said]),
-            position_m=np.array(self._position_m),
-            box_xyxy=np.array([estimated_box(e, self._first_box) for e in self._said]),
-            in_view_probability=np.array([_or_nan(e.in_view_probability) for e in self._said]),
-            credible_level=np.array([c.credible_level for c in self._calibrations]),
-            nees=np.array([c.nees for c in self._calibrations]),
-        )
+    def scores(self) -> Iterator[Score]:
+        """Yield the sheet's scores, then the times."""
+        yield from self._sheet.scores(self.failed_at_frame)
+        if self.ms_per_frame is not None:
+            yield Score("ms_per_frame", self.ms_per_frame)
+            yield Score("frames_per_s", 1e3 / max(self.ms_per_frame, 1e-6))
+        if self.failed_at_frame is not None:
+            yield Score("failed_at_frame", float(self.failed_at_frame))
 
     def _start(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> Estimate:
-        self._first_box = box_xyxy
         given = Estimate(0.5 * (box_xyxy[:2] + box_xyxy[2:]), box_xyxy=box_xyxy.copy(), in_view_probability=1.0)
         with self._guarded():
             self._contestant.initialise(frame, box_xyxy.copy())
@@ -134,22 +125,3 @@ class TrackedEpisode:
             self.fail(f"took longer than {self._limit_s:g} s over one frame")
         except Exception as error:
             self.fail(f"{type(error).__name__}: {error}".splitlines()[0])
-
-    def _keep(self, frame: Frame, estimate: Estimate) -> None:
-        camera, truth = frame.camera, frame.truth
-        target = truth.target
-        height_m = float(truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2])
-        position = np.asarray(estimate.position_px, dtype=float)
-        self._said.append(_without_posterior(estimate))
-        self._position_m.append(intersect_plane(camera, truth.T_world_camera, position, height_m))
-        outside = truth.state == "out"
-        self._calibrations.append(posterior.calibration(estimate, truth, camera) if outside else posterior.NO_POSTERIOR)
-
-
-def _without_posterior(estimate: Estimate) -> Estimate:
-    """Return an estimate without its particles, which are judged at once and would fill the memory."""
-    return Estimate(estimate.position_px, box_xyxy=estimate.box_xyxy, in_view_probability=estimate.in_view_probability)
-
-
-def _or_nan(value: float | None) -> float:
-    return float("nan") if value is None else float(value)

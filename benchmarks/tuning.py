@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import joblib
+import numpy as np
 
 from benchmarks import pooling
 from benchmarks.jobs import Job, run_job
@@ -81,16 +82,12 @@ def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
 
 
 def score_of(rows: Sequence[Row], suite_name: str) -> float:
-    """Return what tuning maximises: ``kept_rate + f_measure - offscreen_error_m / 100``, higher is better.
-
-    The car found again and followed, followed at all, and known of while it is away; a hundred metres of
-    error weigh as much as the whole of either.
-    """
+    """Return what tuning maximises, the suite's ``tuned_for``; what is undefined counts 0."""
     metrics = suite(suite_name)
     total = 0.0
-    for name, factor in (("kept_rate", 1.0), ("f_measure", 1.0), ("offscreen_error_m", -0.01)):
+    for name, factor in metrics.tuned_for.items():
         pool = pooling.pooled(rows, metrics.metric(name))
-        total += factor * (0.0 if pool is None else pool.mean)
+        total += factor * (0.0 if pool is None or not np.isfinite(pool.mean) else pool.mean)
     return total
 
 
@@ -136,7 +133,7 @@ def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str, folder: P
         "default_score": round(tuned.default_score, 6),
         "fresh_score": round(tuned.fresh_score, 6),
         "fresh_default_score": round(tuned.fresh_default_score, 6),
-        "score_is": "kept_rate + f_measure - offscreen_error_m / 100",
+        "score_is": " + ".join(f"{factor:g} {metric}" for metric, factor in suite(budget.suite).tuned_for.items()),
         "trials": tuned.trials,
         "seeds": f"{budget.seeds.start}:{budget.seeds.stop}",
         "suite": budget.suite,
@@ -168,7 +165,7 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
             preset=preset,
             renderer="raster",
             seed=seed,
-            controller="centre" if scenario.presets[preset].closed_loop else None,
+            controller=suite(budget.suite).controller if scenario.presets[preset].closed_loop else None,
             trackers=labels,
             settings={label: (name, settings[label]) for label in labels},
         )

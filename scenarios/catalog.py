@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import Scenario
+from scenarios.stereo_follow.scenario import STEREO_FOLLOW
 
-_SCENARIOS: tuple[Scenario, ...] = (ROAD_TOWN,)
+_SCENARIOS: tuple[Scenario, ...] = (ROAD_TOWN, STEREO_FOLLOW)
 """In order of publication: of two versions of one scenario, the later stands later."""
 
 

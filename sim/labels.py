@@ -74,7 +74,7 @@ def visible_fraction(
     view = K @ (invert_pose(T_world_camera) @ T_world_body)[:3]
     homogeneous = mesh.vertices_m.astype(float) @ view[:, :3].T + view[:, 3]
     covered = np.zeros((height, width), dtype=np.bool_)
-    _cover(homogeneous[:, :2] / homogeneous[:, 2:], mesh.faces, covered)
+    cover(homogeneous[:, :2] / homogeneous[:, 2:], mesh.faces, covered)
     window = seen.instance_id[max(y, 0) : y + height, max(x, 0) : x + width]
     return min(1.0, np.count_nonzero(window == instance_id) / max(int(np.count_nonzero(covered)), 1))
 
@@ -178,7 +178,7 @@ def _box(vertices_m: NDArray[np.float32], view: NDArray[np.float64]) -> NDArray[
 
 
 @njit(cache=True)
-def _cover(pixels: NDArray[np.float64], faces: NDArray[np.int32], covered: NDArray[np.bool_]) -> None:
+def cover(pixels: NDArray[np.float64], faces: NDArray[np.int32], covered: NDArray[np.bool_]) -> None:
     """Set each sample (column, row) that lies in a triangle that faces the camera.
 
     Edge functions e(p) = (b - a) x (p - a); the picture's y grows downwards, so a front face is clockwise

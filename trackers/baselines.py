@@ -154,7 +154,13 @@ class MilParameters:
     """``opencv_mil`` has nothing to set."""
 
 
-@register("opencv_mil", role="baseline", summary="OpenCV's MIL, a general tracker", reproducible=False)
+@register(
+    "opencv_mil",
+    role="baseline",
+    summary="OpenCV's MIL, a general tracker",
+    reproducible=False,
+    suites=("frame-out", "stereo"),
+)
 class OpenCvMil:
     """``cv2.TrackerMIL``. It always answers inside the picture, cannot say that the car is gone, and draws
     numbers of its own that no seed reaches.

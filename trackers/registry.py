@@ -38,6 +38,8 @@ _MODULES = (
     "trackers.road_shape_pf",
     "trackers.background_pf",
     "trackers.mosaic_graph_pf.tracker",
+    "trackers.stereo_colour",
+    "trackers.stereo_people.tracker",
 )
 """Modules that define trackers. Add yours here."""
 
@@ -51,12 +53,13 @@ class TrackerEntry:
 
     Attributes:
         name: what users type.
-        role: what it is to a comparison; exactly one tracker is ``ours``.
+        role: what it is to a comparison; exactly one tracker of a suite is ``ours``.
         summary: one line.
         tracker: class with ``Parameters`` and ``__init__(parameters, rng)``.
         overrides: parameter values that make this entry a variant of ``tracker``.
         tuned_as: name whose tuned values it starts from.
         reproducible: False where the method itself draws numbers that no seed reaches.
+        suites: names of the suites in which it takes part.
     """
 
     name: str
@@ -66,6 +69,7 @@ class TrackerEntry:
     overrides: dict[str, Any]
     tuned_as: str
     reproducible: bool
+    suites: tuple[str, ...]
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then overrides, then ``changes``."""
@@ -96,20 +100,22 @@ def tunable(default: float, low: float, high: float, *, log: bool = False) -> An
     return dataclasses.field(default=default, metadata={"low": low, "high": high, "log": log})
 
 
-def register(name: str, *, role: Role, summary: str, reproducible: bool = True) -> Callable[[_T], _T]:
-    """Class decorator: make a tracker known under ``name``."""
+def register(
+    name: str, *, role: Role, summary: str, reproducible: bool = True, suites: tuple[str, ...] = ("frame-out",)
+) -> Callable[[_T], _T]:
+    """Class decorator: make a tracker known under ``name``, to take part in ``suites``."""
 
     def add(tracker: _T) -> _T:
-        _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible))
+        _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible, suites))
         return tracker
 
     return add
 
 
 def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> None:
-    """Make an ablation of a registered tracker known: the same code and tuned values, with ``overrides``."""
+    """Make an ablation of a registered tracker known: the same code, tuned values and suites, with ``overrides``."""
     base = _ENTRIES[of]
-    _add(TrackerEntry(name, "variant", summary, base.tracker, overrides, base.tuned_as, base.reproducible))
+    _add(TrackerEntry(name, "variant", summary, base.tracker, overrides, base.tuned_as, base.reproducible, base.suites))
 
 
 def entries() -> dict[str, TrackerEntry]:

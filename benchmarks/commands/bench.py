@@ -16,7 +16,6 @@ from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.progress import progress_bar
 from benchmarks.contestants import entrants, load_modules
 from benchmarks.experiment import Experiment, Outcome, check_renderer, run
-from benchmarks.metrics.offscreen import WORST_ERROR_M
 from benchmarks.report.page import write_report
 from benchmarks.suites import Suite, suite
 
@@ -31,10 +30,10 @@ class Bench:
     for the rest of the episode and exit status 1; everyone else's results stand.
 
     Attributes:
-        suites: what to run: frame-out.
+        suites: what to run: frame-out, stereo.
         preset: presets of the scenario, one or more (default: standard; with --quick: quick).
-        trackers: who takes part, one or more names, see `frameout list` (default: everyone; with --quick all but
-            variants).
+        trackers: who takes part, one or more names, see `frameout list` (default: everyone of the suite;
+            with --quick all but variants).
         controllers: who steers the camera by the tracker's estimate: `centre`; `set-path` = nobody, the
             same pictures for everyone (default: as the preset says).
         seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
@@ -85,12 +84,13 @@ class Bench:
         else:
             print_leaderboard(outcome.summary)
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
-        _tell_what_went_wrong(outcome)
+        _tell_what_went_wrong(outcome, wanted)
         return 1 if outcome.failures else 0
 
-    def _everyone(self) -> tuple[str, ...]:
+    def _everyone(self, suite_name: str) -> tuple[str, ...]:
         """Who takes part if nobody is named; ablations take no part in a quick look."""
-        return tuple(name for name, who in entrants().items() if not (self.quick and who.role == "variant"))
+        everyone = entrants(suite_name)
+        return tuple(name for name, who in everyone.items() if not (self.quick and who.role == "variant"))
 
     def _experiment(self, wanted: Suite) -> Experiment:
         preset = wanted.quick_preset if self.quick else wanted.preset
@@ -99,7 +99,7 @@ class Bench:
             suite=wanted.name,
             scenario=wanted.scenario,
             presets=names(self.preset) or (preset,),
-            trackers=names(self.trackers) or self._everyone(),
+            trackers=names(self.trackers) or self._everyone(wanted.name),
             seeds=seed_range(_QUICK_SEEDS if quick_seeds else self.seeds),
             renderer=check_renderer(self.renderer),
             controllers=names(self.controllers) or None,
@@ -111,7 +111,7 @@ class Bench:
         )
 
 
-def _tell_what_went_wrong(outcome: Outcome) -> None:
+def _tell_what_went_wrong(outcome: Outcome, wanted: Suite) -> None:
     """Say on stderr, once for each tracker, that it failed or said nothing."""
     episodes = Counter(failure.tracker for failure in outcome.failures)
     told: set[str] = set()
@@ -124,7 +124,6 @@ def _tell_what_went_wrong(outcome: Outcome) -> None:
     for tracker, frames in outcome.silent.items():
         if frames:
             print(
-                f"note: {tracker} said nothing (NaN) on {frames} frames; each counts as the worst error, "
-                f"{WORST_ERROR_M:g} m",
+                f"note: {tracker} said nothing (NaN) on {frames} frames; each counts as {wanted.silence}",
                 file=sys.stderr,
             )

@@ -1,4 +1,4 @@
-"""``frameout compare``: two trackers, episode by episode, by attribute of the frame-out."""
+"""``frameout compare``: two trackers, episode by episode, by attribute of frame-outs and other events."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.attributes import COMPARED, by_attribute
+from benchmarks.attributes import by_attribute
 from benchmarks.commands.arguments import ONE_NAME
 from benchmarks.records import Row, read_rows
 from benchmarks.statistics import Comparison
+from benchmarks.suites import EventWords, Metric, suite
 
 
 @dataclass(frozen=True)
 class Compare:
-    """Paired differences of two trackers with 95 % intervals, by kind, side, turn and length of the
-    frame-out.
+    """Paired differences of two trackers with 95 % intervals: by kind, side, turn and length of the
+    frame-out; in the suite stereo by what happens, e.g. after a lamp goes off.
 
     A tracker is named as in `frameout list`, or as FOLDER:NAME to take it from another result folder (the
     same tracker with two renderers, before and after a change …). Only episodes that both ran on count.
@@ -43,16 +44,20 @@ class Compare:
     def run(self) -> int:
         """Print it; return the exit status."""
         first, second = (self._rows(name) for name in (self.first, self.second))
+        suites = sorted({row["suite"] for row in (*first, *second)})
+        if len(suites) > 1:
+            raise ValueError(f"second: expected a tracker with rows of one suite with the first, got {suites}")
         found = by_attribute(first, second)
         if not found:
             raise ValueError(f"second: expected a tracker with episodes that {self.first} ran on, got {self.second!r}")
+        words = suite(suites[0]).events
         if self.json:
-            print(json.dumps([_as_data(*each) for each in found], indent=1))
+            print(json.dumps([_as_data(words, *each) for each in found], indent=1))
             return 0
         console = Console()
         if not console.is_terminal:
             console = Console(width=118)
-        console.print(self._table(found))
+        console.print(self._table(words, found))
         return 0
 
     def _rows(self, name: str) -> list[Row]:
@@ -67,9 +72,9 @@ class Compare:
             raise ValueError(f"preset: expected one of {', '.join(presets)} in {str(directory)!r}; got {self.preset!r}")
         return [row for row in rows if row["tracker"] == tracker and self.preset in (None, row["preset"])]
 
-    def _table(self, found: list[tuple[str, str, Comparison, float]]) -> Table:
+    def _table(self, words: EventWords, found: list[tuple[str, Metric, Comparison, float]]) -> Table:
         table = Table(title=f"{self.first} minus {self.second}, paired over episodes", box=box.SIMPLE_HEAD)
-        for column in ("frame-outs", "metric"):
+        for column in (words.name, "metric"):
             table.add_column(column)
         for column in ("difference", "95 % interval", "p (Holm)", "episodes"):
             table.add_column(column, justify="right")
@@ -78,7 +83,7 @@ class Compare:
             clear = comparison.ci_low > 0 or comparison.ci_high < 0
             table.add_row(
                 attribute if attribute != previous else "",
-                f"{metric} ({'↑' if COMPARED[metric].better == 'higher' else '↓'})",
+                f"{metric.name} ({'↑' if metric.better == 'higher' else '↓'})",
                 f"{comparison.difference:+.3f}",
                 f"{comparison.ci_low:+.3f} to {comparison.ci_high:+.3f}",
                 f"{p_holm:.4f}",
@@ -89,5 +94,7 @@ class Compare:
         return table
 
 
-def _as_data(attribute: str, metric: str, comparison: Comparison, p_holm: float) -> dict[str, Any]:
-    return {"frame_outs": attribute, "metric": metric, **asdict(comparison), "p_holm": p_holm}
+def _as_data(
+    words: EventWords, attribute: str, metric: Metric, comparison: Comparison, p_holm: float
+) -> dict[str, Any]:
+    return {f"{words.key}s": attribute, "metric": metric.name, **asdict(comparison), "p_holm": p_holm}

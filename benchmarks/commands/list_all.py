@@ -15,12 +15,14 @@ from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.contestants import entrants, load_modules
 from benchmarks.records import write_beside
-from benchmarks.suites import SUITES
+from benchmarks.suites import suites
 from benchmarks.versions import hash_of_survey
 from scenarios import catalog
+from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.road_town.survey import survey
 from trackers.controllers.catalogue import CONTROLLERS
 
+_CONTENTS_COLUMNS = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad")
 _CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
 
 
@@ -61,38 +63,45 @@ class List:
 
 
 def _measure(seeds: range) -> None:
-    """Write what each preset holds to the file that is kept with the code."""
-    held: dict[str, Any] = {}
-    todo = [(name, preset) for name in catalog.names() for preset in catalog.scenario(name).presets]
+    """Write what each preset of the road town holds to the file that is kept with the code."""
+    held: dict[str, Any] = {ROAD_TOWN.id: {}}
     with progress_bar("measuring presets") as progress:
-        for k, (name, preset) in enumerate(todo):
-            progress(k, len(todo))
-            configuration = catalog.scenario(name).presets[preset]
-            held.setdefault(name, {})[preset] = asdict(survey(configuration, name, seeds))
-        progress(len(todo), len(todo))
+        for k, (preset, configuration) in enumerate(ROAD_TOWN.presets.items()):
+            progress(k, len(ROAD_TOWN.presets))
+            held[ROAD_TOWN.id][preset] = asdict(survey(configuration, ROAD_TOWN.id, seeds))
+        progress(len(ROAD_TOWN.presets), len(ROAD_TOWN.presets))
     document = {"seeds": f"{seeds.start}:{seeds.stop}", "code": hash_of_survey(), "holds": held}
     write_beside(_CONTENTS, json.dumps(document, indent=1) + "\n")
 
 
 def _scenario_table(name: str, contents: dict[str, Any]) -> Table:
     scenario = catalog.scenario(name)
-    measured = f"measured over episodes {contents['seeds']}" if contents else "not measured yet (--measure)"
-    if contents and contents["code"] != hash_of_survey():
-        measured += ", with other code than this; measure anew: frameout list --measure"
+    # Frame-outs are what is counted, and they are what the road town is about.
+    surveyed = name == ROAD_TOWN.id
+    captions = [_measured(contents)] if surveyed else []
     table = Table(
         title=f"{scenario.id}: {scenario.summary}",
-        caption=f"{measured}\ntrackers are given: {scenario.start}",
+        caption="\n".join([*captions, f"trackers are given: {scenario.start}"]),
         box=box.SIMPLE_HEAD,
     )
     for column in ("preset", "", "camera"):
         table.add_column(column, no_wrap=column != "")
-    for column in ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad"):
+    for column in _CONTENTS_COLUMNS if surveyed else ():
         table.add_column(column, justify="right", no_wrap=True)
     for preset, configuration in scenario.presets.items():
         flown = "closed loop" if configuration.closed_loop else "set path"
         held = contents.get("holds", {}).get(name, {}).get(preset)
-        table.add_row(preset, configuration.summary, flown, *_contents_cells(held))
+        table.add_row(preset, configuration.summary, flown, *(_contents_cells(held) if surveyed else ()))
     return table
+
+
+def _measured(contents: dict[str, Any]) -> str:
+    if not contents:
+        return "not measured yet (--measure)"
+    measured = f"measured over episodes {contents['seeds']}"
+    if contents["code"] != hash_of_survey():
+        measured += ", with other code than this; measure anew: frameout list --measure"
+    return measured
 
 
 def _contents_cells(held: dict[str, Any] | None) -> tuple[str, ...]:
@@ -108,10 +117,19 @@ def _contents_cells(held: dict[str, Any] | None) -> tuple[str, ...]:
 
 
 def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
-    trackers = [(who.name, who.role, who.summary) for who in entrants().values()]
-    controllers = [(name, "", _first_line(kind)) for name, kind in CONTROLLERS.items()]
-    suites = [(suite.name, f"{suite.scenario} {suite.preset}", suite.summary) for suite in SUITES.values()]
-    return [("suites", suites), ("trackers", trackers), ("controllers", controllers)]
+    trackers = [
+        (f"trackers of suite {name}", [(who.name, who.role, who.summary) for who in entrants(name).values()])
+        for name in suites()
+    ]
+    return [("suites", _suites()), *trackers, ("controllers", _controllers())]
+
+
+def _suites() -> list[tuple[str, str, str]]:
+    return [(suite.name, f"{suite.scenario} {suite.preset}", suite.summary) for suite in suites().values()]
+
+
+def _controllers() -> list[tuple[str, str, str]]:
+    return [(name, "", _first_line(kind)) for name, kind in CONTROLLERS.items()]
 
 
 def _first_line(kind: type) -> str:
@@ -139,6 +157,11 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
         for name in catalog.names()
     ]
     lists = {
-        title: [dict(zip(("name", "kind", "summary"), row, strict=True)) for row in rows] for title, rows in _tables()
+        title: [dict(zip(("name", "kind", "summary"), row, strict=True)) for row in rows]
+        for title, rows in (("suites", _suites()), ("controllers", _controllers()))
     }
-    return {"scenarios": scenarios, **lists}
+    trackers = [
+        {"name": who.name, "kind": who.role, "summary": who.summary, "suites": who.suites}
+        for who in entrants().values()
+    ]
+    return {"scenarios": scenarios, **lists, "trackers": trackers}

@@ -18,7 +18,7 @@ from trackers import registry
 @dataclass(frozen=True)
 class Tune:
     """Choose trackers' parameters on development seeds, by the same search, score and number of trials for
-    each.
+    each, on the first suite it takes part in.
 
     Writes trackers/tuned/NAME.json with the values, the score, the number of trials, the seeds and this
     command; from then on these values are used in place of the defaults. Variants share the values of the
@@ -49,19 +49,22 @@ class Tune:
         chosen = names(self.trackers) or tuple(filter(_has_tunables, registry.entries()))
         for name in chosen:
             tunables(name)
-        budget = Budget("frame-out", names(self.preset), seeds, self.trials, cores(self.workers))
-        if budget.on_fresh_seeds().seeds.stop > TEST_SPLIT.start:
+        budgets = {
+            name: Budget(registry.entry(name).suites[0], names(self.preset), seeds, self.trials, cores(self.workers))
+            for name in chosen
+        }
+        if seeds.stop + len(seeds) > TEST_SPLIT.start:
             raise ValueError(
                 f"seeds: expected as many development seeds after them, below {TEST_SPLIT.start}, to check the best "
                 f"setting on, got {self.seeds!r}"
             )
         for name in chosen:
             with progress_bar(f"{name}, {self.trials} trials") as progress:
-                tuned = tune(name, budget, progress)
+                tuned = tune(name, budgets[name], progress)
             command = (
                 f"frameout tune {name} --trials {self.trials} --preset {' '.join(self.preset)} --seeds {self.seeds}"
             )
-            path = write_tuned(name, tuned, budget, command, self.out)
+            path = write_tuned(name, tuned, budgets[name], command, self.out)
             print(
                 f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}; on fresh seeds "
                 f"{tuned.fresh_score:.3f} and {tuned.fresh_default_score:.3f}: {path}"

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from benchmarks.metrics.runs import runs
 from benchmarks.metrics.series import TruthSeries
 
 
@@ -46,22 +47,20 @@ class FrameOut:
 
 def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
     """Return the episode's frame-outs in order: every maximal stretch of frames with state ``out``."""
-    out = np.concatenate([[False], truth.state == "out", [False]])
-    exits = np.flatnonzero(out[1:] & ~out[:-1])
-    ends = np.flatnonzero(~out[1:] & out[:-1])
-    watch_ends = np.append(exits, truth.frame_count)[1:]
+    spans = list(runs(truth.state == "out"))
+    watch_ends = [*(exit_frame for exit_frame, _ in spans[1:]), truth.frame_count]
     found = []
-    for index, (exit_frame, end, watch_end) in enumerate(zip(exits, ends, watch_ends, strict=True)):
+    for index, ((exit_frame, end), watch_end) in enumerate(zip(spans, watch_ends, strict=False)):
         whole_again = np.flatnonzero(truth.state[end:watch_end] == "in")
-        back_frame = int(end + whole_again[0]) if len(whole_again) else None
+        back_frame = end + int(whole_again[0]) if len(whole_again) else None
         until = end if back_frame is None else back_frame
         found.append(
             FrameOut(
                 index=index,
-                exit_frame=int(exit_frame),
-                length_frames=int(end - exit_frame),
+                exit_frame=exit_frame,
+                length_frames=end - exit_frame,
                 back_frame=back_frame,
-                watch_end_frame=int(watch_end),
+                watch_end_frame=watch_end,
                 kind="road" if truth.on_road[exit_frame:until].all() else "excursion",
                 side=str(truth.side[exit_frame]),
                 turned=bool(truth.turning[exit_frame:end].any()),

@@ -1,68 +1,90 @@
-"""Does a tracker get the car back after a frame-out, how soon, and does it stay on it?"""
+"""Does a tracker get its target back that was away or hidden, how soon, and does it stay on it?"""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from benchmarks.metrics.frame_outs import FrameOut
-
 RECOVERY_WINDOW_FRAMES = 5
 """A tracker has recovered if it is on the car on ``back_frame`` or one of so many frames after it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Recovery:
-    """How one frame-out ended for one tracker.
+class Absence(Protocol):
+    """A stretch of frames on which the target cannot be seen.
 
     Attributes:
-        recovered: on the car within the window.
-        kept: recovered, and on the car one second after the frame it recovered on (or on the last frame
+        back_frame: first frame on which it can be seen again; None if it is away again, or the episode ends, before.
+        watch_end_frame: first frame of the next absence, or the number of frames.
+    """
+
+    @property
+    def back_frame(self) -> int | None: ...
+
+    @property
+    def watch_end_frame(self) -> int: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """How one absence ended for one tracker.
+
+    Attributes:
+        recovered: on the target within the window.
+        kept: recovered, and on the target one second after the frame it recovered on (or on the last frame
             before the next exit or the episode's end, if that is sooner).
-        frames: from ``back_frame`` to the first frame on the car; None = never while watched.
+        frames: from ``back_frame`` to the first frame on the target; None = never while watched.
         watched_frames: from ``back_frame`` to the next exit or the episode's end.
-        locked_on_wrong_car: on one and the same other vehicle in most frames of the window.
+        locked_on_other: on one and the same other object in most frames of the window.
     """
 
     recovered: bool
     kept: bool
     frames: int | None
     watched_frames: int
-    locked_on_wrong_car: bool
+    locked_on_other: bool
 
 
 NEVER_BACK = Recovery(False, False, None, 0, False)
-"""In closed loop, of a car that the camera never showed in full again: the tracker steered, so it did not
-recover.
-"""
+"""In closed loop, of a target that the camera never showed again: the tracker steered, so it did not recover."""
+
+
+def never_back(absence: Absence, frame_count: int) -> bool:
+    """Return whether the target stays away until the episode's end."""
+    return absence.back_frame is None and absence.watch_end_frame == frame_count
 
 
 def judge_recovery(
-    frame_out: FrameOut, on_target: NDArray[np.bool_], on_other: NDArray[np.int64], rate_hz: float
+    absence: Absence,
+    on_target: NDArray[np.bool_],
+    on_other: NDArray[np.int64],
+    rate_hz: float,
+    window_frames: int = RECOVERY_WINDOW_FRAMES,
 ) -> Recovery | None:
-    """Judge one frame-out.
+    """Judge one absence.
 
     Args:
         on_target: (F,) the estimate is on the target. on_other: (F,) index of the wrong object it is on, -1 =
             none.
+        window_frames: recovered is who is on the target on ``back_frame`` or one of so many frames after it.
 
     Returns:
-        None where it cannot be judged: the target was never back in full, or it was not recovered and the episode
+        None where it cannot be judged: the target was never back, or it was not recovered and the episode
         ended before the window did.
     """
-    back, end = frame_out.back_frame, frame_out.watch_end_frame
+    back, end = absence.back_frame, absence.watch_end_frame
     if back is None:
         return None
-    window_end = min(back + RECOVERY_WINDOW_FRAMES + 1, end)
+    window_end = min(back + window_frames + 1, end)
     hits = np.flatnonzero(on_target[back:end])
     frames = int(hits[0]) if len(hits) else None
     recovered = frames is not None and back + frames < window_end
-    cut_short = end == len(on_target) and back + RECOVERY_WINDOW_FRAMES >= end
+    cut_short = end == len(on_target) and back + window_frames >= end
     if not recovered and cut_short:
         return None
     kept = False

@@ -1,4 +1,4 @@
-"""An episode as arrays over its frames: what was so (truth) and what a tracker said (estimates)."""
+"""An episode in a road town as arrays over its frames: what was so (truth) and what a tracker said (estimates)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Truth
+from scenarios.road_town.truth import RoadTruth
 from trackers.types import CameraModel, Estimate
 
 
@@ -114,7 +114,7 @@ class EstimateSeries:
         return np.where(self.inside(size_px), self.confidence(size_px), 0.0)
 
 
-def without_pictures(truth: Truth) -> Truth:
+def without_pictures(truth: RoadTruth) -> RoadTruth:
     """Return a frame's truth without what is given per pixel: of an episode that is over a gigabyte."""
     nothing = np.empty((0, 0))
     return replace(
@@ -125,7 +125,7 @@ def without_pictures(truth: Truth) -> Truth:
     )
 
 
-def truth_series(truths: Sequence[Truth], rate_hz: float, camera: CameraModel) -> TruthSeries:
+def truth_series(truths: Sequence[RoadTruth], rate_hz: float, camera: CameraModel) -> TruthSeries:
     """Return the truth of an episode as arrays. The number of objects must not change."""
     first = truths[0]
     target = first.target

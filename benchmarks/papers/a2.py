@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks.papers.experiment import Claim, PaperExperiment
+from benchmarks.papers.claims import Claim
+from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import repeat
 from scenarios.scenario import RendererName
 
@@ -23,20 +24,20 @@ EXPERIMENT = PaperExperiment(
     controller="centre",
     claims=(
         Claim(
-            "colour_pf",
-            "the particles spread out; the car is lost at the frame-out",
             "kept_run_rate",
+            "the particles spread out; the car is lost at the frame-out",
             _COUNTED,
             "at most",
             0.2,
+            tracker="colour_pf",
         ),
         Claim(
-            "road_shape_pf",
-            "many particles stay near the car, and the helicopter follows it round a bend outside the picture",
             "kept_run_rate",
+            "many particles stay near the car, and the helicopter follows it round a bend outside the picture",
             _COUNTED,
             "at least",
             0.9,
+            tracker="road_shape_pf",
         ),
     ),
 )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks.papers.experiment import Claim, PaperExperiment
+from benchmarks.papers.claims import Claim
+from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import repeat
 from scenarios.scenario import RendererName
 
@@ -22,20 +23,20 @@ EXPERIMENT = PaperExperiment(
     controller=None,
     claims=(
         Claim(
-            "background_pf",
-            "the car is followed, to some extent, after it has left the picture",
             "road_kept_rate",
+            "the car is followed, to some extent, after it has left the picture",
             _COUNTED.format("on the road"),
             "at least",
             0.7,
+            tracker="background_pf",
         ),
         Claim(
-            "background_pf",
-            "tracking fails where the car leaves the road",
             "excursion_kept_rate",
+            "tracking fails where the car leaves the road",
             _COUNTED.format("with a way off the road"),
             "at most",
             0.3,
+            tracker="background_pf",
         ),
     ),
 )

@@ -10,7 +10,8 @@ from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from benchmarks.papers.measured import SCENARIO, SUITE, Claim, MeasuredExperiment, Values, mean_series
+from benchmarks.papers.claims import Claim
+from benchmarks.papers.measured import SCENARIO, SUITE, MeasuredExperiment, Values, mean_series
 from benchmarks.records import LAST_METRIC, Row
 from benchmarks.report.palette import line_styles
 from benchmarks.report.pictures import write_picture

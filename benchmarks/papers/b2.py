@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.papers.measured import SCENARIO, SUITE, Claim, MeasuredExperiment, Values
+from benchmarks.papers.claims import Claim
+from benchmarks.papers.measured import SCENARIO, SUITE, MeasuredExperiment, Values
 from benchmarks.records import LAST_METRIC
 from benchmarks.report.palette import GRID, line_styles
 from benchmarks.report.pictures import write_picture

@@ -1,29 +1,12 @@
-"""What a paper's experiment is: its setting, its figure, its claims."""
+"""What a paper's experiment with trackers is: its setting, its figure, its claims."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
+from benchmarks.papers.claims import Claim
 from trackers import registry
-
-
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """What the paper says of one method, and the number that it comes to here.
-
-    Attributes:
-        tracker: the method. words: what the paper says.
-        metric: of the suite. counted: what it counts, in words.
-        bound: which side of ``level`` agrees with the paper. level: in [0, 1].
-    """
-
-    tracker: str
-    words: str
-    metric: str
-    counted: str
-    bound: Literal["at most", "at least"]
-    level: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +15,11 @@ class PaperExperiment:
 
     Attributes:
         name: what users type. title, setting: in words.
-        preset: of ``road-town``. trackers: in the order of the paper's figure.
+        preset: of the suite's scenario. trackers: in the order of the paper's figure.
         frames: shown in the paper's figure.
         controller: steers by the estimate; None on a set path.
         claims: what the paper says.
+        suite: whose metrics they are about.
     """
 
     name: str
@@ -46,6 +30,7 @@ class PaperExperiment:
     frames: tuple[int, ...]
     controller: str | None
     claims: tuple[Claim, ...]
+    suite: str = "frame-out"
 
     @property
     def settings(self) -> dict[str, dict[str, Any]]:

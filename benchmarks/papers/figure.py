@@ -6,6 +6,7 @@ from pathlib import Path
 
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.report.pictures import Picture, read_pictures, write_picture
+from benchmarks.suites import suite
 from benchmarks.writers.contact_sheet import contact_sheet
 from benchmarks.writers.replay import Run
 from scenarios import catalog
@@ -17,7 +18,7 @@ _TITLE = "The paper's figure, in this world"
 
 def paper_figure(experiment: PaperExperiment, out: Path, seed: int, renderer: RendererName) -> Picture:
     """Live through one episode with each method, write the figure beside the rows and return it."""
-    scenario = catalog.scenario("road-town").id
+    scenario = catalog.scenario(suite(experiment.suite).scenario).id
     rows = {}
     for tracker in experiment.trackers:
         run = Run(
@@ -35,7 +36,7 @@ def paper_figure(experiment: PaperExperiment, out: Path, seed: int, renderer: Re
         "it is shown to you alone. Blue: the car. Orange: the estimate. Yellow: the particles. An arrow at the "
         "border points at what lies beyond."
     )
-    condition = ("frame-out", scenario, experiment.preset, renderer, experiment.controller or "")
+    condition = (experiment.suite, scenario, experiment.preset, renderer, experiment.controller or "")
     name = f"paper-{experiment.name.lower()}-{renderer}"
     write_picture(out, name, contact_sheet(rows), condition, _TITLE, caption, made_from=f"seed {seed}")
     return next(picture for picture in read_pictures(out) if picture.caption == caption)

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import joblib
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import check_renderer, make_folder
+from benchmarks.papers.claims import Claim, Finding, print_findings
 from benchmarks.papers.page import write_page
 from benchmarks.records import (
     FILE_NAME,
@@ -26,65 +25,16 @@ from benchmarks.records import (
     rewrite,
     rounded,
 )
-from benchmarks.report.numbers import interval_text, number_text, ranges_text
+from benchmarks.report.numbers import ranges_text
 from benchmarks.report.pictures import read_pictures
 from benchmarks.statistics import PooledRatios, bootstrap_interval
 from benchmarks.versions import versions_of_module
 from scenarios.scenario import RendererName
 
 SUITE, SCENARIO, TRACKER = "paper", "stereo-follow-v1", "none"
+_UNIT = "1"
 
 Values = Mapping[str, float | list[float]]
-
-
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """What the paper says, and the number that it comes to here.
-
-    Attributes:
-        metric: of the rows. words: what the paper says. counted: what the number is.
-        bound: which side of ``level`` agrees with the paper, by our choice; ``reported`` = the paper gives no side.
-    """
-
-    metric: str
-    words: str
-    counted: str
-    bound: Literal["at most", "at least", "more than", "reported"]
-    level: float = 0.0
-
-    @property
-    def expected(self) -> str:
-        """Bound and level in words."""
-        return "–" if self.bound == "reported" else f"{self.bound} {self.level:g}"
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """A claim and what came out: mean and 95 % interval over seeds."""
-
-    claim: Claim
-    renderer: str
-    mean: float
-    ci_low: float
-    ci_high: float
-    seeds: int
-
-    @property
-    def agrees(self) -> bool | None:
-        """Whether the mean lies on the paper's side; None where there is no side."""
-        level = self.claim.level
-        sides = {"at most": self.mean <= level, "at least": self.mean >= level, "more than": self.mean > level}
-        return sides.get(self.claim.bound)
-
-    @property
-    def value(self) -> str:
-        """The mean in words."""
-        return number_text(self.mean, "1")
-
-    @property
-    def interval(self) -> str:
-        """The interval in words."""
-        return interval_text(self.ci_low, self.ci_high, "1")
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +139,7 @@ class MeasuredExperiment:
     ) -> None:
         """Print the table of findings and write the page: it, plots (SVG by heading) and the folder's pictures."""
         found = self.findings(rows)
-        _print(self.title, found, seeds)
+        print_findings(self.title, found, seeds)
         again = "" if renderer == "raster" else f" --renderer {renderer}"
         write_page(
             out,
@@ -215,22 +165,9 @@ def _finding(claim: Claim, renderer: str, rows: Sequence[Row]) -> Finding:
     seeds = np.array([row["seed"] for row in rows])
     pool = PooledRatios(seeds, values[:, None], np.ones((len(values), 1)), _only)
     low, high = bootstrap_interval(pool)
-    return Finding(claim, renderer, pool.mean, low, high, len(seeds))
+    return Finding(claim, renderer, pool.mean, low, high, _UNIT, len(seeds))
 
 
 def _only(ratios: NDArray[Any]) -> NDArray[Any]:
     only: NDArray[Any] = ratios[..., 0]
     return only
-
-
-def _print(title: str, found: Sequence[Finding], seeds: range) -> None:
-    table = Table(title=f"{title}: seeds {ranges_text(seeds)}, 95 % intervals over them")
-    for head in ("the paper", "here", "renderer", "value", "interval", "expected"):
-        table.add_column(head)
-    for each in found:
-        claim = each.claim
-        verdict = {True: ": yes", False: ": NO", None: ""}[each.agrees]
-        expected = f"{claim.expected}{verdict}"
-        table.add_row(claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
-    console = Console()
-    (console if console.is_terminal else Console(width=118)).print(table)

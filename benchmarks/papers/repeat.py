@@ -3,40 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from rich.console import Console
-from rich.table import Table
 
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import Experiment
 from benchmarks.experiment import run as run_experiment
-from benchmarks.papers.experiment import Claim, PaperExperiment
+from benchmarks.papers.claims import Claim, Finding, print_findings
+from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.figure import paper_figure
 from benchmarks.papers.page import write_page
-from benchmarks.report.numbers import interval_text, number_text, ranges_text
+from benchmarks.report.numbers import ranges_text
+from benchmarks.suites import suite
 from scenarios.scenario import RendererName
-
-_SUITE = "frame-out"
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """A claim and what came out, with one renderer.
-
-    Attributes:
-        value, interval: in words. episodes: that say something of it.
-        agrees: whether the mean lies on the paper's side.
-    """
-
-    claim: Claim
-    renderer: str
-    value: str
-    interval: str
-    episodes: int
-    agrees: bool
 
 
 def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: RendererName, workers: int) -> list[Finding]:
@@ -45,8 +24,8 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     A folder that already holds rows of the other renderer keeps them; the table then shows both.
     """
     runs = Experiment(
-        suite=_SUITE,
-        scenario="road-town",
+        suite=experiment.suite,
+        scenario=suite(experiment.suite).scenario,
         presets=(experiment.preset,),
         trackers=experiment.trackers,
         seeds=seeds,
@@ -58,7 +37,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
         outcome = run_experiment(runs, out, progress)
     found = findings(experiment, outcome.summary)
     picture = paper_figure(experiment, out, seeds.start, renderer)
-    _print(experiment, found, seeds)
+    print_findings(experiment.title, found, seeds)
     again = "" if renderer == "raster" else f" --renderer {renderer}"
     write_page(
         out,
@@ -86,26 +65,13 @@ def findings(experiment: PaperExperiment, summary: Sequence[dict[str, Any]]) -> 
 
 def _finding(claim: Claim, renderer: str, entry: dict[str, Any] | None) -> Finding:
     if entry is None:
-        return Finding(claim, renderer, "–", "", 0, agrees=False)
-    mean = entry["mean"]
-    agrees = mean is not None and (mean <= claim.level if claim.bound == "at most" else mean >= claim.level)
+        return Finding(claim, renderer, None, None, None, "fraction", 0)
     return Finding(
         claim=claim,
         renderer=renderer,
-        value=number_text(mean, entry["unit"]),
-        interval=interval_text(entry["ci_low"], entry["ci_high"], entry["unit"]),
+        mean=entry["mean"],
+        ci_low=entry["ci_low"],
+        ci_high=entry["ci_high"],
+        unit=entry["unit"],
         episodes=entry["n"],
-        agrees=agrees,
     )
-
-
-def _print(experiment: PaperExperiment, found: Sequence[Finding], seeds: range) -> None:
-    table = Table(title=f"{experiment.title}: seeds {ranges_text(seeds)}, 95 % intervals over them")
-    for head in ("method", "the paper", "here", "renderer", "%", "interval", "expected"):
-        table.add_column(head)
-    for each in found:
-        claim = each.claim
-        expected = f"{claim.bound} {100 * claim.level:g}: {'yes' if each.agrees else 'NO'}"
-        table.add_row(claim.tracker, claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
-    console = Console()
-    (console if console.is_terminal else Console(width=118)).print(table)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,19 +12,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from benchmarks.records import Row, read_rows, write_beside
-from benchmarks.report import curves, plots, tables
-from benchmarks.report.frame_out_picture import show_frame_out
+from benchmarks.report import plots, tables
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
-from benchmarks.suites import suite
-from benchmarks.summary import (
-    COMPARISONS_FILE_NAME,
-    SUMMARY_FILE_NAME,
-    Condition,
-    grouped,
-    write_summary,
-)
+from benchmarks.suites import Condition, Plot, Suite, suite
+from benchmarks.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME, grouped, write_summary
 
 REPORT_FILE_NAME = "report.html"
 _RANKED_ROLES = ("ours", "as-written", "baseline", "external")
@@ -33,21 +26,12 @@ _DRAWN_ROLES = ("ours", "as-written", "baseline", "external", "oracle")
 
 
 @dataclass(frozen=True, slots=True)
-class Plot:
-    """A figure with its words."""
-
-    title: str
-    words: str
-    svg: Markup
-
-
-@dataclass(frozen=True, slots=True)
 class Section:
     """Everything about one condition."""
 
     name: str
     title: str
-    question: str
+    suite: Suite
     provenance: Provenance
     leaderboard: tables.Table
     oracles: tables.Table
@@ -63,8 +47,8 @@ class Section:
 def write_report(directory: Path) -> Path:
     """Make ``directory/report.html`` from the rows in ``directory`` and return its path.
 
-    One frame-out is lived through again for its picture, if it was this code that made the rows. The summary
-    and the comparisons are made anew if they are missing.
+    Where the suite shows a picture, part of an episode is lived through again for it, if it was this code that made the
+    rows. The summary and the comparisons are made anew if they are missing.
 
     Raises:
         ValueError: if the folder holds no results.
@@ -78,7 +62,8 @@ def write_report(directory: Path) -> Path:
     comparisons = json.loads((directory / COMPARISONS_FILE_NAME).read_text())
     groups = grouped(rows)
     for condition, trackers in groups.items():
-        show_frame_out(directory, condition, trackers, _worth_showing(_of(summary, condition), condition))
+        shown = _worth_showing(_of(summary, condition), condition)
+        suite(condition[0]).picture(directory, condition, trackers, shown)
     pictures = read_pictures(directory)
     sections = [
         _section(condition, trackers, _of(summary, condition), _of(comparisons, condition), pictures)
@@ -110,7 +95,9 @@ def _render(sections: list[Section]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("page.html.jinja").render(sections=sections, style=Markup(page_style()))
+    heading = " · ".join(dict.fromkeys(section.suite.heading for section in sections))
+    page = environment.get_template("page.html.jinja")
+    return page.render(heading=heading, sections=sections, style=Markup(page_style()))
 
 
 def _of(entries: list[dict[str, Any]], condition: Condition) -> list[dict[str, Any]]:
@@ -135,7 +122,7 @@ def _section(
     return Section(
         name="-".join(filter(None, condition)),
         title=f"{scenario} · {preset} · {f'steered by {controller}' if controller else 'set path'} · {renderer}",
-        question=scores.summary,
+        suite=scores,
         provenance=provenance([row for rows in trackers.values() for row in rows]),
         leaderboard=tables.leaderboard(scores, summary, _RANKED_ROLES),
         oracles=tables.leaderboard(scores, summary, ("oracle",)),
@@ -143,42 +130,10 @@ def _section(
         differences=tables.paired_differences(scores, comparisons, [line.tracker for line in everything.lines]),
         everything=everything,
         ours=next((name for name, role in ranked if role == "ours"), None),
-        plots=(*_plots(drawn, styles), *_speed_plot(summary, styles)),
+        plots=(*scores.figures(drawn, styles), *_speed_plot(summary, styles)),
         legend=tuple((name, role, styles[name]) for name, role in ranked if name in drawn),
         pictures=tuple(picture for picture in pictures if picture.condition == condition),
     )
-
-
-def _plots(drawn: Mapping[str, list[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    kinds: tuple[tuple[str, str, Callable[..., Any], Callable[..., str]], ...] = (
-        (
-            "Where is the car while nobody sees it?",
-            "Mean error over all frame-outs that last so long, one that is lost or silent counting with the "
-            "capped worst error. Bands: 95 % bootstrap over seeds.",
-            curves.offscreen_error,
-            plots.plot_offscreen_error,
-        ),
-        (
-            "How soon is it found again?",
-            "Kaplan–Meier: a car that is never found counts as lost for as long as it was watched. "
-            "Bands: 95 % bootstrap over seeds.",
-            curves.recovery,
-            plots.plot_recovery,
-        ),
-        (
-            "Does the tracker know how little it knows?",
-            "Share of the frames outside on which the car lies in the posterior's region of that size. "
-            "Above the diagonal: too modest; below: too sure. Trackers without a posterior are not shown.",
-            curves.calibration,
-            plots.plot_calibration,
-        ),
-    )
-    made = []
-    for title, words, compute, draw in kinds:
-        lines = {name: curve for name, rows in drawn.items() if (curve := compute(rows)) is not None}
-        if lines:
-            made.append(Plot(title, words, Markup(draw(lines, styles))))
-    return made
 
 
 def _speed_plot(summary: list[dict[str, Any]], styles: Mapping[str, LineStyle]) -> list[Plot]:
@@ -191,4 +146,4 @@ def _speed_plot(summary: list[dict[str, Any]], styles: Mapping[str, LineStyle]) 
     if not speeds:
         return []
     words = "CPU time of the tracker alone, without the picture's making. Dots: median over episodes."
-    return [Plot("What does it cost?", words, Markup(plots.plot_speed(speeds, styles)))]
+    return [Plot("What does it cost?", words, plots.plot_speed(speeds, styles))]

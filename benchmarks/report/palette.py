@@ -12,8 +12,10 @@ INK = "#0a0b01"
 QUIET = "#0a0b02"
 GRID = "#0a0b03"
 GROUND = "#0a0b04"
+BETTER = "#0a0b05"
+WORSE = "#0a0b06"
 
-PLACEHOLDERS = {INK: "ink", QUIET: "quiet", GRID: "rule", GROUND: "ground"}
+PLACEHOLDERS = {INK: "ink", QUIET: "quiet", GRID: "rule", GROUND: "ground", BETTER: "better", WORSE: "worse"}
 """Placeholder colour → name of the style sheet's variable."""
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.records import write_beside
-from benchmarks.summary import Condition
+from benchmarks.suites import Condition
 
 FOLDER_NAME = "pictures"
 

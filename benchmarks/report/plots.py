@@ -15,7 +15,6 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, PercentFormatter
 
-from benchmarks.metrics.recovery import RECOVERY_WINDOW_FRAMES
 from benchmarks.report.curves import RECOVERY_FRAMES, Curve
 from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle
 
@@ -72,14 +71,17 @@ def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
         return svg(figure)
 
 
-def plot_recovery(curves: Curves, styles: Styles) -> str:
-    """Draw the share of cars found again against frames since they were back in full, as steps."""
+def plot_recovery(curves: Curves, styles: Styles, since: str, window_frames: int) -> str:
+    """Draw the share found again against frames ``since`` (in words) they were back, as steps.
+
+    The first ``window_frames``, within which one counts as recovered, are shaded.
+    """
     with drawn_as("recovery"):
-        figure, axes = new_figure("frames since the car was back in full", "found again")
+        figure, axes = new_figure(f"frames since {since}", "found again")
         for name, curve in curves.items():
             _draw(axes, curve, styles[name], steps=True)
-        axes.axvspan(0, RECOVERY_WINDOW_FRAMES, color=GRID, alpha=0.5, linewidth=0)
-        words = (RECOVERY_WINDOW_FRAMES + 0.8, 0.02)
+        axes.axvspan(0, window_frames, color=GRID, alpha=0.5, linewidth=0)
+        words = (window_frames + 0.8, 0.02)
         axes.annotate("← counts as recovered", words, color=QUIET, fontsize=9, bbox=_BACKED, zorder=5)
         axes.yaxis.set_major_formatter(PercentFormatter(1.0))
         axes.set_xlim(0, RECOVERY_FRAMES)

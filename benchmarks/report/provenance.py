@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.records import LAST_METRIC, Row
+from benchmarks.records import LAST_METRIC, Row, event_of
 from benchmarks.report.numbers import ranges_text
+from benchmarks.suites import suite
 
 TEST_SPLIT = range(10_000, 20_000)
 
@@ -18,7 +19,7 @@ class Provenance:
     Attributes:
         seeds, split: in words.
         episodes, frames: episodes of one tracker, and their frames.
-        frame_outs: how many there are and of what kind, in words.
+        events: how many frame-outs or other events there are and of what kind, in words.
         command: repeats this part.
         versions: package or part → version or hash; several where rows differ.
         failures: one line for each episode in which a tracker failed.
@@ -28,7 +29,7 @@ class Provenance:
     split: str
     episodes: int
     frames: int
-    frame_outs: str
+    events: str
     command: str
     versions: dict[str, str]
     failures: tuple[str, ...]
@@ -43,23 +44,17 @@ def provenance(rows: Sequence[Row]) -> Provenance:
         split=_split(seeds),
         episodes=len(seeds),
         frames=int(sum(frames.values())),
-        frame_outs=_frame_outs(rows),
+        events=_events(rows),
         command=_command(rows[0], seeds, list(dict.fromkeys(row["tracker"] for row in rows))),
         versions=_versions(rows),
         failures=tuple(_failures(rows)),
     )
 
 
-def _frame_outs(rows: Sequence[Row]) -> str:
-    found = {(row["seed"], row["frame_out"]["index"]): row["frame_out"] for row in rows if row["frame_out"]}
-    if not found:
-        return "no frame-outs"
-    lengths = [each["length_frames"] for each in found.values()]
-    turned = sum(bool(each["turned"]) for each in found.values())
-    excursions = sum(each["kind"] == "excursion" for each in found.values())
-    return (
-        f"{len(found)} frame-outs of {min(lengths)} to {max(lengths)} frames, "
-        f"{turned} with a turn at a crossing, {excursions} with a way off the road"
+def _events(rows: Sequence[Row]) -> str:
+    told = ((row["seed"], event) for row in rows if (event := event_of(row)) is not None)
+    return suite(rows[0]["suite"]).events.describe(
+        list({(seed, event["index"]): event for seed, event in told}.values())
     )
 
 

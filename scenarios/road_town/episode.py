@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,9 +13,9 @@ from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, build_town
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame, RendererName
-from scenarios.truth import Side, VisibilityState
+from scenarios.visibility import Exits, centres_px, state_of
 from sim.labels import amodal_box, backward_flow, ground_homography, visible_fraction
-from sim.optics import PinholeCamera, project
+from sim.optics import PinholeCamera
 from sim.render.pipeline import capture
 from sim.render.protocol import create_renderer
 from sim.rng import generator
@@ -29,7 +27,6 @@ from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, 
 
 SUN_ILLUMINANCE_LX = 90_000.0
 SKY_ILLUMINANCE_LX = 18_000.0
-_MOSTLY_HIDDEN = 0.5
 
 
 class RoadTownEpisode:
@@ -60,8 +57,7 @@ class RoadTownEpisode:
         self._frame = -1
         self._T_world_camera = np.eye(4)
         self._body_poses = self._world.poses
-        self._side: Side | None = None
-        self._frames_since_exit = -1
+        self._exits = Exits(plan.camera)
         self._move_to(0)
         self.target_box_xyxy = self._box(TARGET)
 
@@ -153,8 +149,8 @@ class RoadTownEpisode:
                 for body, pose, box in zip(self._cars, poses, boxes, strict=True)
             ]
         )
-        state = _state(camera, boxes[TARGET], fractions[TARGET])
-        self._follow_exits(state, boxes[TARGET])
+        state = state_of(camera, boxes[TARGET], fractions[TARGET])
+        side, frames_since_exit = self._exits.follow(state, boxes[TARGET])
         truth = RoadTruth(
             frame=frame,
             time_s=time_s,
@@ -165,13 +161,13 @@ class RoadTownEpisode:
             T_world_object=poses,
             size_m=plan.sizes_m,
             speed_mps=plan.motion.speed_mps[frame],
-            position_px=_centres_px(camera, T_world_camera, poses, plan.sizes_m),
+            position_px=centres_px(camera, T_world_camera, poses, plan.sizes_m),
             box_xyxy=boxes,
             instance_id=np.array([body.index for body in self._cars]),
             visible_fraction=fractions,
             state=state,
-            side=self._side,
-            frames_since_exit=self._frames_since_exit,
+            side=side,
+            frames_since_exit=frames_since_exit,
             on_road=bool(self._roads.is_on_road(poses[TARGET, None, :2, 3])[0]),
             turning=plan.turning(frame),
             instance_map=seen.instance_id,
@@ -191,14 +187,6 @@ class RoadTownEpisode:
         )
         return Frame(observation, truth)
 
-    def _follow_exits(self, state: VisibilityState, box_xyxy: NDArray[np.float64]) -> None:
-        if state != "out":
-            self._frames_since_exit = -1
-            return
-        self._frames_since_exit += 1
-        if self._frames_since_exit == 0:
-            self._side = _side_of(self.plan.camera, box_xyxy)
-
 
 def _light(plan: Plan) -> Light:
     c = np.cos(plan.sun_elevation_rad)
@@ -206,36 +194,3 @@ def _light(plan: Plan) -> Light:
         [c * np.cos(plan.sun_azimuth_rad), c * np.sin(plan.sun_azimuth_rad), np.sin(plan.sun_elevation_rad)]
     )
     return Light(direction, SUN_ILLUMINANCE_LX, SKY_ILLUMINANCE_LX)
-
-
-def _state(camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible: float) -> VisibilityState:
-    """Return the state of an object by its amodal box and the share of it that is seen."""
-    size = np.array([camera.width_px, camera.height_px])
-    if np.isnan(box_xyxy).any() or (box_xyxy[2:] <= 0).any() or (box_xyxy[:2] >= size).any():
-        return "out"
-    if (box_xyxy[:2] < 0).any() or (box_xyxy[2:] > size).any():
-        return "partial"
-    return "occluded" if visible < _MOSTLY_HIDDEN else "in"
-
-
-def _side_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64]) -> Side:
-    """Return the border that the box is furthest beyond; the bottom for one behind the camera."""
-    beyond: dict[Literal["left", "right", "top", "bottom"], float] = {
-        "left": -box_xyxy[2],
-        "right": box_xyxy[0] - camera.width_px,
-        "top": -box_xyxy[3],
-        "bottom": box_xyxy[1] - camera.height_px,
-    }
-    if np.isnan(box_xyxy).any():
-        return "bottom"
-    return max(beyond, key=lambda side: beyond[side])
-
-
-def _centres_px(
-    camera: PinholeCamera,
-    T_world_camera: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    sizes_m: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    centres = poses[:, :3, 3] + 0.5 * sizes_m[:, 2:] * poses[:, :3, 2]
-    return project(camera, T_world_camera, centres)[0]

@@ -7,14 +7,21 @@ time for the shutter.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from sim.optics import PinholeCamera, look_down_pose
 from sim.sensors.config import SensorConfig, SensorSettings
 from trackers.types import CameraRegisters
 
 CAMERA_HEIGHT_M = 1.2
+BASELINE_M = 0.12
+"""From the left camera to the right one."""
+_MISALIGNED_RAD = np.deg2rad(0.03)
+_GAIN_DIFFERENCE = 0.015
 LONGEST_EXPOSURE_S = 20.85e-3
 """At the largest shutter number."""
 _LARGEST_WHITE_BALANCE, _LARGEST_SHUTTER, _LARGEST_GAIN = 1023, 707, 683
@@ -63,6 +70,31 @@ def _whole(value: float, largest: int) -> int:
     return min(max(round(float(value)), 0), largest)
 
 
-def camera_pose(place_m: NDArray[np.float64], heading_rad: float) -> NDArray[np.float64]:
-    """Return T_world_camera (4, 4) of the camera on a robot at a place (2,): level, looking along its heading."""
-    return look_down_pose(np.append(place_m, CAMERA_HEIGHT_M), heading_rad, 0.5 * np.pi, 0.0)
+def camera_pose(
+    place_m: NDArray[np.float64], heading_rad: float, nod_rad: float = 0.0, roll_rad: float = 0.0
+) -> NDArray[np.float64]:
+    """Return T_world_camera (4, 4) of the camera on a robot at a place (2,), looking along its heading: level, but for
+    nose up and right side down by two small angles.
+    """
+    return look_down_pose(np.append(place_m, CAMERA_HEIGHT_M), heading_rad, 0.5 * np.pi + nod_rad, roll_rad)
+
+
+@dataclass(frozen=True, slots=True)
+class StereoMount:
+    """How the right camera really sits and differs: a rig is calibrated, but never quite.
+
+    Attributes:
+        T_left_right: (4, 4), camera frames.
+        gain: its sensor gives so much more than the left one at the same settings.
+    """
+
+    T_left_right: NDArray[np.float64]
+    gain: float
+
+
+def draw_mount(rng: np.random.Generator) -> StereoMount:
+    """Draw a mount: turned about each axis by some hundredths of a degree (a quarter of a pixel), a per cent of gain."""
+    T_left_right = np.eye(4)
+    T_left_right[:3, :3] = Rotation.from_rotvec(rng.normal(0.0, _MISALIGNED_RAD, 3)).as_matrix()
+    T_left_right[0, 3] = BASELINE_M
+    return StereoMount(T_left_right, float(np.exp(rng.normal(0.0, _GAIN_DIFFERENCE))))

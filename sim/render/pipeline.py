@@ -1,19 +1,22 @@
 """From world to finished picture: renderer, shader and sensor in one call.
 
-The stages are those of ``Renderer.gbuffer``, ``DaylightShader.shade`` and ``CameraSensor.expose``, with the same
-kernels. ``raster`` takes each row through all of them while it is in the processor's nearest memory, and the stages'
-whole pictures are never written; only where lens or motion bring light from one pixel to others does the sensor wait
-for the whole radiance.
+The stages are those of ``Renderer.gbuffer``, ``Shader.shade`` and ``CameraSensor.expose``, with the same kernels.
+``raster`` takes each row through all of them while it is in the processor's nearest memory, and the stages' whole
+pictures are never written; only where lens or motion bring light from one pixel to others does the sensor wait for the
+whole radiance.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numba import njit
+from numba.extending import overload
 from numpy.typing import NDArray
 
+from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
 from sim.render.attributes import new_row_room, resolve_row
 from sim.render.compilation import announce_compilation
@@ -26,11 +29,32 @@ from sim.sensors.config import Picture, SensorSettings
 from sim.sensors.exposure import METER_STEP_PX
 from sim.sensors.motion_blur import needs_blur
 from sim.sensors.noise import develop_row
-from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, DaylightShader, ShadowArrays
+from sim.shaders.baked_light_kernels import AT_ROWS, ROOM_ROWS, BakedArrays, baked_row
+from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
 
 _NO_SETTINGS_YET = SensorSettings(1.0, 1.0)
 """Stands in for settings where none are known yet and nothing is exposed."""
+
+
+class Shader(Protocol):
+    """Lights what is seen of one world: ``DaylightShader`` and ``BakedLightShader``."""
+
+    def shade(
+        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B."""
+        ...
+
+    def row_light(
+        self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> tuple[DaylightArrays | BakedArrays, ShadowArrays]:
+        """Return the light of the world as it is now, as the kernel reads it that belongs to the first one's type.
+
+        Args:
+            probe_depth_m: depths at every 16th pixel of every 16th row.
+        """
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +73,7 @@ class Capture:
 
 def capture(
     renderer: Renderer,
-    shader: DaylightShader,
+    shader: Shader,
     sensor: CameraSensor,
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
@@ -57,39 +81,59 @@ def capture(
     *,
     motion: NDArray[np.float64] | None = None,
     interval_s: float = 1.0,
+    settings: SensorSettings | None = None,
 ) -> Capture:
     """Draw, light and photograph the world as it is now; the sensor's loops take one step.
 
     Arguments as for ``CameraSensor.expose``.
+
+    Args:
+        settings: to take the picture with, and the sensor's loops stay as they are: how the second camera of a stereo
+            pair follows the first one's.
     """
     if isinstance(renderer, Raster):
-        return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, motion, interval_s)
+        return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, motion, interval_s, settings)
     gbuffer = renderer.gbuffer(camera, T_world_camera)
     radiance = shader.shade(gbuffer, camera, T_world_camera)
-    picture = sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
+    picture = _photograph(sensor, radiance, camera, frame, motion, interval_s, settings)
     return Capture(picture, gbuffer.depth_m, gbuffer.instance_id)
+
+
+def _photograph(
+    sensor: CameraSensor,
+    radiance: NDArray[np.float32],
+    camera: PinholeCamera,
+    frame: int,
+    motion: NDArray[np.float64] | None,
+    interval_s: float,
+    given: SensorSettings | None,
+) -> Picture:
+    if given is None:
+        return sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
+    return sensor.develop(radiance, camera, frame, given, motion=motion, interval_s=interval_s)
 
 
 def _capture_by_rows(
     renderer: Raster,
-    shader: DaylightShader,
+    shader: Shader,
     sensor: CameraSensor,
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
     frame: int,
     motion: NDArray[np.float64] | None,
     interval_s: float,
+    given: SensorSettings | None,
 ) -> Capture:
     nearness, triangle = renderer.visible(camera, T_world_camera)
     with np.errstate(divide="ignore"):
         probe_depth_m = 1.0 / nearness[::PROBE_STEP_PX, ::PROBE_STEP_PX]
-    shadows = shader.shadows(probe_depth_m, camera, T_world_camera)
+    light, shadows = shader.row_light(probe_depth_m, camera, T_world_camera)
     shape = nearness.shape
     depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
-    settings = sensor.settings
+    settings = sensor.settings if given is None else given
     scatters = sensor.config.veiling_glare > 0
     whole = settings is None or scatters or _moves_light(camera, settings, motion, interval_s)
-    radiance = np.empty((shape[0] if whole else 1, 3, shape[1]), np.float32)
+    radiance = sensor.film(shape[0] if whole else 1, shape[1])
     image_rgb = np.empty((0 if whole else shape[0], shape[1], 3), np.uint8)
     announce_compilation(_finish_rows)
     metered = _finish_rows(
@@ -97,7 +141,7 @@ def _capture_by_rows(
         renderer.table,
         nearness,
         triangle,
-        shader.light,
+        light,
         shadows,
         sensor.response(settings or _NO_SETTINGS_YET),
         sensor.frame_keys(frame),
@@ -107,9 +151,10 @@ def _capture_by_rows(
         image_rgb,
     )
     if settings is None or whole:
-        picture = sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
+        picture = _photograph(sensor, radiance, camera, frame, motion, interval_s, given)
         return Capture(picture, depth_m, instance_id)
-    sensor.step(metered)
+    if given is None:
+        sensor.step(metered)
     return Capture(Picture(image_rgb, settings), depth_m, instance_id)
 
 
@@ -123,13 +168,29 @@ def _moves_light(
     return motion is not None and needs_blur(camera.width_px, camera.height_px, motion, share)
 
 
+def _light_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
+    """Stands for the row kernel that belongs to the type of ``light``: the compiler puts that one here."""
+    raise NotImplementedError
+
+
+@overload(_light_row)
+def _row_kernel(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
+    def by_day(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
+        shade_row(light, shadows, row, colour, depth_m, normal, room, at, radiance)
+
+    def baked(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
+        baked_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance)
+
+    return by_day if light.instance_class is DaylightArrays else baked
+
+
 @njit(cache=True)
 def _finish_rows(
     textures: TexturePool,
     table: TriangleTable,
     nearness: NDArray[np.float32],
     triangle: NDArray[np.int32],
-    light: DaylightArrays,
+    light: DaylightArrays | BakedArrays,
     shadows: ShadowArrays,
     response: NDArray[np.float32],
     keys: NDArray[np.uint32],
@@ -146,7 +207,7 @@ def _finish_rows(
         image_rgb: (0, W, 3) or (H, W, 3) accordingly.
     """
     height, width = triangle.shape
-    room, at = np.empty((8, width), np.float32), np.empty((2, width), np.uint32)
+    room, at = np.empty((ROOM_ROWS, width), np.float32), np.empty((AT_ROWS, width), np.uint32)
     row_room, colour = new_row_room(width), np.empty(width, np.uint32)
     normal = np.empty((3, width), np.float32)
     values = np.empty((3, width), np.uint16)
@@ -156,7 +217,7 @@ def _finish_rows(
         depth, identity = depth_m[row], instance_id[row]
         resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
         light_out = radiance[row % radiance.shape[0]]
-        shade_row(light, shadows, row, colour, depth, normal, room, at, light_out)
+        _light_row(light, shadows, row, colour, depth, identity, normal, room, at, light_out)
         if image_rgb.shape[0] > 0:
             develop_row(light_out, response, keys, row, values, room, image_rgb[row])
         if row % METER_STEP_PX == 0:

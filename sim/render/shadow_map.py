@@ -68,13 +68,21 @@ class _Region:
 class ShadowCaster:
     """Draws shadow maps of a world. Bodies of category ``ground`` receive shadows and cast none."""
 
-    def __init__(self, world: World, sun_direction: NDArray[np.float64], size: int = 1024) -> None:
-        """``size`` is the side of a map in texels, a multiple of ``BLOCK``."""
+    def __init__(
+        self, world: World, sun_direction: NDArray[np.float64], size: int = 1024, *, movers_only: bool = False
+    ) -> None:
+        """Set what is drawn.
+
+        Args:
+            size: side of a map in texels, a multiple of ``BLOCK``.
+            movers_only: what never moves casts no shadow either.
+        """
         if size < BLOCK or size % BLOCK:
             raise ValueError(f"size: expected a positive multiple of {BLOCK}, got {size}")
         self._world = world
         self._axes = light_axes(np.asarray(sun_direction, dtype=float))
         self._size = size
+        self._movers_only = movers_only
         self._body_count = -1
         self._kept: OrderedDict[tuple[int, int, int], _Region] = OrderedDict()
 
@@ -140,7 +148,9 @@ class ShadowCaster:
         casts = [body for body in bodies if body.category != "ground"]
         self._scene: SceneArrays = pack_geometry([body.mesh for body in bodies])
         self._movers = np.array([body.index for body in casts if body.movable], dtype=np.int64)
-        self._fixed = np.array([body.index for body in casts if not body.movable], dtype=np.int64)
+        self._fixed = np.array(
+            [body.index for body in casts if not body.movable and not self._movers_only], dtype=np.int64
+        )
         self._projected = np.empty((int(np.diff(self._scene.first_vertex).max(initial=0)), 4))
         self._kept.clear()
         self._body_count = len(bodies)

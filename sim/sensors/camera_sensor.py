@@ -9,7 +9,7 @@ from sim.optics import PinholeCamera
 from sim.render.compilation import announce_compilation
 from sim.sensors.config import Picture, SensorConfig, SensorSettings
 from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, right_exposure
-from sim.sensors.lens import distort, scatter
+from sim.sensors.lens import distort, veil
 from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import develop_picture, frame_keys, response
 from sim.sensors.white_balance import channel_gains, next_gains, right_gains
@@ -25,6 +25,7 @@ class CameraSensor:
         self.config = config
         self._key = int(rng.integers(1 << 63))
         self._settings: SensorSettings | None = None
+        self._film = np.empty((0, 3, 0), np.float32)
         self._exposure_held = self._white_balance_held = False
 
     def hold(self, *, exposure: bool, white_balance: bool) -> None:
@@ -92,11 +93,24 @@ class CameraSensor:
         """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
         if motion is not None:
             radiance = blur_by_motion(radiance, motion, settings.exposure_s / interval_s)
-        radiance = scatter(distort(radiance, camera), self.config.veiling_glare)
+        radiance, share = distort(radiance, camera), self.config.veiling_glare
         announce_compilation(develop_picture)
         image_rgb = np.empty((radiance.shape[0], radiance.shape[2], 3), np.uint8)
-        develop_picture(radiance, self.response(settings), self.frame_keys(frame), image_rgb)
+        develop_picture(
+            radiance,
+            np.float32(share),
+            veil(radiance, share),
+            self.response(settings),
+            self.frame_keys(frame),
+            image_rgb,
+        )
         return Picture(image_rgb, settings)
+
+    def film(self, rows: int, width: int) -> NDArray[np.float32]:
+        """Return room for a radiance (rows, 3, width): the same every time, as fresh memory costs a millisecond."""
+        if self._film.shape != (rows, 3, width):
+            self._film = np.empty((rows, 3, width), np.float32)
+        return self._film
 
     def response(self, settings: SensorSettings) -> NDArray[np.float32]:
         """Return what ``develop_row`` needs of the sensor (6,)."""

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera
@@ -27,15 +28,40 @@ def distort(radiance: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.
     return bent
 
 
-def scatter(radiance: NDArray[np.float32], share: float) -> NDArray[np.float32]:
-    """Return the radiance (H, 3, W) with a share of all light spread evenly over the picture (veiling glare, ISO 9358).
+def veil(radiance: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+    """Return the light (3,) that lens and housing spread evenly over the picture of a radiance (H, 3, W).
 
-    ``L' = (1 - share) L + share mean(L)``; ``radiance`` itself for a share of 0.
+    A share of all light is scattered (veiling glare, ISO 9358): ``L' = (1 - share) L + share mean(L)``, of which this
+    is the last part.
     """
     if share == 0.0:
-        return radiance
-    veil = share * radiance.mean(axis=(0, 2), dtype=float)
-    return np.float32(1.0 - share) * radiance + veil.astype(np.float32)[None, :, None]
+        return np.zeros(3, np.float32)
+    total: NDArray[np.float64] = share * _column_totals(radiance).mean(axis=1) / radiance.shape[0]
+    return total.astype(np.float32)
+
+
+@njit(cache=True)
+def _column_totals(radiance: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return sums (3, W) down the columns: each in one order, and yet in vector code."""
+    total = np.zeros(radiance.shape[1:])
+    for row in range(radiance.shape[0]):
+        for channel in range(3):
+            line, into = radiance[row, channel], total[channel]
+            for k in range(line.shape[0]):
+                into[k] += line[k]
+    return total
+
+
+@njit(cache=True)
+def scatter_row(
+    radiance: NDArray[np.float32], share: np.float32, veil: NDArray[np.float32], scattered: NDArray[np.float32]
+) -> None:
+    """Write ``(1 - share) L + veil`` of one row (3, W)."""
+    kept = np.float32(1.0) - share
+    for channel in range(3):
+        line, into, more = radiance[channel], scattered[channel], veil[channel]
+        for k in range(line.shape[0]):
+            into[k] = kept * line[k] + more
 
 
 @lru_cache(maxsize=4)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from sim.sensors.config import SensorConfig, SensorSettings
+from sim.sensors.lens import scatter_row
 from sim.sensors.white_balance import channel_gains
 from sim.shaders.colour import linear_to_srgb
 
@@ -66,15 +67,22 @@ def response(config: SensorConfig, settings: SensorSettings) -> NDArray[np.float
 @njit(cache=True)
 def develop_picture(
     radiance: NDArray[np.float32],
+    share: np.float32,
+    veil: NDArray[np.float32],
     response: NDArray[np.float32],
     keys: NDArray[np.uint32],
     image_rgb: NDArray[np.uint8],
 ) -> None:
-    """Write the picture (H, W, 3) of a radiance (H, 3, W)."""
+    """Write the picture (H, W, 3) of a radiance (H, 3, W), of which a share is scattered, see ``lens.veil``."""
     width = radiance.shape[2]
     values, room = np.empty((3, width), np.uint16), np.empty((3, width), np.float32)
+    scattered = np.empty((3, width), np.float32)
     for row in range(radiance.shape[0]):
-        develop_row(radiance[row], response, keys, row, values, room, image_rgb[row])
+        light = radiance[row]
+        if share > 0:
+            scatter_row(light, share, veil, scattered)
+            light = scattered
+        develop_row(light, response, keys, row, values, room, image_rgb[row])
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")

@@ -135,6 +135,12 @@ class DaylightShader:
         shade_picture(self.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
         return radiance
 
+    def row_light(
+        self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> tuple[DaylightArrays, ShadowArrays]:
+        """Return the light of the world as it is now in one camera's picture, for the row kernel; see ``shadows``."""
+        return self.light, self.shadows(probe_depth_m, camera, T_world_camera)
+
     def shadows(
         self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> ShadowArrays:
@@ -144,25 +150,35 @@ class DaylightShader:
             probe_depth_m: depths at every 16th pixel of every 16th row, which say what region the map must
                 cover.
         """
-        i, j = np.nonzero(probe_depth_m < SHADOW_REACH_M)
-        pixels = np.column_stack([j, i]).astype(np.float64) * PROBE_STEP_PX
-        depth_m = probe_depth_m[i, j].astype(float)
-        position_m = T_world_camera[:3, 3]
-        points_m = position_m + rays(camera, T_world_camera, pixels) * depth_m[:, None]
-        if len(points_m) == 0:
-            points_m = position_m[None]
-        shadow_map = self._caster.covering(points_m)
-        across = shadow_map.light_view[[0, 1, 3]]
-        from_pixel = np.empty((3, 4))
-        from_pixel[:, :3] = across[:, :3] @ T_world_camera[:3, :3] @ np.linalg.inv(camera.intrinsic_matrix)
-        from_pixel[:, 3] = across[:, :3] @ position_m + across[:, 3]
-        return ShadowArrays(
-            shadow_map.height_m.ravel(),
-            shadow_map.highest_m.ravel(),
-            shadow_map.height_m.shape[0],
-            from_pixel.astype(np.float32),
-            np.float32(shadow_map.texel_m),
-        )
+        return shadows_in_view(self._caster, probe_depth_m, camera, T_world_camera)
+
+
+def shadows_in_view(
+    caster: ShadowCaster,
+    probe_depth_m: NDArray[np.float32],
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+) -> ShadowArrays:
+    """Return the shadows that a caster draws on what a camera sees now, see ``DaylightShader.shadows``."""
+    i, j = np.nonzero(probe_depth_m < SHADOW_REACH_M)
+    pixels = np.column_stack([j, i]).astype(np.float64) * PROBE_STEP_PX
+    depth_m = probe_depth_m[i, j].astype(float)
+    position_m = T_world_camera[:3, 3]
+    points_m = position_m + rays(camera, T_world_camera, pixels) * depth_m[:, None]
+    if len(points_m) == 0:
+        points_m = position_m[None]
+    shadow_map = caster.covering(points_m)
+    across = shadow_map.light_view[[0, 1, 3]]
+    from_pixel = np.empty((3, 4))
+    from_pixel[:, :3] = across[:, :3] @ T_world_camera[:3, :3] @ np.linalg.inv(camera.intrinsic_matrix)
+    from_pixel[:, 3] = across[:, :3] @ position_m + across[:, 3]
+    return ShadowArrays(
+        shadow_map.height_m.ravel(),
+        shadow_map.highest_m.ravel(),
+        shadow_map.height_m.shape[0],
+        from_pixel.astype(np.float32),
+        np.float32(shadow_map.texel_m),
+    )
 
 
 def _of_unit_luminance(colour_rgb: tuple[float, float, float]) -> NDArray[np.float64]:

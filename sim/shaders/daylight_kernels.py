@@ -79,12 +79,12 @@ def shade_row(
     lit = room[7]
     _lit(light, shadows, row, depth_m, normal, room, at, lit)
     for channel in range(3):
-        _reflectance(colour, np.uint32(8 * channel), radiance[channel])
+        reflectance_row(colour, np.uint32(8 * channel), radiance[channel])
         _light_up(light, channel, lit, depth_m, normal[2], radiance[channel])
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def _reflectance(colour: NDArray[np.uint32], shift: np.uint32, reflectance: NDArray[np.float32]) -> None:
+def reflectance_row(colour: NDArray[np.uint32], shift: np.uint32, reflectance: NDArray[np.float32]) -> None:
     """Write the linear value of one channel of packed sRGB colours."""
     for k in range(colour.shape[0]):
         c = np.float32(np.int32((colour[k] >> shift) & BYTE))
@@ -172,17 +172,34 @@ def _lit(
     at: NDArray[np.uint32],
     lit: NDArray[np.float32],
 ) -> None:
-    """Write ``max(0, n . l)`` times the share of sun rays that arrive.
+    """Write ``max(0, n . l)`` times the share of sun rays that arrive."""
+    _cosine(light, normal, lit)
+    shadow_row(shadows, row, depth_m, lit, room, at, lit)
+
+
+@njit(cache=True, error_model="numpy")
+def shadow_row(
+    shadows: ShadowArrays,
+    row: int,
+    depth_m: NDArray[np.float32],
+    cosine: NDArray[np.float32],
+    room: NDArray[np.float32],
+    at: NDArray[np.uint32],
+    lit: NDArray[np.float32],
+) -> None:
+    """Multiply ``lit`` (W,) by the share of sun rays that arrive where ``max(0, n . l)`` is ``cosine``.
 
     The map's outermost texels are never covered, so what lies outside is lit.
+
+    Args:
+        room, at: (7, W) and (2, W) to work in.
     """
     s, t, height, corners = room[0], room[1], room[2], room[3:7]
     largest = np.float32(shadows.size) - np.float32(1.001)
-    _cosine(light, normal, lit)
     _light_coordinate(shadows.from_pixel[0], row, depth_m, -HALF, ZERO, largest, s)
     _light_coordinate(shadows.from_pixel[1], row, depth_m, -HALF, ZERO, largest, t)
     _light_coordinate(shadows.from_pixel[2], row, depth_m, ZERO, -ALWAYS, ALWAYS, height)
-    _raise_by_bias(shadows.texel_m, lit, height)
+    _raise_by_bias(shadows.texel_m, cosine, height)
     _split_position(shadows.size, s, t, at[0], at[1])
     heights_m, below = shadows.height_m, np.uint64(shadows.size)
     for k in range(lit.shape[0]):

@@ -71,8 +71,8 @@ class Surroundings:
     reflectance: float
 
 
-class _Sources(NamedTuple):
-    """Small sources as the kernel reads them.
+class Sources(NamedTuple):
+    """Small sources as the kernels read them.
 
     Attributes:
         positions_m: (N, 3).
@@ -105,7 +105,7 @@ class LampShader:
             check("luminance_nit", area.luminance_nit >= 0, "a number >= 0", area.luminance_nit)
         check("surface_m2", surroundings.surface_m2 > 0, "a number > 0", surroundings.surface_m2)
         check("reflectance", 0 <= surroundings.reflectance < 1, "a number in [0, 1)", surroundings.reflectance)
-        self._sources = _sources(lamps, areas)
+        self._sources = small_sources(lamps, areas)
         self._indirect_lx = (
             self._sources.flux_lm
             * surroundings.reflectance
@@ -154,7 +154,8 @@ class LampShader:
         return radiance
 
 
-def _sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> _Sources:
+def small_sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> Sources:
+    """Return lamps and, cut into patches, bright areas."""
     nowhere = np.zeros(3)
     small = [
         (lamp.position_m, nowhere, lamp.flux_lm / (4 * np.pi) * black_body_rgb(lamp.temperature_k)) for lamp in lamps
@@ -176,39 +177,46 @@ def _sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> _Sources:
                 small.append((middle_m, across / size_m2, nit * size_m2 / (count_a * count_b)))
         spread_m2 += [size_m2 / (count_a * count_b) / np.pi] * (count_a * count_b)
     table = np.array(small, dtype=float).reshape(-1, 3, 3)
-    return _Sources(table[:, 0].copy(), table[:, 1].copy(), table[:, 2].copy(), np.array(spread_m2), flux_lm)
+    return Sources(table[:, 0].copy(), table[:, 1].copy(), table[:, 2].copy(), np.array(spread_m2), flux_lm)
 
 
 @njit(cache=True)
 def _illuminance(
     point: NDArray[np.float64],
     normal: NDArray[np.floating],
-    sources: _Sources,
+    sources: Sources,
     total: NDArray[np.float64],
 ) -> None:
     """Add to ``total`` (3,) what comes straight from the sources, see ``LampShader.illuminance_lx``."""
     for source in range(sources.positions_m.shape[0]):
-        squared, along, ahead = 0.0, 0.0, 0.0
-        for k in range(3):
-            towards = sources.positions_m[source, k] - point[k]
-            squared += towards * towards
-            along += towards * normal[k]
-            ahead -= towards * sources.facing[source, k]
-        if along <= 0.0:
-            continue
-        squared = max(squared, _NEAREST_M * _NEAREST_M)
-        distance = np.sqrt(squared)
-        leaving = max(ahead, 0.0) / distance if sources.spread_m2[source] > 0.0 else 1.0
-        arriving = leaving * along / distance / (squared + sources.spread_m2[source] * leaving**4)
-        for k in range(3):
-            total[k] += sources.intensity_cd[source, k] * arriving
+        arriving = arriving_per_m2(point, normal, sources, source)
+        if arriving > 0.0:
+            for k in range(3):
+                total[k] += sources.intensity_cd[source, k] * arriving
+
+
+@njit(cache=True)
+def arriving_per_m2(point: NDArray[np.float64], normal: NDArray[np.floating], sources: Sources, source: int) -> float:
+    """Return the lux on a surface for each candela of a source, see ``LampShader.illuminance_lx``."""
+    squared, along, ahead = 0.0, 0.0, 0.0
+    for k in range(3):
+        towards = sources.positions_m[source, k] - point[k]
+        squared += towards * towards
+        along += towards * normal[k]
+        ahead -= towards * sources.facing[source, k]
+    if along <= 0.0:
+        return 0.0
+    squared = max(squared, _NEAREST_M * _NEAREST_M)
+    distance = np.sqrt(squared)
+    leaving = max(ahead, 0.0) / distance if sources.spread_m2[source] > 0.0 else 1.0
+    return leaving * along / distance / (squared + sources.spread_m2[source] * leaving**4)
 
 
 @njit(cache=True)
 def _illuminate(
     points_m: NDArray[np.float64],
     normals: NDArray[np.float64],
-    sources: _Sources,
+    sources: Sources,
     indirect_lx: NDArray[np.float64],
     result: NDArray[np.float64],
 ) -> None:
@@ -225,7 +233,7 @@ def _shade(
     normal: NDArray[np.float32],
     instance_id: NDArray[np.int32],
     view: NDArray[np.float64],
-    sources: _Sources,
+    sources: Sources,
     indirect_lx: NDArray[np.float64],
     own_nit: NDArray[np.float64],
     radiance: NDArray[np.float32],

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli import main
-from benchmarks.suites import FRAME_OUT
+from benchmarks.frame_out.suite import FRAME_OUT
 from tests import fakes_scenario
 
 FAKES = "fake_knowing,fake_still"

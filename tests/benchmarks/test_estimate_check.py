@@ -24,6 +24,8 @@ POINTS = np.zeros((3, 2))
         Estimate(HERE, particles_px=np.array([[np.nan, 0.0], [1.0, 2.0]])),
         Estimate(HERE, covariance_px=np.zeros((2, 2))),
         Estimate(HERE, in_view_probability=1),
+        Estimate(HERE, depth_m=2.5),
+        Estimate(np.full(2, np.nan), depth_m=float("nan")),
     ],
 )
 def test_what_the_contract_allows_passes(estimate: Estimate) -> None:
@@ -42,6 +44,9 @@ def test_what_the_contract_allows_passes(estimate: Estimate) -> None:
         (Estimate(HERE, np.zeros((2, 2))), r"box_xyxy: expected the shape \(4,\), got \(2, 2\)"),
         (Estimate(HERE, np.full(4, np.nan)), "box_xyxy: expected finite numbers"),
         (Estimate(HERE, np.array([5.0, 2.0, 1.0, 6.0])), "box_xyxy: expected x_min <= x_max"),
+        (Estimate(HERE, depth_m=0.0), r"depth_m: expected a finite number > 0, got 0.0"),
+        (Estimate(HERE, depth_m=float("inf")), r"depth_m: expected a finite number > 0, got inf"),
+        (Estimate(HERE, depth_m=float("nan")), r"depth_m: expected a finite number > 0, got nan"),
         (Estimate(HERE, heading_rad=float("nan")), "heading_rad: expected finite numbers"),
         (Estimate(HERE, in_view_probability=1.2), "in_view_probability: expected a number from 0 to 1, got 1.2"),
         (Estimate(HERE, in_view_probability=float("nan")), "in_view_probability: expected a number from 0 to 1"),

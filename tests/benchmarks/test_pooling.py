@@ -8,10 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from benchmarks.frame_out.suite import FRAME_OUT
 from benchmarks.metrics.long_term import f_score
 from benchmarks.pooling import RESTRICTED_TO_FRAMES, pooled
 from benchmarks.statistics import bootstrap_interval
-from benchmarks.suites import FRAME_OUT, Metric
+from benchmarks.stereo.suite import STEREO
+from benchmarks.suites import Metric
+from benchmarks.summary import paired
 
 
 def row(seed: int, metric: str, value: Any, weight: float = 1.0, **frame_out: Any) -> dict[str, Any]:
@@ -108,3 +111,74 @@ def test_the_restricted_mean_is_the_area_under_scipys_curve(cars: list[tuple[int
     pool = pooled(rows, FRAME_OUT.metric("time_to_recover_frames"))
     assert pool is not None
     assert pool.mean == pytest.approx(area, abs=1e-9)
+
+
+counted = st.lists(st.tuples(st.integers(0, 4), *[st.integers(0, 9)] * 3), min_size=1, max_size=12)
+
+
+def count_rows(data: list[tuple[int, int, int, int]]) -> list[dict[str, Any]]:
+    names = ("right_frames", "wrong_frames", "missed_frames")
+    return [row(seed, name, float(count)) for seed, *counts in data for name, count in zip(names, counts, strict=True)]
+
+
+def brute_force(data: list[tuple[int, int, int, int]]) -> dict[str, float]:
+    """Precision, recall and F of sums, by their textbook formulas; NaN where one is undefined."""
+    right, wrong, missed = (sum(each[k] for each in data) for k in (1, 2, 3))
+    precision = right / (right + wrong) if right + wrong else np.nan
+    recall = right / (right + missed) if right + missed else np.nan
+    total = precision + recall
+    f = 2 * precision * recall / total if total > 0 else 0.0 if right + wrong + missed else np.nan
+    return {"precision": precision, "recall": recall, "f_measure": f}
+
+
+@settings(deadline=None)
+@given(counted)
+def test_precision_recall_and_f_of_counts_are_those_of_all_frames_together(
+    data: list[tuple[int, int, int, int]],
+) -> None:
+    for name, expected in brute_force(data).items():
+        pool = pooled(count_rows(data), STEREO.metric(name))
+        assert pool is not None
+        assert pool.mean == pytest.approx(expected, nan_ok=True)
+
+
+@settings(deadline=None, max_examples=30)
+@given(counted, counted, st.lists(st.integers(0, 4), min_size=5, max_size=5))
+def test_resampled_and_paired_f_is_that_of_the_seeds_drawn(
+    first: list[tuple[int, int, int, int]], second: list[tuple[int, int, int, int]], drawn: list[int]
+) -> None:
+    """Whatever seeds a resample draws, and however often: F is made of all their frames together."""
+    for data in (first, second):
+        data = data + [(seed, 1, 1, 1) for seed in range(5)]
+        pool = pooled(count_rows(data), STEREO.metric("f_measure"))
+        assert pool is not None
+        times = np.bincount(drawn, minlength=5).astype(float)
+        expected = brute_force([each for seed in drawn for each in data if each[0] == seed])["f_measure"]
+        assert float(pool.value(times)) == pytest.approx(expected)
+
+
+def test_the_paired_difference_of_f_is_that_of_the_pooled_ones() -> None:
+    rng = np.random.default_rng(4)
+    first, second = ([(seed, *(int(n) for n in rng.integers(0, 30, 3))) for seed in range(8)] for _ in range(2))
+    comparison = paired(count_rows(first), count_rows(second), STEREO.metric("f_measure"))
+    assert comparison is not None
+    difference = brute_force(first)["f_measure"] - brute_force(second)["f_measure"]
+    assert comparison.difference == pytest.approx(difference)
+    assert comparison.ci_low < difference < comparison.ci_high
+
+
+def test_kinds_choose_events_by_what_is_true_of_them() -> None:
+    def event(kind: str, light: bool, share: float) -> dict[str, Any]:
+        return {**row(0, "event_wrong_person_rate", share), "event": {"kind": kind, "light": light}}
+
+    rows = [event("lamp on", True, 0.5), event("shade", True, 0.0), event("near person", False, 1.0)]
+    pool = pooled(rows, STEREO.metric("wrong_after_light_rate"))
+    assert pool is not None
+    assert pool.mean == 0.25
+
+
+def test_a_time_to_recover_in_seconds_is_that_in_frames_by_the_rate() -> None:
+    rows = [row(0, "recovery_frames", 6.0, kind="occlusion"), row(0, "watched_frames", 50.0, kind="occlusion")]
+    pool = pooled([*rows, row(0, "rate_hz", 10.0)], STEREO.metric("time_to_recover_s"))
+    assert pool is not None
+    assert pool.mean == pytest.approx(0.6)

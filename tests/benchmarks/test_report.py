@@ -142,7 +142,7 @@ def test_plots_draw_the_numbers_they_are_given() -> None:
     for top in (0.4, 0.8):
         y = np.linspace(0, top, 40)
         styles = line_styles([("a", "baseline")])
-        svg = plots.plot_recovery({"a": curves.Curve(x, y, y, y, x)}, styles)
+        svg = plots.plot_recovery({"a": curves.Curve(x, y, y, y, x)}, styles, "it was back", 5)
         points = re.findall(r"([\d.]+) ([\d.]+)", max(re.findall(r' d="(M[^"]+)"', svg), key=len))
         ends.append(float(points[-1][1]))
     assert ends[1] < ends[0] - 50
@@ -228,8 +228,8 @@ def test_provenance_says_what_was_run(results: Path) -> None:
     assert (made.episodes, made.frames, made.split) == (8, 3200, "test split")
     assert made.seeds == "10,000–10,007"
     assert "--seeds 10000:10008" in made.command
-    assert made.frame_outs.startswith("24 frame-outs of ")
-    assert "8 with a turn at a crossing, 8 with a way off the road" in made.frame_outs
+    assert made.events.startswith("24 frame-outs of ")
+    assert "8 with a turn at a crossing, 8 with a way off the road" in made.events
 
 
 def test_failures_are_told(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks import tuning
-from benchmarks.suites import FRAME_OUT
+from benchmarks.frame_out.suite import FRAME_OUT
 from benchmarks.tuning import Budget, tunables, tune, write_tuned
 from tests import fakes_scenario
 from trackers.registry import entry, register, tunable

@@ -115,7 +115,7 @@ def test_flow_of_the_target_is_its_motion(quick):
 
 def test_observation_holds_no_truth():
     fields = {field.name for field in dataclasses.fields(Observation)}
-    assert fields == {"image_rgb", "time_s", "camera", "settings", "ego"}
+    assert fields == {"image_rgb", "time_s", "camera", "settings", "ego", "right_rgb"}
 
 
 def test_measured_pose_has_errors_where_the_preset_says():

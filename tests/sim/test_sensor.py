@@ -13,7 +13,7 @@ from sim.optics import PinholeCamera
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig, SensorSettings
 from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, right_exposure
-from sim.sensors.lens import distort, scatter
+from sim.sensors.lens import distort, scatter_row, veil
 from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import CODES, frame_keys, normal_deviates
 from sim.shaders.colour import srgb_to_linear
@@ -185,11 +185,20 @@ def test_scattered_light_is_kept_and_lies_evenly_on_what_is_dark():
     radiance = _even(0.0)
     radiance[:, :, 160:] = 800.0
     radiance[:, 2] *= 0.5
-    scattered = scatter(radiance, 0.05)
+    share, even = np.float32(0.05), veil(radiance, 0.05)
+    np.testing.assert_allclose(even, (20.0, 20.0, 10.0), rtol=1e-5)
+    scattered = np.empty_like(radiance)
+    for row, into in zip(radiance, scattered, strict=True):
+        scatter_row(row, share, even, into)
     np.testing.assert_allclose(scattered.mean(axis=(0, 2)), radiance.mean(axis=(0, 2)), rtol=1e-5)
     for channel, veil_nit in enumerate((20.0, 20.0, 10.0)):
         np.testing.assert_allclose(scattered[:, channel, :160], veil_nit, rtol=1e-5)
-    assert scatter(radiance, 0.0) is radiance
+    hazy, clear = (CameraSensor(SensorConfig(veiling_glare=g), np.random.default_rng(0)) for g in (0.05, 0.0))
+    settings = SensorSettings(1e-3, 1.0)
+    np.testing.assert_array_equal(
+        hazy.develop(radiance, CAMERA, 0, settings).image_rgb, clear.develop(scattered, CAMERA, 0, settings).image_rgb
+    )
+    assert (veil(radiance, 0.0) == 0).all()
 
 
 @pytest.mark.parametrize("k", [(-0.2, 0.05), (0.15, 0.0)])

@@ -74,7 +74,7 @@ def test_locked_on_a_wrong_car_takes_most_of_the_window_on_one_other_car() -> No
     same = judged(STATES, [], dict.fromkeys(list(window)[:4], 2))
     half = judged(STATES, [], dict.fromkeys(list(window)[:3], 2))
     mixed = judged(STATES, [], {k: 1 + k % 2 for k in window})
-    assert [outcome is not None and outcome.locked_on_wrong_car for outcome in (same, half, mixed)] == [
+    assert [outcome is not None and outcome.locked_on_other for outcome in (same, half, mixed)] == [
         True,
         False,
         False,

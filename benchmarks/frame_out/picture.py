@@ -11,7 +11,7 @@ from benchmarks.contestants import entrant
 from benchmarks.metrics.recovery import RECOVERY_WINDOW_FRAMES
 from benchmarks.records import Row
 from benchmarks.report.pictures import made_from, remove_picture, write_picture
-from benchmarks.summary import Condition
+from benchmarks.suites import Condition
 from benchmarks.versions import versions_of
 from benchmarks.writers.contact_sheet import contact_sheet
 from benchmarks.writers.instant import Instant

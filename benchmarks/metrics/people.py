@@ -1,0 +1,187 @@
+"""Is a tracker's answer on the person it follows, on another one, or nowhere?
+
+A frame counts as right (A), wrong (B) or missed (C)::
+
+    A  it answers, within 0.5 m of the target on the ground
+    B  it answers otherwise
+    C  it does not answer though at least a tenth of the target is seen
+
+Frames on which nothing of the target is seen count in none, nor does frame 0, whose answer is given.
+``P = A / (A + B)``, ``R = A / (A + C)``, ``F = 2 P R / (P + R)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.stereo_follow.truth import PeopleTruth
+from sim.optics import PinholeCamera, rays
+from trackers.types import Estimate
+
+RIGHT_WITHIN_M = 0.5
+WORST_ERROR_M = 5.0
+"""Cap of every error, and the error of a tracker that does not answer or whose answer lies nowhere."""
+SEEN_AT_LEAST = 0.1
+ANSWERS_FROM = 0.5
+"""Probability of being in view from which a tracker answers."""
+
+
+class Outcome(IntEnum):
+    """What a frame counts as, as series of rows hold it."""
+
+    UNCOUNTED = 0
+    RIGHT = 1
+    WRONG = 2
+    MISSED = 3
+    WRONG_PERSON = 4
+    """Wrong, and on another person."""
+    UNCOUNTED_WRONG_PERSON = 5
+    """On another person while nothing of the target is seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class PeopleSeries:
+    """Truth of F frames with N people, without its pictures.
+
+    Attributes:
+        rate_hz: frames a second.
+        target: index of the target among the people.
+        ground_m: (F, N, 2) world positions.
+        visible_fraction: (F,) of the target.
+        out: (F,) the target is wholly outside the picture.
+        place: (F,) str, where the target is.
+        light_event: (F,) str, what has just begun to change; "" where nothing has.
+        near_person: (F,) bool, somebody else is near.
+    """
+
+    rate_hz: float
+    target: int
+    ground_m: NDArray[np.float64]
+    visible_fraction: NDArray[np.float64]
+    out: NDArray[np.bool_]
+    place: NDArray[np.str_]
+    light_event: NDArray[np.str_]
+    near_person: NDArray[np.bool_]
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames F."""
+        return len(self.place)
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """(F,) at least a tenth of the target is seen, on a frame that counts."""
+        return (self.visible_fraction >= SEEN_AT_LEAST) & (np.arange(self.frame_count) > 0)
+
+
+def people_series(truths: Sequence[PeopleTruth], rate_hz: float) -> PeopleSeries:
+    """Return the truth of an episode as arrays. The number of people must not change."""
+    target = truths[0].target
+    return PeopleSeries(
+        rate_hz=rate_hz,
+        target=target,
+        ground_m=np.array([truth.T_world_object[:, :2, 3] for truth in truths]),
+        visible_fraction=np.array([truth.visible_fraction[target] for truth in truths]),
+        out=np.array([truth.state == "out" for truth in truths]),
+        place=np.array([truth.place for truth in truths]),
+        light_event=np.array([truth.light_event or "" for truth in truths]),
+        near_person=np.array([truth.near_person for truth in truths]),
+    )
+
+
+def answers(estimate: Estimate) -> bool:
+    """Return whether an estimate is an answer: a finite position, and a probability of at least 0.5 if it has any."""
+    said = estimate.in_view_probability
+    return bool(np.isfinite(estimate.position_px).all()) and (said is None or said >= ANSWERS_FROM)
+
+
+def answered_place_m(estimate: Estimate, truth: PeopleTruth, camera: PinholeCamera) -> NDArray[np.float64]:
+    """Return the answer's place (2,) on the ground: ``c + depth * ray(position)`` without its height; NaN if nowhere.
+
+    A tracker of one camera cannot measure depth. It is lent the *true* depth of the surface that its position shows:
+    generous, but then only whom it points at counts. It is nowhere if that is outside the picture, or sky.
+    """
+    position_px = np.asarray(estimate.position_px, dtype=float)
+    if not np.isfinite(position_px).all():
+        return np.full(2, np.nan)
+    depth_m = _lent_depth_m(position_px, truth) if estimate.depth_m is None else float(estimate.depth_m)
+    if not np.isfinite(depth_m):
+        return np.full(2, np.nan)
+    place_m: NDArray[np.float64] = truth.T_world_camera[:3, 3] + depth_m * rays(
+        camera, truth.T_world_camera, position_px
+    )
+    return place_m[:2]
+
+
+def _lent_depth_m(position_px: NDArray[np.float64], truth: PeopleTruth) -> float:
+    column, row = np.floor(position_px)
+    height, width = truth.depth_m.shape
+    inside = 0 <= row < height and 0 <= column < width
+    return float(truth.depth_m[int(row), int(column)]) if inside else float("nan")
+
+
+def distances_m(truth: PeopleSeries, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distances (F, N) of answers (F, 2) to everyone; infinite where there is no answer's place."""
+    distance_m = np.linalg.norm(place_m[:, None] - truth.ground_m, axis=-1)
+    return np.where(np.isfinite(distance_m), distance_m, np.inf)
+
+
+def on_other(truth: PeopleSeries, place_m: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return (F,): index of the other person that the answer is on; -1 = none.
+
+    On another is an answer that is not within 0.5 m of the target, but within 0.5 m of somebody else and so nearer to
+    him: of several the nearest.
+    """
+    distance_m = distances_m(truth, place_m)
+    wrong = distance_m[:, truth.target] > RIGHT_WITHIN_M
+    distance_m[:, truth.target] = np.inf
+    nearest = np.argmin(distance_m, axis=1)
+    on = wrong & (distance_m[np.arange(len(nearest)), nearest] < RIGHT_WITHIN_M)
+    return np.where(on, nearest, -1)
+
+
+def outcomes(truth: PeopleSeries, given: NDArray[np.bool_], place_m: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return what every frame counts as (F,), see ``Outcome``.
+
+    Args:
+        given: (F,) there is an answer. place_m: (F, 2) its place on the ground, NaN where it lies nowhere.
+    """
+    place_m = np.where(given[:, None], place_m, np.nan)
+    right = distances_m(truth, place_m)[:, truth.target] <= RIGHT_WITHIN_M
+    other = on_other(truth, place_m) >= 0
+    hidden = truth.visible_fraction == 0
+    outcome = np.full(truth.frame_count, int(Outcome.UNCOUNTED))
+    outcome[~given & truth.seen] = Outcome.MISSED
+    outcome[given & ~hidden] = Outcome.WRONG
+    outcome[given & ~hidden & other] = Outcome.WRONG_PERSON
+    outcome[given & hidden & other] = Outcome.UNCOUNTED_WRONG_PERSON
+    outcome[given & ~hidden & right] = Outcome.RIGHT
+    outcome[0] = Outcome.UNCOUNTED
+    return outcome
+
+
+def counts(outcome: NDArray[np.int64]) -> tuple[int, int, int]:
+    """Return the numbers A, B and C of right, wrong and missed frames among outcomes (K,)."""
+    wrong = np.isin(outcome, (Outcome.WRONG, Outcome.WRONG_PERSON))
+    return int((outcome == Outcome.RIGHT).sum()), int(wrong.sum()), int((outcome == Outcome.MISSED).sum())
+
+
+def on_wrong_person(outcome: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return (K,): the answer is on another person, whether or not the target is seen meanwhile."""
+    return np.isin(outcome, (Outcome.WRONG_PERSON, Outcome.UNCOUNTED_WRONG_PERSON))
+
+
+def position_error_m(
+    truth: PeopleSeries, given: NDArray[np.bool_], place_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return ``min(|answer - target|, 5)`` (F,) in metres; 5 where there is no answer or it lies nowhere.
+
+    Unconditional: no frame is left out because the tracker is lost.
+    """
+    distance_m = distances_m(truth, np.where(given[:, None], place_m, np.nan))[:, truth.target]
+    return np.minimum(distance_m, WORST_ERROR_M)

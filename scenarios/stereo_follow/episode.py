@@ -1,0 +1,190 @@
+"""One episode of ``stereo-follow``: the plan carried out, frame by frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.scenario import Frame, RendererName
+from scenarios.stereo_follow.building import Building
+from scenarios.stereo_follow.camera import BASELINE_M, SENSOR, camera, camera_pose, draw_mount, registers
+from scenarios.stereo_follow.light_events import LightEvents
+from scenarios.stereo_follow.lighting import build, illuminance_lx, set_light
+from scenarios.stereo_follow.odometry import Odometry
+from scenarios.stereo_follow.people import People
+from scenarios.stereo_follow.plan import TARGET, Plan
+from scenarios.stereo_follow.robot import Robot
+from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.visibility import Exits, centres_px, state_of
+from sim.optics import PinholeCamera
+from sim.render.pipeline import Capture, capture
+from sim.render.protocol import create_renderer
+from sim.rng import generator
+from sim.sensors.camera_sensor import CameraSensor
+from sim.sensors.config import SensorSettings
+from sim.shaders.baked_light import BakedLightShader
+from sim.world import World
+from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation
+
+_NOD_RAD, _NOD_KEPT = np.deg2rad(0.12), 0.8
+"""The robot shakes: standard deviation of its nod and roll, and what is left of them from frame to frame."""
+_NEAR_M = 1.5
+
+
+class StereoFollowEpisode:
+    """See ``scenarios.scenario.Episode``."""
+
+    def __init__(self, plan: Plan, renderer: RendererName) -> None:
+        preset = plan.preset
+        self.plan = plan
+        self.frame_count, self.rate_hz, self.closed_loop = preset.frame_count, preset.rate_hz, plan.closed_loop
+        self._camera = camera(preset.width_px, preset.height_px)
+        self._world = World()
+        baked = build(self._world, plan.building)
+        self._people = People(self._world, plan)
+        self._shader = BakedLightShader(self._world, baked)
+        self._renderer = create_renderer(renderer, self._world)
+        self._sensor = CameraSensor(SENSOR, generator(plan.seed, "sensor"))
+        self._right_sensor = CameraSensor(SENSOR, generator(plan.seed, "right sensor"))
+        self._mount = draw_mount(generator(plan.seed, "mount"))
+        self._odometry = Odometry(generator(plan.seed, "odometry")) if preset.odometry else None
+        shake = generator(plan.seed, "shake").normal(0.0, _NOD_RAD, (preset.frame_count, 2))
+        for frame in range(1, preset.frame_count):
+            shake[frame] = _NOD_KEPT * shake[frame - 1] + (1 - _NOD_KEPT**2) ** 0.5 * shake[frame]
+        self._shake = shake
+        crowd = plan.crowd
+        self._robot = Robot(plan.building.plan, crowd.robot_m[0], crowd.robot_heading_rad[0], preset.rate_hz)
+        self._events = LightEvents(plan)
+        self._exits = Exits(self._camera)
+        self._frame = -1
+        self._settings = SensorSettings(1.0, 1.0)
+        self._move_to(0)
+        nothing = np.full((preset.height_px, preset.width_px), -1, np.int32)
+        self.target_box_xyxy = self._people.seen(self._camera, self._T_world_camera, nothing)[TARGET].box_xyxy
+
+    def step(self, command: CameraCommand | None = None) -> Frame:
+        """Return the next frame; see ``Episode.step``.
+
+        Raises:
+            ValueError: if a command is missing in closed loop, or given on a set path.
+            StopIteration: after the last frame.
+        """
+        frame = self._frame + 1
+        if frame >= self.frame_count:
+            raise StopIteration(f"episode: expected at most {self.frame_count} steps")
+        if self.closed_loop and frame > 0:
+            if command is None:
+                raise ValueError(
+                    "command: expected a CameraCommand, since this episode is driven in closed loop, got None"
+                )
+            self._robot.drive(command)
+        elif command is not None and not self.closed_loop:
+            raise ValueError("command: expected None, since this episode follows a set path, got a CameraCommand")
+        self._move_to(frame)
+        self._frame = frame
+        return self._capture()
+
+    def map_of(self) -> Building:
+        """Return the building."""
+        return self.plan.building
+
+    def larger_view(self, scale: float) -> NDArray[np.uint8]:
+        """Return the current instant in a picture ``scale`` times as wide and high; see ``Episode.larger_view``."""
+        narrow = self._camera
+        wide = PinholeCamera(
+            2 * round(0.5 * scale * narrow.width_px), 2 * round(0.5 * scale * narrow.height_px), narrow.focal_px
+        )
+        gbuffer = self._renderer.gbuffer(wide, self._T_world_camera)
+        radiance = self._shader.shade(gbuffer, wide, self._T_world_camera)
+        return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb
+
+    @property
+    def world(self) -> World:
+        """The bodies, where they are now; for other renderers to draw."""
+        return self._world
+
+    def close(self) -> None:
+        """Free the world."""
+        self._world.close()
+
+    def _move_to(self, frame: int) -> None:
+        self._people.move_to(frame)
+        set_light(self._shader, self.plan.light, frame)
+        crowd = self.plan.crowd
+        if not self.closed_loop:
+            self._robot.place_m, self._robot.heading_rad = crowd.robot_m[frame], float(crowd.robot_heading_rad[frame])
+        self._T_world_camera = camera_pose(self._robot.place_m, self._robot.heading_rad, *self._shake[frame])
+
+    def _capture(self) -> Frame:
+        frame, left_pose = self._frame, self._T_world_camera
+        right_pose = left_pose @ self._mount.T_left_right
+        shader = self._shader
+        left = capture(self._renderer, shader, self._sensor, self._camera, left_pose, frame)
+        used = left.picture.settings
+        settings = SensorSettings(used.exposure_s, used.gain * self._mount.gain, used.red_gain, used.blue_gain)
+        right = capture(self._renderer, shader, self._right_sensor, self._camera, right_pose, frame, settings=settings)
+        self._settings = used
+        truth = self._truth(left, right, right_pose)
+        preset = self.plan.preset
+        observation = Observation(
+            image_rgb=left.picture.image_rgb,
+            time_s=frame / preset.rate_hz,
+            camera=CameraModel(self._camera.width_px, self._camera.height_px, self._camera.focal_px, BASELINE_M),
+            settings=CameraSettings(used.exposure_s, used.gain, truth.registers),
+            ego=self._measured_pose(),
+            right_rgb=None if self.plan.dropped[frame] else right.picture.image_rgb,
+        )
+        return Frame(observation, truth)
+
+    def _measured_pose(self) -> EgoPose | None:
+        if self._odometry is None:
+            return None
+        return EgoPose(self._odometry.measure(self._robot.place_m, self._robot.heading_rad))
+
+    def _truth(self, left: Capture, right: Capture, right_pose: NDArray[np.float64]) -> PeopleTruth:
+        people, pose, frame = self._people, self._T_world_camera, self._frame
+        merged = people.merged(left.instance_id)
+        seen = people.seen(self._camera, pose, merged)
+        boxes = np.array([each.box_xyxy for each in seen])
+        fractions = np.array([each.visible_fraction for each in seen])
+        state = state_of(self._camera, boxes[TARGET], fractions[TARGET])
+        side, frames_since_exit = self._exits.follow(state, boxes[TARGET])
+        used = left.picture.settings
+        lux = illuminance_lx(self._shader, people.chests_m(), pose[:3, 3])
+        distance_m = np.linalg.norm((people.T_world_person[:, :3, 3] - pose[:3, 3])[:, :2], axis=1)
+        is_near = (distance_m < _NEAR_M) & (fractions > 0)
+        is_near[TARGET] = False
+        return PeopleTruth(
+            frame=frame,
+            time_s=frame / self.rate_hz,
+            T_world_camera=pose,
+            target=TARGET,
+            names=people.names,
+            kinds=self.plan.crowd.kinds,
+            T_world_object=people.T_world_person.copy(),
+            size_m=people.size_m,
+            speed_mps=np.array([walk.speed_mps[frame] for walk in self.plan.crowd.walks]),
+            position_px=centres_px(self._camera, pose, people.T_world_person, people.size_m),
+            box_xyxy=boxes,
+            instance_id=people.instance_id,
+            visible_fraction=fractions,
+            state=state,
+            side=side,
+            frames_since_exit=frames_since_exit,
+            instance_map=merged,
+            depth_m=left.depth_m,
+            exposure_s=used.exposure_s,
+            gain=used.gain,
+            T_world_right=right_pose,
+            right_instance_map=people.merged(right.instance_id),
+            right_depth_m=right.depth_m,
+            occluder=np.array([self._person_of(each.hidden_by) for each in seen]),
+            illuminance_lx=lux,
+            place=self.plan.places[frame],
+            light_event=self._events.follow(frame, left.picture, float(lux[TARGET])),
+            near_person=bool(is_near.any()),
+            registers=registers(used),
+        )
+
+    def _person_of(self, instance_id: int) -> int:
+        return -1 if instance_id < 0 else int(np.flatnonzero(self._people.instance_id == instance_id)[0])

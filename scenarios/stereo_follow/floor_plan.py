@@ -1,0 +1,146 @@
+"""Where one can go: a corridor, a hall and a yard behind its door, drawn anew for every episode.
+
+World frame: x leads from the corridor through the hall (its corner at the origin) out into the yard, z is up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+PLACES = ("corridor", "hall", "door", "yard")
+WALL_M = 0.3
+"""How thick the wall between hall and yard is."""
+_CLEARANCE_M = {"corridor": 0.45, "hall": 1.1, "yard": 1.8}
+"""People keep off walls; what stands along the walls of hall and yard stands within this."""
+_BESIDE_DOOR_M = 0.45
+_APPROACH_M = 0.9
+"""Ways lead straight through openings from this far before to this far behind."""
+
+
+@dataclass(frozen=True, slots=True)
+class Area:
+    """A rectangle of ground, sides along x and y, metres."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+
+    def shrunk(self, margin_m: float) -> Area:
+        """Return what is left of it off its border."""
+        return Area(self.x0 + margin_m, self.y0 + margin_m, self.x1 - margin_m, self.y1 - margin_m)
+
+    def holds(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which points (..., 2) lie in it."""
+        x, y = points_m[..., 0], points_m[..., 1]
+        return (x >= self.x0) & (x <= self.x1) & (y >= self.y0) & (y <= self.y1)
+
+    def draw(self, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Draw a point (2,) in it."""
+        return np.array([rng.uniform(self.x0, self.x1), rng.uniform(self.y0, self.y1)])
+
+
+@dataclass(frozen=True, slots=True)
+class FloorPlan:
+    """Rooms in a row, and their openings.
+
+    Attributes:
+        corridor, hall, yard: the rooms.
+        corridor_height_m, hall_height_m, facade_height_m, far_height_m: of ceilings, of the building seen from the yard,
+            and of the one across.
+        passage: opening between corridor and hall, through a wall without thickness.
+        door: opening between hall and yard.
+        opening_height_m: of both.
+    """
+
+    corridor: Area
+    hall: Area
+    yard: Area
+    corridor_height_m: float
+    hall_height_m: float
+    facade_height_m: float
+    far_height_m: float
+    passage: Area
+    door: Area
+    opening_height_m: float
+
+    @property
+    def rooms(self) -> dict[str, Area]:
+        """The rooms by name, in their order along x."""
+        return {"corridor": self.corridor, "hall": self.hall, "yard": self.yard}
+
+    def room_of(self, point_m: NDArray[np.float64]) -> str:
+        """Return which room a point (2,) belongs to, openings to the nearer one."""
+        if point_m[0] < 0.0:
+            return "corridor"
+        return "hall" if point_m[0] < self.door.x0 + 0.5 * WALL_M else "yard"
+
+    def place_of(self, point_m: NDArray[np.float64]) -> str:
+        """Return the place of a point (2,), one of ``PLACES``: within a metre of it one is at the door."""
+        near = self.door.shrunk(-1.0)
+        return "door" if bool(near.holds(point_m)) else self.room_of(point_m)
+
+    def free_area(self, room: str) -> Area:
+        """Return where in a room people go."""
+        return self.rooms[room].shrunk(_CLEARANCE_M[room])
+
+    def is_free(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return at which points (..., 2) a person or the robot can be."""
+        free = np.zeros(points_m.shape[:-1], dtype=np.bool_)
+        for room in self.rooms:
+            free |= self.free_area(room).holds(points_m)
+        for opening, before_m, behind_m in (
+            (self.passage, _CLEARANCE_M["corridor"], _CLEARANCE_M["hall"]),
+            (self.door, _CLEARANCE_M["hall"], _CLEARANCE_M["yard"]),
+        ):
+            lane = Area(
+                opening.x0 - before_m, opening.y0 + _BESIDE_DOOR_M, opening.x1 + behind_m, opening.y1 - _BESIDE_DOOR_M
+            )
+            free |= lane.holds(points_m)
+        return free
+
+    def way(self, stops_m: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
+        """Return corners (M, 2) of a way from stop to stop (N, 2) that leads through the openings.
+
+        Everybody goes through an opening where he likes: drawn for each.
+        """
+        rooms = list(self.rooms)
+        corners = [stops_m[0]]
+        for start, end in zip(stops_m[:-1], stops_m[1:], strict=True):
+            here, there = rooms.index(self.room_of(start)), rooms.index(self.room_of(end))
+            step = 1 if there > here else -1
+            for room in range(here, there, step):
+                opening = (self.passage, self.door)[min(room, room + step)]
+                y_m = rng.uniform(opening.y0 + 1.2 * _BESIDE_DOOR_M, opening.y1 - 1.2 * _BESIDE_DOOR_M)
+                ends_m = (opening.x0 - _APPROACH_M, opening.x1 + _APPROACH_M)
+                corners += [np.array([x_m, y_m]) for x_m in ends_m[::step]]
+            corners.append(end)
+        return np.array(corners)
+
+
+def draw_floor_plan(rng: np.random.Generator) -> FloorPlan:
+    """Draw sizes of rooms and places of openings."""
+    hall = Area(0.0, 0.0, rng.uniform(9.0, 12.0), rng.uniform(8.0, 10.0))
+    width_m, length_m = rng.uniform(2.3, 3.0), rng.uniform(14.0, 20.0)
+    middle_m = rng.uniform(2.0 + 0.5 * width_m, hall.y1 - 2.0 - 0.5 * width_m)
+    corridor = Area(-length_m, middle_m - 0.5 * width_m, 0.0, middle_m + 0.5 * width_m)
+    passage_m = rng.uniform(1.8, 2.2)
+    door_m, door_middle_m = rng.uniform(1.8, 2.4), rng.uniform(2.5, hall.y1 - 2.5)
+    outside_m = hall.x1 + WALL_M
+    yard_m = (rng.uniform(18.0, 24.0), rng.uniform(20.0, 26.0))
+    yard_y0 = door_middle_m - rng.uniform(0.4, 0.6) * yard_m[1]
+    return FloorPlan(
+        corridor=corridor,
+        hall=hall,
+        yard=Area(outside_m, yard_y0, outside_m + yard_m[0], yard_y0 + yard_m[1]),
+        corridor_height_m=rng.uniform(2.4, 2.8),
+        hall_height_m=rng.uniform(3.2, 4.0),
+        facade_height_m=rng.uniform(5.5, 8.0),
+        far_height_m=rng.uniform(4.0, 7.0),
+        passage=Area(0.0, middle_m - 0.5 * passage_m, 0.0, middle_m + 0.5 * passage_m),
+        door=Area(hall.x1, door_middle_m - 0.5 * door_m, outside_m, door_middle_m + 0.5 * door_m),
+        opening_height_m=2.25,
+    )

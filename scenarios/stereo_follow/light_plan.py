@@ -1,0 +1,70 @@
+"""How light changes while somebody walks: lamps that are switched, clouds before the sun."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from scenarios.stereo_follow.building import CORRIDOR_LIGHTS, HALL_LIGHTS, LIGHT_GROUPS, SKY, SUN, WINDOWS
+from scenarios.stereo_follow.presets import StereoFollow
+from scenarios.stereo_follow.truth import LightEvent
+
+NEW_S = 1.0
+"""So long a change counts as new."""
+_SUN_BEHIND_CLOUD, _WINDOWS_BEHIND_CLOUD = (0.05, 0.25), 0.7
+_CLOUD_EDGE_S, _LAMP_EDGE_FRAMES = 0.8, 0.7
+_OFF_S = (2.5, 8.0)
+
+
+@dataclass(frozen=True, slots=True)
+class LightPlan:
+    """Light over F frames.
+
+    Attributes:
+        strengths: group -> (F,) of its full strength.
+        switched: (F,) what was switched within the last second where the target is: ``lamp on``, ``lamp off`` or None.
+    """
+
+    strengths: dict[str, NDArray[np.float64]]
+    switched: tuple[LightEvent | None, ...]
+
+
+def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.random.Generator) -> LightPlan:
+    """Draw the changes. Lamps go off or on where the target is just then, and change back after some seconds.
+
+    Args:
+        places: (F,) where the target is.
+    """
+    frames, rate_hz = len(places), preset.rate_hz
+    strengths = {group: np.ones(frames) for group in LIGHT_GROUPS}
+    switched: list[LightEvent | None] = [None] * frames
+    for _ in range(preset.lamp_events):
+        begin = int(rng.uniform(0.08, 0.8) * frames)
+        group = CORRIDOR_LIGHTS if places[begin] == "corridor" else HALL_LIGHTS
+        end = min(begin + int(rng.uniform(*_OFF_S) * rate_hz), frames - 1)
+        # A second switching of lamps that are off already would be none.
+        if (strengths[group][begin : end + 1] < 1.0).any() or places[begin] == "yard":
+            continue
+        strengths[group][begin:end] = 0.0
+        _tell(switched, begin, "lamp off", rate_hz)
+        if places[end] == places[begin]:
+            _tell(switched, end, "lamp on", rate_hz)
+    for group in (CORRIDOR_LIGHTS, HALL_LIGHTS):
+        strengths[group] = gaussian_filter1d(strengths[group], _LAMP_EDGE_FRAMES, mode="nearest")
+    cloud = np.zeros(frames)
+    for _ in range(preset.clouds):
+        begin = int(rng.uniform(-0.2, 0.9) * frames)
+        cloud[max(begin, 0) : max(begin + int(rng.uniform(3.0, 10.0) * rate_hz), 0)] = 1.0
+    cloud = gaussian_filter1d(cloud, _CLOUD_EDGE_S * rate_hz, mode="nearest")
+    strengths[SUN] = 1.0 - (1.0 - rng.uniform(*_SUN_BEHIND_CLOUD)) * cloud
+    strengths[WINDOWS] = 1.0 - (1.0 - _WINDOWS_BEHIND_CLOUD) * cloud
+    strengths[SKY] = strengths[WINDOWS]
+    return LightPlan(strengths, tuple(switched))
+
+
+def _tell(switched: list[LightEvent | None], frame: int, event: LightEvent, rate_hz: float) -> None:
+    for k in range(frame, min(frame + int(NEW_S * rate_hz), len(switched))):
+        switched[k] = event

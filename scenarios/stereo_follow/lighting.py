@@ -1,0 +1,59 @@
+"""A building's light: what its panels shine, baked once, and set to what the light plan says on each frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.stereo_follow.building import LIGHT_GROUPS, SKY, SUN, Building
+from scenarios.stereo_follow.indoors import add_panel
+from scenarios.stereo_follow.light_plan import LightPlan
+from sim.shaders.baked_light import BakedLightShader
+from sim.shaders.black_body import black_body_rgb
+from sim.shaders.colour import LUMINANCE_WEIGHTS
+from sim.shaders.daylight import Sun
+from sim.shaders.lamps import BrightArea
+from sim.shaders.light_bake import BakedLight, Panel, Sky, Source, bake_light, mean_reflectance
+from sim.world import World
+
+
+def build(world: World, building: Building) -> BakedLight:
+    """Put a building into a world and work out its light."""
+    lights: dict[str, list[Source]] = {group: [] for group in LIGHT_GROUPS}
+    panels = []
+    for piece in building.panels:
+        body = add_panel(world, piece.name, piece.corner_m, piece.side_a_m, piece.side_b_m, piece.texture)
+        if piece.group:
+            light = (piece.luminance_nit, piece.temperature_k)
+            lights[piece.group].append(
+                BrightArea(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, *light)
+            )
+        else:
+            reflectance = mean_reflectance(piece.texture)
+            panels.append(Panel(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, reflectance))
+    for mesh, T_world_tree in building.trees:
+        world.add(mesh, T_world_tree, name="tree", category="tree")
+    sky = building.sky
+    lights[SUN].append(Sun(sky.sun_direction, sky.sun_illuminance_lx, _colour(sky.sun_temperature_k)))
+    lights[SKY].append(Sky(sky.luminance_nit, _colour(sky.temperature_k)))
+    return bake_light(panels, lights)
+
+
+def set_light(shader: BakedLightShader, plan: LightPlan, frame: int) -> None:
+    """Set the light to that of a frame."""
+    shader.set_strengths({group: float(strength[frame]) for group, strength in plan.strengths.items()})
+
+
+def illuminance_lx(
+    shader: BakedLightShader, places_m: NDArray[np.float64], viewer_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return what falls (N,) on upright surfaces at places (N, 3) that face a viewer (3,)."""
+    normals = viewer_m - places_m
+    normals[:, 2] = 0.0
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    return shader.illuminance_lx(places_m, normals) @ LUMINANCE_WEIGHTS
+
+
+def _colour(temperature_k: float) -> tuple[float, float, float]:
+    red, green, blue = black_body_rgb(temperature_k).tolist()
+    return red, green, blue

@@ -1,0 +1,87 @@
+"""Plane panels as data, before they stand in a world: what a building is made of and what its light falls on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sim.mesh import Texture
+
+Opening = tuple[float, float, float]
+"""From and to along a wall, and height: it begins at the ground."""
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A rectangle that faces ``side_a x side_b``.
+
+    Attributes:
+        name: of its body.
+        corner_m, side_a_m, side_b_m: (3,) one corner and the two sides that begin there, world frame.
+        texture: its picture, the lower left corner at ``corner_m``.
+        luminance_nit: its own light; 0 for what does not shine.
+        temperature_k: colour temperature of that light.
+        group: of its light: what is switched together.
+    """
+
+    name: str
+    corner_m: NDArray[np.float64]
+    side_a_m: NDArray[np.float64]
+    side_b_m: NDArray[np.float64]
+    texture: Texture
+    luminance_nit: float = 0.0
+    temperature_k: float = 6500.0
+    group: str = ""
+
+
+def new_panel(
+    name: str, corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture: Texture, **light: float | str
+) -> Panel:
+    """Return a panel of plain numbers; ``light`` are the last three of its attributes."""
+    corner, a, b = (np.asarray(each, dtype=float) for each in (corner_m, side_a_m, side_b_m))
+    return Panel(name, corner, a, b, texture, **light)  # type: ignore[arg-type]
+
+
+def wall(
+    name: str,
+    start_m: tuple[float, float],
+    end_m: tuple[float, float],
+    height_m: float,
+    texture: Texture,
+    opening: Opening | None = None,
+    offset_m: float = 0.0,
+) -> Iterator[Panel]:
+    """Yield the panels of an upright wall over a line, which faces the right of the way from ``start_m`` to ``end_m``.
+
+    Args:
+        offset_m: how far before that line it stands.
+    """
+    start, along = np.array([*start_m, 0.0]), np.array([end_m[0] - start_m[0], end_m[1] - start_m[1], 0.0])
+    length_m = float(np.linalg.norm(along))
+    along /= length_m
+    up = np.array([0.0, 0.0, 1.0])
+    start = start + offset_m * np.cross(along, up)
+    pieces = [(0.0, length_m, 0.0, height_m)]
+    if opening is not None:
+        first_m, last_m, top_m = opening
+        pieces = [(0.0, first_m, 0.0, height_m), (last_m, length_m, 0.0, height_m), (first_m, last_m, top_m, height_m)]
+    for left_m, right_m, low_m, high_m in pieces:
+        if right_m - left_m > 1e-6 and high_m - low_m > 1e-6:
+            corner = start + left_m * along + low_m * up
+            yield Panel(name, corner, (right_m - left_m) * along, (high_m - low_m) * up, texture)
+
+
+def box(
+    name: str, middle_m: tuple[float, float], size_m: tuple[float, float, float], texture: Texture, low_m: float = 0.0
+) -> Iterator[Panel]:
+    """Yield the five panels of a box that stands on the ground or ``low_m`` above it: bench, machine, planter."""
+    x, y = middle_m[0] - 0.5 * size_m[0], middle_m[1] - 0.5 * size_m[1]
+    dx, dy, dz = size_m
+    corners = ((x, y), (x + dx, y), (x + dx, y + dy), (x, y + dy))
+    for here, there in zip(corners, (*corners[1:], corners[0]), strict=True):
+        along = (there[0] - here[0], there[1] - here[1], 0.0)
+        yield new_panel(name, (*here, low_m), along, (0.0, 0.0, dz), texture)
+    yield new_panel(name, (x, y, low_m + dz), (dx, 0.0, 0.0), (0.0, dy, 0.0), texture)

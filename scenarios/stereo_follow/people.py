@@ -1,0 +1,92 @@
+"""People in a world: bodies of jointed parts, put where they are on each frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.stereo_follow.plan import TARGET, Plan
+from sim.gbuffer import SKY
+from sim.jointed_labels import SeenBody, joined, seen_body
+from sim.meshes.person import person_parts, person_size_m
+from sim.motion.gait import part_poses
+from sim.motion.skeleton import PART_NAMES, skeleton
+from sim.optics import PinholeCamera
+from sim.pose import pose_on_ground
+from sim.rng import generator
+from sim.world import World
+
+CHEST = 0.72
+"""Height of the chest, share of stature."""
+
+
+class People:
+    """N people as bodies of a world.
+
+    Attributes:
+        names: ``target``, ``crosser-1`` …
+        size_m: (N, 3) length, width, height of those who stand.
+        instance_id: (N,) id that stands for all parts of a person in ``merged`` maps.
+        T_world_person: (N, 4, 4) on the ground, x ahead.
+        part_poses: (N, P, 4, 4).
+    """
+
+    def __init__(self, world: World, plan: Plan) -> None:
+        self._plan, self._world = plan, world
+        self._bones = [skeleton(look.stature_m, look.build) for look in plan.looks]
+        self.names = tuple(kind if k == TARGET else f"{kind}-{k}" for k, kind in enumerate(plan.crowd.kinds))
+        rng = generator(plan.seed, "clothes")
+        parts = [person_parts(look, rng) for look in plan.looks]
+        self._shapes = [joined(list(meshes.values())) for meshes in parts]
+        self._bodies = [
+            [
+                world.add(mesh, np.eye(4), name=f"{name} {part}", category="person", movable=True)
+                for part, mesh in meshes.items()
+            ]
+            for name, meshes in zip(self.names, parts, strict=True)
+        ]
+        self.size_m = np.array([person_size_m(look) for look in plan.looks])
+        self.instance_id = np.array([bodies[0].index for bodies in self._bodies])
+        # One row more than bodies: the last is found by the index of the sky, -1.
+        self._merged_id = np.append(np.arange(len(world.bodies)), SKY).astype(np.int32)
+        for bodies in self._bodies:
+            self._merged_id[[body.index for body in bodies]] = bodies[0].index
+        self.T_world_person = np.tile(np.eye(4), (len(parts), 1, 1))
+        self.part_poses = np.tile(np.eye(4), (len(parts), len(PART_NAMES), 1, 1))
+
+    def move_to(self, frame: int) -> None:
+        """Put everybody where he is on a frame."""
+        for k, walk in enumerate(self._plan.crowd.walks):
+            pose = pose_on_ground(*walk.place_m[frame], walk.heading_rad[frame])
+            self.T_world_person[k] = pose
+            phase_rad = self._plan.phase_rad[frame, k]
+            self.part_poses[k] = part_poses(self._bones[k], pose, phase_rad, walk.speed_mps[frame])
+            for body, part_pose in zip(self._bodies[k], self.part_poses[k], strict=True):
+                self._world.move(body, part_pose)
+
+    def merged(self, instance_map: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return a map (H, W) of bodies with one id a person instead of one a part."""
+        return self._merged_id[instance_map]
+
+    def seen(
+        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], merged: NDArray[np.int32]
+    ) -> list[SeenBody]:
+        """Return what is seen of each person in a merged map."""
+        return [
+            seen_body(
+                shape,
+                poses,
+                camera,
+                T_world_camera,
+                merged,
+                int(own),
+                hiders=self.instance_id[self.instance_id != own],
+            )
+            for shape, poses, own in zip(self._shapes, self.part_poses, self.instance_id, strict=True)
+        ]
+
+    def chests_m(self) -> NDArray[np.float64]:
+        """Return the middles of everybody's chest (N, 3)."""
+        places_m = self.T_world_person[:, :3, 3].copy()
+        places_m[:, 2] = CHEST * self.size_m[:, 2]
+        return places_m

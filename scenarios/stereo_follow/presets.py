@@ -1,0 +1,99 @@
+"""Presets of ``stereo-follow``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sim.checks import check
+
+
+@dataclass(frozen=True, slots=True)
+class StereoFollow:
+    """How an episode is made. People are counted as wished for: one for whom no way is free does not come.
+
+    Attributes:
+        summary: one line.
+        frame_count, rate_hz: frames, and how many a second.
+        width_px, height_px: of each picture.
+        closed_loop: True if commands drive the robot, False if a hand does.
+        crossers: people who cross between robot and target, so that he is hidden for a moment.
+        oncomers: people who come the target's way towards him and pass close by the robot.
+        followers: people who walk close behind the target, now to the left, now to the right of him.
+        walkers: people who go their own ways.
+        standers: people who stand beside the target's way.
+        alike: how many of the others wear a top of the target's colour; the first of them his trousers' colour too.
+        pauses: times the target stands still.
+        lamp_events: times that lights of a room are switched off or on. clouds: times that the sun goes or comes.
+        dropped_share: share of pairs whose right picture is lost, in [0, 1].
+        odometry: whether the robot measures its own way.
+    """
+
+    summary: str
+    frame_count: int = 300
+    rate_hz: float = 15.0
+    width_px: int = 640
+    height_px: int = 480
+    closed_loop: bool = False
+    crossers: int = 3
+    oncomers: int = 1
+    followers: int = 1
+    walkers: int = 2
+    standers: int = 1
+    alike: int = 1
+    pauses: int = 1
+    lamp_events: int = 1
+    clouds: int = 1
+    dropped_share: float = 0.0
+    odometry: bool = True
+
+    def __post_init__(self) -> None:
+        check("frame_count", self.frame_count >= 1, "a whole number >= 1", self.frame_count)
+        check("rate_hz", self.rate_hz > 0, "a number > 0", self.rate_hz)
+        for name in ("width_px", "height_px"):
+            check(name, getattr(self, name) >= 32, "a whole number >= 32", getattr(self, name))
+        people = (
+            "crossers",
+            "oncomers",
+            "followers",
+            "walkers",
+            "standers",
+            "alike",
+            "pauses",
+            "lamp_events",
+            "clouds",
+        )
+        for name in people:
+            check(name, getattr(self, name) >= 0, "a whole number >= 0", getattr(self, name))
+        check("dropped_share", 0 <= self.dropped_share <= 1, "a number in [0, 1]", self.dropped_share)
+
+
+PRESETS = {
+    "standard": StereoFollow("a person among seven others, some dressed alike; lamps and clouds change"),
+    "hard": StereoFollow(
+        "more people, three of them dressed alike, lamps that go off and on, lost pictures",
+        crossers=5,
+        oncomers=2,
+        followers=2,
+        walkers=3,
+        standers=2,
+        alike=3,
+        pauses=2,
+        lamp_events=3,
+        clouds=2,
+        dropped_share=0.02,
+    ),
+    "quick": StereoFollow("a short episode in small pictures", frame_count=60, width_px=320, height_px=240, crossers=1),
+    "paper-b3": StereoFollow(
+        "the paper's experiment: ten drives of 853 frames are its 8,530",
+        frame_count=853,
+        crossers=2,
+        oncomers=3,
+        followers=0,
+        walkers=4,
+        standers=2,
+        alike=1,
+        pauses=2,
+        lamp_events=4,
+        clouds=3,
+    ),
+}

@@ -1,0 +1,95 @@
+"""Ways of people and how they are walked, one place for each frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+STEP_M = 0.05
+"""Ways are points at about this distance."""
+_ROUNDING_M = 0.3
+"""Corners are rounded by a normal distribution of this standard deviation along the way."""
+_TURNING_FRAMES = 3.0
+_STANDING_MPS = 0.08
+"""Who is slower than this looks where he looked before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """One person over F frames.
+
+    Attributes:
+        place_m: (F, 2). heading_rad: (F,) counter-clockwise from world x, unwrapped. speed_mps: (F,).
+        walked_m: (F,) length of way since frame 0.
+    """
+
+    place_m: NDArray[np.float64]
+    heading_rad: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    walked_m: NDArray[np.float64]
+
+
+def rounded_way(corners_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points (S, 2), ``STEP_M`` apart, of a way through corners (M, 2), rounded; its ends stay."""
+    dense_m = _evenly(corners_m)
+    return _evenly(gaussian_filter1d(dense_m, _ROUNDING_M / STEP_M, axis=0, mode="nearest"))
+
+
+def at_distance(way_m: NDArray[np.float64], along_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the points (F, 2) at distances (F,) along a way; before its beginning and beyond its end those ends."""
+    index = np.clip(along_m / STEP_M, 0.0, len(way_m) - 1.0)
+    grid = np.arange(len(way_m))
+    return np.column_stack([np.interp(index, grid, way_m[:, k]) for k in range(2)])
+
+
+def sideways(way_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return unit vectors (S, 2) to the left of a way's direction at each of its points."""
+    along = np.gradient(way_m, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+    return np.column_stack([-along[:, 1], along[:, 0]])
+
+
+def walk_of(place_m: NDArray[np.float64], rate_hz: float, first_heading_rad: float | None = None) -> Walk:
+    """Return the walk through places (F, 2): people look where they go, and turn within a few frames.
+
+    Args:
+        first_heading_rad: where one who stands from the beginning looks; None = where he will go first.
+    """
+    step_m = np.diff(place_m, axis=0, append=place_m[-1:])
+    length_m = np.linalg.norm(step_m, axis=1)
+    speed_mps = gaussian_filter1d(length_m * rate_hz, 1.0, mode="nearest")
+    heading = np.where(length_m * rate_hz > _STANDING_MPS, np.arctan2(step_m[:, 1], step_m[:, 0]), np.nan)
+    known = np.flatnonzero(np.isfinite(heading))
+    if first_heading_rad is not None and not np.isfinite(heading[0]):
+        heading[0], known = first_heading_rad, np.union1d([0], known)
+    if len(known) == 0:
+        heading[:] = 0.0
+    else:
+        latest = known[np.maximum(np.searchsorted(known, np.arange(len(heading)), side="right") - 1, 0)]
+        heading = heading[latest]
+    turned = gaussian_filter1d(np.unwrap(heading), _TURNING_FRAMES, mode="nearest")
+    return Walk(place_m, turned, speed_mps, np.concatenate([[0.0], np.cumsum(length_m[:-1])]))
+
+
+def steady_pace(
+    frames: int, rate_hz: float, speed_mps: float, rng: np.random.Generator, pauses: int
+) -> NDArray[np.float64]:
+    """Return distances (F,) walked since frame 0 at about a speed, which wavers, with pauses of one to two seconds."""
+    seconds = np.arange(frames) / rate_hz
+    waver = 1.0 + 0.12 * np.sin(2 * np.pi * seconds / rng.uniform(5.0, 9.0) + rng.uniform(0, 2 * np.pi))
+    going = np.ones(frames)
+    for _ in range(pauses):
+        begin = int(rng.uniform(0.15, 0.85) * frames)
+        going[begin : begin + int(rng.uniform(1.0, 2.0) * rate_hz)] = 0.0
+    going = gaussian_filter1d(going, 0.3 * rate_hz, mode="nearest")
+    return np.concatenate([[0.0], np.cumsum(speed_mps * waver * going)[:-1]]) / rate_hz
+
+
+def _evenly(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    length_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points_m, axis=0), axis=1))])
+    count = max(int(np.ceil(length_m[-1] / STEP_M)), 1)
+    wanted = np.linspace(0.0, length_m[-1], count + 1)
+    return np.column_stack([np.interp(wanted, length_m, points_m[:, k]) for k in range(2)])

@@ -1,0 +1,116 @@
+"""Labels of bodies that are made of several rigid parts: people. The same truths as ``sim.labels`` gives of one body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sim.labels import body_view, cover
+from sim.mesh import TexturedMesh
+from sim.optics import PinholeCamera
+
+
+class JointedShape(NamedTuple):
+    """The parts' shapes as one: V vertices, each in the frame of its part.
+
+    Attributes:
+        vertices_m: (V, 3) float32. part: (V,) int32. faces: (F, 3) int32.
+    """
+
+    vertices_m: NDArray[np.float32]
+    part: NDArray[np.int32]
+    faces: NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class SeenBody:
+    """What is seen of one body.
+
+    Attributes:
+        box_xyxy: (4,) around all its vertices in the unbounded picture; NaN if one is not in front of the camera.
+        visible_fraction: share of its own pixels, drawn alone on an unbounded picture, that are seen; 0 where the box is
+            NaN.
+        hidden_by: id of the body that covers most of its pixels in the picture, -1 if none does.
+    """
+
+    box_xyxy: NDArray[np.float64]
+    visible_fraction: float
+    hidden_by: int
+
+
+def joined(meshes: Sequence[TexturedMesh]) -> JointedShape:
+    """Return the parts' shapes as one."""
+    first = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes])
+    return JointedShape(
+        np.concatenate([mesh.vertices_m for mesh in meshes]),
+        np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(first)),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, first, strict=False)]).astype(np.int32),
+    )
+
+
+def seen_body(
+    shape: JointedShape,
+    part_poses: NDArray[np.float64],
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    instance_map: NDArray[np.int32],
+    instance_id: int,
+    *,
+    hiders: NDArray[np.int64],
+    pixel_offset: float = 0.5,
+) -> SeenBody:
+    """Return what is seen of a body in a picture.
+
+    Args:
+        part_poses: (P, 4, 4), T_world_part.
+        instance_map: (H, W) with one id for all parts of a body.
+        hiders: ids of the bodies that ``hidden_by`` may name.
+        pixel_offset: where in a pixel the map was sampled.
+    """
+    centre_x, centre_y = camera.centre_px
+    pixels = np.empty((len(shape.vertices_m), 2))
+    in_front = _project(shape, part_poses, camera.focal_px, centre_x, centre_y, T_world_camera, pixels)
+    if not in_front:
+        return SeenBody(np.full(4, np.nan), 0.0, -1)
+    box = np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])
+    if not ((box[2:] > 0).all() and box[0] < camera.width_px and box[1] < camera.height_px):
+        return SeenBody(box, 0.0, -1)
+    x, y = int(np.floor(box[0])), int(np.floor(box[1]))
+    covered = np.zeros((int(np.ceil(box[3])) - y + 1, int(np.ceil(box[2])) - x + 1), dtype=np.bool_)
+    cover(pixels - (x + pixel_offset, y + pixel_offset), shape.faces, covered)
+    inside = covered[max(-y, 0) : camera.height_px - y, max(-x, 0) : camera.width_px - x]
+    ids = instance_map[max(y, 0) :, max(x, 0) :][: inside.shape[0], : inside.shape[1]][inside]
+    visible = int(np.count_nonzero(ids == instance_id)) / max(int(np.count_nonzero(covered)), 1)
+    counts = [int(np.count_nonzero(ids == hider)) for hider in hiders]
+    most = int(np.argmax(counts)) if counts else 0
+    return SeenBody(box, min(1.0, visible), int(hiders[most]) if counts and counts[most] > 0 else -1)
+
+
+@njit(cache=True)
+def _project(
+    shape: JointedShape,
+    part_poses: NDArray[np.float64],
+    focal_px: float,
+    centre_x: float,
+    centre_y: float,
+    T_world_camera: NDArray[np.float64],
+    pixels: NDArray[np.float64],
+) -> bool:
+    """Write where the vertices are seen (V, 2); return whether all are in front of the camera."""
+    views = np.empty((part_poses.shape[0], 3, 4))
+    for part in range(part_poses.shape[0]):
+        views[part] = body_view(focal_px, centre_x, centre_y, T_world_camera, part_poses[part])
+    for n in range(shape.vertices_m.shape[0]):
+        view = views[shape.part[n]]
+        x, y, z = shape.vertices_m[n]
+        depth_m = view[2, 0] * x + view[2, 1] * y + view[2, 2] * z + view[2, 3]
+        if depth_m <= 1e-6:
+            return False
+        for axis in range(2):
+            pixels[n, axis] = (view[axis, 0] * x + view[axis, 1] * y + view[axis, 2] * z + view[axis, 3]) / depth_m
+    return True

@@ -1,0 +1,266 @@
+"""The kernels of ``sim.shaders.baked_light``, a row of pixels at a time.
+
+A row is a few *runs* of pixels that show the same body. On a panel, the shares u and v of its sides are ``depth (base +
+step column) + offset``; its map of light is looked up between four samples. Loops that compute, fetch and mix stand
+apart, so that the first and the last become vector code.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sim.shaders.daylight_kernels import reflectance_row, shadow_row
+from sim.shaders.panel_kernels import mix_light, mix_run, place_run, split_run
+
+if TYPE_CHECKING:
+    from sim.shaders.daylight import ShadowArrays
+
+ROOM_ROWS, AT_ROWS = 9, 4
+"""Rows of the two arrays that ``baked_row`` works in."""
+ONE, ZERO = np.float32(1.0), np.float32(0.0)
+
+
+class BakedArrays(NamedTuple):
+    """Light in one picture as the kernels read it: of B bodies, R panels; float32 but for numbers of things.
+
+    What falls on surfaces is in lux over pi: the radiance of a white one.
+
+    Attributes:
+        panel: (B,) int32, number of the panel that a body shows, -1 for none.
+        own_nit: (B, 3) luminances of bright areas, -1 for bodies that do not shine.
+        place: (R, 8), base, step a column, step a row and offset of u, and those of v.
+        maps: (R, 3) int32, first sample, columns and rows of each panel in light: (T, 4) R, G, B and nothing.
+        sun_maps: (R, 3) int32, the same in sun_share: (S,); no columns where there is no sun.
+        sun_cosine: (R,). sun: (3,) on a surface square to it. towards_sun: (3,) unit vector.
+        casts: whether anything that moves may stand in the sun.
+        cubes: (B, 6, 3) ambient cubes. body_sun: (B,) share of the sun that arrives.
+        is_floor: (R,) bool, things that move darken it by ``contact`` (Y, X) around them.
+        contact_place: (1, 8), as ``place``, but in samples of ``contact``.
+        sky: (2, 3), see ``sky_levels``. rays: (3, 3) of the upper left pixel, its change a column and a row.
+    """
+
+    panel: NDArray[np.int32]
+    own_nit: NDArray[np.float32]
+    place: NDArray[np.float32]
+    maps: NDArray[np.int32]
+    light: NDArray[np.float32]
+    sun_maps: NDArray[np.int32]
+    sun_share: NDArray[np.float32]
+    sun_cosine: NDArray[np.float32]
+    sun: NDArray[np.float32]
+    towards_sun: NDArray[np.float32]
+    casts: bool
+    cubes: NDArray[np.float32]
+    body_sun: NDArray[np.float32]
+    is_floor: NDArray[np.bool_]
+    contact: NDArray[np.float32]
+    contact_place: NDArray[np.float32]
+    sky: NDArray[np.float32]
+    rays: NDArray[np.float32]
+
+
+@njit(cache=True)
+def shade_baked_picture(
+    light: BakedArrays,
+    shadows: ShadowArrays,
+    base_colour_rgb: NDArray[np.uint8],
+    depth_m: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
+    normal_world: NDArray[np.float32],
+    radiance: NDArray[np.float32],
+) -> None:
+    """Write the radiance (H, 3, W) of a G-buffer's arrays (H, W) or (H, W, 3)."""
+    width = depth_m.shape[1]
+    room, at = np.empty((ROOM_ROWS, width), np.float32), np.empty((AT_ROWS, width), np.uint32)
+    colour, normal = np.empty(width, np.uint32), np.empty((3, width), np.float32)
+    for row in range(depth_m.shape[0]):
+        for column in range(width):
+            colour[column] = (
+                np.uint32(base_colour_rgb[row, column, 0])
+                | np.uint32(base_colour_rgb[row, column, 1]) << np.uint32(8)
+                | np.uint32(base_colour_rgb[row, column, 2]) << np.uint32(16)
+            )
+            for k in range(3):
+                normal[k, column] = normal_world[row, column, k]
+        baked_row(light, shadows, row, colour, depth_m[row], instance_id[row], normal, room, at, radiance[row])
+
+
+@njit(cache=True, error_model="numpy")
+def baked_row(
+    light: BakedArrays,
+    shadows: ShadowArrays,
+    row: int,
+    colour: NDArray[np.uint32],
+    depth_m: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
+    normal: NDArray[np.float32],
+    room: NDArray[np.float32],
+    at: NDArray[np.uint32],
+    radiance: NDArray[np.float32],
+) -> None:
+    """Write the radiance (3, W) of one row.
+
+    Args:
+        colour: (W,) base colours, ``R | G << 8 | B << 16``.
+        normal: (3, W).
+        room, at: (``ROOM_ROWS``, W) and (``AT_ROWS``, W) to work in.
+    """
+    # Views are made here, once a row: making one costs more than a short run. Numbers of columns are unsigned: signed
+    # ones would be checked for counting from the end.
+    u, v, x, y, factor = room[0], room[1], room[2], room[3], room[4]
+    sun_lit, cosine, reflectance = room[7], room[8], room[0]
+    index, shine_first, shine_last = at[0], at[2], at[3]
+    red, green, blue = radiance[0], radiance[1], radiance[2]
+    panels, own_nit, maps, sun_maps, body_sun = light.panel, light.own_nit, light.maps, light.sun_maps, light.body_sun
+    place, samples, sun_share = light.place, light.light, light.sun_share
+    rows, columns = light.contact.shape
+    contact = light.contact.ravel()
+    sun_shines = light.sun[1] > ZERO
+    shining, sunny = 0, False
+    sun_lit[:] = ZERO
+    cosine[:] = ONE
+    first, width = np.uint64(0), np.uint64(depth_m.shape[0])
+    while first < width:
+        body = instance_id[first]
+        last = first + np.uint64(1)
+        while last < width and instance_id[last] == body:
+            last += np.uint64(1)
+        panel = panels[body] if body >= 0 else -1
+        if body < 0 or own_nit[body, 0] >= ZERO:
+            if body < 0:
+                _sky_run(light.sky, light.rays, row, first, last, red, green, blue)
+            else:
+                _fill(own_nit[body, 0], first, last, red)
+                _fill(own_nit[body, 1], first, last, green)
+                _fill(own_nit[body, 2], first, last, blue)
+            shine_first[shining], shine_last[shining] = np.uint32(first), np.uint32(last)
+            shining += 1
+        elif panel >= 0:
+            place_run(place, panel, row, first, last, depth_m, u, v)
+            split_run(maps[panel, 0], maps[panel, 1], maps[panel, 2], first, last, u, v, index, x, y)
+            mix_light(samples, maps[panel, 1], first, last, index, x, y, red, green, blue)
+            if sun_shines and sun_maps[panel, 1] > 0:
+                sunny = True
+                split_run(sun_maps[panel, 0], sun_maps[panel, 1], sun_maps[panel, 2], first, last, u, v, index, x, y)
+                _fill(light.sun_cosine[panel], first, last, cosine)
+                mix_run(sun_share, sun_maps[panel, 1], first, last, index, x, y, light.sun_cosine[panel], sun_lit)
+            if light.is_floor[panel]:
+                place_run(light.contact_place, 0, row, first, last, depth_m, u, v)
+                split_run(0, columns, rows, first, last, u, v, index, x, y)
+                mix_run(contact, columns, first, last, index, x, y, ONE, factor)
+                _darken(factor, first, last, red, green, blue)
+        else:
+            _body_run(light.cubes, body, first, last, normal, red, green, blue)
+            if sun_shines and body_sun[body] > ZERO:
+                sunny = True
+                _sun_on_body(light.towards_sun, body_sun[body], first, last, normal, cosine, sun_lit)
+        first = last
+    if sunny and light.casts:
+        shadow_row(shadows, row, depth_m, cosine, room, at, sun_lit)
+    for channel in range(3):
+        reflectance_row(colour, np.uint32(8 * channel), reflectance)
+        for n in range(shining):
+            _fill(ONE, np.uint64(shine_first[n]), np.uint64(shine_last[n]), reflectance)
+        if sunny:
+            _add_sun(light.sun[channel], sun_lit, radiance[channel])
+        _multiply(reflectance, radiance[channel])
+
+
+@njit(cache=True)
+def _fill(value: np.float32, first: np.uint64, last: np.uint64, line: NDArray[np.float32]) -> None:
+    for k in range(first, last):
+        line[k] = value
+
+
+@njit(cache=True)
+def _darken(
+    factor: NDArray[np.float32],
+    first: np.uint64,
+    last: np.uint64,
+    red: NDArray[np.float32],
+    green: NDArray[np.float32],
+    blue: NDArray[np.float32],
+) -> None:
+    for k in range(first, last):
+        red[k] *= factor[k]
+        green[k] *= factor[k]
+        blue[k] *= factor[k]
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _add_sun(sun: np.float32, lit: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
+    for k in range(radiance.shape[0]):
+        radiance[k] += sun * lit[k]
+
+
+@njit(cache=True)
+def _multiply(reflectance: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
+    for k in range(radiance.shape[0]):
+        radiance[k] *= reflectance[k]
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _body_run(
+    cubes: NDArray[np.float32],
+    body: int,
+    first: np.uint64,
+    last: np.uint64,
+    normal: NDArray[np.float32],
+    red: NDArray[np.float32],
+    green: NDArray[np.float32],
+    blue: NDArray[np.float32],
+) -> None:
+    """Write ``sum of n_k² E_side(k)`` of pixels of a body."""
+    for k in range(first, last):
+        x, y, z = normal[0, k], normal[1, k], normal[2, k]
+        ahead, aside = 0 if x > ZERO else 3, 1 if y > ZERO else 4
+        up = 2 if z > ZERO else 5
+        x, y, z = x * x, y * y, z * z
+        red[k] = x * cubes[body, ahead, 0] + y * cubes[body, aside, 0] + z * cubes[body, up, 0]
+        green[k] = x * cubes[body, ahead, 1] + y * cubes[body, aside, 1] + z * cubes[body, up, 1]
+        blue[k] = x * cubes[body, ahead, 2] + y * cubes[body, aside, 2] + z * cubes[body, up, 2]
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _sun_on_body(
+    towards_sun: NDArray[np.float32],
+    share: np.float32,
+    first: np.uint64,
+    last: np.uint64,
+    normal: NDArray[np.float32],
+    cosine: NDArray[np.float32],
+    sun_lit: NDArray[np.float32],
+) -> None:
+    """Write ``max(0, n . l)`` of pixels of a body, and that times the share of the sun that arrives."""
+    for k in range(first, last):
+        along = normal[0, k] * towards_sun[0] + normal[1, k] * towards_sun[1] + normal[2, k] * towards_sun[2]
+        cosine[k] = max(along, ZERO)
+        sun_lit[k] = share * cosine[k]
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _sky_run(
+    sky: NDArray[np.float32],
+    rays: NDArray[np.float32],
+    row: int,
+    first: np.uint64,
+    last: np.uint64,
+    red: NDArray[np.float32],
+    green: NDArray[np.float32],
+    blue: NDArray[np.float32],
+) -> None:
+    """Write the sky's radiance in the directions of pixels."""
+    down = np.float32(row)
+    bx, by, bz = rays[0, 0] + down * rays[2, 0], rays[0, 1] + down * rays[2, 1], rays[0, 2] + down * rays[2, 2]
+    sx, sy, sz = rays[1, 0], rays[1, 1], rays[1, 2]
+    r, g, b = sky[0, 0], sky[0, 1], sky[0, 2]
+    r_rise, g_rise, b_rise = sky[1, 0], sky[1, 1], sky[1, 2]
+    for k in range(first, last):
+        column = np.float32(np.int32(k))
+        dx, dy, dz = bx + column * sx, by + column * sy, bz + column * sz
+        flat = ONE - max(dz, ZERO) / np.sqrt(dx * dx + dy * dy + dz * dz)
+        red[k], green[k], blue[k] = r + r_rise * flat, g + g_rise * flat, b + b_rise * flat

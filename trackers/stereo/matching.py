@@ -1,0 +1,155 @@
+"""Distance at every pixel of a rectified stereo pair (paper 002, section 3.1: the disparity picture)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.types import CameraModel
+
+
+@dataclass(frozen=True)
+class MatchingParameters:
+    """Settings of semi-global matching. Pixels are those of the pictures after they are made smaller.
+
+    Attributes:
+        width_px: pictures are made smaller by the whole number that comes nearest to this width: a small error of the
+            cameras' alignment shrinks with them, and the noise of dark pictures is averaged away.
+        disparities: how many are tried, a multiple of 16; the last one is the nearest distance.
+        block_px: side of the blocks that are compared, odd.
+        small_step_cost, large_step_cost: what a change of disparity by one, and by more, costs from a pixel to the
+            next, per pixel of the block.
+        gradient_limit: the pictures' horizontal gradients are compared and not their grey levels, as far as this: a
+            camera brighter than the other changes little.
+        uniqueness_percent: by how much the best disparity must be better than any other but its neighbours.
+        check_px: how far the same comparison from right to left may differ.
+        speckle_px, speckle_step: smaller pieces that differ by this from all around them are unknown.
+        correction_block_px: side of the blocks by which ``correction_px`` goes on to fractions of a pixel.
+    """
+
+    width_px: int = 320
+    disparities: int = 64
+    block_px: int = 5
+    small_step_cost: int = 8
+    large_step_cost: int = 32
+    gradient_limit: int = 31
+    uniqueness_percent: int = 5
+    check_px: int = 1
+    speckle_px: int = 60
+    speckle_step: int = 2
+    correction_block_px: int = 15
+
+
+_LEAST_SLOPE = 0.7
+"""Grey levels a pixel: less is noise."""
+_EDGE_PX = 5
+
+
+def baseline_m(camera: CameraModel) -> float:
+    """Return how far apart the two cameras of a pair are.
+
+    Raises:
+        ValueError: for a single camera.
+    """
+    if camera.baseline_m is None or not camera.baseline_m > 0.0:
+        raise ValueError(
+            "camera.baseline_m: expected the distance of the stereo pair's cameras in metres, > 0, "
+            f"got {camera.baseline_m}"
+        )
+    return camera.baseline_m
+
+
+class StereoMatcher:
+    """Semi-global matching (H. Hirschmüller, 2008, as OpenCV has it, along three directions) in smaller pictures.
+
+    Comparing blocks alone, in full size, takes twice as long and leaves holes in even clothes and walls; smoothness
+    fills them here, and an even sky with what is before it.
+    """
+
+    def __init__(self, parameters: MatchingParameters | None = None) -> None:
+        p = self._parameters = parameters or MatchingParameters()
+        self._matcher = cv2.StereoSGBM.create(
+            minDisparity=0,
+            numDisparities=p.disparities,
+            blockSize=p.block_px,
+            P1=p.small_step_cost * p.block_px**2,
+            P2=p.large_step_cost * p.block_px**2,
+            disp12MaxDiff=p.check_px,
+            preFilterCap=p.gradient_limit,
+            uniquenessRatio=p.uniqueness_percent,
+            speckleWindowSize=p.speckle_px,
+            speckleRange=p.speckle_step,
+            mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+        )
+
+    def smaller(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return a picture (H, W) or (H, W, 3) at the depth picture's size (H', W'), each pixel a mean."""
+        shrink = max(round(image.shape[1] / self._parameters.width_px), 1)
+        size = (image.shape[1] // shrink, image.shape[0] // shrink)
+        smaller: NDArray[np.uint8] = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        return smaller
+
+    def depth_m(
+        self, left_rgb: NDArray[np.uint8], right_rgb: NDArray[np.uint8], camera: CameraModel
+    ) -> NDArray[np.float32]:
+        """Return ``z = f b / d`` along the left camera's axis (H', W') float32, NaN where it is unknown.
+
+        Args:
+            left_rgb, right_rgb: (H, W, 3).
+
+        Raises:
+            ValueError: for pictures of different size, or a camera without a baseline.
+        """
+        if left_rgb.shape != right_rgb.shape:
+            raise ValueError(
+                f"right_rgb: expected a picture of the left one's shape {left_rgb.shape}, got {right_rgb.shape}"
+            )
+        left, right = (self._widened(image) for image in (left_rgb, right_rgb))
+        sixteenths: NDArray[np.int16] = self._matcher.compute(left, right)[:, self._parameters.disparities :]
+        known = sixteenths > 0
+        disparity_px = sixteenths.astype(np.float32) / np.float32(16)
+        cut = self._parameters.disparities
+        disparity_px += correction_px(left[:, cut:], right[:, cut:], disparity_px, self._parameters.correction_block_px)
+        disparity_px = np.where(known, np.maximum(disparity_px, 1e-3), np.nan).astype(np.float32)
+        focal_px = camera.focal_px * disparity_px.shape[1] / camera.width_px
+        depth: NDArray[np.float32] = np.float32(focal_px * baseline_m(camera)) / disparity_px
+        return depth
+
+    def _widened(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The matcher leaves out as many columns on the left as it tries disparities: give it some to leave out."""
+        grey = self.smaller(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY))
+        wider: NDArray[np.uint8] = cv2.copyMakeBorder(grey, 0, 0, self._parameters.disparities, 0, cv2.BORDER_REPLICATE)
+        return wider
+
+
+def correction_px(
+    left: NDArray[np.uint8], right: NDArray[np.uint8], disparity_px: NDArray[np.float32], block_px: int
+) -> NDArray[np.float32]:
+    """Return by how much a disparity d (H', W') is too small, within half a pixel.
+
+    Semi-global matching draws disparities towards whole pixels. One step of least squares goes back (B. D. Lucas and
+    T. Kanade, 1981): with ``R_d(x) = R(x - d)``, ``L = R_d - delta R_d'`` over a block, less its mean there, so that a
+    difference of the cameras' brightness does not count: ``delta = sum R_d' (R_d - L) / (sum R_d'² + c)``. Where there
+    is too little texture to tell, c leaves d as it is.
+    """
+    columns, rows = np.meshgrid(*(np.arange(size, dtype=np.float32) for size in left.shape[::-1]))
+    moved = cv2.remap(
+        right.astype(np.float32), columns - disparity_px, rows, cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE
+    )
+    # About the edges of things blocks are matched that belong to what is behind.
+    around = np.ones((_EDGE_PX, _EDGE_PX), np.uint8)
+    inner = (cv2.dilate(disparity_px, around) - cv2.erode(disparity_px, around) <= 1.0).astype(np.float32)
+
+    def block_mean(values: NDArray[np.float32]) -> NDArray[np.float32]:
+        mean: NDArray[np.float32] = cv2.blur(values, (block_px, block_px))
+        return mean
+
+    share = np.maximum(block_mean(inner), np.float32(1e-3))
+    difference = moved - left
+    difference = inner * (difference - block_mean(inner * difference) / share)
+    slope = cv2.Sobel(moved, cv2.CV_32F, 1, 0, ksize=3, scale=1.0 / 8.0)
+    strength = block_mean(inner * slope * slope) + share * _LEAST_SLOPE**2
+    return np.clip(block_mean(slope * difference) / strength, -0.5, 0.5)

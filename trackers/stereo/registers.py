@@ -1,0 +1,23 @@
+"""The camera's automatic settings as a tracker is told them."""
+
+from __future__ import annotations
+
+from trackers.types import CameraRegisters, Observation
+
+_REGISTER_LIMITS = {"red": 1023, "blue": 1023, "shutter": 707, "gain": 683}
+
+
+def camera_registers(observation: Observation) -> CameraRegisters:
+    """Return the camera's own numbers.
+
+    Raises:
+        ValueError: where it reports none, or one out of its range.
+    """
+    registers = observation.settings.registers if observation.settings else None
+    if registers is None:
+        raise ValueError("settings.registers: expected the camera's automatic settings as its own numbers, got None")
+    for name, largest in _REGISTER_LIMITS.items():
+        value = getattr(registers, name)
+        if not 0 <= value <= largest:
+            raise ValueError(f"settings.registers.{name}: expected 0 to {largest}, got {value}")
+    return registers

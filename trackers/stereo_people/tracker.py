@@ -1,0 +1,287 @@
+"""``stereo_people``, our own: everybody in sight is followed by odometry and by looks apart from the light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.boxes import box_centre, box_size
+from trackers.registry import register, register_variant, tunable
+from trackers.stereo.candidates import Candidate, CandidateParameters, StereoView, candidate_in_box, see
+from trackers.stereo.matching import StereoMatcher, baseline_m
+from trackers.stereo.occlusion import OcclusionParameters, share_before
+from trackers.stereo.registers import camera_registers
+from trackers.stereo.robot_frame import Mounting
+from trackers.stereo_people.look import Look, log_levels, look_at
+from trackers.stereo_people.nearby import points_of_body
+from trackers.stereo_people.tracks import Sighting, Track, TrackParameters, associate
+from trackers.types import CameraRegisters, Estimate, Observation
+
+_SURFACE_TO_AXIS_M = 0.1
+"""What is seen of a person is so much nearer than his middle."""
+_HIDDEN = 0.95
+_LEAST_WANTED = -0.5
+_FULL_REGISTERS = np.array([1023.0, 1023.0])
+
+
+@dataclass(frozen=True)
+class StereoPeopleParameters:
+    """Settings.
+
+    Attributes:
+        use_light: False: looks are compared as they are, whatever the light does.
+        use_odometry: False: places are those relative to the robot, as in the paper.
+        use_others: False: nobody but the target is followed.
+        use_nearby: False: only what is a candidate by itself is seen, not what is left of one where he is expected.
+        acceleration_mps2, look_weight: see ``TrackParameters``.
+        register_weight: how much a change of the camera's gains of red and blue, shares of their range, loosens looks.
+        recognised: log-likelihood ratio from which somebody who has just come into sight is the target, who was lost.
+        impatience_per_s: by how much less will do for every second that he is lost after the first.
+        fastest_mps: nobody comes back further off than this allows.
+        answered_m: standard deviation of a predicted place up to which it is the answer.
+        answered_s: how long it is.
+        camera_height_m: of the level camera, where no pose is measured.
+    """
+
+    use_light: bool = True
+    use_odometry: bool = True
+    use_others: bool = True
+    use_nearby: bool = True
+    acceleration_mps2: float = tunable(1.5, 0.3, 5.0, log=True)
+    look_weight: float = tunable(0.35, 0.05, 1.0, log=True)
+    register_weight: float = tunable(3.0, 0.3, 10.0, log=True)
+    recognised: float = tunable(2.0, -2.0, 8.0)
+    impatience_per_s: float = tunable(0.6, 0.0, 2.0)
+    fastest_mps: float = tunable(2.0, 1.0, 4.0)
+    answered_m: float = tunable(0.3, 0.1, 0.6)
+    answered_s: float = tunable(1.0, 0.2, 3.0)
+    camera_height_m: float = 1.2
+
+
+@register(
+    "stereo_people",
+    role="ours",
+    summary="stereo; everybody followed in the frame of odometry, looks apart from the light",
+    suites=("stereo",),
+)
+class StereoPeople:
+    """Follows the target and everybody else in sight, so that who is somebody else is not taken for him."""
+
+    Parameters = StereoPeopleParameters
+
+    def __init__(self, parameters: StereoPeopleParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._tracks_parameters = TrackParameters(
+            acceleration_mps2=parameters.acceleration_mps2, look_weight=parameters.look_weight
+        )
+        self._candidates = CandidateParameters()
+        self._occlusions = OcclusionParameters()
+        self._matcher = StereoMatcher()
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Start on the candidate in the box, or on what lies in its middle."""
+        p = self._parameters
+        baseline_m(observation.camera)
+        self._registers = camera_registers(observation)
+        pose = observation.ego
+        self._mounting = Mounting.level(p.camera_height_m) if pose is None else Mounting.from_pose(pose.T_world_camera)
+        self._time_s = observation.time_s
+        self._levels = log_levels(self._matcher.smaller(observation.image_rgb))
+        view = see(observation, self._matcher, self._mounting, self._candidates)
+        first = None if view is None else candidate_in_box(view.candidates, box_xyxy)
+        if view is not None and first is not None:
+            sighting = self._sighting(observation, view, first)
+        else:
+            sighting = self._from_box(observation, view, box_xyxy)
+        self._target = Track(sighting, self._time_s, self._tracks_parameters)
+        self._others: list[Track] = []
+        if view is not None and p.use_others:
+            others = [candidate for candidate in view.candidates if candidate is not first]
+            self._others = [self._new(observation, view, candidate) for candidate in others]
+
+    def update(self, observation: Observation) -> Estimate:
+        """Take in the next pair and say where the target is, seen or expected."""
+        registers = camera_registers(observation)
+        levels = log_levels(self._matcher.smaller(observation.image_rgb))
+        self._predict(observation, registers, levels)
+        self._registers, self._levels = registers, levels
+        view = see(observation, self._matcher, self._mounting, self._candidates)
+        if view is not None:
+            self._take_in(observation, view)
+        return self._answer(observation, view)
+
+    def _predict(self, observation: Observation, registers: CameraRegisters, levels: NDArray[np.float64]) -> None:
+        seconds, self._time_s = observation.time_s - self._time_s, observation.time_s
+        p = self._parameters
+        shift, loosened = np.zeros(3), 0.0
+        if p.use_light:
+            # Most of a picture is walls and ground: what changes all of it is the light, or the camera's answer to it.
+            shift = np.median((levels - self._levels).reshape(-1, 3), axis=0)
+            change = np.array([registers.red - self._registers.red, registers.blue - self._registers.blue])
+            loosened = p.register_weight * float(np.abs(change / _FULL_REGISTERS).sum())
+        for track in (self._target, *self._others):
+            track.predict(seconds, shift, loosened)
+
+    def _take_in(self, observation: Observation, view: StereoView) -> None:
+        sightings = [self._sighting(observation, view, candidate) for candidate in view.candidates]
+        tracks = [self._target, *self._others]
+        found = associate(tracks, sightings)
+        for track, index in zip(tracks, found, strict=True):
+            if index is not None:
+                track.correct(sightings[index])
+        if found[0] is None and self._parameters.use_nearby:
+            taken = [view.candidates[index].pixels for index in found[1:] if index is not None]
+            self._look_nearby(observation, view, taken)
+        if self._parameters.use_others:
+            p = self._tracks_parameters
+            self._others = [track for track in self._others if track.unseen_s <= p.kept_s]
+            new = [s for k, s in enumerate(sightings) if k not in found]
+            self._others += [Track(sighting, self._time_s, p) for sighting in new]
+            if self._target.unseen_s > 0.0:
+                self._recognise()
+        elif found[0] is None:
+            self._recognise_among(sightings)
+
+    def _look_nearby(self, observation: Observation, view: StereoView, taken: list[NDArray[np.int64]]) -> None:
+        """Correct the target by what is seen where he is expected though it is no candidate: a part of him."""
+        if self._target.unseen_s > self._parameters.answered_s:
+            return
+        expected_m = self._to_robot(observation, self._target.filter.place_m)
+        pixels = points_of_body(view.points_m, expected_m, taken)
+        if pixels is None:
+            return
+        own = view.points_m.reshape(-1, 3)[pixels]
+        place_m = np.median(own[:, :2], axis=0).astype(float)
+        look = self._look(view, pixels, self._target.height_m)
+        sighting = self._at(observation, place_m, np.nan, look)
+        if self._target.score(sighting) > 0.0:
+            self._target.correct(sighting)
+
+    def _recognise(self) -> None:
+        """Take somebody who came into sight after the target was lost for him, if he looks like it and can be there.
+
+        Who was seen beside the target before is somebody else.
+        """
+        p = self._parameters
+        lost_at_s = self._time_s - self._target.unseen_s
+        scores = [
+            (self._target.resemblance(track), track)
+            for track in self._others
+            if track.unseen_s == 0.0 and track.born_s > lost_at_s and self._reachable(track.filter.place_m)
+        ]
+        if not scores:
+            return
+        best, track = max(scores, key=lambda pair: pair[0])
+        if best > self._wanted():
+            self._others.remove(track)
+            track.look, track.height_m = self._target.look, self._target.height_m
+            self._target = track
+
+    def _recognise_among(self, sightings: list[Sighting]) -> None:
+        reachable = [sighting for sighting in sightings if self._reachable(sighting.place_m)]
+        scores = [self._target.appearance(sighting) for sighting in reachable]
+        if scores and max(scores) > self._wanted():
+            sighting = reachable[int(np.argmax(scores))]
+            look, height_m = self._target.look, self._target.height_m
+            self._target = Track(sighting, self._time_s, self._tracks_parameters)
+            self._target.look, self._target.height_m = look, height_m
+
+    def _wanted(self) -> float:
+        """Return the log-likelihood ratio that is enough: the longer he is lost, the likelier he is among the new ones."""
+        p = self._parameters
+        return max(p.recognised - p.impatience_per_s * max(self._target.unseen_s - 1.0, 0.0), _LEAST_WANTED)
+
+    def _reachable(self, place_m: NDArray[np.float64]) -> bool:
+        away_m = float(np.hypot(*(place_m - self._target.filter.place_m)))
+        return away_m <= 0.7 + self._parameters.fastest_mps * self._target.unseen_s
+
+    def _answer(self, observation: Observation, view: StereoView | None) -> Estimate:
+        p, target = self._parameters, self._target
+        place_m = self._to_robot(observation, target.filter.place_m)
+        deviation_m = float(np.sqrt(np.linalg.eigvalsh(target.filter.P[:2, :2])[-1]))
+        is_seen = target.unseen_s == 0.0
+        is_expected = target.unseen_s <= p.answered_s and deviation_m <= p.answered_m
+        height_m = target.height_m if np.isfinite(target.height_m) else self._candidates.usual_height_m
+        depth_m = self._mounting.depth_m(np.append(place_m, 0.5 * height_m))
+        if not (is_seen or is_expected) or depth_m <= 0.1:
+            return Estimate(np.full(2, np.nan), in_view_probability=0.0)
+        camera = observation.camera
+        ends_m = np.column_stack([np.tile(place_m, (2, 1)), [0.0, height_m]])
+        (_, bottom), (x, top) = self._mounting.pixels(ends_m, camera)
+        half_px = 0.5 * self._candidates.usual_width_m * camera.focal_px / depth_m
+        box = np.array([x - half_px, top, x + half_px, bottom])
+        hidden = 0.0
+        if view is not None and not is_seen:
+            hidden = share_before(view.depth_m, place_m, height_m, 0.5, self._mounting, camera, self._occlusions)
+        inside = 0.0 <= x < camera.width_px
+        probability = 1.0 if is_seen else (0.9 if inside and hidden < _HIDDEN else 0.2)
+        return Estimate(box_centre(box), box, in_view_probability=probability, depth_m=depth_m)
+
+    def _new(self, observation: Observation, view: StereoView, candidate: Candidate) -> Track:
+        return Track(self._sighting(observation, view, candidate), self._time_s, self._tracks_parameters)
+
+    def _sighting(self, observation: Observation, view: StereoView, candidate: Candidate) -> Sighting:
+        look = self._look(view, candidate.pixels, candidate.height_m)
+        height_m = np.nan if candidate.top_cut else candidate.height_m
+        return self._at(observation, candidate.place_m, height_m, look)
+
+    def _look(self, view: StereoView, pixels: NDArray[np.int64], height_m: float) -> Look:
+        usual = height_m if np.isfinite(height_m) else self._candidates.usual_height_m
+        return look_at(self._levels, view.points_m[..., 2], pixels, usual, self._tracks_parameters.look)
+
+    def _at(self, observation: Observation, surface_m: NDArray[np.float64], height_m: float, look: Look) -> Sighting:
+        """Return a sighting by the place (2,) of the surface in the robot's frame."""
+        distance_m = max(float(np.hypot(*surface_m)), 1e-6)
+        middle_m = surface_m * (1.0 + _SURFACE_TO_AXIS_M / distance_m)
+        return Sighting(self._to_ground(observation, middle_m), distance_m, height_m, look)
+
+    def _from_box(self, observation: Observation, view: StereoView | None, box_xyxy: NDArray[np.float64]) -> Sighting:
+        camera = observation.camera
+        depth_m = camera.focal_px * self._candidates.usual_height_m / box_size(box_xyxy)[1]
+        place_m = self._mounting.place_at(box_centre(box_xyxy), depth_m, camera)[:2]
+        rows, columns = self._levels.shape[:2]
+        x_min, y_min, x_max, y_max = box_xyxy * columns / camera.width_px
+        inset = 0.2 * (x_max - x_min)
+        row, column = np.mgrid[0:rows, 0:columns] + 0.5
+        inside = (column > x_min + inset) & (column < x_max - inset) & (row > y_min) & (row < y_max)
+        # Without distances, how far up the box a pixel lies stands for its height.
+        heights_m = (self._candidates.usual_height_m * (y_max - row) / (y_max - y_min)).astype(np.float32)
+        look = look_at(
+            self._levels,
+            heights_m,
+            np.flatnonzero(inside),
+            self._candidates.usual_height_m,
+            self._tracks_parameters.look,
+        )
+        return self._at(observation, place_m, np.nan, look)
+
+    def _to_ground(self, observation: Observation, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Take a place (2,) from the robot's frame to that of odometry."""
+        if observation.ego is None or not self._parameters.use_odometry:
+            return place_m
+        T = observation.ego.T_world_camera
+        return _rotation(T) @ place_m + T[:2, 3]
+
+    def _to_robot(self, observation: Observation, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Take a place (2,) from the frame of odometry to the robot's."""
+        if observation.ego is None or not self._parameters.use_odometry:
+            return place_m
+        T = observation.ego.T_world_camera
+        return _rotation(T).T @ (place_m - T[:2, 3])
+
+
+def _rotation(T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    cosine, sine = T_world_camera[:2, 2] / max(float(np.hypot(*T_world_camera[:2, 2])), 1e-9)
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
+register_variant("stereo_people_no_light", of="stereo_people", summary="looks compared as they are", use_light=False)
+register_variant(
+    "stereo_people_no_odometry", of="stereo_people", summary="places relative to the robot", use_odometry=False
+)
+register_variant(
+    "stereo_people_no_others", of="stereo_people", summary="nobody but the target followed", use_others=False
+)
+register_variant("stereo_people_no_nearby", of="stereo_people", summary="whole candidates alone seen", use_nearby=False)

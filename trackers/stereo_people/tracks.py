@@ -1,0 +1,129 @@
+"""Everybody who is seen, followed at once: who is explained by somebody else is not the target."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from trackers.stereo.person_kalman import PersonKalman
+from trackers.stereo_people.look import Look, LookModel, LookParameters
+
+_GATE = 16.0
+"""Greatest squared Mahalanobis distance of a place."""
+_TURNED_S = 0.5
+_ROOM_M2 = 40.0
+"""Somebody new may be anywhere in so much room."""
+
+
+@dataclass(frozen=True)
+class TrackParameters:
+    """How people move and are seen.
+
+    Attributes:
+        acceleration_mps2: standard deviation of the acceleration.
+        place_noise_m, place_noise_per_m2: of a measured place: at the camera, and growing with the distance squared.
+        height_noise_m: of a measured height.
+        look_weight: how much a look's log-likelihood counts; its parts' errors are not independent.
+        kept_s: how long somebody is expected who is not seen.
+        look: how people look.
+    """
+
+    acceleration_mps2: float = 1.5
+    place_noise_m: float = 0.06
+    place_noise_per_m2: float = 0.004
+    height_noise_m: float = 0.07
+    look_weight: float = 0.35
+    kept_s: float = 2.0
+    look: LookParameters = field(default_factory=LookParameters)
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """Somebody seen on one frame.
+
+    Attributes:
+        place_m: (2,) in the frame of odometry. distance_m: from the camera.
+        height_m: NaN where the top is not seen. look: colours.
+    """
+
+    place_m: NDArray[np.float64]
+    distance_m: float
+    height_m: float
+    look: Look
+
+
+class Track:
+    """One person over time.
+
+    Attributes:
+        filter: place and velocity. look: what is known of his look. height_m: mean of what was measured.
+        unseen_s: since he was seen last. born_s: time he was seen first. latest: the last sighting.
+    """
+
+    def __init__(self, sighting: Sighting, time_s: float, parameters: TrackParameters) -> None:
+        self._parameters = parameters
+        self.filter = PersonKalman(sighting.place_m, parameters.acceleration_mps2, self._noise_m(sighting))
+        self.look = LookModel(sighting.look, parameters.look)
+        self.height_m, self._heights = sighting.height_m, int(np.isfinite(sighting.height_m))
+        self.unseen_s, self.born_s, self.latest = 0.0, time_s, sighting
+
+    def predict(self, seconds: float, shift: NDArray[np.float64], loosened: float) -> None:
+        """Go on by a frame."""
+        self.filter.predict(seconds)
+        self.look.predict(shift, loosened, is_lost=self.unseen_s > _TURNED_S)
+        self.unseen_s += seconds
+
+    def correct(self, sighting: Sighting) -> None:
+        """Take in a sighting."""
+        self.filter.correct(sighting.place_m, self._noise_m(sighting))
+        self.look.correct(sighting.look)
+        if np.isfinite(sighting.height_m):
+            self._heights += 1
+            before_m = self.height_m if self._heights > 1 else sighting.height_m
+            self.height_m = before_m + (sighting.height_m - before_m) / min(self._heights, 30)
+        self.unseen_s, self.latest = 0.0, sighting
+
+    def score(self, sighting: Sighting) -> float:
+        """Return the log-likelihood ratio of a sighting: of this person to somebody new; -inf too far off."""
+        covariance = self.filter.innovation(self._noise_m(sighting))
+        away_m = sighting.place_m - self.filter.place_m
+        squared = float(away_m @ np.linalg.solve(covariance, away_m))
+        if squared > _GATE:
+            return -np.inf
+        place = -0.5 * squared - 0.5 * np.log(np.linalg.det(2 * np.pi * covariance)) + np.log(_ROOM_M2)
+        return float(place) + self.appearance(sighting)
+
+    def appearance(self, sighting: Sighting) -> float:
+        """Return what look and height say of its being this person, a log-likelihood ratio."""
+        p = self._parameters
+        total = p.look_weight * self.look.likeness(sighting.look)
+        if np.isfinite(sighting.height_m) and np.isfinite(self.height_m):
+            off = (sighting.height_m - self.height_m) / (1.4 * p.height_noise_m)
+            # Anybody's height varies by some 0.1 m.
+            total += max(-0.5 * off**2 + 0.4, -4.0)
+        return total
+
+    def resemblance(self, other: Track) -> float:
+        """Return what the latest sighting of somebody says of his being this person, by look and height."""
+        return self.appearance(other.latest)
+
+    def _noise_m(self, sighting: Sighting) -> float:
+        p = self._parameters
+        return p.place_noise_m + p.place_noise_per_m2 * sighting.distance_m**2
+
+
+def associate(tracks: Sequence[Track], sightings: Sequence[Sighting]) -> list[int | None]:
+    """Return which sighting is each track's, None where none is: the greatest sum of scores, none of them negative."""
+    if not tracks or not sightings:
+        return [None] * len(tracks)
+    scores = np.array([[track.score(sighting) for sighting in sightings] for track in tracks])
+    gains = np.maximum(np.nan_to_num(scores, neginf=-1.0), 0.0)
+    found: list[int | None] = [None] * len(tracks)
+    for row, column in zip(*linear_sum_assignment(-gains), strict=True):
+        if scores[row, column] > 0.0:
+            found[row] = int(column)
+    return found
