@@ -22,6 +22,8 @@ _PIXELS_ALIKE = 25.0
 """So many neighbouring pixels tell as much as one: folds and shading are alike in them."""
 _DARK = 0.004
 """Added to linear levels before their logarithm: below it a picture is noise."""
+_FAR_OFF = 3.0
+_PART_LEFT_OUT = 3.0
 _EVERY_PART = np.tile(np.eye(3), (len(PARTS), 1))
 _BRIGHTER = np.ones((SIZE, 1))
 _FROM_ABOVE = np.repeat(np.linspace(1.0, -1.0, len(PARTS)), 3)[:, None]
@@ -125,21 +127,38 @@ class LookModel:
             self.covariance += p.from_above**2 * _FROM_ABOVE @ _FROM_ABOVE.T + p.own**2 * np.eye(SIZE)
 
     def correct(self, look: Look) -> None:
-        """Take in a look."""
+        """Take in a look. What is far off what was expected was not as well known as was thought."""
         known = look.known
         if not known.any():
             return
+        residual = np.zeros(SIZE)
+        residual[known] = look.log_rgb[known] - self.mean[known]
+        expected = np.diag(self.covariance) + np.where(known, look.variance, np.inf)
+        self.covariance = self.covariance + np.diag(np.where(residual**2 > _FAR_OFF**2 * expected, residual**2, 0.0))
         innovation = self.covariance[np.ix_(known, known)] + np.diag(look.variance[known])
         gain = np.linalg.solve(innovation, self.covariance[known]).T
-        self.mean = self.mean + gain @ (look.log_rgb[known] - self.mean[known])
+        self.mean = self.mean + gain @ residual[known]
         self.covariance = self.covariance - gain @ self.covariance[known]
         self.covariance = 0.5 * (self.covariance + self.covariance.T)
 
     def likeness(self, look: Look) -> float:
-        """Return the log-likelihood ratio per part of a look: of this person to anybody."""
+        """Return the log-likelihood ratio of a look: of this person to anybody.
+
+        One part may be somebody else's, or what is behind him: the ratio without it counts, less what that costs.
+        """
         known = look.known
         if not known.any():
             return 0.0
+        ratios = [self._ratio(look, known)]
+        parts = np.flatnonzero(known.reshape(-1, 3).all(axis=1))
+        if len(parts) > 2:
+            for part in parts:
+                without = known.copy()
+                without[3 * part : 3 * part + 3] = False
+                ratios.append(self._ratio(look, without) - _PART_LEFT_OUT)
+        return max(ratios)
+
+    def _ratio(self, look: Look, known: NDArray[np.bool_]) -> float:
         noise = np.diag(look.variance[known])
         anybody = population_covariance(self._parameters)[np.ix_(known, known)] + noise
         return _log_density(look.log_rgb[known] - self.mean[known], self.covariance[np.ix_(known, known)] + noise) - (

@@ -23,6 +23,8 @@ _SURFACE_TO_AXIS_M = 0.1
 """What is seen of a person is so much nearer than his middle."""
 _HIDDEN = 0.95
 _LEAST_WANTED = -0.5
+_GLIMPSE_S = 0.3
+_BESIDE_FRAMES, _SEEN_BESIDE = 8, 5.0
 _FULL_REGISTERS = np.array([1023.0, 1023.0])
 
 
@@ -52,7 +54,7 @@ class StereoPeopleParameters:
     acceleration_mps2: float = tunable(1.5, 0.3, 5.0, log=True)
     look_weight: float = tunable(0.35, 0.05, 1.0, log=True)
     register_weight: float = tunable(3.0, 0.3, 10.0, log=True)
-    recognised: float = tunable(2.0, -2.0, 8.0)
+    recognised: float = tunable(1.0, -2.0, 8.0)
     impatience_per_s: float = tunable(0.6, 0.0, 2.0)
     fastest_mps: float = tunable(2.0, 1.0, 4.0)
     answered_m: float = tunable(0.3, 0.1, 0.6)
@@ -130,7 +132,9 @@ class StereoPeople:
         found = associate(tracks, sightings)
         for track, index in zip(tracks, found, strict=True):
             if index is not None:
-                track.correct(sightings[index])
+                track.correct(sightings[index], self._time_s)
+                if found[0] is not None and track is not self._target:
+                    track.beside_frames += 1
         if found[0] is None and self._parameters.use_nearby:
             taken = [view.candidates[index].pixels for index in found[1:] if index is not None]
             self._look_nearby(observation, view, taken)
@@ -139,14 +143,14 @@ class StereoPeople:
             self._others = [track for track in self._others if track.unseen_s <= p.kept_s]
             new = [s for k, s in enumerate(sightings) if k not in found]
             self._others += [Track(sighting, self._time_s, p) for sighting in new]
-            if self._target.unseen_s > 0.0:
+            if self._unconfirmed_s() > _GLIMPSE_S:
                 self._recognise()
         elif found[0] is None:
             self._recognise_among(sightings)
 
     def _look_nearby(self, observation: Observation, view: StereoView, taken: list[NDArray[np.int64]]) -> None:
         """Correct the target by what is seen where he is expected though it is no candidate: a part of him."""
-        if self._target.unseen_s > self._parameters.answered_s:
+        if self._unconfirmed_s() > self._parameters.answered_s:
             return
         expected_m = self._to_robot(observation, self._target.filter.place_m)
         pixels = points_of_body(view.points_m, expected_m, taken)
@@ -157,19 +161,21 @@ class StereoPeople:
         look = self._look(view, pixels, self._target.height_m)
         sighting = self._at(observation, place_m, np.nan, look)
         if self._target.score(sighting) > 0.0:
-            self._target.correct(sighting)
+            self._target.correct_place(sighting)
+
+    def _unconfirmed_s(self) -> float:
+        """Return for how long the target has not been seen whole."""
+        return self._time_s - self._target.confirmed_s
 
     def _recognise(self) -> None:
         """Take somebody who came into sight after the target was lost for him, if he looks like it and can be there.
 
-        Who was seen beside the target before is somebody else.
+        Who was seen beside the target for long is hardly he.
         """
-        p = self._parameters
-        lost_at_s = self._time_s - self._target.unseen_s
         scores = [
-            (self._target.resemblance(track), track)
+            (self._target.resemblance(track) - _SEEN_BESIDE * (track.beside_frames >= _BESIDE_FRAMES), track)
             for track in self._others
-            if track.unseen_s == 0.0 and track.born_s > lost_at_s and self._reachable(track.filter.place_m)
+            if track.unseen_s == 0.0 and self._reachable(track.filter.place_m)
         ]
         if not scores:
             return
@@ -191,11 +197,11 @@ class StereoPeople:
     def _wanted(self) -> float:
         """Return the log-likelihood ratio that is enough: the longer he is lost, the likelier he is among the new ones."""
         p = self._parameters
-        return max(p.recognised - p.impatience_per_s * max(self._target.unseen_s - 1.0, 0.0), _LEAST_WANTED)
+        return max(p.recognised - p.impatience_per_s * max(self._unconfirmed_s() - 1.0, 0.0), _LEAST_WANTED)
 
     def _reachable(self, place_m: NDArray[np.float64]) -> bool:
         away_m = float(np.hypot(*(place_m - self._target.filter.place_m)))
-        return away_m <= 0.7 + self._parameters.fastest_mps * self._target.unseen_s
+        return away_m <= 0.7 + self._parameters.fastest_mps * self._unconfirmed_s()
 
     def _answer(self, observation: Observation, view: StereoView | None) -> Estimate:
         p, target = self._parameters, self._target

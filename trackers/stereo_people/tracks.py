@@ -15,6 +15,8 @@ from trackers.stereo_people.look import Look, LookModel, LookParameters
 _GATE = 16.0
 """Greatest squared Mahalanobis distance of a place."""
 _TURNED_S = 0.5
+_UNLIKEST = -5.0
+"""Light and half-hidden bodies can make anybody look unlike himself: a look counts against him by no more."""
 _ROOM_M2 = 40.0
 """Somebody new may be anywhere in so much room."""
 
@@ -61,7 +63,8 @@ class Track:
 
     Attributes:
         filter: place and velocity. look: what is known of his look. height_m: mean of what was measured.
-        unseen_s: since he was seen last. born_s: time he was seen first. latest: the last sighting.
+        unseen_s: since he was seen last. confirmed_s: time he was seen whole last. latest: that
+            sighting. beside_frames: on how many frames he and the target were seen whole.
     """
 
     def __init__(self, sighting: Sighting, time_s: float, parameters: TrackParameters) -> None:
@@ -69,7 +72,7 @@ class Track:
         self.filter = PersonKalman(sighting.place_m, parameters.acceleration_mps2, self._noise_m(sighting))
         self.look = LookModel(sighting.look, parameters.look)
         self.height_m, self._heights = sighting.height_m, int(np.isfinite(sighting.height_m))
-        self.unseen_s, self.born_s, self.latest = 0.0, time_s, sighting
+        self.unseen_s, self.confirmed_s, self.latest, self.beside_frames = 0.0, time_s, sighting, 0
 
     def predict(self, seconds: float, shift: NDArray[np.float64], loosened: float) -> None:
         """Go on by a frame."""
@@ -77,15 +80,21 @@ class Track:
         self.look.predict(shift, loosened, is_lost=self.unseen_s > _TURNED_S)
         self.unseen_s += seconds
 
-    def correct(self, sighting: Sighting) -> None:
-        """Take in a sighting."""
-        self.filter.correct(sighting.place_m, self._noise_m(sighting))
+    def correct(self, sighting: Sighting, time_s: float) -> None:
+        """Take in a sighting of the whole person."""
+        self.correct_place(sighting)
+        self.confirmed_s = time_s
         self.look.correct(sighting.look)
         if np.isfinite(sighting.height_m):
             self._heights += 1
             before_m = self.height_m if self._heights > 1 else sighting.height_m
             self.height_m = before_m + (sighting.height_m - before_m) / min(self._heights, 30)
-        self.unseen_s, self.latest = 0.0, sighting
+        self.latest = sighting
+
+    def correct_place(self, sighting: Sighting) -> None:
+        """Take in a sighting of a part of him: it says where he is, not how he looks."""
+        self.filter.correct(sighting.place_m, self._noise_m(sighting))
+        self.unseen_s = 0.0
 
     def score(self, sighting: Sighting) -> float:
         """Return the log-likelihood ratio of a sighting: of this person to somebody new; -inf too far off."""
@@ -100,7 +109,7 @@ class Track:
     def appearance(self, sighting: Sighting) -> float:
         """Return what look and height say of its being this person, a log-likelihood ratio."""
         p = self._parameters
-        total = p.look_weight * self.look.likeness(sighting.look)
+        total = max(p.look_weight * self.look.likeness(sighting.look), _UNLIKEST)
         if np.isfinite(sighting.height_m) and np.isfinite(self.height_m):
             off = (sighting.height_m - self.height_m) / (1.4 * p.height_noise_m)
             # Anybody's height varies by some 0.1 m.
@@ -108,8 +117,9 @@ class Track:
         return total
 
     def resemblance(self, other: Track) -> float:
-        """Return what the latest sighting of somebody says of his being this person, by look and height."""
-        return self.appearance(other.latest)
+        """Return what the latest sighting of somebody says of his being this person; too far off, by looks alone."""
+        score = self.score(other.latest)
+        return score if np.isfinite(score) else self.appearance(other.latest)
 
     def _noise_m(self, sighting: Sighting) -> float:
         p = self._parameters
