@@ -17,6 +17,7 @@ _EXPERIMENTS = {
     "A3": "benchmarks.papers.a3",
     "B1": "benchmarks.papers.b1",
     "B2": "benchmarks.papers.b2",
+    "B3": "benchmarks.papers.b3",
 }
 
 
@@ -29,15 +30,17 @@ class Paper:
 
     Attributes:
         experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown), B1
-            (colours and camera settings under a lamp that is dimmed) or B2 (when colour can be learnt).
-        seeds: episodes A:B, half open.
+            (colours and camera settings under a lamp that is dimmed), B2 (when colour can be learnt) or B3 (a person
+            followed by stereo under changing light).
+        seeds: episodes A:B, half open (default: 10000:10050; B3, whose ten are as many frames as the paper's,
+            10000:10010).
         renderer: raster or pybullet.
         out: folder for rows, pictures and page (default: results/paper-a2 …).
         workers: processes.
     """
 
     experiment: Annotated[str, tyro.conf.Positional]
-    seeds: Annotated[str, SEEDS] = "10000:10050"
+    seeds: Annotated[str | None, SEEDS] = None
     renderer: str = "raster"
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
@@ -49,5 +52,6 @@ class Paper:
         renderer = check_renderer(self.renderer)
         module = importlib.import_module(_EXPERIMENTS[self.experiment])
         out = self.out or Path("results") / f"paper-{self.experiment.lower()}"
-        module.run(out, seed_range(self.seeds), renderer, cores(self.workers))
+        seeds = self.seeds or ("10000:10010" if self.experiment == "B3" else "10000:10050")
+        module.run(out, seed_range(seeds), renderer, cores(self.workers))
         return 0

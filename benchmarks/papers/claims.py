@@ -20,14 +20,16 @@ class Claim:
         metric: of the rows or of the suite. words: what the paper says. counted: what the number is, in words.
         bound: which side of ``level`` agrees with the paper, by our choice; ``reported`` = the paper gives no side.
         tracker: the method it is about; "" where none runs.
+        tolerance: how far off ``level`` still agrees, for the bound ``within``.
     """
 
     metric: str
     words: str
     counted: str
-    bound: Literal["at most", "at least", "more than", "reported"]
+    bound: Literal["at most", "at least", "more than", "within", "reported"]
     level: float = 0.0
     tracker: str = ""
+    tolerance: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +57,12 @@ class Finding:
         if self.mean is None:
             return False
         level = self.claim.level
-        sides = {"at most": self.mean <= level, "at least": self.mean >= level, "more than": self.mean > level}
+        sides = {
+            "at most": self.mean <= level,
+            "at least": self.mean >= level,
+            "more than": self.mean > level,
+            "within": abs(self.mean - level) <= self.claim.tolerance,
+        }
         return sides[self.claim.bound]
 
     @property
@@ -75,6 +82,9 @@ class Finding:
         if self.claim.bound == "reported":
             return "–"
         scale = 100.0 if self.unit == "fraction" else 1.0
+        if self.claim.bound == "within":
+            around = f"{scale * self.claim.level:g} ± {scale * self.claim.tolerance:g}"
+            return f"{around} {unit_sign(self.unit)}".rstrip()
         return f"{self.claim.bound} {scale * self.claim.level:g} {unit_sign(self.unit)}".rstrip()
 
 

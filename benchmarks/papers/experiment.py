@@ -16,7 +16,7 @@ class PaperExperiment:
     Attributes:
         name: what users type. title, setting: in words.
         preset: of the suite's scenario. trackers: in the order of the paper's figure.
-        frames: shown in the paper's figure.
+        frames: shown in the paper's figure; none where it names none.
         controller: steers by the estimate; None on a set path.
         claims: what the paper says.
         suite: whose metrics they are about.

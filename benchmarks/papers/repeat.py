@@ -13,8 +13,11 @@ from benchmarks.papers.claims import Claim, Finding, print_findings
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.figure import paper_figure
 from benchmarks.papers.page import write_page
+from benchmarks.records import read_rows
 from benchmarks.report.numbers import ranges_text
+from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.suites import suite
+from benchmarks.summary import grouped
 from scenarios.scenario import RendererName
 
 
@@ -36,7 +39,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     with progress_bar(f"paper {experiment.name}") as progress:
         outcome = run_experiment(runs, out, progress)
     found = findings(experiment, outcome.summary)
-    picture = paper_figure(experiment, out, seeds.start, renderer)
+    picture = _picture(experiment, out, seeds, renderer)
     print_findings(experiment.title, found, seeds)
     again = "" if renderer == "raster" else f" --renderer {renderer}"
     write_page(
@@ -49,6 +52,18 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
         command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}{again}",
     )
     return found
+
+
+def _picture(experiment: PaperExperiment, out: Path, seeds: range, renderer: RendererName) -> Picture | None:
+    """Return the paper's figure; where the paper names no frames, what the suite shows of a result."""
+    if experiment.frames:
+        return paper_figure(experiment, out, seeds.start, renderer)
+    judged = suite(experiment.suite)
+    for condition, trackers in grouped(read_rows(out)).items():
+        if (condition[2], condition[3]) == (experiment.preset, renderer):
+            judged.picture(out, condition, trackers, experiment.trackers)
+            return next((picture for picture in read_pictures(out) if picture.condition == condition), None)
+    return None
 
 
 def findings(experiment: PaperExperiment, summary: Sequence[dict[str, Any]]) -> list[Finding]:

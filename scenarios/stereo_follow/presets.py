@@ -93,7 +93,7 @@ PRESETS = {
         standers=2,
         alike=1,
         pauses=2,
-        lamp_events=4,
-        clouds=3,
+        lamp_events=3,
+        clouds=2,
     ),
 }

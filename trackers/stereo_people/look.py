@@ -9,6 +9,7 @@ the hair - until the new light is learnt.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,6 +110,10 @@ class LookModel:
         self.covariance = population_covariance(parameters)
         self.correct(look)
 
+    def copy(self) -> LookModel:
+        """Return the same knowledge, to go on by itself."""
+        return copy(self)
+
     def predict(self, shift: NDArray[np.float64], loosened: float, *, is_lost: bool) -> None:
         """Go on by a frame.
 
@@ -124,7 +129,7 @@ class LookModel:
         colour = p.colour**2 + (p.shift_error * float(np.abs(tint).max())) ** 2 + (0.3 * loosened) ** 2
         self.covariance = self.covariance + bright * _BRIGHTER @ _BRIGHTER.T + colour * _EVERY_PART @ _EVERY_PART.T
         if not is_lost:
-            self.covariance += p.from_above**2 * _FROM_ABOVE @ _FROM_ABOVE.T + p.own**2 * np.eye(SIZE)
+            self.covariance = self.covariance + p.from_above**2 * _FROM_ABOVE @ _FROM_ABOVE.T + p.own**2 * np.eye(SIZE)
 
     def correct(self, look: Look) -> None:
         """Take in a look. What is far off what was expected was not as well known as was thought."""

@@ -24,7 +24,8 @@ _SURFACE_TO_AXIS_M = 0.1
 _HIDDEN = 0.95
 _LEAST_WANTED = -0.5
 _GLIMPSE_S = 0.3
-_BESIDE_FRAMES, _SEEN_BESIDE = 8, 5.0
+_BESIDE_FRAMES, _SEEN_BESIDE, _APART_M = 8, 5.0, 0.8
+_SURE_S, _DISBELIEVED_S, _MIXED_UP_S = 3.0, 0.7, 2.5
 _FULL_REGISTERS = np.array([1023.0, 1023.0])
 
 
@@ -99,6 +100,7 @@ class StereoPeople:
             sighting = self._from_box(observation, view, box_xyxy)
         self._target = Track(sighting, self._time_s, self._tracks_parameters)
         self._others: list[Track] = []
+        self._doubted: Track | None = None
         if view is not None and p.use_others:
             others = [candidate for candidate in view.candidates if candidate is not first]
             self._others = [self._new(observation, view, candidate) for candidate in others]
@@ -123,18 +125,22 @@ class StereoPeople:
             shift = np.median((levels - self._levels).reshape(-1, 3), axis=0)
             change = np.array([registers.red - self._registers.red, registers.blue - self._registers.blue])
             loosened = p.register_weight * float(np.abs(change / _FULL_REGISTERS).sum())
-        for track in (self._target, *self._others):
+        doubted = [] if self._doubted is None else [self._doubted]
+        for track in (self._target, *doubted, *self._others):
             track.predict(seconds, shift, loosened)
 
     def _take_in(self, observation: Observation, view: StereoView) -> None:
         sightings = [self._sighting(observation, view, candidate) for candidate in view.candidates]
-        tracks = [self._target, *self._others]
-        found = associate(tracks, sightings)
-        for track, index in zip(tracks, found, strict=True):
+        # Who was lost for long may be anywhere: whoever is there is not he for that alone.
+        is_lost = self._unconfirmed_s() > self._parameters.answered_s
+        found = associate(self._others if is_lost else [self._target, *self._others], sightings)
+        found = [None, *found] if is_lost else found
+        for track, index in zip((self._target, *self._others), found, strict=True):
             if index is not None:
                 track.correct(sightings[index], self._time_s)
-                if found[0] is not None and track is not self._target:
+                if found[0] is not None and self._doubted is None and self._apart_m(track) > _APART_M:
                     track.beside_frames += 1
+        self._settle()
         if found[0] is None and self._parameters.use_nearby:
             taken = [view.candidates[index].pixels for index in found[1:] if index is not None]
             self._look_nearby(observation, view, taken)
@@ -173,7 +179,7 @@ class StereoPeople:
         Who was seen beside the target for long is hardly he.
         """
         scores = [
-            (self._target.resemblance(track) - _SEEN_BESIDE * (track.beside_frames >= _BESIDE_FRAMES), track)
+            (self._resemblance(track), track)
             for track in self._others
             if track.unseen_s == 0.0 and self._reachable(track.filter.place_m)
         ]
@@ -182,17 +188,38 @@ class StereoPeople:
         best, track = max(scores, key=lambda pair: pair[0])
         if best > self._wanted():
             self._others.remove(track)
-            track.look, track.height_m = self._target.look, self._target.height_m
-            self._target = track
+            self._believe(track)
+
+    def _resemblance(self, track: Track) -> float:
+        """Return what speaks for somebody's being the target. Where the target is expected, two may have been mixed up."""
+        score = self._target.score(track.latest)
+        if np.isfinite(score) and self._unconfirmed_s() <= _MIXED_UP_S:
+            return score
+        return self._target.appearance(track.latest) - _SEEN_BESIDE * (track.beside_frames >= _BESIDE_FRAMES)
+
+    def _believe(self, track: Track) -> None:
+        """Take somebody for the target, with what is known of the target's look; who was lost is kept until it is sure."""
+        lost = self._doubted or self._target
+        track.look, track.height_m = lost.look.copy(), lost.height_m
+        self._target, self._doubted, self._believed_at_s = track, lost, self._time_s
+
+    def _settle(self) -> None:
+        """Be sure of whoever was believed to be the target for some seconds, or believe it no more if he was lost soon."""
+        if self._doubted is None:
+            return
+        if self._unconfirmed_s() > _DISBELIEVED_S:
+            self._target, self._doubted = self._doubted, None
+        elif self._time_s - self._believed_at_s > _SURE_S:
+            self._doubted = None
+
+    def _apart_m(self, track: Track) -> float:
+        return float(np.hypot(*(track.filter.place_m - self._target.filter.place_m)))
 
     def _recognise_among(self, sightings: list[Sighting]) -> None:
         reachable = [sighting for sighting in sightings if self._reachable(sighting.place_m)]
         scores = [self._target.appearance(sighting) for sighting in reachable]
         if scores and max(scores) > self._wanted():
-            sighting = reachable[int(np.argmax(scores))]
-            look, height_m = self._target.look, self._target.height_m
-            self._target = Track(sighting, self._time_s, self._tracks_parameters)
-            self._target.look, self._target.height_m = look, height_m
+            self._believe(Track(reachable[int(np.argmax(scores))], self._time_s, self._tracks_parameters))
 
     def _wanted(self) -> float:
         """Return the log-likelihood ratio that is enough: the longer he is lost, the likelier he is among the new ones."""

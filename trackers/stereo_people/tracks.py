@@ -116,11 +116,6 @@ class Track:
             total += max(-0.5 * off**2 + 0.4, -4.0)
         return total
 
-    def resemblance(self, other: Track) -> float:
-        """Return what the latest sighting of somebody says of his being this person; too far off, by looks alone."""
-        score = self.score(other.latest)
-        return score if np.isfinite(score) else self.appearance(other.latest)
-
     def _noise_m(self, sighting: Sighting) -> float:
         p = self._parameters
         return p.place_noise_m + p.place_noise_per_m2 * sighting.distance_m**2
