@@ -2,8 +2,9 @@
 
 Both are timed in one run, in turns, on the same scene, camera and size, in CPU time of the one thread that does the
 work (wall times of short calls flatter whoever runs while others wait). A *finished frame* is one ``Episode.step``:
-traffic and camera moved, picture with shadows, light and sensor noise, boxes, visible fractions, flow, ground motion.
-The *bare call* is ``getCameraImage`` of TinyRenderer with shadows: no noise, no exposure, no truth but ids and depth.
+everything moved, picture (or both of a stereo pair) with shadows, light and sensor noise, boxes, visible fractions and
+all other truth. The *bare call* is ``getCameraImage`` of TinyRenderer with shadows, one for each picture: no noise, no
+exposure, no truth but ids and depth.
 
 A kernel is compiled, or loaded from disk, at the first frame that needs it, and that may be a late one (the first that
 motion blurs). So every process goes through the very frames to be timed once before, in a town of their own.
@@ -24,12 +25,13 @@ import numpy as np
 from benchmarks.statistics import PooledRatios, bootstrap_interval
 from scenarios import catalog
 from scenarios.scenario import Frame
+from scenarios.stereo_follow.truth import PeopleTruth
 from sim.world import World
 
 UNTIMED_FRAMES = 5
 """At the start of an episode, while shadows of what stands still are drawn and the exposure settles."""
 FRAMES_PER_BARE_CALL = 8
-_NEAR_M, _FAR_M = 1.0, 1000.0
+_NEAR_M, _FAR_M = 0.2, 1000.0
 _PATIENCE_S = 300.0
 
 
@@ -58,7 +60,7 @@ class SpeedSample:
 
     Attributes:
         frame_s: (N,) of finished frames.
-        bare_s: (M,) of bare calls of TinyRenderer, spread evenly among them.
+        bare_s: (M,) of bare calls of TinyRenderer (two for a pair), spread evenly among them.
         wall_frame_s: wall time of a finished frame, mean.
     """
 
@@ -84,7 +86,7 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
     """
     cv2.setNumThreads(1)
     episode, frame = _rehearsed(build, frames)
-    bare_call(episode.world, frame)
+    bare_calls(episode.world, frame)
     frame_s, bare_s, wall_s = [], [], 0.0
     for k in range(frames):
         wall, cpu = time.perf_counter(), time.thread_time()
@@ -93,7 +95,7 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
         wall_s += time.perf_counter() - wall
         if k % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
             cpu = time.thread_time()
-            bare_call(episode.world, frame)
+            bare_calls(episode.world, frame)
             bare_s.append(time.thread_time() - cpu)
     episode.close()
     return SpeedSample(tuple(frame_s), tuple(bare_s), wall_s / frames)
@@ -113,9 +115,13 @@ def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Fram
     return episode, frame
 
 
-def bare_call(world: World, frame: Frame) -> None:
-    """Draw a frame's view with TinyRenderer and its shadows, and drop the picture."""
-    world.camera_image(frame.camera, frame.truth.T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)
+def bare_calls(world: World, frame: Frame) -> None:
+    """Draw a frame's views, of a stereo pair both, with TinyRenderer and its shadows, and drop the pictures."""
+    views = [frame.truth.T_world_camera]
+    if isinstance(frame.truth, PeopleTruth):
+        views.append(frame.truth.T_world_right)
+    for T_world_camera in views:
+        world.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)
 
 
 def process_throughput(scenario: str, preset: str, seed: int, frames: int, processes: int) -> float:

@@ -1,4 +1,4 @@
-"""Labels of bodies that are made of several rigid parts: people. The same truths as ``sim.labels`` gives of one body."""
+"""Labels of bodies made of several rigid parts, people: the same truths as ``sim.labels`` gives of one body."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class SeenBody:
 
     Attributes:
         box_xyxy: (4,) around all its vertices in the unbounded picture; NaN if one is not in front of the camera.
-        visible_fraction: share of its own pixels, drawn alone on an unbounded picture, that are seen; 0 where the box is
-            NaN.
+        visible_fraction: share of its own pixels, drawn alone on an unbounded picture, that are seen; 0 where the box
+            is NaN.
         hidden_by: id of the body that covers most of its pixels in the picture, -1 if none does.
     """
 
@@ -74,21 +74,61 @@ def seen_body(
     """
     centre_x, centre_y = camera.centre_px
     pixels = np.empty((len(shape.vertices_m), 2))
-    in_front = _project(shape, part_poses, camera.focal_px, centre_x, centre_y, T_world_camera, pixels)
-    if not in_front:
-        return SeenBody(np.full(4, np.nan), 0.0, -1)
-    box = np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])
+    box = _project(shape, part_poses, camera.focal_px, centre_x, centre_y, T_world_camera, pixels)
+    # Comparisons with NaN are false.
     if not ((box[2:] > 0).all() and box[0] < camera.width_px and box[1] < camera.height_px):
         return SeenBody(box, 0.0, -1)
     x, y = int(np.floor(box[0])), int(np.floor(box[1]))
     covered = np.zeros((int(np.ceil(box[3])) - y + 1, int(np.ceil(box[2])) - x + 1), dtype=np.bool_)
     cover(pixels - (x + pixel_offset, y + pixel_offset), shape.faces, covered)
-    inside = covered[max(-y, 0) : camera.height_px - y, max(-x, 0) : camera.width_px - x]
-    ids = instance_map[max(y, 0) :, max(x, 0) :][: inside.shape[0], : inside.shape[1]][inside]
-    visible = int(np.count_nonzero(ids == instance_id)) / max(int(np.count_nonzero(covered)), 1)
-    counts = [int(np.count_nonzero(ids == hider)) for hider in hiders]
-    most = int(np.argmax(counts)) if counts else 0
-    return SeenBody(box, min(1.0, visible), int(hiders[most]) if counts and counts[most] > 0 else -1)
+    counts = np.zeros(len(hiders) + 2, np.int64)
+    _count(covered, x, y, instance_map, np.concatenate([[instance_id], hiders]), counts)
+    most = int(np.argmax(counts[2:])) if len(hiders) else 0
+    hidden_by = int(hiders[most]) if len(hiders) and counts[2 + most] > 0 else -1
+    return SeenBody(box, min(1.0, float(counts[1] / max(counts[0], 1))), hidden_by)
+
+
+@njit(cache=True)
+def merge_parts(instance_map: NDArray[np.int32], whole: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return a map (H, W) with the ids ``whole`` (B,) of the bodies that parts belong to; what is no body stays so."""
+    merged = np.empty_like(instance_map)
+    for row in range(instance_map.shape[0]):
+        ids, into = instance_map[row], merged[row]
+        part, body = np.int32(-1), np.int32(-1)
+        for column in range(ids.shape[0]):
+            if ids[column] != part:
+                part = ids[column]
+                body = whole[part] if part >= 0 else part
+            into[column] = body
+    return merged
+
+
+@njit(cache=True)
+def _count(
+    covered: NDArray[np.bool_],
+    x: int,
+    y: int,
+    instance_map: NDArray[np.int32],
+    wanted: NDArray[np.int64],
+    counts: NDArray[np.int64],
+) -> None:
+    """Count the covered pixels (first of ``counts``), and those in the picture that show each of the ids ``wanted``
+    (the others); ``covered`` begins at column x, row y of the map.
+    """
+    height, width = instance_map.shape
+    for i in range(covered.shape[0]):
+        row = y + i
+        for j in range(covered.shape[1]):
+            if not covered[i, j]:
+                continue
+            counts[0] += 1
+            column = x + j
+            if 0 <= row < height and 0 <= column < width:
+                seen = instance_map[row, column]
+                for k in range(wanted.shape[0]):
+                    if seen == wanted[k]:
+                        counts[1 + k] += 1
+                        break
 
 
 @njit(cache=True)
@@ -100,8 +140,9 @@ def _project(
     centre_y: float,
     T_world_camera: NDArray[np.float64],
     pixels: NDArray[np.float64],
-) -> bool:
-    """Write where the vertices are seen (V, 2); return whether all are in front of the camera."""
+) -> NDArray[np.float64]:
+    """Write where the vertices are seen (V, 2); return their bounds (4,), NaN unless all are in front of the camera."""
+    box = np.array([np.inf, np.inf, -np.inf, -np.inf])
     views = np.empty((part_poses.shape[0], 3, 4))
     for part in range(part_poses.shape[0]):
         views[part] = body_view(focal_px, centre_x, centre_y, T_world_camera, part_poses[part])
@@ -110,7 +151,9 @@ def _project(
         x, y, z = shape.vertices_m[n]
         depth_m = view[2, 0] * x + view[2, 1] * y + view[2, 2] * z + view[2, 3]
         if depth_m <= 1e-6:
-            return False
+            return np.full(4, np.nan)
         for axis in range(2):
-            pixels[n, axis] = (view[axis, 0] * x + view[axis, 1] * y + view[axis, 2] * z + view[axis, 3]) / depth_m
-    return True
+            pixel = (view[axis, 0] * x + view[axis, 1] * y + view[axis, 2] * z + view[axis, 3]) / depth_m
+            pixels[n, axis] = pixel
+            box[axis], box[axis + 2] = min(box[axis], pixel), max(box[axis + 2], pixel)
+    return box

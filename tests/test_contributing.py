@@ -60,7 +60,9 @@ def succeeds(command: str, folder: Path) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("heading", ["Add a tracker", "Add a metric", "Add a street pattern", "Add a vehicle"])
+@pytest.mark.parametrize(
+    "heading", ["Add a tracker", "Add a metric", "Add a suite", "Add a street pattern", "Add a vehicle"]
+)
 def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     section = [block for block in blocks_of("CONTRIBUTING.md") if block.heading == heading]
     (file,) = [block.text for block in section if block.language == "python"]
@@ -73,6 +75,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     expected = {
         "Add a tracker": '"tracker": "template_match"',
         "Add a metric": '"metric": "jitter_px"',
+        "Add a suite": '"suite": "while-seen"',
         "Add a street pattern": '"preset": "wheel"',
         "Add a vehicle": r"\[11\.",
     }

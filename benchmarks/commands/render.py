@@ -16,7 +16,9 @@ from scenarios import catalog
 
 @dataclass(frozen=True)
 class Render:
-    """Write one episode as an MP4: the observed frame inside the larger view, truth, and what a tracker says.
+    """Write one episode as an MP4: what the camera sees, truth, and what a tracker says.
+
+    A road town is shown inside a larger view; a person followed with both pictures, disparity, and from above.
 
     Attributes:
         scenario: see `frameout list`; without its version the latest.
@@ -26,7 +28,7 @@ class Render:
         controller: who steers by the tracker's estimate (default: a set path).
         renderer: raster or pybullet.
         frames: stop after so many (default: the whole episode).
-        scale: field of the larger view against the observed frame, > 1.
+        scale: field of the larger view against the observed frame, >= 1.
         out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
     """
 

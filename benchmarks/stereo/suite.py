@@ -6,6 +6,7 @@ from benchmarks.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR
 from benchmarks.stereo.events import EVENT_COUNTS, EVENTS
 from benchmarks.stereo.figures import figures
 from benchmarks.stereo.judge import StereoJudge
+from benchmarks.stereo.picture import show_event
 from benchmarks.suites import Metric, Statistic, Suite, register_suite
 
 _COUNTS = ("right_frames", "wrong_frames", "missed_frames")
@@ -88,5 +89,6 @@ STEREO = Suite(
     events=EVENTS,
     silence="no answer; it is a miss where at least a tenth of the person is seen",
     figures=figures,
+    picture=show_event,
 )
 register_suite(STEREO)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.contestants import Contestant, entrant
+from benchmarks.records import Row
+from benchmarks.versions import versions_of
 from benchmarks.writers.instant import Instant
 from scenarios import catalog
 from scenarios.scenario import Episode, RendererName
@@ -71,7 +73,8 @@ def replay(
     """Yield the ``wanted`` ones among the first ``frame_count`` frames; the others are lived through unseen.
 
     The contestant is told the target's box in frame 0, where that box is its estimate. The controller's
-    command of one frame moves the camera to the next, as when the run was scored.
+    command of one frame moves the camera to the next, as when the run was scored. At a ``scale`` of 1 the larger
+    view is the observed frame itself, and none is drawn.
     """
     command = None
     for index in range(frame_count):
@@ -86,4 +89,12 @@ def replay(
         if controller is not None and estimate is not None:
             command = controller.command(frame.observation, estimate)
         if index in wanted:
-            yield Instant(frame, estimate, episode.larger_view(scale))
+            yield Instant(frame, estimate, frame.observation.image_rgb if scale == 1 else episode.larger_view(scale))
+
+
+def made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:
+    """Return whether a tracker lived through again does what it did when its rows were made."""
+    try:
+        return versions_of(entrant(tracker)) == rows[0]["versions"]
+    except ValueError:
+        return False

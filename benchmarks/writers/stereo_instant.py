@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from benchmarks.metrics.people import answered_place_m
 from benchmarks.writers import marks
 from benchmarks.writers.instant import Instant
-from scenarios.stereo_follow.building import Building
-from scenarios.stereo_follow.floor_plan import Area
+from scenarios.stereo_follow.floor_plan import Area, FloorPlan
 from scenarios.stereo_follow.truth import PeopleTruth
 from sim.optics import rays
 from trackers.stereo.matching import StereoMatcher
@@ -23,11 +22,22 @@ _LARGEST_DISPARITY_PX = 64.0
 _BODY_M = 0.25
 
 
-def draw_stereo_instant(instant: Instant, building: Building, matcher: StereoMatcher) -> NDArray[np.uint8]:
+def draw_stereo_instant(instant: Instant, plan: FloorPlan, matcher: StereoMatcher) -> NDArray[np.uint8]:
     """Return a picture (960, 1280, 3) uint8: left and right above, disparity and plan view below.
 
     The disparity is matched from the pair, as trackers do it; the plan view is truth, with the tracker's answer.
     """
+    right = instant.frame.observation.right_rgb
+    upper = [_left(instant), _lost() if right is None else _enlarged(right)]
+    return np.vstack([np.hstack(upper), np.hstack([_disparity(instant, matcher), _plan_view(instant, plan)])])
+
+
+def draw_left_and_plan(instant: Instant, plan: FloorPlan) -> NDArray[np.uint8]:
+    """Return a picture (480, 1280, 3) uint8: the left one beside the plan view."""
+    return np.hstack([_left(instant), _plan_view(instant, plan)])
+
+
+def _left(instant: Instant) -> NDArray[np.uint8]:
     left = _enlarged(instant.frame.observation.image_rgb)
     zoom = left.shape[1] / instant.frame.observation.image_rgb.shape[1]
     truth = instant.frame.truth
@@ -37,9 +47,7 @@ def draw_stereo_instant(instant: Instant, building: Building, matcher: StereoMat
         if estimate.box_xyxy is not None:
             marks.draw_corners(left, estimate.box_xyxy * zoom, marks.ESTIMATE)
         marks.draw_cross(left, estimate.position_px * zoom, marks.ESTIMATE)
-    right = instant.frame.observation.right_rgb
-    lower = np.hstack([_disparity(instant, matcher), _plan_view(instant, building)])
-    return np.vstack([np.hstack([left, _lost() if right is None else _enlarged(right)]), lower])
+    return left
 
 
 def _enlarged(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -69,7 +77,7 @@ def _disparity(instant: Instant, matcher: StereoMatcher) -> NDArray[np.uint8]:
     return picture
 
 
-def _plan_view(instant: Instant, building: Building) -> NDArray[np.uint8]:
+def _plan_view(instant: Instant, plan: FloorPlan) -> NDArray[np.uint8]:
     """Draw everybody from above, x of the world to the right, the camera in the middle."""
     truth = instant.frame.truth
     assert isinstance(truth, PeopleTruth)
@@ -84,7 +92,6 @@ def _plan_view(instant: Instant, building: Building) -> NDArray[np.uint8]:
         cv2.fillPoly(picture, [marks.fixed_point(at(corners))], _ROOM, cv2.LINE_AA, 4)
         marks.draw_lines(picture, [at(np.vstack([corners, corners[:1]]))], _WALL, 1)
 
-    plan = building.plan
     for room in plan.rooms.values():
         fill(room)
     for opening in (plan.passage, plan.door):

@@ -1,4 +1,4 @@
-"""MP4 files of episodes: the observed frame as a box inside the larger view, as in the papers."""
+"""MP4 files of episodes, drawn as their scenario says: the observed frame inside a larger view, a stereo pair …"""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.writers.caption import Caption
-from benchmarks.writers.instant import Instant, draw_instant
+from benchmarks.writers.drawing import Drawing, drawing_of
+from benchmarks.writers.instant import Instant
 from benchmarks.writers.mp4 import Mp4Writer
 from benchmarks.writers.replay import Run
 from scenarios import catalog
@@ -36,7 +37,7 @@ def render_episode(
         tracker: name of the tracker (or oracle) whose estimate is drawn, or None for truth alone.
         controller: name of what steers by the tracker's estimate (closed loop), or None for a set path.
         frames: stop after so many frames; None = the whole episode.
-        scale: size of the larger view relative to the observed frame, >= 1.
+        scale: size of the larger view relative to the observed frame, >= 1; where the scenario is shown in one.
 
     Raises:
         ValueError: names the parameter, what was expected and what came.
@@ -52,18 +53,22 @@ def render_episode(
     try:
         count = episode.frame_count if frames is None else min(frames, episode.frame_count)
         title = " · ".join([run.scenario, preset, f"seed {seed}", *filter(None, (tracker, controller))])
-        instants = run.instants(episode, scale=scale, wanted=range(count), frame_count=count)
-        write_video(out, instants, rate_hz=episode.rate_hz, title=title, frame_count=count)
+        drawing = drawing_of(run.scenario, episode)
+        shown_scale = scale if drawing.uses_larger_view else 1.0
+        instants = run.instants(episode, scale=shown_scale, wanted=range(count), frame_count=count)
+        write_video(out, instants, drawing, rate_hz=episode.rate_hz, title=title, frame_count=count)
     finally:
         episode.close()
     return out
 
 
-def write_video(out: Path, instants: Iterable[Instant], *, rate_hz: float, title: str, frame_count: int) -> None:
+def write_video(
+    out: Path, instants: Iterable[Instant], drawing: Drawing, *, rate_hz: float, title: str, frame_count: int
+) -> None:
     """Write instants as an MP4, under each a caption with ``title`` and a time line of ``frame_count``."""
     caption = None
     with Mp4Writer(out, rate_hz) as video:
         for instant in instants:
-            picture = draw_instant(instant)
-            caption = caption or Caption(title, frame_count, picture.shape[1])
+            picture = drawing.picture(instant)
+            caption = caption or Caption(drawing, title, frame_count, picture.shape[1])
             video.write(np.concatenate([picture, caption.draw(instant)]))

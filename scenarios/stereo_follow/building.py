@@ -78,13 +78,8 @@ def _sky(rng: np.random.Generator) -> Sky:
     elevation, azimuth = np.deg2rad(rng.uniform(28.0, 60.0)), rng.uniform(-np.pi, np.pi)
     level = np.cos(elevation)
     direction = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
-    return Sky(
-        direction,
-        rng.uniform(22e3, 45e3),
-        rng.uniform(4800.0, 5800.0),
-        rng.uniform(1.6e3, 3.2e3),
-        rng.uniform(7e3, 10e3),
-    )
+    sun_lx, sun_k = rng.uniform(22e3, 45e3), rng.uniform(4800.0, 5800.0)
+    return Sky(direction, sun_lx, sun_k, rng.uniform(1.6e3, 3.2e3), rng.uniform(7e3, 10e3))
 
 
 def _choice(options: tuple[RGB, ...], rng: np.random.Generator) -> RGB:
@@ -296,13 +291,5 @@ def _ceiling_light(
     group: str,
 ) -> Panel:
     corner_m = (middle_m[0] - 0.5 * size_m[0], middle_m[1] - 0.5 * size_m[1], ceiling_m - _PROUD_M)
-    return new_panel(
-        name,
-        corner_m,
-        (0.0, size_m[1], 0.0),
-        (size_m[0], 0.0, 0.0),
-        _SHINING,
-        luminance_nit=luminance_nit,
-        temperature_k=temperature_k,
-        group=group,
-    )
+    light: dict[str, float | str] = {"luminance_nit": luminance_nit, "temperature_k": temperature_k, "group": group}
+    return new_panel(name, corner_m, (0.0, size_m[1], 0.0), (size_m[0], 0.0, 0.0), _SHINING, **light)

@@ -93,7 +93,7 @@ class StereoMount:
 
 
 def draw_mount(rng: np.random.Generator) -> StereoMount:
-    """Draw a mount: turned about each axis by some hundredths of a degree (a quarter of a pixel), a per cent of gain."""
+    """Draw a mount: turned about each axis by hundredths of a degree (a quarter of a pixel), a per cent of gain."""
     T_left_right = np.eye(4)
     T_left_right[:3, :3] = Rotation.from_rotvec(rng.normal(0.0, _MISALIGNED_RAD, 3)).as_matrix()
     T_left_right[0, 3] = BASELINE_M

@@ -20,6 +20,7 @@ _FOLLOWED_FROM_M, _FOLLOWED_UP_TO_M = 1.3, 5.5
 _TRIES = 40
 _SEEN_AT_FIRST_FRAMES, _CLEAR_SIGHT_M = 10, 0.7
 _MAKES_WAY_FRAMES = 12
+_CHANGES_SIDE_S, _FASTEST_WALK_MPS = 0.4, 1.9
 _LEG_M = 3.5
 _SHARPEST_COSINE = -0.2
 _NEAR_PASSAGE_M = 8.0
@@ -82,7 +83,7 @@ def _followed_way(
     Of some draws the first on which he neither walks into the robot nor leaves it behind, else the one that comes
     closest to that.
     """
-    best, least_m = None, np.inf
+    tried = []
     for _ in range(_TRIES):
         way_m, along_m = _targets_way(preset, plan, rng)
         target_m = at_distance(way_m, along_m)
@@ -90,11 +91,10 @@ def _followed_way(
         driven_m, headings = _drive(preset, plan, target_m, way_m[0], float(np.arctan2(first_m[1], first_m[0])), rng)
         distance_m = np.linalg.norm(target_m - driven_m, axis=1)
         off_m = max(_FOLLOWED_FROM_M - distance_m.min(), distance_m.max() - _FOLLOWED_UP_TO_M)
-        if best is None or off_m < least_m:
-            best, least_m = (way_m, along_m, driven_m, headings), off_m
-        if least_m <= 0:
+        tried.append((off_m, (way_m, along_m, driven_m, headings)))
+        if off_m <= 0:
             break
-    return best
+    return min(tried, key=lambda pair: pair[0])[1]
 
 
 def _targets_way(
@@ -124,7 +124,7 @@ def _targets_way(
 
 
 def _goes_on(way_m: NDArray[np.float64], leg_m: NDArray[np.float64]) -> bool:
-    """Return whether a leg (M, 2) is long, and no turn of it nor the one into it brings a walker back on his follower."""
+    """Return whether a leg (M, 2) is long, and no turn of it nor into it brings a walker back on who follows him."""
     corners_m = np.concatenate([way_m[-1 - int(1.0 / STEP_M) : -1][:1], leg_m])
     sides_m = np.diff(corners_m, axis=0)
     lengths_m = np.linalg.norm(sides_m, axis=1)
@@ -208,22 +208,25 @@ def _oncomer(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | N
 
 
 def _follower(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    """Walk close behind the target for a while, changing sides behind his back; then stay where the way ends."""
-    frames = len(scene.target_m)
-    seconds = np.arange(frames) / scene.preset.rate_hz
-    begin = int(rng.uniform(0.0, 0.5) * frames)
-    behind_m = rng.uniform(0.65, 1.0)
-    sway = np.sin(2 * np.pi * seconds / rng.uniform(5.0, 9.0) + rng.uniform(0, 2 * np.pi))
+    """Wait beside the target's way, walk close behind him for a while, changing sides behind his back, and stay."""
+    rate_hz, frames = scene.preset.rate_hz, len(scene.target_m)
+    changes, change_s = rng.integers(1, 3), rng.uniform(3.0, 4.5)
+    begin = int(rng.uniform(0.1, 0.8) * frames)
+    end = min(begin + int(changes * change_s * rate_hz), frames - 1)
+    followed = np.clip(np.arange(frames), begin, end)
+    along_m = scene.along_m[followed] - rng.uniform(0.65, 1.0)
     # Squared off, so that he is beside the line most of the time.
-    beside_m = rng.uniform(0.45, 0.7) * np.tanh(2.5 * sway)
-    along_m = scene.along_m - behind_m
-    along_m[:begin] = along_m[begin] - (scene.along_m[begin] - scene.along_m[:begin])
+    sway = np.tanh(1.5 * np.cos(np.pi * (followed - begin) / (change_s * rate_hz)))
+    beside_m = rng.choice([-1.0, 1.0]) * rng.uniform(0.65, 0.8) * sway
     index = np.clip((along_m / STEP_M).astype(int), 0, len(scene.way_m) - 1)
     line_m, left = at_distance(scene.way_m, along_m), sideways(scene.way_m)[index]
     # Through a door he goes in the target's steps.
     tight = ~scene.plan.is_free(line_m + 1.2 * beside_m[:, None] * left)
-    room = gaussian_filter1d((~binary_dilation(tight, iterations=_MAKES_WAY_FRAMES)).astype(float), 5.0, mode="nearest")
-    return line_m + (room * beside_m)[:, None] * left
+    room = (~binary_dilation(tight, iterations=_MAKES_WAY_FRAMES)).astype(float)
+    offset_m = (room * beside_m)[:, None] * left
+    place_m = line_m + gaussian_filter1d(offset_m, _CHANGES_SIDE_S * rate_hz, axis=0, mode="nearest")
+    is_running = np.linalg.norm(np.diff(place_m, axis=0), axis=1).max() * rate_hz > _FASTEST_WALK_MPS
+    return None if is_running else place_m
 
 
 def _walker(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | None:
@@ -251,7 +254,7 @@ _DRAWN = {"crosser": _crosser, "oncomer": _oncomer, "follower": _follower, "walk
 def _paced_through(
     way_m: NDArray[np.float64], point_m: NDArray[np.float64], frame: int, speed_mps: float, scene: _Scene
 ) -> NDArray[np.float64]:
-    """Return places (F, 2) of one who goes a way at a speed and is at ``point_m`` on ``frame``; he stands at its ends."""
+    """Return places (F, 2) of one who goes a way at a speed, at a point of it on a frame; he stands at its ends."""
     passed = int(np.linalg.norm(way_m - point_m, axis=1).argmin())
-    frames = np.arange(len(scene.target_m))
+    frames = np.arange(len(scene.target_m), dtype=np.float64)
     return at_distance(way_m, STEP_M * passed + speed_mps * (frames - frame) / scene.preset.rate_hz)

@@ -6,6 +6,7 @@ World frame: x leads from the corridor through the hall (its corner at the origi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +50,8 @@ class FloorPlan:
 
     Attributes:
         corridor, hall, yard: the rooms.
-        corridor_height_m, hall_height_m, facade_height_m, far_height_m: of ceilings, of the building seen from the yard,
-            and of the one across.
+        corridor_height_m, hall_height_m, facade_height_m, far_height_m: of ceilings, of the building seen from the
+            yard, and of the one across.
         passage: opening between corridor and hall, through a wall without thickness.
         door: opening between hall and yard.
         opening_height_m: of both.
@@ -109,7 +110,7 @@ class FloorPlan:
         """
         rooms = list(self.rooms)
         corners = [stops_m[0]]
-        for start, end in zip(stops_m[:-1], stops_m[1:], strict=True):
+        for start, end in pairwise(stops_m):
             here, there = rooms.index(self.room_of(start)), rooms.index(self.room_of(end))
             step = 1 if there > here else -1
             for room in range(here, there, step):

@@ -14,7 +14,7 @@ from sim.shaders.lamps import BrightArea
 from sim.world import Body, World
 
 RGB = tuple[int, int, int]
-_CELL_M = 1.0
+_CELL_M = 2.0
 """Panels are cut into cells of about this side: TinyRenderer draws no triangle that reaches behind the camera."""
 _GRAIN_TEXELS = 256
 

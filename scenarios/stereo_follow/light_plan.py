@@ -17,6 +17,8 @@ NEW_S = 1.0
 _SUN_BEHIND_CLOUD, _WINDOWS_BEHIND_CLOUD = (0.05, 0.25), 0.7
 _CLOUD_EDGE_S, _LAMP_EDGE_FRAMES = 0.8, 0.7
 _OFF_S = (2.5, 8.0)
+_LEFT_ON = (0.02, 0.3)
+"""Of a room's lamps some stay on: mostly brightness changes, not colour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +46,13 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
     for _ in range(preset.lamp_events):
         begin = int(rng.uniform(0.08, 0.8) * frames)
         group = CORRIDOR_LIGHTS if places[begin] == "corridor" else HALL_LIGHTS
-        end = min(begin + int(rng.uniform(*_OFF_S) * rate_hz), frames - 1)
+        end = begin + int(rng.uniform(*_OFF_S) * rate_hz)
         # A second switching of lamps that are off already would be none.
         if (strengths[group][begin : end + 1] < 1.0).any() or places[begin] == "yard":
             continue
-        strengths[group][begin:end] = 0.0
+        strengths[group][begin:end] = rng.uniform(*_LEFT_ON)
         _tell(switched, begin, "lamp off", rate_hz)
-        if places[end] == places[begin]:
+        if end < frames and places[end] == places[begin]:
             _tell(switched, end, "lamp on", rate_hz)
     for group in (CORRIDOR_LIGHTS, HALL_LIGHTS):
         strengths[group] = gaussian_filter1d(strengths[group], _LAMP_EDGE_FRAMES, mode="nearest")

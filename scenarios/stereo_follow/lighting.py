@@ -25,9 +25,7 @@ def build(world: World, building: Building) -> BakedLight:
         body = add_panel(world, piece.name, piece.corner_m, piece.side_a_m, piece.side_b_m, piece.texture)
         if piece.group:
             light = (piece.luminance_nit, piece.temperature_k)
-            lights[piece.group].append(
-                BrightArea(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, *light)
-            )
+            lights[piece.group].append(BrightArea(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, *light))
         else:
             reflectance = mean_reflectance(piece.texture)
             panels.append(Panel(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, reflectance))

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow.plan import TARGET, Plan
-from sim.gbuffer import SKY
-from sim.jointed_labels import SeenBody, joined, seen_body
+from sim.jointed_labels import SeenBody, joined, merge_parts, seen_body
 from sim.meshes.person import person_parts, person_size_m
 from sim.motion.gait import part_poses
 from sim.motion.skeleton import PART_NAMES, skeleton
@@ -47,26 +46,31 @@ class People:
         ]
         self.size_m = np.array([person_size_m(look) for look in plan.looks])
         self.instance_id = np.array([bodies[0].index for bodies in self._bodies])
-        # One row more than bodies: the last is found by the index of the sky, -1.
-        self._merged_id = np.append(np.arange(len(world.bodies)), SKY).astype(np.int32)
+        self._merged_id = np.arange(len(world.bodies), dtype=np.int32)
         for bodies in self._bodies:
             self._merged_id[[body.index for body in bodies]] = bodies[0].index
         self.T_world_person = np.tile(np.eye(4), (len(parts), 1, 1))
+        self._postures: list[tuple[float, ...]] = [()] * len(parts)
         self.part_poses = np.tile(np.eye(4), (len(parts), len(PART_NAMES), 1, 1))
 
     def move_to(self, frame: int) -> None:
         """Put everybody where he is on a frame."""
         for k, walk in enumerate(self._plan.crowd.walks):
-            pose = pose_on_ground(*walk.place_m[frame], walk.heading_rad[frame])
+            (x_m, y_m), heading_rad = walk.place_m[frame], walk.heading_rad[frame]
+            phase_rad, speed_mps = self._plan.phase_rad[frame, k], walk.speed_mps[frame]
+            posture = (x_m, y_m, heading_rad, phase_rad if speed_mps > 0 else 0.0, speed_mps)
+            if posture == self._postures[k]:
+                continue
+            self._postures[k] = posture
+            pose = pose_on_ground(x_m, y_m, heading_rad)
             self.T_world_person[k] = pose
-            phase_rad = self._plan.phase_rad[frame, k]
-            self.part_poses[k] = part_poses(self._bones[k], pose, phase_rad, walk.speed_mps[frame])
+            self.part_poses[k] = part_poses(self._bones[k], pose, phase_rad, speed_mps)
             for body, part_pose in zip(self._bodies[k], self.part_poses[k], strict=True):
                 self._world.move(body, part_pose)
 
     def merged(self, instance_map: NDArray[np.int32]) -> NDArray[np.int32]:
         """Return a map (H, W) of bodies with one id a person instead of one a part."""
-        return self._merged_id[instance_map]
+        return merge_parts(instance_map, self._merged_id)
 
     def seen(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], merged: NDArray[np.int32]

@@ -93,7 +93,7 @@ PRESETS = {
         standers=2,
         alike=1,
         pauses=2,
-        lamp_events=3,
-        clouds=2,
+        lamp_events=8,
+        clouds=4,
     ),
 }

@@ -31,7 +31,7 @@ class Robot:
         self.heading_rad = float(heading_rad)
 
     def drive(self, command: CameraCommand) -> None:
-        """Obey a command for one frame: ``forward_mps`` and ``yaw_rate_rad_s``, as far as it can; it does nothing else."""
+        """Obey a command for one frame: ``forward_mps`` and ``yaw_rate_rad_s``, as far as it can, nothing else."""
         dt = self._interval_s
         wanted_mps = float(np.clip(command.forward_mps, -FASTEST_MPS, FASTEST_MPS))
         wanted_rad_s = float(np.clip(command.yaw_rate_rad_s, -FASTEST_TURN_RAD_S, FASTEST_TURN_RAD_S))

@@ -33,7 +33,7 @@ class Walk:
 
 
 def rounded_way(corners_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return points (S, 2), ``STEP_M`` apart, of a way through corners (M, 2), rounded; its ends stay."""
+    """Return points (S, 2), ``STEP_M`` apart, of a way through corners (M, 2), rounded; its ends draw in by 0.1 m."""
     dense_m = _evenly(corners_m)
     return _evenly(gaussian_filter1d(dense_m, _ROUNDING_M / STEP_M, axis=0, mode="nearest"))
 

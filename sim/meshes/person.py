@@ -19,7 +19,7 @@ from sim.motion.skeleton import PART_NAMES, skeleton
 def person_parts(look: PersonLook, rng: np.random.Generator) -> dict[str, TexturedMesh]:
     """Return a person's parts by name, in the order of ``PART_NAMES``, each in its own frame.
 
-    Smooth-shaded, closed, 2,240 to 2,500 triangles in all, with one texture for all of them. Parts reach into their
+    Smooth-shaded, closed, 1,450 to 1,650 triangles in all, with one texture for all of them. Parts reach into their
     neighbours, so that nothing gapes where they bend. People of one size and cut share their shapes.
 
     Args:

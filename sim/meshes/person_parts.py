@@ -17,7 +17,7 @@ from sim.motion.skeleton import Skeleton
 
 Patches = Mapping[str, Patch]
 
-LIMB_SIDES = 10
+LIMB_SIDES = 8
 
 
 def _girthed(stations: list[Station], build: float) -> list[Station]:
@@ -29,11 +29,10 @@ def pelvis(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
     stations = [
         (0.105, 0.000, 0.052, 0.050, 0.080),
         (0.060, 0.000, 0.056, 0.058, 0.087),
-        (0.020, 0.000, 0.055, 0.066, 0.093),
         (-0.012, 0.000, 0.053, 0.066, 0.093),
         (-0.038, 0.000, 0.044, 0.054, 0.074),
     ]
-    ring = rings(_girthed(stations, build), 12, bones.stature, 2.3)
+    ring = rings(_girthed(stations, build), 10, bones.stature, 2.3)
     return loft(ring, 0.006 * bones.stature, 0.016 * bones.stature, patches["pelvis"])
 
 
@@ -41,18 +40,15 @@ def torso(bones: Skeleton, build: float, patches: Patches, backpack: bool) -> Sm
     """Return the top from its collar to its hem, which hangs over the pelvis, and a backpack or none."""
     stations = [
         (0.2330, -0.002, 0.034, 0.036, 0.036),
-        (0.2250, -0.004, 0.039, 0.043, 0.055),
         (0.2150, -0.006, 0.044, 0.050, 0.083),
         (0.2040, -0.006, 0.049, 0.055, 0.106),
         (0.1870, -0.004, 0.058, 0.060, 0.1180),
-        (0.1580, 0.000, 0.066, 0.062, 0.1130),
         (0.1200, 0.000, 0.067, 0.059, 0.0990),
         (0.0700, 0.001, 0.061, 0.053, 0.0905),
-        (0.0200, 0.001, 0.061, 0.055, 0.0905),
         (-0.0300, 0.000, 0.066, 0.068, 0.0970),
         (-0.0680, 0.000, 0.068, 0.076, 0.1020),
     ]
-    ring = rings(_girthed(stations, build), 16, bones.stature, 2.3)
+    ring = rings(_girthed(stations, build), 12, bones.stature, 2.3)
     cloth = loft(ring, 0.004 * bones.stature, -0.02 * bones.stature, patches["torso"])
     return joined([cloth, _backpack(bones, build, patches)]) if backpack else cloth
 
@@ -63,11 +59,10 @@ def _backpack(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         (0.205, -0.082, 0.030, 0.016, 0.050),
         (0.195, -0.086, 0.034, 0.032, 0.072),
         (0.160, -0.090, 0.036, 0.042, 0.084),
-        (0.090, -0.090, 0.040, 0.054, 0.088),
         (0.035, -0.088, 0.042, 0.056, 0.086),
         (0.015, -0.086, 0.036, 0.044, 0.078),
     ]
-    ring = rings(stations, 10, bones.stature, 3.2)
+    ring = rings(stations, 8, bones.stature, 3.2)
     ring[..., 0] -= 0.058 * (build - 1.0) * bones.stature
     return loft(ring, 0.004 * bones.stature, 0.003 * bones.stature, patches["backpack"])
 
@@ -78,7 +73,6 @@ def upper_arm(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         (-0.0010, -0.001, 0.017, 0.018, 0.0130),
         (-0.0110, 0.000, 0.028, 0.029, 0.0220),
         (-0.0340, 0.000, 0.033, 0.034, 0.0280),
-        (-0.0700, 0.000, 0.030, 0.031, 0.0280),
         (-0.1250, 0.000, 0.027, 0.027, 0.0255),
         (-0.1860, 0.000, 0.023, 0.024, 0.0225),
     ]
@@ -92,12 +86,10 @@ def forearm(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         (0.0080, 0.000, 0.020, 0.021, 0.019),
         (-0.0300, 0.000, 0.0245, 0.025, 0.0225),
         (-0.0800, 0.000, 0.0215, 0.022, 0.0200),
-        (-0.1280, 0.000, 0.0180, 0.018, 0.0165),
         (-0.1440, 0.000, 0.0180, 0.018, 0.0160),
     ]
     hand = [
         (-0.1380, 0.000, 0.0125, 0.0125, 0.0100),
-        (-0.1600, 0.001, 0.0185, 0.0170, 0.0110),
         (-0.1850, 0.002, 0.0215, 0.0195, 0.0125),
         (-0.2080, 0.004, 0.0190, 0.0175, 0.0125),
         (-0.2260, 0.007, 0.0130, 0.0120, 0.0100),
@@ -108,7 +100,7 @@ def forearm(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         0.001 * bones.stature,
         patches["forearm"],
     )
-    return joined([sleeve, loft(rings(hand, 7, bones.stature), 0.0, 0.006 * bones.stature, patches["hand"])])
+    return joined([sleeve, loft(rings(hand, 6, bones.stature), 0.0, 0.006 * bones.stature, patches["hand"])])
 
 
 def thigh(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
@@ -118,7 +110,6 @@ def thigh(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         (-0.0180, 0.000, 0.046, 0.058, 0.0460),
         (-0.0600, 0.001, 0.050, 0.053, 0.0460),
         (-0.1300, 0.002, 0.045, 0.044, 0.0420),
-        (-0.2000, 0.002, 0.037, 0.035, 0.0355),
         (-0.2450, 0.002, 0.034, 0.031, 0.0325),
     ]
     ring = rings(_girthed(stations, build), LIMB_SIDES, bones.stature, 2.1)
@@ -130,13 +121,11 @@ def shin(bones: Skeleton, build: float, patches: Patches, bare: bool) -> SmoothS
     cloth = [
         (0.0150, 0.002, 0.031, 0.027, 0.0295),
         (-0.0400, 0.001, 0.031, 0.034, 0.0310),
-        (-0.0900, 0.000, 0.029, 0.036, 0.0305),
         (-0.1600, 0.000, 0.028, 0.032, 0.0290),
         (-0.2340, 0.002, 0.0300, 0.033, 0.0290),
     ]
     skin = [
         (0.0150, 0.002, 0.028, 0.025, 0.0265),
-        (-0.0350, 0.001, 0.026, 0.030, 0.0270),
         (-0.0850, 0.000, 0.024, 0.033, 0.0275),
         (-0.1500, 0.000, 0.020, 0.024, 0.0205),
         (-0.2400, 0.000, 0.017, 0.021, 0.0160),
@@ -150,7 +139,6 @@ def foot(bones: Skeleton, patches: Patches) -> SmoothShape:
     middle, half = 0.5 * (bones.toe - bones.heel) / bones.stature, 0.5 * (bones.toe + bones.heel) / bones.stature
     stations = [
         (0.0180, -0.006, 0.021, 0.024, 0.0195),
-        (0.0020, -0.004, 0.028, 0.030, 0.0235),
         (-0.0080, 0.014, 0.044, 0.052, 0.0265),
         (-0.0190, middle - 0.003, half - 0.011, half - 0.006, 0.0285),
         (-0.0290, middle, half, half - 0.001, 0.0300),
@@ -167,10 +155,8 @@ def foot(bones: Skeleton, patches: Patches) -> SmoothShape:
 
 HEAD_STATIONS: list[Station] = [
     (0.1520, -0.002, 0.020, 0.024, 0.0200),
-    (0.1470, -0.001, 0.035, 0.039, 0.0320),
     (0.1350, 0.000, 0.048, 0.050, 0.0410),
     (0.1180, 0.000, 0.0540, 0.0560, 0.0440),
-    (0.1000, 0.000, 0.0560, 0.0570, 0.0440),
     (0.0870, 0.000, 0.0545, 0.0540, 0.0435),
     (0.0720, 0.001, 0.0545, 0.0500, 0.0425),
     (0.0590, 0.002, 0.0550, 0.0460, 0.0405),
@@ -191,7 +177,7 @@ def head(bones: Skeleton, patches: Patches, hair: str, cap: bool) -> SmoothShape
         hair: ``"short"``, or ``"long"`` down to the shoulders.
         cap: worn over it.
     """
-    ring = rings(HEAD_STATIONS, 16, 1.0, 2.1)
+    ring = rings(HEAD_STATIONS, 12, 1.0, 2.1)
     _raise(ring, hair, 0.006 if hair == "long" else 0.0035)
     if cap:
         _raise(ring, "cap", 0.003)
@@ -200,10 +186,9 @@ def head(bones: Skeleton, patches: Patches, hair: str, cap: bool) -> SmoothShape
     skull = loft(bones.stature * ring, 0.003 * bones.stature, 0.002 * bones.stature, patches["head"], upright=True)
     neck_stations = [
         (0.060, 0.004, 0.028, 0.030, 0.0290),
-        (0.020, 0.002, 0.029, 0.033, 0.0300),
         (-0.022, -0.003, 0.036, 0.038, 0.0380),
     ]
-    neck = loft(rings(neck_stations, 8, bones.stature), 0.0, 0.0, patches["neck"])
+    neck = loft(rings(neck_stations, 6, bones.stature), 0.0, 0.0, patches["neck"])
     parts = [skull, neck, _ear(bones, patches, 1.0), _ear(bones, patches, -1.0)]
     if hair == "long":
         parts.append(_mane(bones, patches))
@@ -246,10 +231,9 @@ def _raise_nose(ring: NDArray[np.float64]) -> None:
 def _ear(bones: Skeleton, patches: Patches, side: float) -> SmoothShape:
     stations = [
         (0.0860, -0.004, 0.007, 0.009, 0.0050),
-        (0.0740, -0.003, 0.008, 0.010, 0.0055),
-        (0.0630, -0.001, 0.005, 0.006, 0.0040),
+        (0.0650, -0.001, 0.006, 0.007, 0.0045),
     ]
-    ring = rings(stations, 5, bones.stature)
+    ring = rings(stations, 4, bones.stature)
     ring += bones.stature * np.array([HEAD_FORWARD, side * 0.0455, 0.0])
     return loft(ring, 0.004 * bones.stature, 0.004 * bones.stature, patches["ear"])
 
@@ -263,14 +247,14 @@ def _mane(bones: Skeleton, patches: Patches) -> SmoothShape:
         (0.010, -0.018, 0.016, 0.0430, 0.0490),
         (-0.030, -0.030, 0.012, 0.0300, 0.0420),
     ]
-    ring = rings(stations, 10, bones.stature, 2.4) + bones.stature * np.array([HEAD_FORWARD, 0.0, 0.0])
+    ring = rings(stations, 8, bones.stature, 2.4) + bones.stature * np.array([HEAD_FORWARD, 0.0, 0.0])
     return loft(ring, 0.004 * bones.stature, 0.004 * bones.stature, patches["hair"])
 
 
 def _brim(bones: Skeleton, patches: Patches) -> SmoothShape:
     """Return the peak of a cap."""
     stations = [(0.1130, 0.040, 0.050, 0.030, 0.0370), (0.1080, 0.040, 0.053, 0.030, 0.0400)]
-    ring = rings(stations, 8, bones.stature, 2.4)
+    ring = rings(stations, 6, bones.stature, 2.4)
     ring[..., 2] -= 0.15 * np.maximum(ring[..., 0] - 0.06 * bones.stature, 0.0)
     ring[..., 0] += HEAD_FORWARD * bones.stature
     return loft(ring, 0.001 * bones.stature, 0.001 * bones.stature, patches["cap"])

@@ -10,7 +10,23 @@ from numpy.typing import NDArray
 
 from sim.render.sampling import LEVEL_0_UP_TO, mip_level, sample_row
 from sim.render.textures import TexturePool
-from sim.render.visibility import NOTHING, TriangleTable
+from sim.render.visibility import (
+    BEGIN,
+    BODY,
+    IS_FLAT,
+    IS_SMOOTH,
+    LAST_TEXEL,
+    NOTHING,
+    NX,
+    NY,
+    NZ,
+    ROW_PITCH,
+    TEXEL_DENSITY,
+    TEXTURE,
+    TriangleTable,
+    U,
+    V,
+)
 
 LEVEL_BLOCK = 128
 """The mip level is chosen once for so many neighbouring pixels of a row and triangle."""
@@ -64,7 +80,7 @@ def resolve_picture(
                 normal_world[row, column, k] = normal[k, column]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def resolve_row(
     textures: TexturePool,
     table: TriangleTable,
@@ -86,107 +102,102 @@ def resolve_row(
         colour: (W,), written: packed like texels, 0 where there is nothing; so are the others.
         normal: (3, W).
     """
+    whole, real = table.whole, table.real
+    position_x, position_y, level_begin, level_pitch = room.position[0], room.position[1], room.level[0], room.level[1]
+    normal_x, normal_y, normal_z = normal[0], normal[1], normal[2]
+    y, zero, one = np.float32(row), np.float32(0.0), np.float32(1.0)
+    offset, row_pitch, level_count = textures.offset, textures.row_pitch, textures.level_count
+    widths, heights = textures.width, textures.height
     width = np.uint64(triangle.shape[0])
     for column in range(triangle.shape[0]):
         depth_m[column] = np.float32(1.0) / nearness[column]
-    _describe(table.body, table.normal, triangle, instance_id, normal[0], normal[1], normal[2])
     first = np.uint64(0)
     # Unsigned numbers of columns: signed ones would be checked for counting from the end.
     while first < width:
-        index = triangle[first]
+        index = np.uint32(triangle[first])
         last = first + np.uint64(1)
-        while last < width and triangle[last] == index:
+        while last < width and np.uint32(triangle[last]) == index:
             last += np.uint64(1)
-        short = last - first < np.uint64(SHORT) and _place_short_run(
-            table, index, row, first, last, depth_m, room.position, room.level
-        )
-        if not short:
-            _place_run(textures, table, index, row, first, last, depth_m, room.position, room.level)
-        if not table.is_flat[index]:
-            _smooth_normals(table.normal_planes, index, row, first, last, normal)
-        first = last
+        if last - first >= np.uint64(SHORT) or index == NOTHING:
+            _describe_run(whole, real, index, row, first, last, instance_id, normal_x, normal_y, normal_z)
+            _place_run(textures, whole, real, index, row, first, last, depth_m, room.position, room.level)
+            first = last
+            continue
+        body, smooth, flat = whole[index, BODY], whole[index, IS_SMOOTH], whole[index, IS_FLAT]
+        begin, pitch = whole[index, BEGIN], whole[index, ROW_PITCH]
+        x_last, y_last = real[index, LAST_TEXEL], real[index, LAST_TEXEL + 1]
+        u_step, u_base = real[index, U], real[index, U + 1] * y + real[index, U + 2]
+        v_step, v_base = real[index, V], real[index, V + 1] * y + real[index, V + 2]
+        x_step, x_base = real[index, NX], real[index, NX + 1] * y + real[index, NX + 2]
+        y_step, y_base = real[index, NY], real[index, NY + 1] * y + real[index, NY + 2]
+        z_step, z_base = real[index, NZ], real[index, NZ + 1] * y + real[index, NZ + 2]
+        z, density = depth_m[first], real[index, TEXEL_DENSITY]
+        if density * z * z * z > np.float32(LEVEL_0_UP_TO):
+            t, z = whole[index, TEXTURE], depth_m[first + ((last - first) >> np.uint64(1))]
+            k = mip_level(density * z * z * z, level_count[t])
+            if k > 0:
+                begin, pitch = np.int32(offset[t, k]), row_pitch[t, k]
+                wide, high = np.float32(widths[t, k]), np.float32(heights[t, k])
+                u_scale, v_scale = wide / (x_last + one), high / (y_last + one)
+                u_step, u_base, v_step, v_base = u_step * u_scale, u_base * u_scale, v_step * v_scale, v_base * v_scale
+                x_last, y_last = wide - one, high - one
+        half = np.float32(0.5 if smooth else 0.0)
+        # Short runs, a pixel at a time: over before vector code has started.
+        while first < width and np.uint32(triangle[first]) == index:
+            z, x = depth_m[first], np.float32(np.int32(first))
+            a = min(max((u_base + u_step * x) * z - half, zero), x_last)
+            b = min(max((v_base + v_step * x) * z - half, zero), y_last)
+            position_x[first] = a if smooth else np.floor(a)
+            position_y[first] = b if smooth else np.floor(b)
+            level_begin[first], level_pitch[first], instance_id[first] = begin, pitch, body
+            nx, ny, nz = x_step * x + x_base, y_step * x + y_base, z_step * x + z_base
+            scale = one if flat else one / np.sqrt(nx * nx + ny * ny + nz * nz)
+            normal_x[first], normal_y[first], normal_z[first] = nx * scale, ny * scale, nz * scale
+            first += np.uint64(1)
     sample_row(textures.texels, room.position, room.level, room.texel, colour)
     for column in range(triangle.shape[0]):
         colour[column] = np.uint32(0) if triangle[column] == NOTHING else colour[column]
 
 
-@njit(cache=True, error_model="numpy")
-def _describe(
-    body: NDArray[np.int32],
-    face_normal: NDArray[np.float32],
-    triangle: NDArray[np.int32],
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _describe_run(
+    whole: NDArray[np.int32],
+    real: NDArray[np.float32],
+    index: np.uint32,
+    row: int,
+    first: np.uint64,
+    last: np.uint64,
     instance_id: NDArray[np.int32],
     normal_x: NDArray[np.float32],
     normal_y: NDArray[np.float32],
     normal_z: NDArray[np.float32],
 ) -> None:
-    """Write body and (flat) normal of each pixel's triangle."""
-    for column in range(triangle.shape[0]):
-        index = np.uint32(triangle[column])
-        instance_id[column] = body[index]
-        normal_x[column] = face_normal[index, 0]
-        normal_y[column] = face_normal[index, 1]
-        normal_z[column] = face_normal[index, 2]
-
-
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def _smooth_normals(
-    planes: NDArray[np.float32],
-    index: int,
-    row: int,
-    first: np.uint64,
-    last: np.uint64,
-    normal: NDArray[np.float32],
-) -> None:
-    """Write ``n = plane / |plane|`` of the pixels first … last - 1 of a triangle."""
+    """Write body and normal of the pixels first … last - 1 of a triangle."""
+    body = whole[index, BODY]
+    for column in range(first, last):
+        instance_id[column] = body
+    if whole[index, IS_FLAT]:
+        nx, ny, nz = real[index, NX + 2], real[index, NY + 2], real[index, NZ + 2]
+        for column in range(first, last):
+            normal_x[column], normal_y[column], normal_z[column] = nx, ny, nz
+        return
     y = np.float32(row)
+    x_step, x_base = real[index, NX], real[index, NX + 1] * y + real[index, NX + 2]
+    y_step, y_base = real[index, NY], real[index, NY + 1] * y + real[index, NY + 2]
+    z_step, z_base = real[index, NZ], real[index, NZ + 1] * y + real[index, NZ + 2]
     for column in range(first, last):
         x = np.float32(np.int32(column))
-        nx = planes[index, 0] * x + planes[index, 1] * y + planes[index, 2]
-        ny = planes[index, 3] * x + planes[index, 4] * y + planes[index, 5]
-        nz = planes[index, 6] * x + planes[index, 7] * y + planes[index, 8]
+        nx, ny, nz = x_step * x + x_base, y_step * x + y_base, z_step * x + z_base
         scale = np.float32(1.0) / np.sqrt(nx * nx + ny * ny + nz * nz)
-        normal[0, column], normal[1, column], normal[2, column] = nx * scale, ny * scale, nz * scale
-
-
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def _place_short_run(
-    table: TriangleTable,
-    index: int,
-    row: int,
-    first: np.uint64,
-    last: np.uint64,
-    depth_m: NDArray[np.float32],
-    position: NDArray[np.float32],
-    level: NDArray[np.int32],
-) -> bool:
-    """Do as ``_place_run``, of which this is the short cut for few pixels, and return True if mip level 0 will do."""
-    z = depth_m[first]
-    if index != NOTHING and table.texel_density[index] * z * z * z > LEVEL_0_UP_TO:
-        return False
-    planes, y = table.texel_planes, np.float32(row)
-    x_step, x_base = planes[index, 0], planes[index, 1] * y + planes[index, 2]
-    y_step, y_base = planes[index, 3], planes[index, 4] * y + planes[index, 5]
-    x_last, y_last = table.last_texel[index, 0], table.last_texel[index, 1]
-    begin, pitch, smooth = table.begin[index], table.row_pitch[index], table.is_smooth[index]
-    half, zero = np.float32(0.5 if smooth else 0.0), np.float32(0.0)
-    for column in range(first, last):
-        z = depth_m[column] if index != NOTHING else zero
-        x = np.float32(np.int32(column))
-        a = min(max((x_base + x_step * x) * z - half, zero), x_last)
-        b = min(max((y_base + y_step * x) * z - half, zero), y_last)
-        position[0, column] = a if smooth else np.floor(a)
-        position[1, column] = b if smooth else np.floor(b)
-        level[0, column] = begin
-        level[1, column] = pitch
-    return True
+        normal_x[column], normal_y[column], normal_z[column] = nx * scale, ny * scale, nz * scale
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place_run(
     textures: TexturePool,
-    table: TriangleTable,
-    index: int,
+    whole: NDArray[np.int32],
+    real: NDArray[np.float32],
+    index: np.uint32,
     row: int,
     first: np.uint64,
     last: np.uint64,
@@ -204,17 +215,17 @@ def _place_run(
             position[0, column] = position[1, column] = np.float32(0.0)
             level[0, column] = level[1, column] = np.int32(0)
         return
-    t, y, one = table.texture[index], np.float32(row), np.float32(1.0)
-    planes, smooth, count = table.texel_planes, table.is_smooth[index], textures.level_count[t]
+    t, y, one = whole[index, TEXTURE], np.float32(row), np.float32(1.0)
+    smooth, count = whole[index, IS_SMOOTH], textures.level_count[t]
     start = first
     while start < last:
         end = min(start + np.uint64(LEVEL_BLOCK), last)
         z = depth_m[start + ((end - start) >> np.uint64(1))]
-        k = mip_level(table.texel_density[index] * z * z * z, count)
+        k = mip_level(real[index, TEXEL_DENSITY] * z * z * z, count)
         width, height = np.float32(textures.width[t, k]), np.float32(textures.height[t, k])
         x_scale, y_scale = width / np.float32(textures.width[t, 0]), height / np.float32(textures.height[t, 0])
-        x_step, x_base = planes[index, 0] * x_scale, (planes[index, 1] * y + planes[index, 2]) * x_scale
-        y_step, y_base = planes[index, 3] * y_scale, (planes[index, 4] * y + planes[index, 5]) * y_scale
+        x_step, x_base = real[index, U] * x_scale, (real[index, U + 1] * y + real[index, U + 2]) * x_scale
+        y_step, y_base = real[index, V] * y_scale, (real[index, V + 1] * y + real[index, V + 2]) * y_scale
         half = np.float32(0.5 if smooth else 0.0)
         _positions(x_step, x_base, half, width - one, start, end, depth_m, position[0])
         _positions(y_step, y_base, half, height - one, start, end, depth_m, position[1])

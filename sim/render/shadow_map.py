@@ -56,13 +56,14 @@ def light_axes(sun_direction: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class _Region:
-    """What is kept of a region: heights without and with movers, and the movers' boxes in it."""
+    """What is kept of a region: heights without and with movers, the movers' boxes in it, and their poses by then."""
 
     def __init__(self, size: int, mover_count: int) -> None:
         self.fixed_m = np.empty((size, size), np.float32)
         self.height_m = np.empty((size, size), np.float32)
         self.highest_m = np.empty((size // BLOCK, size // BLOCK), np.float32)
         self.changed = np.zeros((mover_count, 4), np.int64)
+        self.poses_drawn = np.empty((0, 4, 4))
 
 
 class ShadowCaster:
@@ -96,17 +97,20 @@ class ShadowCaster:
             self._keep(key, light_view)
         self._kept.move_to_end(key)
         region = self._kept[key]
-        redraw_movers(
-            self._scene,
-            self._world.poses,
-            light_view,
-            self._movers,
-            self._projected,
-            region.fixed_m,
-            region.height_m,
-            region.highest_m,
-            region.changed,
-        )
+        poses = self._world.poses[self._movers]
+        if not np.array_equal(poses, region.poses_drawn):
+            region.poses_drawn = poses
+            redraw_movers(
+                self._scene,
+                self._world.poses,
+                light_view,
+                self._movers,
+                self._projected,
+                region.fixed_m,
+                region.height_m,
+                region.highest_m,
+                region.changed,
+            )
         return ShadowMap(region.height_m, region.highest_m, light_view, texel_m)
 
     def _region(self, points_world_m: NDArray[np.float64]) -> tuple[int, int, int]:
@@ -139,6 +143,7 @@ class ShadowCaster:
         region.height_m[:] = region.fixed_m
         find_highest(region.height_m, np.array([0, self._size, 0, self._size]), region.highest_m)
         region.changed[:] = 0
+        region.poses_drawn = np.empty((0, 4, 4))
         self._kept[key] = region
 
     def _pack(self) -> None:

@@ -23,54 +23,35 @@ SHORT = 24
 """Spans below this number of pixels are over before vector code has started."""
 
 
+BODY, TEXTURE, BEGIN, ROW_PITCH, IS_SMOOTH, IS_FLAT = range(6)
+"""Columns of ``TriangleTable.whole``."""
+U, V, NX, NY, NZ, TEXEL_DENSITY, LAST_TEXEL = 0, 3, 6, 9, 12, 15, 16
+"""First columns of things in ``TriangleTable.real``."""
+
+
 class TriangleTable(NamedTuple):
     """Triangles that may be seen in one picture, with what is linear on them as planes (per column, per row, constant).
 
-    Row ``NOTHING`` stands for where no body is.
+    Row ``NOTHING`` stands for where no body is. What is looked up together lies together.
 
     Attributes:
-        body, texture: (N,) int32.
-        texel_planes: (N, 6) float32, of ``x / q_w`` and ``y / q_w``, the position (u width, v height) in the texture.
-        texel_density: (N,) float32, texels that a pixel covers times nearness³: the Jacobian of a projective map.
-        last_texel: (N, 2) float32, number of the texture's last column and row.
-        begin, row_pitch: (N,) int32, see ``TexturePool``. All these are of mip level 0.
-        is_smooth: (N,) bool, the texture is.
-        is_flat: (N,) bool, all corners have the same normal.
-        normal: (N, 3) float32, that of flat faces in the world frame.
-        normal_planes: (N, 9) float32, of ``n / q_w`` in the world frame, of the others.
+        whole: (N, 6) int32: body; texture; where its mip level 0 begins and its row pitch, see ``TexturePool``; whether
+            it is smooth; whether the face is flat, all its corners having the same normal.
+        real: (N, 18) float32: planes (6) of ``x / q_w`` and ``y / q_w``, the position (u width, v height) in the
+            texture; planes (9) of ``n / q_w``, the normal in the world frame, or on flat faces ``n`` itself as the
+            constants; texels that a pixel covers times nearness³, the Jacobian of a projective map; number of the
+            texture's last column and row.
     """
 
-    body: NDArray[np.int32]
-    texture: NDArray[np.int32]
-    texel_planes: NDArray[np.float32]
-    texel_density: NDArray[np.float32]
-    last_texel: NDArray[np.float32]
-    begin: NDArray[np.int32]
-    row_pitch: NDArray[np.int32]
-    is_smooth: NDArray[np.bool_]
-    is_flat: NDArray[np.bool_]
-    normal: NDArray[np.float32]
-    normal_planes: NDArray[np.float32]
+    whole: NDArray[np.int32]
+    real: NDArray[np.float32]
 
 
 def new_triangle_table(face_count: int) -> TriangleTable:
     """Return room for ``face_count`` triangles; ``NOTHING`` is set."""
-    rows = face_count + 1
-    table = TriangleTable(
-        np.empty(rows, np.int32),
-        np.empty(rows, np.int32),
-        np.empty((rows, 6), np.float32),
-        np.empty(rows, np.float32),
-        np.empty((rows, 2), np.float32),
-        np.empty(rows, np.int32),
-        np.empty(rows, np.int32),
-        np.empty(rows, np.bool_),
-        np.empty(rows, np.bool_),
-        np.empty((rows, 3), np.float32),
-        np.empty((rows, 9), np.float32),
-    )
-    for array, value in zip(table, (SKY, 0, 0.0, 0.0, 0.0, 0, 0, False, True, 0.0, 0.0), strict=True):
-        array[NOTHING] = value
+    table = TriangleTable(np.empty((face_count + 1, 6), np.int32), np.empty((face_count + 1, 18), np.float32))
+    table.whole[NOTHING] = (SKY, 0, 0, 0, False, True)
+    table.real[NOTHING] = 0.0
     return table
 
 
@@ -132,7 +113,7 @@ def _draw_triangle(
     triangle: NDArray[np.int32],
 ) -> bool:
     """Where the triangle's nearness ``sum_i e_i`` (g = 1) exceeds ``nearness``, put it there, and ``index`` into
-    ``triangle``. Return whether it covers any pixel.
+    ``triangle``. Return whether it may be nearest in any pixel.
     """
     width = nearness.shape[1]
     new = np.int32(index)
@@ -144,9 +125,9 @@ def _draw_triangle(
         left, right = row_span(edges, edge_count, row, width)
         if left >= right:
             continue
-        drawn = True
         base = np.float32(constant + per_row * row)
         if right - left >= SHORT:
+            drawn = True
             _fill_span(base, per_column, left, new, nearness[row, left:right], triangle[row, left:right])
             continue
         for column in range(np.uint64(left), np.uint64(right)):
@@ -154,6 +135,7 @@ def _draw_triangle(
             if value > nearness[row, column]:
                 nearness[row, column] = value
                 triangle[row, column] = new
+                drawn = True
     return drawn
 
 
@@ -184,7 +166,7 @@ def _determinant(m: NDArray[np.float64]) -> float:
     )
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _write_attributes(
     scene: SceneArrays,
     textures: TexturePool,
@@ -196,36 +178,35 @@ def _write_attributes(
     index: int,
 ) -> None:
     """Write the planes ``sum_i a_i e_i`` of texture position and normal, and what else the table holds."""
-    table.body[index] = body
+    whole, real = table.whole[index], table.real[index]
     t = scene.texture[body]
     width, height = textures.width[t, 0], textures.height[t, 0]
-    table.texture[index] = t
-    table.begin[index], table.row_pitch[index] = textures.offset[t, 0], textures.row_pitch[t, 0]
-    table.last_texel[index, 0], table.last_texel[index, 1] = width - 1, height - 1
-    table.is_smooth[index] = textures.smooth[t]
+    flat = scene.face_is_flat[face]
+    whole[BODY], whole[TEXTURE] = body, t
+    whole[BEGIN], whole[ROW_PITCH] = textures.offset[t, 0], textures.row_pitch[t, 0]
+    whole[IS_SMOOTH], whole[IS_FLAT] = textures.smooth[t], flat
+    real[LAST_TEXEL], real[LAST_TEXEL + 1] = width - 1, height - 1
     for c in range(2):
         size = width if c == 0 else height
         for k in range(3):
             total = 0.0
             for i in range(3):
                 total += scene.uv[scene.faces[face, i], c] * weights[i, k]
-            table.texel_planes[index, 3 * c + k] = size * total
+            real[U + 3 * c + k] = size * total
     i, j, k = scene.faces[face, 0], scene.faces[face, 1], scene.faces[face, 2]
     uv_area = (scene.uv[j, 0] - scene.uv[i, 0]) * (scene.uv[k, 1] - scene.uv[i, 1])
     uv_area -= (scene.uv[k, 0] - scene.uv[i, 0]) * (scene.uv[j, 1] - scene.uv[i, 1])
-    table.texel_density[index] = abs(uv_area * _determinant(weights)) * width * height
-    flat = scene.face_is_flat[face]
-    table.is_flat[index] = flat
+    real[TEXEL_DENSITY] = abs(uv_area * _determinant(weights)) * width * height
     for c in range(3):
         for k in range(3):
-            table.normal_planes[index, 3 * c + k] = 0.0
+            real[NX + 3 * c + k] = 0.0
         for i in range(1 if flat else 3):
             vertex = scene.faces[face, i]
             component = 0.0
             for m in range(3):
                 component += pose[c, m] * scene.normals[vertex, m]
             if flat:
-                table.normal[index, c] = component
+                real[NX + 3 * c + 2] = component
             else:
                 for k in range(3):
-                    table.normal_planes[index, 3 * c + k] += component * weights[i, k]
+                    real[NX + 3 * c + k] += component * weights[i, k]

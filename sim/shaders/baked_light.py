@@ -21,7 +21,7 @@ from sim.render.compilation import announce_compilation
 from sim.render.shadow_kernels import BLOCK
 from sim.render.shadow_map import ShadowCaster
 from sim.shaders.bake_direct import sun_share
-from sim.shaders.baked_light_kernels import BakedArrays, shade_baked_picture
+from sim.shaders.baked_light_kernels import BakedArrays, add_up, shade_baked_picture
 from sim.shaders.black_body import black_body_rgb
 from sim.shaders.contact_shadows import STEP_M, ContactShadows
 from sim.shaders.daylight import PROBE_STEP_PX, ShadowArrays, shadows_in_view
@@ -31,6 +31,7 @@ from sim.shaders.light_grid import light_up_places
 from sim.world import World
 
 _FLOOR_RANGE_M = 0.3
+_SHADOW_TEXELS = 512
 _NO_SHADOWS = ShadowArrays(
     np.zeros(BLOCK * BLOCK, np.float32),
     np.zeros(1, np.float32),
@@ -84,11 +85,13 @@ class BakedLightShader:
             self._towards_sun = baked.sun.towards
             self._cosine = np.maximum(geometry.normal @ self._towards_sun, 0.0).astype(np.float32)
             if any(body.movable for body in world.bodies):
-                self._caster = ShadowCaster(world, self._towards_sun, movers_only=True)
+                self._caster = ShadowCaster(world, self._towards_sun, _SHADOW_TEXELS, movers_only=True)
         self._cubes = np.zeros((count, 6, 3), np.float32)
         self._body_sun = np.zeros(count, np.float32)
         self._strengths = dict.fromkeys(baked.groups, 1.0)
-        self.set_strengths({})
+        self._light = np.empty(self._group_maps.shape[1:], np.float32)
+        self._place_cubes = np.empty(self._group_cubes.shape[1:], np.float32)
+        self._sum_up()
 
     def set_strengths(self, strengths: Mapping[str, float]) -> None:
         """Set how strongly groups shine from now on, 1 as baked; those not named stay as they are.
@@ -99,11 +102,16 @@ class BakedLightShader:
         for name, strength in strengths.items():
             check("strengths", name in self._strengths, f"groups of {', '.join(self._strengths)}", name)
             check(f"strengths[{name!r}]", strength >= 0, "a number >= 0", strength)
+        if all(self._strengths[name] == strength for name, strength in strengths.items()):
+            return
         self._strengths.update(strengths)
+        self._sum_up()
+
+    def _sum_up(self) -> None:
         baked = self._baked
         weights = np.array(list(self._strengths.values()), dtype=np.float32)
-        self._light = (weights @ self._group_maps.reshape(len(weights), -1)).reshape(-1, 4)
-        self._place_cubes = (weights @ self._group_cubes.reshape(len(weights), -1)).reshape(-1, 6, 3)
+        add_up(weights, self._group_maps.reshape(len(weights), -1), self._light.reshape(-1))
+        add_up(weights, self._group_cubes.reshape(len(weights), -1), self._place_cubes.reshape(-1))
         self._sun = np.zeros(3, np.float32)
         if baked.sun is not None:
             self._sun = (weights[baked.sun.group] * baked.sun.square_lx / np.pi).astype(np.float32)

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.shaders.daylight_kernels import reflectance_row, shadow_row
-from sim.shaders.panel_kernels import mix_light, mix_run, place_run, split_run
+from sim.shaders.panel_kernels import mix_light, mix_run, place_run
 
 if TYPE_CHECKING:
     from sim.shaders.daylight import ShadowArrays
@@ -61,6 +61,17 @@ class BakedArrays(NamedTuple):
     contact_place: NDArray[np.float32]
     sky: NDArray[np.float32]
     rays: NDArray[np.float32]
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def add_up(weights: NDArray[np.float32], groups: NDArray[np.float32], total: NDArray[np.float32]) -> None:
+    """Write ``sum of weights_g groups_g`` (N,) of groups (G, N)."""
+    total[:] = ZERO
+    for g in range(weights.shape[0]):
+        values, weight = groups[g], weights[g]
+        if weight != ZERO:
+            for n in range(total.shape[0]):
+                total[n] += weight * values[n]
 
 
 @njit(cache=True)
@@ -111,7 +122,7 @@ def baked_row(
     """
     # Views are made here, once a row: making one costs more than a short run. Numbers of columns are unsigned: signed
     # ones would be checked for counting from the end.
-    u, v, x, y, factor = room[0], room[1], room[2], room[3], room[4]
+    x, y, factor = room[0], room[1], room[2]
     sun_lit, cosine, reflectance = room[7], room[8], room[0]
     index, shine_first, shine_last = at[0], at[2], at[3]
     red, green, blue = radiance[0], radiance[1], radiance[2]
@@ -140,17 +151,17 @@ def baked_row(
             shine_first[shining], shine_last[shining] = np.uint32(first), np.uint32(last)
             shining += 1
         elif panel >= 0:
-            place_run(place, panel, row, first, last, depth_m, u, v)
-            split_run(maps[panel, 0], maps[panel, 1], maps[panel, 2], first, last, u, v, index, x, y)
-            mix_light(samples, maps[panel, 1], first, last, index, x, y, red, green, blue)
+            start, wide, high = maps[panel, 0], maps[panel, 1], maps[panel, 2]
+            place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
+            mix_light(samples, wide, first, last, index, x, y, red, green, blue)
             if sun_shines and sun_maps[panel, 1] > 0:
                 sunny = True
-                split_run(sun_maps[panel, 0], sun_maps[panel, 1], sun_maps[panel, 2], first, last, u, v, index, x, y)
+                start, wide, high = sun_maps[panel, 0], sun_maps[panel, 1], sun_maps[panel, 2]
+                place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
                 _fill(light.sun_cosine[panel], first, last, cosine)
-                mix_run(sun_share, sun_maps[panel, 1], first, last, index, x, y, light.sun_cosine[panel], sun_lit)
+                mix_run(sun_share, wide, first, last, index, x, y, light.sun_cosine[panel], sun_lit)
             if light.is_floor[panel]:
-                place_run(light.contact_place, 0, row, first, last, depth_m, u, v)
-                split_run(0, columns, rows, first, last, u, v, index, x, y)
+                place_run(light.contact_place, 0, row, 0, columns, rows, first, last, depth_m, index, x, y)
                 mix_run(contact, columns, first, last, index, x, y, ONE, factor)
                 _darken(factor, first, last, red, green, blue)
         else:
@@ -159,6 +170,7 @@ def baked_row(
                 sunny = True
                 _sun_on_body(light.towards_sun, body_sun[body], first, last, normal, cosine, sun_lit)
         first = last
+    sunny = sunny and _any(sun_lit)
     if sunny and light.casts:
         shadow_row(shadows, row, depth_m, cosine, room, at, sun_lit)
     for channel in range(3):
@@ -174,6 +186,15 @@ def baked_row(
 def _fill(value: np.float32, first: np.uint64, last: np.uint64, line: NDArray[np.float32]) -> None:
     for k in range(first, last):
         line[k] = value
+
+
+@njit(cache=True)
+def _any(line: NDArray[np.float32]) -> bool:
+    """Return whether any of a row is not 0."""
+    largest = ZERO
+    for k in range(line.shape[0]):
+        largest = line[k] if line[k] > largest else largest
+    return bool(largest > ZERO)
 
 
 @njit(cache=True)

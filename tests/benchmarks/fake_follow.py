@@ -6,14 +6,15 @@ Importing it adds the scenario ``fake-follow-v1`` to the catalogue and trackers 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios import catalog
 from scenarios.scenario import Frame
+from scenarios.stereo_follow.building import Building, draw_building
 from scenarios.stereo_follow.camera import camera_pose
+from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.truth import LightEvent, PeopleTruth
 from scenarios.truth import VisibilityState
 from sim.optics import PinholeCamera, project
@@ -131,8 +132,9 @@ class FakeFollowEpisode:
             registers=CameraRegisters(512, 512, 300, 0),
         )
 
-    def map_of(self) -> Any:
-        """There is no map."""
+    def map_of(self) -> Building:
+        """Return some building; nobody walks by it."""
+        return draw_building(draw_floor_plan(np.random.default_rng(0)), np.random.default_rng(0))
 
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
         """Return a blank picture."""

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from benchmarks.contestants import FromPictures
 from benchmarks.writers import marks
+from benchmarks.writers.drawing import InLargerView
 from benchmarks.writers.instant import Instant, describe_state, draw_instant
 from benchmarks.writers.mp4 import Mp4Writer
 from benchmarks.writers.replay import replay
@@ -36,7 +37,7 @@ def write_fake(out: Path, frame_count: int) -> None:
         wanted=range(frame_count),
         frame_count=frame_count,
     )
-    write_video(out, instants, rate_hz=episode.rate_hz, title="fake", frame_count=frame_count)
+    write_video(out, instants, InLargerView(), rate_hz=episode.rate_hz, title="fake", frame_count=frame_count)
 
 
 def instant_at(frame: int, estimate: Estimate | None = None) -> Instant:

@@ -1,10 +1,10 @@
 """How a person looks, apart from the light: colours of the parts of his body, and what light can do to them.
 
 A look is the logarithm of linear R, G and B of five parts, from head to shins. Light and the camera's settings
-multiply colours, so a change of either *adds* the same three numbers to all five parts (von Kries). A Kalman filter whose process
-noise is such a common shift then does what is wanted by itself: while the light is steady colours are compared as they
-are, after a change only what is left of them when the common shift is taken out - the top against the trousers against
-the hair - until the new light is learnt.
+multiply colours, so a change of either *adds* the same three numbers to all five parts (von Kries). A Kalman filter
+whose process noise is such a common shift then does what is wanted by itself: while the light is steady colours are
+compared as they are; after a change, until the new light is learnt, only what is left of them when the common shift is
+taken out: the top against the trousers against the hair.
 """
 
 from __future__ import annotations

@@ -191,20 +191,20 @@ class StereoPeople:
             self._believe(track)
 
     def _resemblance(self, track: Track) -> float:
-        """Return what speaks for somebody's being the target. Where the target is expected, two may have been mixed up."""
+        """Return what speaks for his being the target. Where the target is expected, two may have been mixed up."""
         score = self._target.score(track.latest)
         if np.isfinite(score) and self._unconfirmed_s() <= _MIXED_UP_S:
             return score
         return self._target.appearance(track.latest) - _SEEN_BESIDE * (track.beside_frames >= _BESIDE_FRAMES)
 
     def _believe(self, track: Track) -> None:
-        """Take somebody for the target, with what is known of the target's look; who was lost is kept until it is sure."""
+        """Take somebody for the target, with the target's look; who was lost is kept until it is sure."""
         lost = self._doubted or self._target
         track.look, track.height_m = lost.look.copy(), lost.height_m
         self._target, self._doubted, self._believed_at_s = track, lost, self._time_s
 
     def _settle(self) -> None:
-        """Be sure of whoever was believed to be the target for some seconds, or believe it no more if he was lost soon."""
+        """Be sure of whoever was believed to be the target for seconds; believe it no more if he was lost soon."""
         if self._doubted is None:
             return
         if self._unconfirmed_s() > _DISBELIEVED_S:
@@ -222,7 +222,7 @@ class StereoPeople:
             self._believe(Track(reachable[int(np.argmax(scores))], self._time_s, self._tracks_parameters))
 
     def _wanted(self) -> float:
-        """Return the log-likelihood ratio that is enough: the longer he is lost, the likelier he is among the new ones."""
+        """Return the log-likelihood ratio that is enough: the longer he is lost, the likelier he is among those seen."""
         p = self._parameters
         return max(p.recognised - p.impatience_per_s * max(self._unconfirmed_s() - 1.0, 0.0), _LEAST_WANTED)
 
