@@ -7,15 +7,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
-from benchmarks.contestants import entrant
 from benchmarks.metrics.recovery import RECOVERY_WINDOW_FRAMES
 from benchmarks.records import Row
 from benchmarks.report.pictures import made_from, remove_picture, write_picture
 from benchmarks.suites import Condition
-from benchmarks.versions import versions_of
 from benchmarks.writers.contact_sheet import contact_sheet
 from benchmarks.writers.instant import Instant
-from benchmarks.writers.replay import Run
+from benchmarks.writers.replay import Run, made_by_this_code
 from scenarios.scenario import RendererName
 
 _LENGTHS = range(25, 91)
@@ -43,7 +41,7 @@ def show_frame_out(
     if made_from(directory, name) == key:
         return
     remove_picture(directory, name)
-    if found is not None and all(_made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
+    if found is not None and all(made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
         seed, frame_out = found
         sheet = contact_sheet(_instants(condition, seed, frame_out, shown))
         write_picture(directory, name, sheet, condition, "One frame-out", _CAPTION.format(seed=seed), key)
@@ -74,10 +72,3 @@ def _first_frame_out(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:
         if row["frame_out"]["length_frames"] in _LENGTHS and row["frame_out"]["exit_frame"] > 0:
             return row["seed"], row["frame_out"]
     return None
-
-
-def _made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:
-    try:
-        return versions_of(entrant(tracker)) == rows[0]["versions"]
-    except ValueError:
-        return False

@@ -23,7 +23,7 @@ _PIXELS_ALIKE = 25.0
 """So many neighbouring pixels tell as much as one: folds and shading are alike in them."""
 _DARK = 0.004
 """Added to linear levels before their logarithm: below it a picture is noise."""
-_FAR_OFF = 3.0
+_FAR_OFF, _ODD_FRAMES, _MOST_ODD = 3.0, 8, 2
 _PART_LEFT_OUT = 3.0
 _EVERY_PART = np.tile(np.eye(3), (len(PARTS), 1))
 _BRIGHTER = np.ones((SIZE, 1))
@@ -106,6 +106,7 @@ class LookModel:
 
     def __init__(self, look: Look, parameters: LookParameters) -> None:
         self._parameters = parameters
+        self._odd_frames = np.zeros(len(PARTS), dtype=np.int64)
         self.mean = population_mean(look)
         self.covariance = population_covariance(parameters)
         self.correct(look)
@@ -132,14 +133,22 @@ class LookModel:
             self.covariance = self.covariance + p.from_above**2 * _FROM_ABOVE @ _FROM_ABOVE.T + p.own**2 * np.eye(SIZE)
 
     def correct(self, look: Look) -> None:
-        """Take in a look. What is far off what was expected was not as well known as was thought."""
+        """Take in a look. A part far off what was expected is not his, or half of it is not: it is left out; if that
+        lasts, it was not as well known as was thought.
+        """
         known = look.known
-        if not known.any():
-            return
         residual = np.zeros(SIZE)
         residual[known] = look.log_rgb[known] - self.mean[known]
         expected = np.diag(self.covariance) + np.where(known, look.variance, np.inf)
-        self.covariance = self.covariance + np.diag(np.where(residual**2 > _FAR_OFF**2 * expected, residual**2, 0.0))
+        is_far = (residual**2 > _FAR_OFF**2 * expected).reshape(-1, 3).any(axis=1)
+        self._odd_frames = np.where(is_far, self._odd_frames + 1, 0)
+        # When most of him is unlike himself there is nothing left to tell which part is not his.
+        left_out = is_far & (self._odd_frames < _ODD_FRAMES) & (is_far.sum() <= _MOST_ODD)
+        known = known & ~np.repeat(left_out, 3)
+        if not known.any():
+            return
+        far = known & np.repeat(is_far, 3)
+        self.covariance = self.covariance + np.diag(np.where(far, residual**2, 0.0))
         innovation = self.covariance[np.ix_(known, known)] + np.diag(look.variance[known])
         gain = np.linalg.solve(innovation, self.covariance[known]).T
         self.mean = self.mean + gain @ residual[known]

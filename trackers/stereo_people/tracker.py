@@ -7,25 +7,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.kernels.boxes import box_centre, box_size
+from trackers.kernels.boxes import box_centre
 from trackers.registry import register, register_variant, tunable
-from trackers.stereo.candidates import Candidate, CandidateParameters, StereoView, candidate_in_box, see
+from trackers.stereo.candidates import CandidateParameters, StereoView, candidate_in_box, see
 from trackers.stereo.matching import StereoMatcher, baseline_m
 from trackers.stereo.occlusion import OcclusionParameters, share_before
 from trackers.stereo.registers import camera_registers
 from trackers.stereo.robot_frame import Mounting
-from trackers.stereo_people.look import Look, log_levels, look_at
+from trackers.stereo_people.look import log_levels
 from trackers.stereo_people.nearby import points_of_body
+from trackers.stereo_people.scene import Scene
 from trackers.stereo_people.tracks import Sighting, Track, TrackParameters, associate
 from trackers.types import CameraRegisters, Estimate, Observation
 
-_SURFACE_TO_AXIS_M = 0.1
-"""What is seen of a person is so much nearer than his middle."""
 _HIDDEN = 0.95
 _LEAST_WANTED = -0.5
 _GLIMPSE_S = 0.3
 _BESIDE_FRAMES, _SEEN_BESIDE, _APART_M = 8, 5.0, 0.8
-_SURE_S, _DISBELIEVED_S, _MIXED_UP_S = 3.0, 0.7, 2.5
+_SURE_S, _DISBELIEVED_S, _MIXED_UP_S, _MIXED_UP_M = 3.0, 0.7, 2.5, 0.55
+_EXPECTED_S, _FAR_AWAY = 1.0, 8.0
+_CLEARLY = 3.0
 _FULL_REGISTERS = np.array([1023.0, 1023.0])
 
 
@@ -91,29 +92,29 @@ class StereoPeople:
         pose = observation.ego
         self._mounting = Mounting.level(p.camera_height_m) if pose is None else Mounting.from_pose(pose.T_world_camera)
         self._time_s = observation.time_s
-        self._levels = log_levels(self._matcher.smaller(observation.image_rgb))
+        self._scene = self._scene_of(observation, log_levels(self._matcher.smaller(observation.image_rgb)))
         view = see(observation, self._matcher, self._mounting, self._candidates)
         first = None if view is None else candidate_in_box(view.candidates, box_xyxy)
         if view is not None and first is not None:
-            sighting = self._sighting(observation, view, first)
+            sighting = self._scene.whole(view, first)
         else:
-            sighting = self._from_box(observation, view, box_xyxy)
+            sighting = self._scene.in_box(box_xyxy)
         self._target = Track(sighting, self._time_s, self._tracks_parameters)
         self._others: list[Track] = []
         self._doubted: Track | None = None
         if view is not None and p.use_others:
-            others = [candidate for candidate in view.candidates if candidate is not first]
-            self._others = [self._new(observation, view, candidate) for candidate in others]
+            others = [self._scene.whole(view, candidate) for candidate in view.candidates if candidate is not first]
+            self._others = [Track(sighting, self._time_s, self._tracks_parameters) for sighting in others]
 
     def update(self, observation: Observation) -> Estimate:
         """Take in the next pair and say where the target is, seen or expected."""
         registers = camera_registers(observation)
         levels = log_levels(self._matcher.smaller(observation.image_rgb))
         self._predict(observation, registers, levels)
-        self._registers, self._levels = registers, levels
+        self._registers, self._scene = registers, self._scene_of(observation, levels)
         view = see(observation, self._matcher, self._mounting, self._candidates)
         if view is not None:
-            self._take_in(observation, view)
+            self._take_in(view)
         return self._answer(observation, view)
 
     def _predict(self, observation: Observation, registers: CameraRegisters, levels: NDArray[np.float64]) -> None:
@@ -122,15 +123,15 @@ class StereoPeople:
         shift, loosened = np.zeros(3), 0.0
         if p.use_light:
             # Most of a picture is walls and ground: what changes all of it is the light, or the camera's answer to it.
-            shift = np.median((levels - self._levels).reshape(-1, 3), axis=0)
+            shift = np.median((levels - self._scene.levels).reshape(-1, 3), axis=0)
             change = np.array([registers.red - self._registers.red, registers.blue - self._registers.blue])
             loosened = p.register_weight * float(np.abs(change / _FULL_REGISTERS).sum())
         doubted = [] if self._doubted is None else [self._doubted]
         for track in (self._target, *doubted, *self._others):
             track.predict(seconds, shift, loosened)
 
-    def _take_in(self, observation: Observation, view: StereoView) -> None:
-        sightings = [self._sighting(observation, view, candidate) for candidate in view.candidates]
+    def _take_in(self, view: StereoView) -> None:
+        sightings = [self._scene.whole(view, candidate) for candidate in view.candidates]
         # Who was lost for long may be anywhere: whoever is there is not he for that alone.
         is_lost = self._unconfirmed_s() > self._parameters.answered_s
         found = associate(self._others if is_lost else [self._target, *self._others], sightings)
@@ -143,7 +144,7 @@ class StereoPeople:
         self._settle()
         if found[0] is None and self._parameters.use_nearby:
             taken = [view.candidates[index].pixels for index in found[1:] if index is not None]
-            self._look_nearby(observation, view, taken)
+            self._look_nearby(view, taken)
         if self._parameters.use_others:
             p = self._tracks_parameters
             self._others = [track for track in self._others if track.unseen_s <= p.kept_s]
@@ -154,18 +155,15 @@ class StereoPeople:
         elif found[0] is None:
             self._recognise_among(sightings)
 
-    def _look_nearby(self, observation: Observation, view: StereoView, taken: list[NDArray[np.int64]]) -> None:
+    def _look_nearby(self, view: StereoView, taken: list[NDArray[np.int64]]) -> None:
         """Correct the target by what is seen where he is expected though it is no candidate: a part of him."""
         if self._unconfirmed_s() > self._parameters.answered_s:
             return
-        expected_m = self._to_robot(observation, self._target.filter.place_m)
+        expected_m = self._scene.to_robot(self._target.filter.place_m)
         pixels = points_of_body(view.points_m, expected_m, taken)
         if pixels is None:
             return
-        own = view.points_m.reshape(-1, 3)[pixels]
-        place_m = np.median(own[:, :2], axis=0).astype(float)
-        look = self._look(view, pixels, self._target.height_m)
-        sighting = self._at(observation, place_m, np.nan, look)
+        sighting = self._scene.part(view, pixels, self._target.height_m)
         if self._target.score(sighting) > 0.0:
             self._target.correct_place(sighting)
 
@@ -191,11 +189,15 @@ class StereoPeople:
             self._believe(track)
 
     def _resemblance(self, track: Track) -> float:
-        """Return what speaks for his being the target. Where the target is expected, two may have been mixed up."""
-        score = self._target.score(track.latest)
-        if np.isfinite(score) and self._unconfirmed_s() <= _MIXED_UP_S:
-            return score
-        return self._target.appearance(track.latest) - _SEEN_BESIDE * (track.beside_frames >= _BESIDE_FRAMES)
+        """Return what speaks for his being the target: place and look, after a while the look alone.
+
+        Who was seen beside the target is hardly he, but where the target is expected two may have been mixed up.
+        """
+        score, unconfirmed_s = self._target.score(track.latest), self._unconfirmed_s()
+        if not np.isfinite(score) or unconfirmed_s > _EXPECTED_S:
+            score = self._target.appearance(track.latest) - _FAR_AWAY * (unconfirmed_s <= _EXPECTED_S)
+        mixed_up = self._apart_m(track) < _MIXED_UP_M and unconfirmed_s <= _MIXED_UP_S
+        return score - _SEEN_BESIDE * (track.beside_frames >= _BESIDE_FRAMES and not mixed_up)
 
     def _believe(self, track: Track) -> None:
         """Take somebody for the target, with the target's look; who was lost is kept until it is sure."""
@@ -207,7 +209,12 @@ class StereoPeople:
         """Be sure of whoever was believed to be the target for seconds; believe it no more if he was lost soon."""
         if self._doubted is None:
             return
-        if self._unconfirmed_s() > _DISBELIEVED_S:
+        looks = [(self._doubted.appearance(track.latest), track) for track in self._others if track.unseen_s == 0.0]
+        best, track = max(looks, key=lambda pair: pair[0], default=(-np.inf, self._target))
+        if best > self._doubted.appearance(self._target.latest) + _CLEARLY and track.beside_frames < _BESIDE_FRAMES:
+            self._others[self._others.index(track)] = self._target
+            self._believe(track)
+        elif self._unconfirmed_s() > _DISBELIEVED_S:
             self._target, self._doubted = self._doubted, None
         elif self._time_s - self._believed_at_s > _SURE_S:
             self._doubted = None
@@ -222,7 +229,7 @@ class StereoPeople:
             self._believe(Track(reachable[int(np.argmax(scores))], self._time_s, self._tracks_parameters))
 
     def _wanted(self) -> float:
-        """Return the log-likelihood ratio that is enough: the longer he is lost, the likelier he is among those seen."""
+        """Return the log-likelihood ratio that is enough: the longer he is lost, the likelier he is in sight."""
         p = self._parameters
         return max(p.recognised - p.impatience_per_s * max(self._unconfirmed_s() - 1.0, 0.0), _LEAST_WANTED)
 
@@ -232,7 +239,7 @@ class StereoPeople:
 
     def _answer(self, observation: Observation, view: StereoView | None) -> Estimate:
         p, target = self._parameters, self._target
-        place_m = self._to_robot(observation, target.filter.place_m)
+        place_m = self._scene.to_robot(target.filter.place_m)
         deviation_m = float(np.sqrt(np.linalg.eigvalsh(target.filter.P[:2, :2])[-1]))
         is_seen = target.unseen_s == 0.0
         is_expected = target.unseen_s <= p.answered_s and deviation_m <= p.answered_m
@@ -252,62 +259,9 @@ class StereoPeople:
         probability = 1.0 if is_seen else (0.9 if inside and hidden < _HIDDEN else 0.2)
         return Estimate(box_centre(box), box, in_view_probability=probability, depth_m=depth_m)
 
-    def _new(self, observation: Observation, view: StereoView, candidate: Candidate) -> Track:
-        return Track(self._sighting(observation, view, candidate), self._time_s, self._tracks_parameters)
-
-    def _sighting(self, observation: Observation, view: StereoView, candidate: Candidate) -> Sighting:
-        look = self._look(view, candidate.pixels, candidate.height_m)
-        height_m = np.nan if candidate.top_cut else candidate.height_m
-        return self._at(observation, candidate.place_m, height_m, look)
-
-    def _look(self, view: StereoView, pixels: NDArray[np.int64], height_m: float) -> Look:
-        usual = height_m if np.isfinite(height_m) else self._candidates.usual_height_m
-        return look_at(self._levels, view.points_m[..., 2], pixels, usual, self._tracks_parameters.look)
-
-    def _at(self, observation: Observation, surface_m: NDArray[np.float64], height_m: float, look: Look) -> Sighting:
-        """Return a sighting by the place (2,) of the surface in the robot's frame."""
-        distance_m = max(float(np.hypot(*surface_m)), 1e-6)
-        middle_m = surface_m * (1.0 + _SURFACE_TO_AXIS_M / distance_m)
-        return Sighting(self._to_ground(observation, middle_m), distance_m, height_m, look)
-
-    def _from_box(self, observation: Observation, view: StereoView | None, box_xyxy: NDArray[np.float64]) -> Sighting:
-        camera = observation.camera
-        depth_m = camera.focal_px * self._candidates.usual_height_m / box_size(box_xyxy)[1]
-        place_m = self._mounting.place_at(box_centre(box_xyxy), depth_m, camera)[:2]
-        rows, columns = self._levels.shape[:2]
-        x_min, y_min, x_max, y_max = box_xyxy * columns / camera.width_px
-        inset = 0.2 * (x_max - x_min)
-        row, column = np.mgrid[0:rows, 0:columns] + 0.5
-        inside = (column > x_min + inset) & (column < x_max - inset) & (row > y_min) & (row < y_max)
-        # Without distances, how far up the box a pixel lies stands for its height.
-        heights_m = (self._candidates.usual_height_m * (y_max - row) / (y_max - y_min)).astype(np.float32)
-        look = look_at(
-            self._levels,
-            heights_m,
-            np.flatnonzero(inside),
-            self._candidates.usual_height_m,
-            self._tracks_parameters.look,
-        )
-        return self._at(observation, place_m, np.nan, look)
-
-    def _to_ground(self, observation: Observation, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Take a place (2,) from the robot's frame to that of odometry."""
-        if observation.ego is None or not self._parameters.use_odometry:
-            return place_m
-        T = observation.ego.T_world_camera
-        return _rotation(T) @ place_m + T[:2, 3]
-
-    def _to_robot(self, observation: Observation, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Take a place (2,) from the frame of odometry to the robot's."""
-        if observation.ego is None or not self._parameters.use_odometry:
-            return place_m
-        T = observation.ego.T_world_camera
-        return _rotation(T).T @ (place_m - T[:2, 3])
-
-
-def _rotation(T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
-    cosine, sine = T_world_camera[:2, 2] / max(float(np.hypot(*T_world_camera[:2, 2])), 1e-9)
-    return np.array([[cosine, -sine], [sine, cosine]])
+    def _scene_of(self, observation: Observation, levels: NDArray[np.float64]) -> Scene:
+        look = self._tracks_parameters.look
+        return Scene(observation, levels, self._mounting, self._candidates, look, self._parameters.use_odometry)
 
 
 register_variant("stereo_people_no_light", of="stereo_people", summary="looks compared as they are", use_light=False)

@@ -15,6 +15,10 @@ from trackers.stereo_people.look import Look, LookModel, LookParameters
 _GATE = 16.0
 """Greatest squared Mahalanobis distance of a place."""
 _TURNED_S = 0.5
+_HEIGHT_OFF = -2.0
+"""A lintel or the sky above a head can make anybody taller: a height counts against him by no more."""
+_UNLIKE, _UNLIKE_FRAMES = -6.0, 6
+"""Who looks so unlike himself is half hidden by somebody; only if it lasts he has changed."""
 _UNLIKEST = -5.0
 """Light and half-hidden bodies can make anybody look unlike himself: a look counts against him by no more."""
 _ROOM_M2 = 40.0
@@ -73,6 +77,7 @@ class Track:
         self.look = LookModel(sighting.look, parameters.look)
         self.height_m, self._heights = sighting.height_m, int(np.isfinite(sighting.height_m))
         self.unseen_s, self.confirmed_s, self.latest, self.beside_frames = 0.0, time_s, sighting, 0
+        self._unlike = 0
 
     def predict(self, seconds: float, shift: NDArray[np.float64], loosened: float) -> None:
         """Go on by a frame."""
@@ -83,13 +88,15 @@ class Track:
     def correct(self, sighting: Sighting, time_s: float) -> None:
         """Take in a sighting of the whole person."""
         self.correct_place(sighting)
-        self.confirmed_s = time_s
+        self.confirmed_s, self.latest = time_s, sighting
+        self._unlike = self._unlike + 1 if self.look.likeness(sighting.look) < _UNLIKE else 0
+        if self._unlike in range(1, _UNLIKE_FRAMES):
+            return
         self.look.correct(sighting.look)
         if np.isfinite(sighting.height_m):
             self._heights += 1
             before_m = self.height_m if self._heights > 1 else sighting.height_m
             self.height_m = before_m + (sighting.height_m - before_m) / min(self._heights, 30)
-        self.latest = sighting
 
     def correct_place(self, sighting: Sighting) -> None:
         """Take in a sighting of a part of him: it says where he is, not how he looks."""
@@ -113,7 +120,7 @@ class Track:
         if np.isfinite(sighting.height_m) and np.isfinite(self.height_m):
             off = (sighting.height_m - self.height_m) / (1.4 * p.height_noise_m)
             # Anybody's height varies by some 0.1 m.
-            total += max(-0.5 * off**2 + 0.4, -4.0)
+            total += max(-0.5 * off**2 + 0.4, _HEIGHT_OFF)
         return total
 
     def _noise_m(self, sighting: Sighting) -> float:
