@@ -68,7 +68,7 @@ class StereoFollow:
 
 
 PRESETS = {
-    "standard": StereoFollow("a person among seven others, some dressed alike; lamps and clouds change"),
+    "standard": StereoFollow("a person among up to eight others, one dressed alike; lamps and clouds change"),
     "hard": StereoFollow(
         "more people, three of them dressed alike, lamps that go off and on, lost pictures",
         crossers=5,
