@@ -54,7 +54,7 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool) -> Plan:
     floor_plan = draw_floor_plan(generator(seed, "floor plan"))
     crowd = draw_crowd(preset, floor_plan, generator(seed, "crowd"))
     places = tuple(floor_plan.place_of(place_m) for place_m in crowd.walks[TARGET].place_m)
-    looks = draw_looks(len(crowd.walks), preset.alike, generator(seed, "wardrobe"))
+    looks = draw_looks(len(crowd.walks), preset.alike, preset.uniformed, generator(seed, "wardrobe"))
     dropped = generator(seed, "lost pictures").random(preset.frame_count) < preset.dropped_share
     return Plan(
         preset,

@@ -22,6 +22,7 @@ class StereoFollow:
         walkers: people who go their own ways.
         standers: people who stand beside the target's way.
         alike: how many of the others wear a top of the target's colour; the first of them his trousers' colour too.
+        uniformed: how many of the others wear the very clothes and shoes the target does.
         pauses: times the target stands still.
         lamp_events: times that lights of a room are switched off or on. clouds: times that the sun goes or comes.
         dropped_share: share of pairs whose right picture is lost, in [0, 1].
@@ -40,6 +41,7 @@ class StereoFollow:
     walkers: int = 2
     standers: int = 1
     alike: int = 1
+    uniformed: int = 0
     pauses: int = 1
     lamp_events: int = 1
     clouds: int = 1
@@ -58,6 +60,7 @@ class StereoFollow:
             "walkers",
             "standers",
             "alike",
+            "uniformed",
             "pauses",
             "lamp_events",
             "clouds",

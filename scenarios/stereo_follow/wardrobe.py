@@ -28,14 +28,16 @@ _SKIN_RGB: tuple[RGB, ...] = ((224, 182, 154), (204, 158, 130), (176, 128, 98), 
 _HAIR_RGB: tuple[RGB, ...] = ((62, 46, 36), (34, 28, 26), (120, 86, 52), (168, 134, 88), (132, 128, 124))
 _SHOES_RGB: tuple[RGB, ...] = ((44, 42, 44), (228, 226, 222), (104, 72, 50), (70, 84, 110))
 _BACKPACKS_RGB: tuple[RGB, ...] = ((206, 108, 40), (48, 60, 84), (60, 62, 60), (150, 40, 50))
+_UNIFORM = ("top_rgb", "top_pattern", "sleeves", "legwear", "legwear_rgb", "shoes_rgb")
 _DYE = 6.0
 """Standard deviation of clothes of one colour, sRGB."""
 
 
-def draw_looks(count: int, alike: int, rng: np.random.Generator) -> list[PersonLook]:
+def draw_looks(count: int, alike: int, uniformed: int, rng: np.random.Generator) -> list[PersonLook]:
     """Draw looks of people, the target's first; the ``alike`` next ones wear a top of his colour.
 
-    The first of those wears trousers of his colour too. Nobody else's top is of the colour of his.
+    The first of those wears trousers of his colour too, the first ``uniformed`` wear the very clothes and shoes he does.
+    Nobody else's top is of the colour of his.
     """
     target = _look(_TOPS_RGB[rng.integers(len(_TOPS_RGB))], rng)
     own = target.top_rgb
@@ -45,6 +47,8 @@ def draw_looks(count: int, alike: int, rng: np.random.Generator) -> list[PersonL
         look = _look(own if k <= alike else others[rng.integers(len(others))], rng)
         if k == 1 and alike > 0:
             look = replace(look, legwear_rgb=_dyed(target.legwear_rgb, rng), legwear=target.legwear)
+        if k <= uniformed:
+            look = replace(look, **{part: getattr(target, part) for part in _UNIFORM})
         looks.append(look)
     return looks
 

@@ -26,7 +26,8 @@ _GLIMPSE_S = 0.3
 _BESIDE_FRAMES, _SEEN_BESIDE, _APART_M = 8, 5.0, 0.8
 _SURE_S, _DISBELIEVED_S, _MIXED_UP_S, _MIXED_UP_M = 3.0, 0.7, 2.5, 0.55
 _EXPECTED_S, _FAR_AWAY = 1.0, 8.0
-_CLEARLY = 3.0
+_BY_CHANCE, _MOST_TOLD, _CLEARLY = 1.0, 2.0, 8.0
+"""One frame tells little: what speaks for somebody is summed up, less what chance does (cumulated sum, Page 1954)."""
 _FULL_REGISTERS = np.array([1023.0, 1023.0])
 
 
@@ -140,7 +141,7 @@ class StereoPeople:
             if index is not None:
                 track.correct(sightings[index], self._time_s)
                 if found[0] is not None and self._doubted is None and self._apart_m(track) > _APART_M:
-                    track.beside_frames += 1
+                    track.count_beside()
         self._settle()
         if found[0] is None and self._parameters.use_nearby:
             taken = [view.candidates[index].pixels for index in found[1:] if index is not None]
@@ -165,7 +166,7 @@ class StereoPeople:
             return
         sighting = self._scene.part(view, pixels, self._target.height_m)
         if self._target.score(sighting) > 0.0:
-            self._target.correct_place(sighting)
+            self._target.correct_by_part(sighting)
 
     def _unconfirmed_s(self) -> float:
         """Return for how long the target has not been seen whole."""
@@ -173,8 +174,6 @@ class StereoPeople:
 
     def _recognise(self) -> None:
         """Take somebody who came into sight after the target was lost for him, if he looks like it and can be there.
-
-        Who was seen beside the target for long is hardly he.
         """
         scores = [
             (self._resemblance(track), track)
@@ -196,24 +195,29 @@ class StereoPeople:
         score, unconfirmed_s = self._target.score(track.latest), self._unconfirmed_s()
         if not np.isfinite(score) or unconfirmed_s > _EXPECTED_S:
             score = self._target.appearance(track.latest) - _FAR_AWAY * (unconfirmed_s <= _EXPECTED_S)
-        mixed_up = self._apart_m(track) < _MIXED_UP_M and unconfirmed_s <= _MIXED_UP_S
-        return score - _SEEN_BESIDE * (track.beside_frames >= _BESIDE_FRAMES and not mixed_up)
+        return score - track.still_himself()
 
     def _believe(self, track: Track) -> None:
         """Take somebody for the target, with the target's look; who was lost is kept until it is sure."""
         lost = self._doubted or self._target
         track.look, track.height_m = lost.look.copy(), lost.height_m
         self._target, self._doubted, self._believed_at_s = track, lost, self._time_s
+        for other in (track, *self._others):
+            other.favour = 0.0
 
     def _settle(self) -> None:
         """Be sure of whoever was believed to be the target for seconds; believe it no more if he was lost soon."""
         if self._doubted is None:
             return
-        looks = [(self._doubted.appearance(track.latest), track) for track in self._others if track.unseen_s == 0.0]
-        best, track = max(looks, key=lambda pair: pair[0], default=(-np.inf, self._target))
-        if best > self._doubted.appearance(self._target.latest) + _CLEARLY and track.beside_frames < _BESIDE_FRAMES:
-            self._others[self._others.index(track)] = self._target
-            self._believe(track)
+        own = self._doubted.appearance(self._target.latest)
+        for track in self._others:
+            if track.unseen_s == 0.0:
+                better = self._doubted.appearance(track.latest) - track.still_himself() - own
+                track.favour = max(track.favour + float(np.clip(better, -_MOST_TOLD, _MOST_TOLD)), -_CLEARLY)
+        best = max(self._others, key=lambda track: track.favour, default=self._target)
+        if best.favour > _CLEARLY:
+            self._others[self._others.index(best)] = self._target
+            self._believe(best)
         elif self._unconfirmed_s() > _DISBELIEVED_S:
             self._target, self._doubted = self._doubted, None
         elif self._time_s - self._believed_at_s > _SURE_S:

@@ -14,6 +14,8 @@ from trackers.stereo_people.look import Look, LookModel, LookParameters
 
 _GATE = 16.0
 """Greatest squared Mahalanobis distance of a place."""
+_PART_NOISE = 3.0
+"""The middle of a part is so much further off than that of the whole, in standard deviations."""
 _TURNED_S = 0.5
 _HEIGHT_OFF = -2.0
 """A lintel or the sky above a head can make anybody taller: a height counts against him by no more."""
@@ -21,6 +23,7 @@ _UNLIKE, _UNLIKE_FRAMES = -6.0, 6
 """Who looks so unlike himself is half hidden by somebody; only if it lasts he has changed."""
 _UNLIKEST = -5.0
 """Light and half-hidden bodies can make anybody look unlike himself: a look counts against him by no more."""
+BESIDE_FRAMES, _CONTINUED = 8, 1.0
 _ROOM_M2 = 40.0
 """Somebody new may be anywhere in so much room."""
 
@@ -68,7 +71,8 @@ class Track:
     Attributes:
         filter: place and velocity. look: what is known of his look. height_m: mean of what was measured.
         unseen_s: since he was seen last. confirmed_s: time he was seen whole last. latest: that
-            sighting. beside_frames: on how many frames he and the target were seen whole.
+            sighting. beside_frames: on how many frames he and the target were seen whole. favour: what speaks for his
+            being the target rather than who is believed to be he.
     """
 
     def __init__(self, sighting: Sighting, time_s: float, parameters: TrackParameters) -> None:
@@ -77,17 +81,21 @@ class Track:
         self.look = LookModel(sighting.look, parameters.look)
         self.height_m, self._heights = sighting.height_m, int(np.isfinite(sighting.height_m))
         self.unseen_s, self.confirmed_s, self.latest, self.beside_frames = 0.0, time_s, sighting, 0
+        self.favour = 0.0
+        self._look_beside: LookModel | None = None
         self._unlike = 0
 
     def predict(self, seconds: float, shift: NDArray[np.float64], loosened: float) -> None:
         """Go on by a frame."""
         self.filter.predict(seconds)
         self.look.predict(shift, loosened, is_lost=self.unseen_s > _TURNED_S)
+        if self._look_beside is not None:
+            self._look_beside.predict(shift, loosened, is_lost=False)
         self.unseen_s += seconds
 
     def correct(self, sighting: Sighting, time_s: float) -> None:
         """Take in a sighting of the whole person."""
-        self.correct_place(sighting)
+        self._correct_place(sighting, self._noise_m(sighting))
         self.confirmed_s, self.latest = time_s, sighting
         self._unlike = self._unlike + 1 if self.look.likeness(sighting.look) < _UNLIKE else 0
         if self._unlike in range(1, _UNLIKE_FRAMES):
@@ -98,9 +106,12 @@ class Track:
             before_m = self.height_m if self._heights > 1 else sighting.height_m
             self.height_m = before_m + (sighting.height_m - before_m) / min(self._heights, 30)
 
-    def correct_place(self, sighting: Sighting) -> None:
-        """Take in a sighting of a part of him: it says where he is, not how he looks."""
-        self.filter.correct(sighting.place_m, self._noise_m(sighting))
+    def correct_by_part(self, sighting: Sighting) -> None:
+        """Take in a sighting of a part of him: it says about where he is, not how he looks."""
+        self._correct_place(sighting, _PART_NOISE * self._noise_m(sighting))
+
+    def _correct_place(self, sighting: Sighting, noise_m: float) -> None:
+        self.filter.correct(sighting.place_m, noise_m)
         self.unseen_s = 0.0
 
     def score(self, sighting: Sighting) -> float:
@@ -113,10 +124,25 @@ class Track:
         place = -0.5 * squared - 0.5 * np.log(np.linalg.det(2 * np.pi * covariance)) + np.log(_ROOM_M2)
         return float(place) + self.appearance(sighting)
 
+    def count_beside(self) -> None:
+        """Take note that he was seen at the same time as the target: how he looks now is how somebody else looks."""
+        self.beside_frames += 1
+        if self.beside_frames >= BESIDE_FRAMES:
+            self._look_beside = self.look.copy()
+
+    def still_himself(self) -> float:
+        """Return what speaks for his being still who was seen beside the target: 0 if nobody was, or hardly."""
+        if self._look_beside is None:
+            return 0.0
+        return max(self._appearance(self.latest, self._look_beside), 0.0) + _CONTINUED
+
     def appearance(self, sighting: Sighting) -> float:
         """Return what look and height say of its being this person, a log-likelihood ratio."""
+        return self._appearance(sighting, self.look)
+
+    def _appearance(self, sighting: Sighting, look: LookModel) -> float:
         p = self._parameters
-        total = max(p.look_weight * self.look.likeness(sighting.look), _UNLIKEST)
+        total = max(p.look_weight * look.likeness(sighting.look), _UNLIKEST)
         if np.isfinite(sighting.height_m) and np.isfinite(self.height_m):
             off = (sighting.height_m - self.height_m) / (1.4 * p.height_noise_m)
             # Anybody's height varies by some 0.1 m.
