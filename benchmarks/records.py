@@ -88,7 +88,12 @@ Rows of suite ``stereo`` about the whole episode but its first frame: ``right_fr
 ``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m`` (frames with a
 right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
 ``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
-``failed_at_frame``, ``frames``.
+``failed_at_frame``, ``frames``. Moreover, the same of everyone who sees the same pictures, what ``metrics.disparity``
+measures on every tenth pair whose right picture is not lost, of pixels that both cameras see:
+``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``,
+``disparity_bad_3_GROUP`` (shares of the known disparities that are off by more) and ``disparity_density_GROUP`` (share
+of pixels that have one). GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is
+there).
 
 Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see
 ``benchmarks.summary``) and what the report writes.

@@ -71,6 +71,22 @@ class Plot:
 
 
 @dataclass(frozen=True, slots=True)
+class Facts:
+    """A table of the report of what rows say of the episodes themselves, whoever watches.
+
+    Attributes:
+        title: of the table. words: what it says.
+        lines: name of a line -> what follows ``_`` in the names of its rows.
+        columns: metrics, whose rows are named without that.
+    """
+
+    title: str
+    words: str
+    lines: Mapping[str, str]
+    columns: tuple[Metric, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class EventWords:
     """What a suite says of its events, the parts of an episode that rows may be about.
 
@@ -113,6 +129,7 @@ class Suite:
         silence: what a frame on which a tracker says nothing counts as, in words.
         figures: draws the report's plots from the rows of trackers by name, in the styles given.
         picture: puts a picture beside the rows, for the report, of the trackers ``shown``.
+        facts: what the report says of the episodes themselves, if anything.
         oracles: what the report says of those with unfair knowledge.
         controller: who steers the camera by the estimate where a preset asks for it and users do not say.
     """
@@ -132,6 +149,7 @@ class Suite:
     silence: str
     figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]]
     picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = no_picture
+    facts: Facts | None = None
     oracles: str = ""
     controller: str = "centre"
 

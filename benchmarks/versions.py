@@ -28,6 +28,7 @@ _SCENE_PARTS = (
     "benchmarks/metrics",
     "benchmarks/judging.py",
     "benchmarks/frame_out/judge.py",
+    "benchmarks/stereo/disparity.py",
     "benchmarks/stereo/judge.py",
     "benchmarks/scoring.py",
     "benchmarks/tracked.py",
@@ -35,6 +36,7 @@ _SCENE_PARTS = (
     "benchmarks/time_limit.py",
     "benchmarks/jobs.py",
     "trackers/controllers",
+    "trackers/stereo/matching.py",
 )
 _ROOT = Path(__file__).resolve().parent.parent
 _DIGITS = 10

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ from scipy.stats import spearmanr
 
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.measured import SCENARIO, SUITE, MeasuredExperiment, Values, mean_series
+from benchmarks.papers.sheet_pictures import SheetPicture, next_picture, open_episode
 from benchmarks.records import LAST_METRIC, Row
 from benchmarks.report.palette import line_styles
 from benchmarks.report.pictures import write_picture
@@ -19,8 +22,6 @@ from benchmarks.report.plots import drawn_as, new_figure, svg
 from benchmarks.writers import marks
 from benchmarks.writers.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.sheet import CONDITIONS, ILLUMINANCES_LX, SheetPicture, photograph
-from sim.rng import episode_seed
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.histogram import hs_bins, rectangle_histogram
 from trackers.light_change import (
@@ -41,17 +42,42 @@ CURVES = {
     "change": "P_c + P_l",
 }
 """Series of the rows, one for each condition, and their names on the page."""
+_PRESET = "paper-b1"
 _ROLES = ("ours", "as-written", "as-written", "as-written", "oracle")
 _REGION_RGB = (230, 60, 60)
 
 
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """Which of the camera's loops stay as they were at the greatest illuminance (Table 2).
+
+    Attributes:
+        name: as the paper numbers it.
+        fixed_exposure: shutter and gain. fixed_white_balance: red and blue gain.
+    """
+
+    name: str
+    fixed_exposure: bool
+    fixed_white_balance: bool
+
+
+CONDITIONS = (Condition("I", False, False), Condition("II", True, False), Condition("III", False, True))
+
+
+def photograph(condition: Condition, seed: int, renderer: RendererName = "raster") -> Iterator[SheetPicture]:
+    """Yield a picture for each illuminance, the brightest first; everything else is the same for every condition."""
+    with closing(open_episode(_PRESET, seed, renderer)) as episode:
+        for _ in range(episode.frame_count):
+            yield next_picture(episode)
+            episode.hold(exposure=condition.fixed_exposure, white_balance=condition.fixed_white_balance)
+
+
 def measure(seed: int, renderer: RendererName) -> Values:
     """Return the values of one seed: the experiment under all three conditions."""
-    curves = {
-        condition.name: _curves(list(photograph(condition, episode_seed(seed, SCENARIO, 0), renderer)))
-        for condition in CONDITIONS
-    }
-    values: dict[str, float | list[float]] = {"illuminance_lx": list(ILLUMINANCES_LX)}
+    pictures = {condition.name: list(photograph(condition, seed, renderer)) for condition in CONDITIONS}
+    curves = {name: _curves(taken) for name, taken in pictures.items()}
+    illuminances_lx = [picture.illuminance_lx for picture in pictures["I"]]
+    values: dict[str, float | list[float]] = {"illuminance_lx": illuminances_lx}
     for name, condition_curves in curves.items():
         values |= {f"{name}_{curve}": condition_curves[curve].tolist() for curve in CURVES}
     one, two, three = (curves[condition.name] for condition in CONDITIONS)
@@ -65,7 +91,7 @@ def measure(seed: int, renderer: RendererName) -> Values:
         "blue_gain_at_its_limit": float(np.mean(one["blue"] >= LARGEST_WHITE_BALANCE)),
         "gain_before_longest_shutter": float(np.mean(early)),
     }
-    return values | {LAST_METRIC: float(len(CONDITIONS) * len(ILLUMINANCES_LX))}
+    return values | {LAST_METRIC: float(len(CONDITIONS) * len(illuminances_lx))}
 
 
 EXPERIMENT = MeasuredExperiment(
@@ -74,7 +100,7 @@ EXPERIMENT = MeasuredExperiment(
     setting="A green sheet on a white wall under a light bulb that is dimmed from 609 to 19 lx. Condition I: white "
     "balance, shutter and gain are automatic; II: shutter and gain stay as they were at 609 lx; III: white balance "
     "does.",
-    preset="paper-b1",
+    preset=_PRESET,
     claims=(
         Claim(
             "I_change_follows",
@@ -178,12 +204,12 @@ def _write_pictures(out: Path, seed: int, renderer: RendererName) -> None:
     rows: list[list[tuple[str, NDArray[np.uint8]]]] = []
     for condition in CONDITIONS:
         rows.append([])
-        for picture in photograph(condition, episode_seed(seed, SCENARIO, 0), renderer):
+        for picture in photograph(condition, seed, renderer):
             marks.draw_box(picture.image_rgb, picture.region_xyxy, _REGION_RGB)
             rows[-1].append((f"{condition.name}: {picture.illuminance_lx:.0f} lx", picture.image_rgb))
     write_picture(
         out,
-        f"paper-b1-{renderer}",
+        f"{_PRESET}-{renderer}",
         picture_sheet(rows),
         (SUITE, SCENARIO, EXPERIMENT.preset, renderer, ""),
         "The paper's figure 2, in this world",
@@ -196,19 +222,20 @@ def _write_pictures(out: Path, seed: int, renderer: RendererName) -> None:
 def _plot(rows: Sequence[Row], condition: str) -> str:
     """Draw dissimilarity and settings against illuminance, the mean over seeds, as the paper's figure 3."""
     styles = line_styles(list(zip(CURVES, _ROLES, strict=True)))
+    illuminances_lx = mean_series(rows, "illuminance_lx")
     with drawn_as(f"b1-{condition}"):
         figure, axes = new_figure("illuminance on the sheet, lx", "")
         for name, label in CURVES.items():
             style = styles[name]
             (line,) = axes.plot(
-                ILLUMINANCES_LX, mean_series(rows, f"{condition}_{name}"), "o-", markersize=3, label=label
+                illuminances_lx, mean_series(rows, f"{condition}_{name}"), "o-", markersize=3, label=label
             )
             line.set(color=style.colour, linewidth=style.width, dashes=style.dashes or (1, 0))
         axes.set_xscale("log")
         axes.invert_xaxis()
         # The second lies so near to the first that their numbers would touch.
-        words = ["" if k == 1 else f"{lx:g}" for k, lx in enumerate(ILLUMINANCES_LX)]
-        axes.set_xticks(ILLUMINANCES_LX, words, fontsize=8)
+        words = ["" if k == 1 else f"{lx:g}" for k, lx in enumerate(illuminances_lx)]
+        axes.set_xticks(illuminances_lx, words, fontsize=8)
         axes.minorticks_off()
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.set_ylim(0, 1.2)

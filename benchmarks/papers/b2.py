@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import cv2
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.measured import SCENARIO, SUITE, MeasuredExperiment, Values
+from benchmarks.papers.sheet_pictures import SheetPicture, next_picture, open_episode
 from benchmarks.records import LAST_METRIC
 from benchmarks.report.palette import GRID, line_styles
 from benchmarks.report.pictures import write_picture
@@ -17,10 +20,9 @@ from benchmarks.report.plots import drawn_as, new_figure, svg
 from benchmarks.writers import marks
 from benchmarks.writers.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.carried_sheet import FRAMES, CarriedPicture, drive
-from sim.rng import episode_seed
 from trackers.light_change import LightTrend
 
+_PRESET = "paper-b2"
 _HSV = ("hue", "saturation", "value")
 _CEILING_LIGHT_FRAMES = 300
 _SHOWN_FRAMES = (60, 200, 320, 385, 420, 560, 760, 920)
@@ -30,10 +32,17 @@ _LARGEST_TREND = 3.0
 """D_l runs to hundreds where the gain is nearly 0: the plot cuts it."""
 
 
+def drive(seed: int, renderer: RendererName) -> Iterator[SheetPicture]:
+    """Yield the pictures of one drive."""
+    with closing(open_episode(_PRESET, seed, renderer)) as episode:
+        for _ in range(episode.frame_count):
+            yield next_picture(episode)
+
+
 def measure(seed: int, renderer: RendererName) -> Values:
     """Return the values of one seed: the drive's series, and saturation and value by the sign of D_l."""
     trend = LightTrend()
-    pictures = drive(episode_seed(seed, SCENARIO, 0), renderer)
+    pictures = drive(seed, renderer)
     seen = np.array([(trend.update(p.registers), *_mean_hsv(p), p.illuminance_lx) for p in pictures])
     values: dict[str, float | list[float]] = {"trend": seen[:, 0].tolist(), "illuminance_lx": seen[:, 4].tolist()}
     values |= {name: seen[:, 1 + k].tolist() for k, name in enumerate(_HSV)}
@@ -41,7 +50,7 @@ def measure(seed: int, renderer: RendererName) -> Values:
         gained = part[part[:, 0] > 0].mean(axis=0) - part[part[:, 0] < 0].mean(axis=0)
         values |= {f"saturation_gained{where}": float(gained[2]), f"value_gained{where}": float(gained[3])}
     values["hue_against_value"] = float(seen[:, 1].std() / seen[:, 3].std())
-    return values | {LAST_METRIC: float(FRAMES)}
+    return values | {LAST_METRIC: float(len(seen))}
 
 
 EXPERIMENT = MeasuredExperiment(
@@ -49,7 +58,7 @@ EXPERIMENT = MeasuredExperiment(
     title="Paper B, experiment II: when colour can be learnt",
     setting="A robot carries a green sheet before its camera through corridors: ceiling lights, a window ahead (back "
     "light), a stretch whose lights are off (shade), warm lights. D_l is how steeply the camera's exposure rises.",
-    preset="paper-b2",
+    preset=_PRESET,
     claims=(
         Claim(
             "saturation_gained",
@@ -114,7 +123,7 @@ def run(out: Path, seeds: range, renderer: RendererName, workers: int) -> None:
     )
 
 
-def _mean_hsv(picture: CarriedPicture) -> NDArray[np.float64]:
+def _mean_hsv(picture: SheetPicture) -> NDArray[np.float64]:
     """Return mean hue, saturation and value (3,) of the sheet's region, each as a share of its range."""
     left, top, right, bottom = np.rint(picture.region_xyxy).astype(int)
     hsv = cv2.cvtColor(picture.image_rgb[top:bottom, left:right], cv2.COLOR_RGB2HSV)
@@ -125,13 +134,13 @@ def _mean_hsv(picture: CarriedPicture) -> NDArray[np.float64]:
 def _write_pictures(out: Path, seed: int, renderer: RendererName) -> None:
     """Write the paper's figure 5 beside the rows: what the camera sees on the way."""
     cells = []
-    for frame, picture in enumerate(drive(episode_seed(seed, SCENARIO, 0), renderer)):
+    for frame, picture in enumerate(drive(seed, renderer)):
         if frame in _SHOWN_FRAMES:
             marks.draw_box(picture.image_rgb, picture.region_xyxy, _REGION_RGB)
             cells.append((f"frame {frame}", picture.image_rgb))
     write_picture(
         out,
-        f"paper-b2-{renderer}",
+        f"{_PRESET}-{renderer}",
         picture_sheet([cells[:_SHOWN_IN_A_ROW], cells[_SHOWN_IN_A_ROW:]], 320),
         (SUITE, SCENARIO, EXPERIMENT.preset, renderer, ""),
         "The paper's figure 5, in this world",
@@ -148,9 +157,9 @@ def _plot_colour(values: dict[str, list[float]]) -> str:
         for name, style in styles.items():
             axes.plot(values[name], color=style.colour, linewidth=0.7 * style.width, label=name)
         negative = np.array(values["trend"]) < 0
-        axes.fill_between(np.arange(FRAMES), 0, 1, where=negative, color=GRID, alpha=0.6, linewidth=0, zorder=1)
+        axes.fill_between(np.arange(len(negative)), 0, 1, where=negative, color=GRID, alpha=0.6, linewidth=0, zorder=1)
         axes.set_ylim(0, 1)
-        axes.set_xlim(0, FRAMES - 1)
+        axes.set_xlim(0, len(negative) - 1)
         figure.legend(frameon=False, fontsize=8, loc="outside upper left", ncols=3)
         return svg(figure)
 
@@ -162,5 +171,5 @@ def _plot_trend(values: dict[str, list[float]]) -> str:
         style = line_styles([("D_l", "as-written")])["D_l"]
         axes.plot(np.clip(values["trend"], -_LARGEST_TREND, _LARGEST_TREND), color=style.colour, linewidth=1.0)
         axes.axhline(0.0, color=line_styles([("0", "oracle")])["0"].colour, linewidth=0.8)
-        axes.set_xlim(0, FRAMES - 1)
+        axes.set_xlim(0, len(values["trend"]) - 1)
         return svg(figure)

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from benchmarks.records import Row, read_rows, write_beside
 from benchmarks.report import plots, tables
+from benchmarks.report.facts import facts_table
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
@@ -38,6 +39,7 @@ class Section:
     variants: tables.Table
     differences: tables.Table
     everything: tables.Table
+    facts: tables.Table | None
     ours: str | None
     plots: tuple[Plot, ...]
     legend: tuple[tuple[str, str, LineStyle], ...]
@@ -129,6 +131,7 @@ def _section(
         variants=tables.leaderboard(scores, summary, ("variant",)),
         differences=tables.paired_differences(scores, comparisons, [line.tracker for line in everything.lines]),
         everything=everything,
+        facts=None if scores.facts is None else facts_table(scores.facts, trackers),
         ours=next((name for name, role in ranked if role == "ours"), None),
         plots=(*scores.figures(drawn, styles), *_speed_plot(summary, styles)),
         legend=tuple((name, role, styles[name]) for name, role in ranked if name in drawn),

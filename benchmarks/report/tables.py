@@ -87,7 +87,7 @@ def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequen
         if mine:
             cells = tuple(_difference(metric, mine.get(metric.name)) for metric in metrics)
             lines.append(Line(other, "", cells))
-    return Table(tuple(map(_column, metrics)), tuple(lines))
+    return Table(tuple(map(column_of, metrics)), tuple(lines))
 
 
 def _table(metrics: Sequence[Metric], entries: Sequence[Entry], everyone: Sequence[Entry]) -> Table:
@@ -102,10 +102,11 @@ def _table(metrics: Sequence[Metric], entries: Sequence[Entry], everyone: Sequen
         cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], everyone) for metric in metrics)
         lines.append(Line(tracker, role, cells))
     lines.sort(key=lambda line: [_rank(m, by_tracker[line.tracker].get(m.name)) for m in metrics[:_RANKED_BY]])
-    return Table(tuple(map(_column, metrics)), tuple(lines))
+    return Table(tuple(map(column_of, metrics)), tuple(lines))
 
 
-def _column(metric: Metric) -> Column:
+def column_of(metric: Metric) -> Column:
+    """Return the head of a metric's column."""
     ideal = _IDEAL.get(metric.name)
     goal = {"higher": "↑", "lower": "↓"}[metric.better]
     if ideal is not None:

@@ -13,6 +13,7 @@ from benchmarks.judging import Score, told_by
 from benchmarks.metrics import people, recovery
 from benchmarks.metrics.people import PeopleSeries
 from benchmarks.metrics.people_events import OCCLUSION, PeopleEvent, find_events
+from benchmarks.stereo.disparity import DisparityMeasurement
 from scenarios.scenario import Episode, Frame
 from scenarios.stereo_follow.truth import PeopleTruth
 from trackers.types import Estimate
@@ -27,9 +28,11 @@ class StereoJudge:
     def __init__(self, episode: Episode) -> None:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
         self._truths: list[PeopleTruth] = []
+        self._disparity = DisparityMeasurement()
 
     def see(self, frame: Frame) -> None:
         """See ``Judge``."""
+        self._disparity.see(frame)
         self._truths.append(_without_pictures(told_by(frame.truth, PeopleTruth)))
 
     def sheet(self) -> StereoSheet:
@@ -47,8 +50,9 @@ class StereoJudge:
         return find_events(self.truth)
 
     def scores(self, given: NDArray[np.bool_], place_m: NDArray[np.float64]) -> Iterator[Score]:
-        """Yield the scores of one contestant, see ``people.outcomes``."""
-        return score_episode(self.truth, self.events, given, place_m, closed_loop=self._closed_loop)
+        """Yield the scores of one contestant, see ``people.outcomes``, and what is so whoever watches."""
+        yield from score_episode(self.truth, self.events, given, place_m, closed_loop=self._closed_loop)
+        yield from self._disparity.scores()
 
 
 class StereoSheet:

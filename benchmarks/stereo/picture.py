@@ -20,7 +20,7 @@ from benchmarks.writers.replay import Run, made_by_this_code
 from benchmarks.writers.stereo_drawing import describe_person
 from benchmarks.writers.stereo_instant import draw_left_and_plan
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.floor_plan import FloorPlan
+from scenarios.stereo_follow.floor_plan import RoomPlan
 
 _LONG_FRAMES = 3
 """An occlusion to look at lasts so long."""
@@ -94,6 +94,6 @@ def _row(condition: Condition, seed: int, wanted: Sequence[int], tracker: str) -
     return [cells[frame] for frame in frames]
 
 
-def _cell(tracker: str, instant: Instant, plan: FloorPlan) -> tuple[str, NDArray[np.uint8]]:
+def _cell(tracker: str, instant: Instant, plan: RoomPlan) -> tuple[str, NDArray[np.uint8]]:
     words = f"{tracker}   frame {instant.frame.truth.frame}   {describe_person(instant)}"
     return words, draw_left_and_plan(instant, plan)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR
+from benchmarks.stereo.disparity import DISPARITY
 from benchmarks.stereo.events import EVENT_COUNTS, EVENTS
 from benchmarks.stereo.figures import figures
 from benchmarks.stereo.judge import StereoJudge
@@ -90,5 +91,6 @@ STEREO = Suite(
     silence="no answer; it is a miss where at least a tenth of the person is seen",
     figures=figures,
     picture=show_event,
+    facts=DISPARITY,
 )
 register_suite(STEREO)

@@ -12,7 +12,7 @@ from benchmarks.writers.instant import Instant
 from benchmarks.writers.legend import Sign
 from benchmarks.writers.stereo_instant import draw_stereo_instant
 from scenarios.scenario import Episode
-from scenarios.stereo_follow.floor_plan import FloorPlan
+from scenarios.stereo_follow.floor_plan import RoomPlan
 from scenarios.stereo_follow.truth import PeopleTruth
 from trackers.stereo.matching import StereoMatcher
 
@@ -34,7 +34,7 @@ class StereoDrawing:
         legend.PROBABILITY,
     )
 
-    def __init__(self, plan: FloorPlan) -> None:
+    def __init__(self, plan: RoomPlan) -> None:
         self._plan = plan
         self._matcher = StereoMatcher()
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from benchmarks.metrics.people import answered_place_m
 from benchmarks.writers import marks
 from benchmarks.writers.instant import Instant
-from scenarios.stereo_follow.floor_plan import Area, FloorPlan
+from scenarios.stereo_follow.floor_plan import Area, RoomPlan
 from scenarios.stereo_follow.truth import PeopleTruth
 from sim.optics import rays
 from trackers.stereo.matching import StereoMatcher
@@ -22,7 +22,7 @@ _LARGEST_DISPARITY_PX = 64.0
 _BODY_M = 0.25
 
 
-def draw_stereo_instant(instant: Instant, plan: FloorPlan, matcher: StereoMatcher) -> NDArray[np.uint8]:
+def draw_stereo_instant(instant: Instant, plan: RoomPlan, matcher: StereoMatcher) -> NDArray[np.uint8]:
     """Return a picture (960, 1280, 3) uint8: left and right above, disparity and plan view below.
 
     The disparity is matched from the pair, as trackers do it; the plan view is truth, with the tracker's answer.
@@ -32,7 +32,7 @@ def draw_stereo_instant(instant: Instant, plan: FloorPlan, matcher: StereoMatche
     return np.vstack([np.hstack(upper), np.hstack([_disparity(instant, matcher), _plan_view(instant, plan)])])
 
 
-def draw_left_and_plan(instant: Instant, plan: FloorPlan) -> NDArray[np.uint8]:
+def draw_left_and_plan(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
     """Return a picture (480, 1280, 3) uint8: the left one beside the plan view."""
     return np.hstack([_left(instant), _plan_view(instant, plan)])
 
@@ -77,7 +77,7 @@ def _disparity(instant: Instant, matcher: StereoMatcher) -> NDArray[np.uint8]:
     return picture
 
 
-def _plan_view(instant: Instant, plan: FloorPlan) -> NDArray[np.uint8]:
+def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
     """Draw everybody from above, x of the world to the right, the camera in the middle."""
     truth = instant.frame.truth
     assert isinstance(truth, PeopleTruth)
@@ -94,7 +94,7 @@ def _plan_view(instant: Instant, plan: FloorPlan) -> NDArray[np.uint8]:
 
     for room in plan.rooms.values():
         fill(room)
-    for opening in (plan.passage, plan.door):
+    for opening in plan.openings:
         cv2.fillPoly(picture, [marks.fixed_point(at(_wider(opening)))], _ROOM, cv2.LINE_AA, 4)
     camera = instant.frame.camera
     borders = rays(camera, truth.T_world_camera, np.array([[0.0, 0.5 * camera.height_px], [camera.width_px, 0.0]]))

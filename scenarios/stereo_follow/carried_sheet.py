@@ -8,21 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.scenario import RendererName
-from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, SENSOR, camera, camera_pose, registers
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera
+from scenarios.stereo_follow.floor_plan import Area
 from scenarios.stereo_follow.indoors import add_bright_panel, add_panel, grained, panel, plain
-from scenarios.stereo_follow.sheet import SHEET_M, SHEET_RGB, region_of_sheet
+from scenarios.stereo_follow.sheet import LOWER_EDGE_M, Rooms, sheet_mesh
+from sim.checks import check
 from sim.pose import pose_on_ground
-from sim.render.protocol import create_renderer
 from sim.rng import generator
-from sim.sensors.camera_sensor import CameraSensor
-from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.lamps import BrightArea, LampShader, Surroundings
 from sim.world import Body, World
-from trackers.types import CameraRegisters
 
-FRAMES = 947
-_CAMERA = camera(320, 240)
 _SHEET_AHEAD_M = 1.6
 _WIDTH_M, _HEIGHT_M = 2.6, 2.6
 _FIRST_M, _SECOND_M = 18.0, 26.0
@@ -38,89 +33,104 @@ _ROOM = Surroundings(surface_m2=470.0, reflectance=0.3)
 """Closed corridors of these colours would throw back nearly 0.6; but light that is the same everywhere would then fill
 the dark stretch, into which little of it finds its way round the corner.
 """
+_HALF_M, _CORNER_X_M = 0.5 * _WIDTH_M, _FIRST_M + 0.5 * _WIDTH_M
+_PLAN = Rooms(
+    {
+        "first corridor": Area(0.0, -_HALF_M, _CORNER_X_M, _HALF_M),
+        "second corridor": Area(_CORNER_X_M - _WIDTH_M, _HALF_M, _CORNER_X_M, _SECOND_M),
+    },
+    openings=(Area(_CORNER_X_M - _WIDTH_M, _HALF_M, _CORNER_X_M, _HALF_M),),
+)
 
 
 @dataclass(frozen=True, slots=True)
-class CarriedPicture:
-    """One picture of the drive.
+class CarriedSheet:
+    """How an episode is made: a drive past lights and windows, the sheet always before the camera.
 
     Attributes:
-        image_rgb: (240, 320, 3) uint8. registers: the camera's settings.
-        region_xyxy: (4,) rectangle within the sheet whose colours are looked at, pixels.
-        illuminance_lx: on the sheet's middle.
+        summary: one line.
+        frame_count, rate_hz: frames, evenly along the way, and how many a second.
+        width_px, height_px: of each picture.
+        closed_loop: the way is set.
     """
 
-    image_rgb: NDArray[np.uint8]
-    registers: CameraRegisters
-    region_xyxy: NDArray[np.float64]
-    illuminance_lx: float
+    summary: str
+    frame_count: int = 947
+    rate_hz: float = 15.0
+    width_px: int = 320
+    height_px: int = 240
+    closed_loop: bool = False
+
+    def __post_init__(self) -> None:
+        check("frame_count", self.frame_count >= 2, "a whole number >= 2", self.frame_count)
+        check("rate_hz", self.rate_hz > 0, "a number > 0", self.rate_hz)
+
+    def scene(self, seed: int) -> CarriedSheetScene:
+        """Build the world of one episode."""
+        return CarriedSheetScene(self, seed)
 
 
-def drive(seed: int, renderer: RendererName = "raster") -> Iterator[CarriedPicture]:
-    """Yield the pictures of one drive, 947 of them at 15 a second.
+class CarriedSheetScene:
+    """See ``sheet.SheetScene``.
 
     Along a corridor under ceiling lights, towards the window at its end (back light), round the corner into another
     whose first lights are off (shade), on to warm lights and another window. How bright and of what colour lights and
     windows are is drawn from the seed.
-
-    Args:
-        seed: of the episode, see ``sim.rng.episode_seed``.
     """
-    rng = generator(seed, "corridor")
-    sensor = CameraSensor(SENSOR, generator(seed, "sensor"))
-    with World() as world:
-        areas = _build(world, rng)
-        sheet = panel(
-            (0.0, -0.5 * SHEET_M[0], CAMERA_HEIGHT_M - 0.5 * SHEET_M[1]),
-            (0.0, SHEET_M[0], 0.0),
-            (0.0, 0.0, SHEET_M[1]),
-            grained(SHEET_RGB, rng),
-        )
-        carried = world.add(sheet, np.eye(4), name="sheet", category="sheet", movable=True)
-        pole = _pole(world)
-        drawn = create_renderer(renderer, world)
-        shader = LampShader([], _ROOM, areas)
-        for frame, (place_m, heading_rad) in enumerate(_way()):
-            ahead = np.array([np.cos(heading_rad), np.sin(heading_rad)])
-            T_world_camera = camera_pose(place_m, heading_rad)
-            sheet_x_m, sheet_y_m = place_m + _SHEET_AHEAD_M * ahead
-            T_world_sheet = pose_on_ground(sheet_x_m, sheet_y_m, heading_rad + np.pi)
-            world.move(carried, T_world_sheet)
-            world.move(pole, T_world_sheet)
-            radiance = shader.shade(drawn.gbuffer(_CAMERA, T_world_camera), _CAMERA, T_world_camera)
-            picture = sensor.expose(radiance, _CAMERA, frame)
-            region = region_of_sheet(_CAMERA, T_world_camera, T_world_sheet)
-            yield CarriedPicture(
-                picture.image_rgb, registers(picture.settings), region, _illuminance_lx(shader, T_world_sheet)
-            )
+
+    settling_steps = 0
+    place, plan = "corridor", _PLAN
+
+    def __init__(self, preset: CarriedSheet, seed: int) -> None:
+        self.frame_count, self.rate_hz = preset.frame_count, preset.rate_hz
+        self.camera = camera(preset.width_px, preset.height_px)
+        self._way = list(_way(preset.frame_count))
+        sheet_m = [place_m + _SHEET_AHEAD_M * _ahead(heading_rad) for place_m, heading_rad in self._way]
+        self._speed_mps = preset.rate_hz * np.linalg.norm(np.gradient(sheet_m, axis=0), axis=1)
+        rng = generator(seed, "corridor")
+        self.world = World()
+        self.shader = LampShader([], _ROOM, _build(self.world, rng))
+        self.sheet = self.world.add(sheet_mesh(rng), np.eye(4), name="sheet", category="sheet", movable=True)
+        self._pole = _pole(self.world)
+        self.move_to(0)
+
+    def move_to(self, frame: int) -> None:
+        """See ``SheetScene``."""
+        self.place_m, self.heading_rad = self._way[frame]
+        x_m, y_m = self.place_m + _SHEET_AHEAD_M * _ahead(self.heading_rad)
+        T_world_pole = pose_on_ground(x_m, y_m, self.heading_rad + np.pi)
+        self.T_world_sheet = T_world_pole.copy()
+        self.T_world_sheet[2, 3] = LOWER_EDGE_M
+        self.speed_mps = float(self._speed_mps[frame])
+        self.world.move(self.sheet, self.T_world_sheet)
+        self.world.move(self._pole, T_world_pole)
 
 
-def _way() -> Iterator[tuple[NDArray[np.float64], float]]:
+def _way(frame_count: int) -> Iterator[tuple[NDArray[np.float64], float]]:
     """Yield place (2,) and heading of each frame, at an even speed: straight, a quarter circle, straight."""
     radius = _TURN_RADIUS_M
     straight_m, turn_m = _FIRST_M - radius - _START_M, 0.5 * np.pi * radius
     total_m = straight_m + turn_m + _END_M - radius
-    for driven_m in np.linspace(0.0, total_m, FRAMES):
+    for driven_m in np.linspace(0.0, total_m, frame_count):
         turned = float(np.clip((driven_m - straight_m) / radius, 0.0, 0.5 * np.pi))
         beyond_m = max(driven_m - straight_m - turn_m, 0.0)
         x = _START_M + min(driven_m, straight_m) + radius * np.sin(turned)
         yield np.array([x, radius * (1 - np.cos(turned)) + beyond_m]), turned
 
 
-def _illuminance_lx(shader: LampShader, T_world_sheet: NDArray[np.float64]) -> float:
-    middle_m = T_world_sheet[:3, 3] + (0.0, 0.0, CAMERA_HEIGHT_M)
-    return float((shader.illuminance_lx(middle_m[None], T_world_sheet[None, :3, 0]) @ LUMINANCE_WEIGHTS)[0])
+def _ahead(heading_rad: float) -> NDArray[np.float64]:
+    return np.array([np.cos(heading_rad), np.sin(heading_rad)])
 
 
 def _pole(world: World) -> Body:
-    """Add what the sheet stands on, a centimetre behind it: its frame is the sheet's."""
+    """Add what the sheet stands on, a centimetre behind it; its frame is on the ground under the sheet's."""
     shape = panel((-0.01, -0.02, 0.0), (0.0, 0.04, 0.0), (0.0, 0.0, CAMERA_HEIGHT_M), plain(_POLE_RGB))
     return world.add(shape, np.eye(4), name="pole", category="furniture", movable=True)
 
 
 def _build(world: World, rng: np.random.Generator) -> list[BrightArea]:
     """Build the two corridors and return what shines in them."""
-    half, corner_x, end_y = 0.5 * _WIDTH_M, _FIRST_M + 0.5 * _WIDTH_M, _SECOND_M
+    half, corner_x, end_y = _HALF_M, _CORNER_X_M, _SECOND_M
     up = np.array([0.0, 0.0, _HEIGHT_M])
     wall, floor, ceiling = (grained(rgb, rng) for rgb in (_WALL_RGB, _FLOOR_RGB, _CEILING_RGB))
     walls = (
@@ -150,7 +160,7 @@ def _build(world: World, rng: np.random.Generator) -> list[BrightArea]:
 
 def _windows(world: World, rng: np.random.Generator) -> Iterator[BrightArea]:
     """Put windows into both corridors' ends: the one by the corner is seen from the first corridor."""
-    corner_x = _FIRST_M + 0.5 * _WIDTH_M - 0.01
+    corner_x = _CORNER_X_M - 0.01
     sky_k = rng.uniform(5500.0, 7500.0)
     yield add_bright_panel(
         world,

@@ -7,24 +7,21 @@ from numpy.typing import NDArray
 
 from scenarios.scenario import Frame, RendererName
 from scenarios.stereo_follow.building import Building
-from scenarios.stereo_follow.camera import BASELINE_M, SENSOR, camera, camera_pose, draw_mount, registers
+from scenarios.stereo_follow.camera import camera, camera_pose, registers
 from scenarios.stereo_follow.light_events import LightEvents
 from scenarios.stereo_follow.lighting import build, illuminance_lx, set_light
 from scenarios.stereo_follow.odometry import Odometry
 from scenarios.stereo_follow.people import People
 from scenarios.stereo_follow.plan import TARGET, Plan
+from scenarios.stereo_follow.rig import StereoRig
 from scenarios.stereo_follow.robot import Robot
 from scenarios.stereo_follow.truth import PeopleTruth
 from scenarios.visibility import Exits, centres_px, state_of
-from sim.optics import PinholeCamera
-from sim.render.pipeline import Capture, capture
-from sim.render.protocol import create_renderer
+from sim.render.pipeline import Capture
 from sim.rng import generator
-from sim.sensors.camera_sensor import CameraSensor
-from sim.sensors.config import SensorSettings
 from sim.shaders.baked_light import BakedLightShader
 from sim.world import World
-from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation
+from trackers.types import CameraCommand, EgoPose
 
 _NOD_RAD, _NOD_KEPT = np.deg2rad(0.12), 0.8
 """The robot shakes: standard deviation of its nod and roll, and what is left of them from frame to frame."""
@@ -43,10 +40,7 @@ class StereoFollowEpisode:
         baked = build(self._world, plan.building)
         self._people = People(self._world, plan)
         self._shader = BakedLightShader(self._world, baked)
-        self._renderer = create_renderer(renderer, self._world)
-        self._sensor = CameraSensor(SENSOR, generator(plan.seed, "sensor"))
-        self._right_sensor = CameraSensor(SENSOR, generator(plan.seed, "right sensor"))
-        self._mount = draw_mount(generator(plan.seed, "mount"))
+        self._rig = StereoRig(self._world, self._camera, renderer, plan.seed)
         self._odometry = Odometry(generator(plan.seed, "odometry")) if preset.odometry else None
         shake = generator(plan.seed, "shake").normal(0.0, _NOD_RAD, (preset.frame_count, 2))
         for frame in range(1, preset.frame_count):
@@ -54,10 +48,9 @@ class StereoFollowEpisode:
         self._shake = shake
         crowd = plan.crowd
         self._robot = Robot(plan.building.plan, crowd.robot_m[0], crowd.robot_heading_rad[0], preset.rate_hz)
-        self._events = LightEvents(plan)
+        self._events = LightEvents(plan.places, plan.light.switched, preset.rate_hz)
         self._exits = Exits(self._camera)
         self._frame = -1
-        self._settings = SensorSettings(1.0, 1.0)
         self._move_to(0)
         nothing = np.full((preset.height_px, preset.width_px), -1, np.int32)
         self.target_box_xyxy = self._people.seen(self._camera, self._T_world_camera, nothing)[TARGET].box_xyxy
@@ -90,13 +83,7 @@ class StereoFollowEpisode:
 
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
         """Return the current instant in a picture ``scale`` times as wide and high; see ``Episode.larger_view``."""
-        narrow = self._camera
-        wide = PinholeCamera(
-            2 * round(0.5 * scale * narrow.width_px), 2 * round(0.5 * scale * narrow.height_px), narrow.focal_px
-        )
-        gbuffer = self._renderer.gbuffer(wide, self._T_world_camera)
-        radiance = self._shader.shade(gbuffer, wide, self._T_world_camera)
-        return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb
+        return self._rig.larger_view(self._shader, self._T_world_camera, scale)
 
     @property
     def world(self) -> World:
@@ -116,25 +103,11 @@ class StereoFollowEpisode:
         self._T_world_camera = camera_pose(self._robot.place_m, self._robot.heading_rad, *self._shake[frame])
 
     def _capture(self) -> Frame:
-        frame, left_pose = self._frame, self._T_world_camera
-        right_pose = left_pose @ self._mount.T_left_right
-        shader = self._shader
-        left = capture(self._renderer, shader, self._sensor, self._camera, left_pose, frame)
-        used = left.picture.settings
-        settings = SensorSettings(used.exposure_s, used.gain * self._mount.gain, used.red_gain, used.blue_gain)
-        right = capture(self._renderer, shader, self._right_sensor, self._camera, right_pose, frame, settings=settings)
-        self._settings = used
-        truth = self._truth(left, right, right_pose)
-        preset = self.plan.preset
-        observation = Observation(
-            image_rgb=left.picture.image_rgb,
-            time_s=frame / preset.rate_hz,
-            camera=CameraModel(self._camera.width_px, self._camera.height_px, self._camera.focal_px, BASELINE_M),
-            settings=CameraSettings(used.exposure_s, used.gain, truth.registers),
-            ego=self._measured_pose(),
-            right_rgb=None if self.plan.dropped[frame] else right.picture.image_rgb,
-        )
-        return Frame(observation, truth)
+        frame = self._frame
+        pair = self._rig.take(self._shader, self._T_world_camera, frame)
+        truth = self._truth(pair.left, pair.right, pair.T_world_right)
+        is_lost = bool(self.plan.dropped[frame])
+        return Frame(self._rig.observation(pair, truth.time_s, self._measured_pose(), is_lost=is_lost), truth)
 
     def _measured_pose(self) -> EgoPose | None:
         if self._odometry is None:

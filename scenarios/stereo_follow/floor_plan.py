@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,20 @@ class Area:
         return np.array([rng.uniform(self.x0, self.x1), rng.uniform(self.y0, self.y1)])
 
 
+class RoomPlan(Protocol):
+    """Where the walls are, for whoever draws them."""
+
+    @property
+    def rooms(self) -> dict[str, Area]:
+        """Rooms by name."""
+        ...
+
+    @property
+    def openings(self) -> tuple[Area, ...]:
+        """Gaps in the walls between rooms, so deep along x as the wall is."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class FloorPlan:
     """Rooms in a row, and their openings.
@@ -72,6 +87,11 @@ class FloorPlan:
     def rooms(self) -> dict[str, Area]:
         """The rooms by name, in their order along x."""
         return {"corridor": self.corridor, "hall": self.hall, "yard": self.yard}
+
+    @property
+    def openings(self) -> tuple[Area, Area]:
+        """What leads from room to room."""
+        return self.passage, self.door
 
     def room_of(self, point_m: NDArray[np.float64]) -> str:
         """Return which room a point (2,) belongs to, openings to the nearer one."""

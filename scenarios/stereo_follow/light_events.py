@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
 from scenarios.stereo_follow.camera import SENSOR
 from scenarios.stereo_follow.light_plan import NEW_S
-from scenarios.stereo_follow.plan import Plan
 from scenarios.stereo_follow.truth import LightEvent
 from sim.sensors.config import Picture
 from sim.shaders.colour import LUMINANCE_WEIGHTS, srgb_to_linear
@@ -29,9 +29,10 @@ class LightEvents:
     the target falls below two fifths within a second. Each counts as new for a second.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._new_frames = int(NEW_S * plan.preset.rate_hz)
+    def __init__(self, places: Sequence[str], switched: Sequence[LightEvent | None], rate_hz: float) -> None:
+        """Know beforehand where the target is on each frame, and what is switched about it within the last second."""
+        self._places, self._switched = places, switched
+        self._new_frames = int(NEW_S * rate_hz)
         self._illuminance_lx: deque[float] = deque(maxlen=self._new_frames)
         self._was_back_lit = False
         self._latest: LightEvent | None = None
@@ -45,7 +46,7 @@ class LightEvents:
         """
         is_back_lit = _luminance_nit(picture) > _BACK_LIGHT * _COAT * illuminance_lx / np.pi
         begins: LightEvent | None = None
-        if frame > 0 and "door" in (self._plan.places[frame], self._plan.places[frame - 1]):
+        if frame > 0 and "door" in (self._places[frame], self._places[frame - 1]):
             begins = "doorway"
         elif is_back_lit and not self._was_back_lit and frame > 0:
             begins = "back light"
@@ -56,7 +57,7 @@ class LightEvents:
         self._since += 1
         if begins is not None and (begins != self._latest or self._since >= self._new_frames):
             self._latest, self._since = begins, 0
-        switched = self._plan.light.switched[frame]
+        switched = self._switched[frame]
         if switched is not None:
             return switched
         return self._latest if self._since < self._new_frames else None

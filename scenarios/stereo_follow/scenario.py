@@ -5,10 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from scenarios.scenario import RendererName
+from scenarios.stereo_follow.carried_sheet import CarriedSheet
+from scenarios.stereo_follow.dimmed_sheet import DimmedSheet
 from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.plan import make_plan
 from scenarios.stereo_follow.presets import PRESETS, StereoFollow
+from scenarios.stereo_follow.sheet_episode import SheetEpisode
 from sim.rng import episode_seed
+
+Preset = StereoFollow | DimmedSheet | CarriedSheet
+
+_PAPER: dict[str, Preset] = {
+    "paper-b1": DimmedSheet("the paper's first: a green sheet on a wall, a picture at each of nine illuminances"),
+    "paper-b2": CarriedSheet("the paper's second: a green sheet carried before the camera through corridors"),
+}
+"""Experiments on the camera alone: their target is no person."""
 
 
 @dataclass(frozen=True)
@@ -18,9 +29,9 @@ class StereoFollowScenario:
     id: str = "stereo-follow-v1"
     summary: str = "a person among others, followed by a robot with a stereo camera from corridor to yard"
     start: str = "the first pair and the person's box in the left picture; the camera's settings; odometry"
-    presets: dict[str, StereoFollow] = field(default_factory=lambda: dict(PRESETS))
+    presets: dict[str, Preset] = field(default_factory=lambda: {**PRESETS, **_PAPER})
 
-    def configuration(self, preset: str) -> StereoFollow:
+    def configuration(self, preset: str) -> Preset:
         """Return a preset by name.
 
         Raises:
@@ -37,7 +48,7 @@ class StereoFollowScenario:
         *,
         renderer: RendererName = "raster",
         closed_loop: bool | None = None,
-    ) -> StereoFollowEpisode:
+    ) -> StereoFollowEpisode | SheetEpisode:
         """Build one episode.
 
         Args:
@@ -45,11 +56,16 @@ class StereoFollowScenario:
             closed_loop: whether commands drive the robot; None = as the preset says.
 
         Raises:
-            ValueError: for an unknown preset or renderer, or a negative seed.
+            ValueError: for an unknown preset or renderer, a negative seed, or a closed loop about a sheet.
         """
         configuration = self.configuration(preset)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
-        plan = make_plan(configuration, episode_seed(seed, self.id, 0), closed_loop=looped)
+        own_seed = episode_seed(seed, self.id, 0)
+        if not isinstance(configuration, StereoFollow):
+            if looped:
+                raise ValueError(f"closed_loop: expected None or False, since {preset} follows a set path, got True")
+            return SheetEpisode(configuration.scene(own_seed), own_seed, renderer)
+        plan = make_plan(configuration, own_seed, closed_loop=looped)
         return StereoFollowEpisode(plan, renderer)
 
 

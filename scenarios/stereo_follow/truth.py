@@ -18,6 +18,9 @@ LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]
 class PeopleTruth(Truth):
     """Truth of one frame of a person followed among N people. Masks and depth of the base are the left camera's.
 
+    Where the target is a sheet of paper, it is all that there is: its origin is the middle of its lower edge instead of
+    a place on the ground, and its illuminance the mean over it.
+
     Attributes:
         T_world_right: (4, 4), pose of the right camera, as it is really mounted.
         right_instance_map: (H, W) int32, right_depth_m: (H, W) float32, as those of the left camera.

@@ -9,7 +9,7 @@ whole radiance.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numba import njit
@@ -38,13 +38,18 @@ _NO_SETTINGS_YET = SensorSettings(1.0, 1.0)
 
 
 class Shader(Protocol):
-    """Lights what is seen of one world: ``DaylightShader`` and ``BakedLightShader``."""
+    """Lights what is seen of one world."""
 
     def shade(
         self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> NDArray[np.float32]:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B."""
         ...
+
+
+@runtime_checkable
+class RowShader(Shader, Protocol):
+    """One whose light a row kernel reads: ``DaylightShader`` and ``BakedLightShader``."""
 
     def row_light(
         self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
@@ -91,7 +96,7 @@ def capture(
         settings: to take the picture with, and the sensor's loops stay as they are: how the second camera of a stereo
             pair follows the first one's.
     """
-    if isinstance(renderer, Raster):
+    if isinstance(renderer, Raster) and isinstance(shader, RowShader):
         return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, motion, interval_s, settings)
     gbuffer = renderer.gbuffer(camera, T_world_camera)
     radiance = shader.shade(gbuffer, camera, T_world_camera)
@@ -115,7 +120,7 @@ def _photograph(
 
 def _capture_by_rows(
     renderer: Raster,
-    shader: Shader,
+    shader: RowShader,
     sensor: CameraSensor,
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
 from benchmarks.papers import b1
-from benchmarks.papers.b1 import CURVES, EXPERIMENT
+from benchmarks.papers.b1 import CONDITIONS, CURVES, EXPERIMENT, photograph
 from benchmarks.papers.measured import MeasuredExperiment
 from benchmarks.records import Row, append_block, read_blocks
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.sheet import CONDITIONS, ILLUMINANCES_LX
+from scenarios.stereo_follow.scenario import STEREO_FOLLOW
+
+ILLUMINANCES = 9
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +28,7 @@ def test_rows_hold_every_curve_and_claim(block):
     values = {row["metric"]: row["value"] for row in block}
     for condition in CONDITIONS:
         for curve in CURVES:
-            assert len(values[f"{condition.name}_{curve}"]) == len(ILLUMINANCES_LX)
+            assert len(values[f"{condition.name}_{curve}"]) == ILLUMINANCES
     for finding in EXPERIMENT.findings(block):
         assert finding.mean == values[finding.claim.metric]
         # It comes out as the paper says.
@@ -33,6 +37,20 @@ def test_rows_hold_every_curve_and_claim(block):
     # The template is the brightest picture itself.
     assert values["I_dissimilarity"][0] == pytest.approx(0.0, abs=1e-6)
     assert max(values["II_gain"]) == max(values["III_white_balance"]) == 0.0
+
+
+def test_conditions_differ_in_what_the_camera_holds_alone():
+    taken = {condition.name: list(photograph(condition, 3)) for condition in CONDITIONS}
+    first = taken["I"][0]
+    for name, pictures in taken.items():
+        np.testing.assert_array_equal(pictures[0].image_rgb, first.image_rgb)
+        np.testing.assert_allclose(
+            [p.illuminance_lx for p in pictures], [p.illuminance_lx for p in taken["I"]], err_msg=name
+        )
+    exposures = {name: {(p.registers.shutter, p.registers.gain) for p in taken[name]} for name in taken}
+    balances = {name: {(p.registers.red, p.registers.blue) for p in taken[name]} for name in taken}
+    assert [len(exposures[name]) for name in taken] == [ILLUMINANCES, 1, ILLUMINANCES]
+    assert [len(balances[name]) for name in taken] == [ILLUMINANCES, ILLUMINANCES, 1]
 
 
 def test_a_claim_is_judged_by_its_bound(block):
@@ -53,8 +71,11 @@ def test_a_claim_is_judged_by_its_bound(block):
 
 
 def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """In smaller pictures, which PyBullet's renderer draws sooner."""
+    small = replace(STEREO_FOLLOW.presets[EXPERIMENT.preset], width_px=160, height_px=120)
+    monkeypatch.setitem(STEREO_FOLLOW.presets, EXPERIMENT.preset, small)
     for renderer in ("raster", "pybullet"):
         b1.run(tmp_path, range(1), renderer, 1)
     assert "paper.html" in capsys.readouterr().out
@@ -65,7 +86,7 @@ def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
         assert claim.words in page
     assert page.count("<svg") == len(CONDITIONS)
     height, width = cv2.imread(str(tmp_path / "pictures" / "paper-b1-raster.jpg")).shape[:2]
-    assert width / len(ILLUMINANCES_LX) > height / len(CONDITIONS)
+    assert width / ILLUMINANCES > height / len(CONDITIONS)
 
 
 def test_a_stopped_run_goes_on_and_what_other_code_made_is_made_again(

@@ -184,6 +184,10 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
     assert "2 occlusions of 6 to 6 frames, 4 changes of light (2 × lamp off, 2 × back light)" in text
     for words in ("after lamp off", "somebody near", "another person", *EVERYONE):
         assert words in text
+    # Its pictures are black: nothing is matched in them, in the hall or in the corridor.
+    facts = text.split("What can be matched from the pair?")[1].split("Intervals:")[0]
+    assert facts.split("all pixels")[1].split()[:4] == ["–", "–", "–", "0.0"]
+    assert ["hall" in facts, "corridor" in facts, "yard" in facts] == [True, True, False]
     for colour in PLACEHOLDERS:
         assert colour not in page
     assert page.count("<svg") >= 4

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice
+from contextlib import closing
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
+from scenarios.catalog import scenario
+from scenarios.scenario import Frame
 from scenarios.stereo_follow import carried_sheet
 from scenarios.stereo_follow.camera import camera, camera_pose
-from scenarios.stereo_follow.carried_sheet import FRAMES, drive
+from scenarios.stereo_follow.sheet import region_of_sheet
+from scenarios.stereo_follow.sheet_episode import SheetEpisode
 from sim.optics import PinholeCamera
 from sim.render.protocol import create_renderer
 from sim.world import World
 
+FRAMES = 947
+
 
 def test_the_way_is_even_and_turns_once_to_the_left():
-    places, headings = (np.array(each) for each in zip(*carried_sheet._way(), strict=True))
-    assert len(places) == FRAMES == 947
+    places, headings = (np.array(each) for each in zip(*carried_sheet._way(FRAMES), strict=True))
+    assert len(places) == FRAMES
     steps_m = np.linalg.norm(np.diff(places, axis=0), axis=1)
     # 0.6 m/s, as a robot drives indoors; a chord is a little shorter than its arc.
     np.testing.assert_allclose(steps_m * 15.0, steps_m[0] * 15.0, rtol=0.002)
@@ -40,7 +46,7 @@ def world() -> Iterator[World]:
 
 def _views(count: int) -> Iterator[tuple[PinholeCamera, np.ndarray]]:
     """Views on the way, also to the sides."""
-    way = list(carried_sheet._way())
+    way = list(carried_sheet._way(FRAMES))
     for k in np.linspace(0, len(way) - 1, count).astype(int):
         place_m, heading_rad = way[k]
         for turned in (-1.2, 0.0, 1.2, np.pi):
@@ -61,39 +67,45 @@ def test_both_renderers_show_the_same_building(world):
 
 
 @pytest.fixture(scope="module")
-def some() -> list[carried_sheet.CarriedPicture]:
-    """Every 20th picture of a drive, until it is well round the corner."""
-    return list(islice(drive(3), 0, 620, 20))
+def some() -> list[Frame]:
+    """Every 20th frame of a drive in small pictures, until it is well round the corner."""
+    preset = replace(scenario("stereo-follow").presets["paper-b2"], width_px=160, height_px=120)
+    with closing(SheetEpisode(preset.scene(3), 3, "raster")) as episode:
+        return [frame for frame in (episode.step() for _ in range(620)) if frame.truth.frame % 20 == 0]
+
+
+def _region(frame: Frame) -> np.ndarray:
+    return region_of_sheet(frame.camera, frame.truth.T_world_camera, frame.truth.T_world_object[0])
 
 
 def test_the_sheet_stays_where_it_is(some):
-    for picture in some:
-        np.testing.assert_allclose(picture.region_xyxy, some[0].region_xyxy, atol=1e-6)
+    for frame in some:
+        np.testing.assert_allclose(_region(frame), _region(some[0]), atol=1e-6)
+        np.testing.assert_allclose(frame.truth.box_xyxy, some[0].truth.box_xyxy, atol=1e-3)
+        # It is 1.6 m ahead, and goes round the corner faster than the robot.
+        assert 0.5 < frame.truth.speed_mps[0] < 3.0
 
 
 def test_back_light_shortens_the_exposure_and_shade_asks_for_gain(some):
-    against_light = min(picture.registers.shutter for picture in some)
+    registers = [frame.truth.registers for frame in some]
+    against_light = min(each.shutter for each in registers)
     assert against_light < 150
-    (frame,) = {20 * k for k, picture in enumerate(some) if picture.registers.shutter == against_light}
+    (frame,) = {20 * k for k, each in enumerate(registers) if each.shutter == against_light}
     assert 340 < frame < 420
+    assert "back light" in {each.truth.light_event for each in some[:22]}
     # The lights are off there: the sheet is darker than anywhere under lights, between two of them too.
-    assert some[-1].illuminance_lx < 0.8 * min(picture.illuminance_lx for picture in some[:15])
-    assert some[-1].registers.shutter == 707
-    assert some[-1].registers.gain > 200
+    lit_lx = [each.truth.illuminance_lx[0] for each in some]
+    assert lit_lx[-1] < 0.8 * min(lit_lx[:15])
+    assert registers[-1].shutter == 707
+    assert registers[-1].gain > 200
 
 
 def test_hue_hardly_changes_where_value_does(some):
-    hsv = np.array([cv2.cvtColor(_inside(picture), cv2.COLOR_RGB2HSV).mean(axis=(0, 1)) for picture in some])
+    hsv = np.array([cv2.cvtColor(_inside(frame), cv2.COLOR_RGB2HSV).mean(axis=(0, 1)) for frame in some])
     assert (2 * hsv[:, 0]).std() < 15.0
     assert hsv[:, 2].max() > 3 * hsv[:, 2].min()
 
 
-def test_drives_are_a_function_of_the_seed_alone(some):
-    again = next(drive(3))
-    np.testing.assert_array_equal(again.image_rgb, some[0].image_rgb)
-    assert (next(drive(4)).image_rgb != again.image_rgb).mean() > 0.5
-
-
-def _inside(picture: carried_sheet.CarriedPicture) -> np.ndarray:
-    left, top, right, bottom = picture.region_xyxy.astype(int)
-    return np.ascontiguousarray(picture.image_rgb[top:bottom, left:right])
+def _inside(frame: Frame) -> np.ndarray:
+    left, top, right, bottom = _region(frame).astype(int)
+    return np.ascontiguousarray(frame.observation.image_rgb[top:bottom, left:right])

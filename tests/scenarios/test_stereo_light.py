@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import SimpleNamespace
 
 import numpy as np
 from hypothesis import given, settings
@@ -66,9 +65,7 @@ class TestLightEvents:
 
     @staticmethod
     def events(places: Sequence[str], switched: Sequence[str | None] | None = None) -> LightEvents:
-        light = SimpleNamespace(switched=switched or (None,) * len(places))
-        preset = StereoFollow("x", frame_count=len(places), rate_hz=RATE_HZ)
-        return LightEvents(SimpleNamespace(places=places, light=light, preset=preset))  # type: ignore[arg-type]
+        return LightEvents(places, switched or (None,) * len(places), RATE_HZ)
 
     @staticmethod
     def picture(level: int) -> Picture:

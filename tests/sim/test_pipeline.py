@@ -12,6 +12,7 @@ from sim.render.protocol import create_renderer
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
 from sim.shaders.daylight import DaylightShader, Sun
+from sim.shaders.lamps import Lamp, LampShader, Surroundings
 from tests.sim.demo_scene import build_town
 
 CAMERA = PinholeCamera.from_field_of_view(320, 240, np.radians(55))
@@ -83,6 +84,18 @@ def test_fast_motion_and_a_bent_lens_go_through_the_stages(town):
     for frame in (0, 1):
         picture = capture(*parts, bent, PATH[0], frame).picture
     assert np.abs(picture.image_rgb.astype(int) - sharp.image_rgb).mean() > 5
+
+
+def test_a_shader_without_a_row_kernel_goes_through_the_stages(town):
+    shader = LampShader([Lamp((0.0, 0.0, 40.0), 1e8, 4000.0)], Surroundings(surface_m2=1e4, reflectance=0.2))
+    fused, staged = ((renderer, shader, sensor) for renderer, _, sensor in (_parts(town), _parts(town)))
+    for frame, T_world_camera in enumerate(PATH[:2]):
+        seen = capture(*fused, CAMERA, T_world_camera, frame)
+        picture, gbuffer = _staged(staged, T_world_camera, frame)
+        np.testing.assert_array_equal(seen.picture.image_rgb, picture.image_rgb)
+        np.testing.assert_array_equal(seen.depth_m, gbuffer.depth_m)
+        assert seen.picture.settings == picture.settings
+        assert picture.image_rgb.std() > 5
 
 
 def test_both_renderers_give_nearly_the_same_picture(town):

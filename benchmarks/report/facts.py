@@ -1,0 +1,39 @@
+"""What rows say of the episodes themselves, as a table of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from benchmarks import pooling
+from benchmarks.records import Row
+from benchmarks.report.numbers import interval_text, number_text
+from benchmarks.report.tables import Cell, Line, Table, column_of
+from benchmarks.statistics import bootstrap_interval
+from benchmarks.suites import Facts, Metric
+
+
+def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
+    """Return the means over the episodes of one condition, each episode counted once; lines without any are left out.
+
+    On a set path the rows of all trackers say the same; a tracker that steers makes an episode of its own.
+    """
+    once = {
+        (row["seed"], row["tracker"] if row["controller"] else "", row["metric"]): row
+        for rows in trackers.values()
+        for row in rows
+    }
+    rows = list(once.values())
+    lines = []
+    for words, suffix in facts.lines.items():
+        cells = tuple(_cell(rows, metric, suffix) for metric in facts.columns)
+        if any(cell is not None for cell in cells):
+            lines.append(Line(words, "", tuple(cell or Cell("–") for cell in cells)))
+    return Table(tuple(column_of(metric) for metric in facts.columns), tuple(lines))
+
+
+def _cell(rows: Sequence[Row], metric: Metric, suffix: str) -> Cell | None:
+    pool = pooling.pooled(rows, replace(metric, rows=tuple(f"{name}_{suffix}" for name in metric.rows)))
+    if pool is None or pool.seed_count == 0:
+        return None
+    return Cell(number_text(pool.mean, metric.unit), interval_text(*bootstrap_interval(pool), metric.unit))
