@@ -160,9 +160,7 @@ def _first_that_fits(
     """Return places (F, 2) of one more person, the first of some draws that keeps off everybody; None if none does."""
     for _ in range(_TRIES):
         place_m = draw(scene, rng)
-        if place_m is None or not scene.plan.is_free(place_m).all():
-            continue
-        if _hides_at_first(scene, place_m):
+        if place_m is None or not scene.plan.is_free(place_m).all() or _hides_at_first(scene, place_m):
             continue
         keeps_off = [(scene.target_m, _APART_M["target"]), (scene.robot_m, _APART_M["robot"])]
         keeps_off += [(walk.place_m, _APART_M["other"]) for walk in walks[1:]]

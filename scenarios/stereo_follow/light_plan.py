@@ -14,9 +14,8 @@ from scenarios.stereo_follow.truth import LightEvent
 
 NEW_S = 1.0
 """So long a change counts as new."""
-_SUN_BEHIND_CLOUD, _WINDOWS_BEHIND_CLOUD = (0.05, 0.25), 0.7
-_CLOUD_EDGE_S, _LAMP_EDGE_FRAMES = 0.8, 0.7
-_OFF_S = (2.5, 8.0)
+_SUN_BEHIND_CLOUD = (0.05, 0.25)
+_LAMP_EDGE_FRAMES = 0.7
 _LEFT_ON = (0.02, 0.3)
 """Of a room's lamps some stay on: mostly brightness changes, not colour."""
 
@@ -46,7 +45,7 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
     for _ in range(preset.lamp_events):
         begin = int(rng.uniform(0.08, 0.8) * frames)
         group = CORRIDOR_LIGHTS if places[begin] == "corridor" else HALL_LIGHTS
-        end = begin + int(rng.uniform(*_OFF_S) * rate_hz)
+        end = begin + int(rng.uniform(*preset.lamps_off_s) * rate_hz)
         # A second switching of lamps that are off already would be none.
         if (strengths[group][begin : end + 1] < 1.0).any() or places[begin] == "yard":
             continue
@@ -59,12 +58,24 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
     cloud = np.zeros(frames)
     for _ in range(preset.clouds):
         begin = int(rng.uniform(-0.2, 0.9) * frames)
-        cloud[max(begin, 0) : max(begin + int(rng.uniform(3.0, 10.0) * rate_hz), 0)] = 1.0
-    cloud = gaussian_filter1d(cloud, _CLOUD_EDGE_S * rate_hz, mode="nearest")
+        cloud[max(begin, 0) : max(begin + int(rng.uniform(*preset.cloud_s) * rate_hz), 0)] = 1.0
+    cloud = gaussian_filter1d(cloud, preset.cloud_edge_s * rate_hz, mode="nearest")
     strengths[SUN] = 1.0 - (1.0 - rng.uniform(*_SUN_BEHIND_CLOUD)) * cloud
-    strengths[WINDOWS] = 1.0 - (1.0 - _WINDOWS_BEHIND_CLOUD) * cloud
+    strengths[WINDOWS] = 1.0 - (1.0 - preset.sky_behind_cloud) * cloud
     strengths[SKY] = strengths[WINDOWS]
+    if preset.brightening_s > 0:
+        strengths = {
+            group: _held_back(strength, preset.brightening_s * rate_hz) for group, strength in strengths.items()
+        }
     return LightPlan(strengths, tuple(switched))
+
+
+def _held_back(strength: NDArray[np.float64], brightening_frames: float) -> NDArray[np.float64]:
+    """Return strengths (F,) that grow by no more than a factor of e in so many frames."""
+    held = strength.copy()
+    for frame in range(1, len(held)):
+        held[frame] = min(held[frame], held[frame - 1] * np.exp(1.0 / brightening_frames))
+    return held
 
 
 def _tell(switched: list[LightEvent | None], frame: int, event: LightEvent, rate_hz: float) -> None:

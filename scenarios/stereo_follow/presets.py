@@ -25,6 +25,11 @@ class StereoFollow:
         uniformed: how many of the others wear the very clothes and shoes the target does.
         pauses: times the target stands still.
         lamp_events: times that lights of a room are switched off or on. clouds: times that the sun goes or comes.
+        lamps_off_s, cloud_s: shortest and longest time they are off, and that a cloud stays.
+        cloud_edge_s: how softly a cloud comes and goes, standard deviation.
+        sky_behind_cloud: what is left of the light of sky and windows then, in (0, 1].
+        brightening_s: light that comes back grows by a factor of e in this time, as hall lamps warm up and haze
+            clears; 0: it comes as suddenly as it went.
         dropped_share: share of pairs whose right picture is lost, in [0, 1].
         odometry: whether the robot measures its own way.
     """
@@ -45,6 +50,11 @@ class StereoFollow:
     pauses: int = 1
     lamp_events: int = 1
     clouds: int = 1
+    lamps_off_s: tuple[float, float] = (2.5, 8.0)
+    cloud_s: tuple[float, float] = (3.0, 10.0)
+    cloud_edge_s: float = 0.8
+    sky_behind_cloud: float = 0.7
+    brightening_s: float = 0.0
     dropped_share: float = 0.0
     odometry: bool = True
 
@@ -67,6 +77,12 @@ class StereoFollow:
         )
         for name in people:
             check(name, getattr(self, name) >= 0, "a whole number >= 0", getattr(self, name))
+        for name in ("lamps_off_s", "cloud_s"):
+            shortest, longest = getattr(self, name)
+            check(name, 0 <= shortest <= longest, "two numbers >= 0 in ascending order", getattr(self, name))
+        check("cloud_edge_s", self.cloud_edge_s > 0, "a number > 0", self.cloud_edge_s)
+        check("sky_behind_cloud", 0 < self.sky_behind_cloud <= 1, "a number in (0, 1]", self.sky_behind_cloud)
+        check("brightening_s", self.brightening_s >= 0, "a number >= 0", self.brightening_s)
         check("dropped_share", 0 <= self.dropped_share <= 1, "a number in [0, 1]", self.dropped_share)
 
 

@@ -23,13 +23,11 @@ class Walk:
 
     Attributes:
         place_m: (F, 2). heading_rad: (F,) counter-clockwise from world x, unwrapped. speed_mps: (F,).
-        walked_m: (F,) length of way since frame 0.
     """
 
     place_m: NDArray[np.float64]
     heading_rad: NDArray[np.float64]
     speed_mps: NDArray[np.float64]
-    walked_m: NDArray[np.float64]
 
 
 def rounded_way(corners_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -71,7 +69,7 @@ def walk_of(place_m: NDArray[np.float64], rate_hz: float, first_heading_rad: flo
         latest = known[np.maximum(np.searchsorted(known, np.arange(len(heading)), side="right") - 1, 0)]
         heading = heading[latest]
     turned = gaussian_filter1d(np.unwrap(heading), _TURNING_FRAMES, mode="nearest")
-    return Walk(place_m, turned, speed_mps, np.concatenate([[0.0], np.cumsum(length_m[:-1])]))
+    return Walk(place_m, turned, speed_mps)
 
 
 def steady_pace(

@@ -36,8 +36,8 @@ _DYE = 6.0
 def draw_looks(count: int, alike: int, uniformed: int, rng: np.random.Generator) -> list[PersonLook]:
     """Draw looks of people, the target's first; the ``alike`` next ones wear a top of his colour.
 
-    The first of those wears trousers of his colour too, the first ``uniformed`` wear the very clothes and shoes he does.
-    Nobody else's top is of the colour of his.
+    The first of those wears trousers of his colour too. The first ``uniformed`` wear the very clothes and shoes he
+    does. Nobody else's top is of the colour of his.
     """
     target = _look(_TOPS_RGB[rng.integers(len(_TOPS_RGB))], rng)
     own = target.top_rgb

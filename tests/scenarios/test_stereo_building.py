@@ -165,7 +165,7 @@ def test_surfaces_are_textures_of_the_colour_asked_for():
 @settings(max_examples=40, deadline=None)
 @given(seed=SEEDS, alike=st.integers(0, 4))
 def test_as_many_are_dressed_alike_as_told_and_nobody_else(seed, alike):
-    target, *others = draw_looks(8, alike, np.random.default_rng(seed))
+    target, *others = draw_looks(8, alike, 0, np.random.default_rng(seed))
     differs = [np.abs(np.subtract(other.top_rgb, target.top_rgb)).max() for other in others]
     assert all(difference < 45 for difference in differs[:alike])
     assert all(difference > 10 for difference in differs[alike:])
@@ -175,6 +175,18 @@ def test_as_many_are_dressed_alike_as_told_and_nobody_else(seed, alike):
         assert others[0].legwear == target.legwear
     for look in (target, *others):
         assert 1.5 < look.stature_m < 1.95
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=SEEDS, uniformed=st.integers(0, 7))
+def test_who_is_in_uniform_wears_what_the_target_wears(seed, uniformed):
+    target, *others = draw_looks(8, 0, uniformed, np.random.default_rng(seed))
+    clothes = [
+        (look.top_rgb, look.sleeves, look.legwear, look.legwear_rgb, look.shoes_rgb) for look in (target, *others)
+    ]
+    assert all(worn == clothes[0] for worn in clothes[: uniformed + 1])
+    assert all(worn != clothes[0] for worn in clothes[uniformed + 1 :])
+    assert len({look.stature_m for look in others}) == len(others)
 
 
 def test_the_papers_experiment_has_as_many_frames():
@@ -193,7 +205,13 @@ def test_the_papers_experiment_has_as_many_frames():
         ({"height_px": -480}, "height_px: expected"),
         ({"crossers": -1}, "crossers: expected a whole number >= 0, got -1"),
         ({"alike": -1}, "alike: expected"),
+        ({"uniformed": -1}, "uniformed: expected"),
         ({"lamp_events": -2}, "lamp_events: expected"),
+        ({"lamps_off_s": (3.0, 1.0)}, "lamps_off_s: expected two numbers >= 0 in ascending order, got"),
+        ({"cloud_s": (-1.0, 1.0)}, "cloud_s: expected"),
+        ({"cloud_edge_s": 0.0}, "cloud_edge_s: expected a number > 0"),
+        ({"sky_behind_cloud": 0.0}, "sky_behind_cloud: expected"),
+        ({"brightening_s": -1.0}, "brightening_s: expected"),
         ({"dropped_share": 1.5}, r"dropped_share: expected a number in \[0, 1\], got 1.5"),
         ({"dropped_share": float("nan")}, "dropped_share: expected"),
     ],

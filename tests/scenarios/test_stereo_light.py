@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from hypothesis import given, settings
@@ -44,6 +45,21 @@ def test_light_stays_within_its_strength_and_lamps_are_switched_where_the_target
         assert places[frame] != "yard"
         # Of two events close by one another the strengths between are neither's alone.
         assert lamps > 1 or (before > 0.9, after < 0.4) == ((True, True) if event == "lamp off" else (False, False))
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=SEEDS, brightening_s=st.floats(0.2, 5.0))
+def test_light_comes_back_as_slowly_as_told_and_goes_as_fast_as_ever(seed, brightening_s):
+    places = ("corridor",) * 110 + ("hall",) * 80 + ("door",) * 20 + ("yard",) * 90
+    sudden = StereoFollow("x", frame_count=len(places), lamp_events=3, clouds=3)
+    slow = replace(sudden, brightening_s=brightening_s)
+    fast, held = (draw_light_plan(preset, places, np.random.default_rng(seed)) for preset in (sudden, slow))
+    for group, strength in held.strengths.items():
+        assert (strength <= fast.strengths[group] + 1e-12).all()
+        assert np.diff(np.log(strength)).max() <= 1.0 / (brightening_s * RATE_HZ) + 1e-9
+        darker = np.flatnonzero(np.diff(fast.strengths[group]) < 0) + 1
+        assert (strength[darker] <= fast.strengths[group][darker] + 1e-12).all()
+    assert held.switched == fast.switched
 
 
 def test_lamps_that_are_off_at_the_end_of_an_episode_stay_off():

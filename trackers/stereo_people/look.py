@@ -107,8 +107,8 @@ class LookModel:
     def __init__(self, look: Look, parameters: LookParameters) -> None:
         self._parameters = parameters
         self._odd_frames = np.zeros(len(PARTS), dtype=np.int64)
-        self.mean = population_mean(look)
-        self.covariance = population_covariance(parameters)
+        self._anybody = population_covariance(parameters)
+        self.mean, self.covariance = population_mean(look), self._anybody
         self.correct(look)
 
     def copy(self) -> LookModel:
@@ -174,7 +174,7 @@ class LookModel:
 
     def _ratio(self, look: Look, known: NDArray[np.bool_]) -> float:
         noise = np.diag(look.variance[known])
-        anybody = population_covariance(self._parameters)[np.ix_(known, known)] + noise
+        anybody = self._anybody[np.ix_(known, known)] + noise
         return _log_density(look.log_rgb[known] - self.mean[known], self.covariance[np.ix_(known, known)] + noise) - (
             _log_density(look.log_rgb[known] - population_mean(look)[known], anybody)
         )

@@ -23,11 +23,11 @@ from trackers.types import CameraRegisters, Estimate, Observation
 _HIDDEN = 0.95
 _LEAST_WANTED = -0.5
 _GLIMPSE_S = 0.3
-_BESIDE_FRAMES, _SEEN_BESIDE, _APART_M = 8, 5.0, 0.8
-_SURE_S, _DISBELIEVED_S, _MIXED_UP_S, _MIXED_UP_M = 3.0, 0.7, 2.5, 0.55
+_APART_M = 0.8
+_SURE_S, _DISBELIEVED_S = 3.0, 0.7
 _EXPECTED_S, _FAR_AWAY = 1.0, 8.0
-_BY_CHANCE, _MOST_TOLD, _CLEARLY = 1.0, 2.0, 8.0
-"""One frame tells little: what speaks for somebody is summed up, less what chance does (cumulated sum, Page 1954)."""
+_MOST_TOLD, _CLEARLY = 2.0, 8.0
+"""One frame tells little: what speaks for somebody is summed up, no frame for more than this, until it is clear."""
 _FULL_REGISTERS = np.array([1023.0, 1023.0])
 
 
@@ -173,8 +173,7 @@ class StereoPeople:
         return self._time_s - self._target.confirmed_s
 
     def _recognise(self) -> None:
-        """Take somebody who came into sight after the target was lost for him, if he looks like it and can be there.
-        """
+        """Take somebody who came into sight after the target was lost for him, if he looks like it and can be there."""
         scores = [
             (self._resemblance(track), track)
             for track in self._others
@@ -188,9 +187,8 @@ class StereoPeople:
             self._believe(track)
 
     def _resemblance(self, track: Track) -> float:
-        """Return what speaks for his being the target: place and look, after a while the look alone.
-
-        Who was seen beside the target is hardly he, but where the target is expected two may have been mixed up.
+        """Return what speaks for his being the target rather than who he has been: place and look, after a while the
+        look alone.
         """
         score, unconfirmed_s = self._target.score(track.latest), self._unconfirmed_s()
         if not np.isfinite(score) or unconfirmed_s > _EXPECTED_S:

@@ -23,7 +23,8 @@ _UNLIKE, _UNLIKE_FRAMES = -6.0, 6
 """Who looks so unlike himself is half hidden by somebody; only if it lasts he has changed."""
 _UNLIKEST = -5.0
 """Light and half-hidden bodies can make anybody look unlike himself: a look counts against him by no more."""
-BESIDE_FRAMES, _CONTINUED = 8, 1.0
+_BESIDE_FRAMES, _CONTINUED = 8, 1.0
+"""Who was seen beside the target on so many frames is somebody else, and likelier to be so still than not."""
 _ROOM_M2 = 40.0
 """Somebody new may be anywhere in so much room."""
 
@@ -70,9 +71,8 @@ class Track:
 
     Attributes:
         filter: place and velocity. look: what is known of his look. height_m: mean of what was measured.
-        unseen_s: since he was seen last. confirmed_s: time he was seen whole last. latest: that
-            sighting. beside_frames: on how many frames he and the target were seen whole. favour: what speaks for his
-            being the target rather than who is believed to be he.
+        unseen_s: since he was seen last. confirmed_s: time he was seen whole last. latest: that sighting.
+        favour: what speaks for his being the target rather than who is believed to be he, summed over frames.
     """
 
     def __init__(self, sighting: Sighting, time_s: float, parameters: TrackParameters) -> None:
@@ -80,8 +80,8 @@ class Track:
         self.filter = PersonKalman(sighting.place_m, parameters.acceleration_mps2, self._noise_m(sighting))
         self.look = LookModel(sighting.look, parameters.look)
         self.height_m, self._heights = sighting.height_m, int(np.isfinite(sighting.height_m))
-        self.unseen_s, self.confirmed_s, self.latest, self.beside_frames = 0.0, time_s, sighting, 0
-        self.favour = 0.0
+        self.unseen_s, self.confirmed_s, self.latest, self.favour = 0.0, time_s, sighting, 0.0
+        self._beside_frames = 0
         self._look_beside: LookModel | None = None
         self._unlike = 0
 
@@ -126,8 +126,8 @@ class Track:
 
     def count_beside(self) -> None:
         """Take note that he was seen at the same time as the target: how he looks now is how somebody else looks."""
-        self.beside_frames += 1
-        if self.beside_frames >= BESIDE_FRAMES:
+        self._beside_frames += 1
+        if self._beside_frames >= _BESIDE_FRAMES:
             self._look_beside = self.look.copy()
 
     def still_himself(self) -> float:
