@@ -108,6 +108,8 @@ def resolve_row(
         normal: (3, W).
     """
     real, whole, firsts = room
+    # Taken out of the tuple once a row: that counts who holds them, which costs more than a short run.
+    triangles, planes = table.whole, table.real
     width = np.uint64(triangle.shape[0])
     for column in range(width):
         depth_m[column] = np.float32(1.0) / nearness[column]
@@ -117,13 +119,13 @@ def resolve_row(
     for run in range(runs):
         first, last = np.uint64(firsts[run]), np.uint64(firsts[run + np.uint64(1)])
         index = np.uint32(triangle[first])
-        _describe_run(table.whole, table.real, index, row, first, last, whole, real)
+        _describe_run(triangles, planes, index, row, first, last, whole, real)
         if index == NOTHING:
             for line in range(TEXEL_LINES):
                 for column in range(first, last):
                     whole[np.uint64(line * PITCH) + column] = np.uint32(0)
         else:
-            _place_run(textures, table.whole, table.real, index, row, first, last, real, whole)
+            _place_run(textures, triangles, planes, index, row, first, last, real, whole)
     fetch_row(textures.texels, whole, colour)
     for column in range(width):
         colour[column] = np.uint32(0) if triangle[column] == NOTHING else colour[column]
