@@ -94,6 +94,7 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
         frame_s.append(time.thread_time() - cpu)
         wall_s += time.perf_counter() - wall
         if k % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
+            episode.world.hand_over()
             cpu = time.thread_time()
             bare_calls(episode.world, frame)
             bare_s.append(time.thread_time() - cpu)

@@ -177,28 +177,32 @@ def _box(vertices_m: NDArray[np.float32], view: NDArray[np.float64]) -> NDArray[
     return box
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def cover(pixels: NDArray[np.float64], faces: NDArray[np.int32], covered: NDArray[np.bool_]) -> None:
     """Set each sample (column, row) that lies in a triangle that faces the camera.
 
-    Edge functions e(p) = (b - a) x (p - a); the picture's y grows downwards, so a front face is clockwise
-    there and all three are <= 0 inside.
+    The picture's y grows downwards, so a front face is clockwise there: going round it, sides that go up have the
+    inside on their right and sides that go down on their left, and at row y the side from a to b is at column
+    ``a_x + (y - a_y) (b_x - a_x) / (b_y - a_y)``. Level sides bound no row.
     """
+    rows, columns = covered.shape
     for face in range(faces.shape[0]):
-        ax, ay = pixels[faces[face, 0]]
-        bx, by = pixels[faces[face, 1]]
-        cx, cy = pixels[faces[face, 2]]
+        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
+        ax, ay, bx, by, cx, cy = pixels[i, 0], pixels[i, 1], pixels[j, 0], pixels[j, 1], pixels[k, 0], pixels[k, 1]
         if (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) >= 0.0:
             continue
-        first_row = max(int(np.ceil(min(ay, by, cy))), 0)
-        last_row = min(int(np.floor(max(ay, by, cy))), covered.shape[0] - 1)
-        first_column = max(int(np.ceil(min(ax, bx, cx))), 0)
-        last_column = min(int(np.floor(max(ax, bx, cx))), covered.shape[1] - 1)
-        for y in range(first_row, last_row + 1):
-            for x in range(first_column, last_column + 1):
-                if (
-                    (bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0.0
-                    and (cx - bx) * (y - by) - (cy - by) * (x - bx) <= 0.0
-                    and (ax - cx) * (y - cy) - (ay - cy) * (x - cx) <= 0.0
-                ):
-                    covered[y, x] = True
+        ab, bc, ca = (bx - ax) / (by - ay), (cx - bx) / (cy - by), (ax - cx) / (ay - cy)
+        first, last = max(int(np.ceil(min(ay, by, cy))), 0), min(int(np.floor(max(ay, by, cy))), rows - 1)
+        for y in range(first, last + 1):
+            left, right = 0.0, columns - 1.0
+            if by != ay:
+                x = ax + (y - ay) * ab
+                left, right = (left, min(right, x)) if by < ay else (max(left, x), right)
+            if cy != by:
+                x = bx + (y - by) * bc
+                left, right = (left, min(right, x)) if cy < by else (max(left, x), right)
+            if ay != cy:
+                x = cx + (y - cy) * ca
+                left, right = (left, min(right, x)) if ay < cy else (max(left, x), right)
+            for column in range(int(np.ceil(left)), int(np.floor(right)) + 1):
+                covered[y, column] = True

@@ -84,8 +84,8 @@ class Body:
 class World:
     """Bodies and their poses. Use as a context manager, or call ``close``.
 
-    PyBullet holds every body's shape and pose. Its textures go through files, which is slow and only its own
-    renderer needs them, so they are handed over at the first call of ``camera_image``.
+    PyBullet holds every body's shape and pose. Only its own renderer needs textures, which go through files, and where
+    bodies are now, which takes longer than to work it out; so both are handed over when ``camera_image`` is called.
     """
 
     def __init__(self) -> None:
@@ -93,6 +93,7 @@ class World:
         self._handles: list[int] = []
         self._poses = np.empty((0, 4, 4))
         self._textured = 0
+        self._moved: set[int] = set()
         self._texture_handles: dict[Texture, int] = {}
         self.bodies: list[Body] = []
 
@@ -134,11 +135,8 @@ class World:
         """Put a movable body somewhere else."""
         if not body.movable:
             raise ValueError(f"body: expected a movable one, got {body.name!r}, which was added with movable=False")
-        position, quaternion = _to_bullet(T_world_body)
-        pybullet.resetBasePositionAndOrientation(
-            self._handles[body.index], position, quaternion, physicsClientId=self._client
-        )
         self._poses[body.index] = T_world_body
+        self._moved.add(body.index)
 
     @property
     def poses(self) -> NDArray[np.float64]:
@@ -169,7 +167,7 @@ class World:
         Returns:
             rgb (H, W, 3) uint8; depth buffer (H, W) float32 in [0, 1]; body index (H, W) int32, -1 = none.
         """
-        self._hand_over_textures()
+        self.hand_over()
         _, _, rgba, depth_buffer, segmentation = pybullet.getCameraImage(
             camera.width_px,
             camera.height_px,
@@ -205,7 +203,14 @@ class World:
     ) -> None:
         self.close()
 
-    def _hand_over_textures(self) -> None:
+    def hand_over(self) -> None:
+        """Let PyBullet know the textures, and where bodies are now; ``camera_image`` does so too."""
+        for index in self._moved:
+            position, quaternion = _to_bullet(self._poses[index])
+            pybullet.resetBasePositionAndOrientation(
+                self._handles[index], position, quaternion, physicsClientId=self._client
+            )
+        self._moved.clear()
         for body in self.bodies[self._textured :]:
             texture = body.mesh.texture
             if texture not in self._texture_handles:
@@ -225,7 +230,7 @@ class World:
 def _to_bullet(T: NDArray[np.float64]) -> tuple[list[float], list[float]]:
     """Return position and PyBullet's (x, y, z, w) quaternion of a pose.
 
-    In plain floats: for so few numbers arrays cost ten times as much, and every mover comes here every frame.
+    In plain floats: for so few numbers arrays cost ten times as much, and every mover comes here for every picture.
     """
     (a, b, c, x), (d, e, f, y), (g, h, i, z) = np.asarray(T, dtype=float)[:3].tolist()
     trace = a + e + i

@@ -8,7 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.render.sampling import LEVEL_0_UP_TO, mip_level, sample_row
+from sim.render.runs import LANES, PITCH, find_runs, new_bench
+from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level, number_texels
 from sim.render.textures import TexturePool
 from sim.render.visibility import (
     BEGIN,
@@ -35,21 +36,25 @@ SHORT = 64
 
 
 class RowRoom(NamedTuple):
-    """What ``resolve_row`` works in, for rows of W pixels; see ``sample_row``.
+    """What ``resolve_row`` works in, for rows of W pixels; benches, see ``sim.render.runs``.
 
     Attributes:
-        position: (2, W) float32. level: (2, W) int32. texel: (6, W) uint32.
+        real: depth, and x, y and z of the normal.
+        whole: what ``sim.render.sampling`` needs, and the instance id.
+        firsts: of runs (> W,).
     """
 
-    position: NDArray[np.float32]
-    level: NDArray[np.int32]
-    texel: NDArray[np.uint32]
+    real: NDArray[np.float32]
+    whole: NDArray[np.uint32]
+    firsts: NDArray[np.uint32]
 
 
 @njit(cache=True)
 def new_row_room(width: int) -> RowRoom:
     """Return room for rows of ``width`` pixels."""
-    return RowRoom(np.empty((2, width), np.float32), np.empty((2, width), np.int32), np.empty((6, width), np.uint32))
+    return RowRoom(
+        new_bench(4, width), new_bench(TEXEL_LINES + 1, width).view(np.uint32), np.empty(width + 1, np.uint32)
+    )
 
 
 @njit(cache=True)
@@ -102,157 +107,114 @@ def resolve_row(
         colour: (W,), written: packed like texels, 0 where there is nothing; so are the others.
         normal: (3, W).
     """
-    whole, real = table.whole, table.real
-    position_x, position_y, level_begin, level_pitch = room.position[0], room.position[1], room.level[0], room.level[1]
-    normal_x, normal_y, normal_z = normal[0], normal[1], normal[2]
-    y, zero, one = np.float32(row), np.float32(0.0), np.float32(1.0)
-    offset, row_pitch, level_count = textures.offset, textures.row_pitch, textures.level_count
-    widths, heights = textures.width, textures.height
+    real, whole, firsts = room
+    # Taken out of the tuple once a row: that counts who holds them, which costs more than a short run.
+    triangles, planes = table.whole, table.real
     width = np.uint64(triangle.shape[0])
-    for column in range(triangle.shape[0]):
+    for column in range(width):
         depth_m[column] = np.float32(1.0) / nearness[column]
-    first = np.uint64(0)
-    # Unsigned numbers of columns: signed ones would be checked for counting from the end.
-    while first < width:
+    for column in range(width):
+        real[column] = depth_m[column]
+    runs = find_runs(triangle, firsts)
+    for run in range(runs):
+        first, last = np.uint64(firsts[run]), np.uint64(firsts[run + np.uint64(1)])
         index = np.uint32(triangle[first])
-        last = first + np.uint64(1)
-        while last < width and np.uint32(triangle[last]) == index:
-            last += np.uint64(1)
-        if last - first >= np.uint64(SHORT) or index == NOTHING:
-            _describe_run(whole, real, index, row, first, last, instance_id, normal_x, normal_y, normal_z)
-            _place_run(textures, whole, real, index, row, first, last, depth_m, room.position, room.level)
-            first = last
-            continue
-        body, smooth, flat = whole[index, BODY], whole[index, IS_SMOOTH], whole[index, IS_FLAT]
-        begin, pitch = whole[index, BEGIN], whole[index, ROW_PITCH]
-        x_last, y_last = real[index, LAST_TEXEL], real[index, LAST_TEXEL + 1]
-        u_step, u_base = real[index, U], real[index, U + 1] * y + real[index, U + 2]
-        v_step, v_base = real[index, V], real[index, V + 1] * y + real[index, V + 2]
-        x_step, x_base = real[index, NX], real[index, NX + 1] * y + real[index, NX + 2]
-        y_step, y_base = real[index, NY], real[index, NY + 1] * y + real[index, NY + 2]
-        z_step, z_base = real[index, NZ], real[index, NZ + 1] * y + real[index, NZ + 2]
-        z, density = depth_m[first], real[index, TEXEL_DENSITY]
-        if density * z * z * z > np.float32(LEVEL_0_UP_TO):
-            t, z = whole[index, TEXTURE], depth_m[first + ((last - first) >> np.uint64(1))]
-            k = mip_level(density * z * z * z, level_count[t])
-            if k > 0:
-                begin, pitch = np.int32(offset[t, k]), row_pitch[t, k]
-                wide, high = np.float32(widths[t, k]), np.float32(heights[t, k])
-                u_scale, v_scale = wide / (x_last + one), high / (y_last + one)
-                u_step, u_base, v_step, v_base = u_step * u_scale, u_base * u_scale, v_step * v_scale, v_base * v_scale
-                x_last, y_last = wide - one, high - one
-        half = np.float32(0.5 if smooth else 0.0)
-        # Short runs, a pixel at a time: over before vector code has started.
-        while first < width and np.uint32(triangle[first]) == index:
-            z, x = depth_m[first], np.float32(np.int32(first))
-            a = min(max((u_base + u_step * x) * z - half, zero), x_last)
-            b = min(max((v_base + v_step * x) * z - half, zero), y_last)
-            position_x[first] = a if smooth else np.floor(a)
-            position_y[first] = b if smooth else np.floor(b)
-            level_begin[first], level_pitch[first], instance_id[first] = begin, pitch, body
-            nx, ny, nz = x_step * x + x_base, y_step * x + y_base, z_step * x + z_base
-            scale = one if flat else one / np.sqrt(nx * nx + ny * ny + nz * nz)
-            normal_x[first], normal_y[first], normal_z[first] = nx * scale, ny * scale, nz * scale
-            first += np.uint64(1)
-    sample_row(textures.texels, room.position, room.level, room.texel, colour)
-    for column in range(triangle.shape[0]):
+        _describe_run(triangles, planes, index, row, first, last, whole, real)
+        if index == NOTHING:
+            for line in range(TEXEL_LINES):
+                for column in range(first, last):
+                    whole[np.uint64(line * PITCH) + column] = np.uint32(0)
+        else:
+            _place_run(textures, triangles, planes, index, row, first, last, real, whole)
+    fetch_row(textures.texels, whole, colour)
+    for column in range(width):
         colour[column] = np.uint32(0) if triangle[column] == NOTHING else colour[column]
+    for column in range(width):
+        instance_id[column] = np.int32(whole[np.uint64(TEXEL_LINES * PITCH) + column])
+    for axis in range(3):
+        line = normal[axis]
+        for column in range(width):
+            line[column] = real[np.uint64((1 + axis) * PITCH) + column]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _describe_run(
-    whole: NDArray[np.int32],
-    real: NDArray[np.float32],
+    triangles: NDArray[np.int32],
+    planes: NDArray[np.float32],
     index: np.uint32,
     row: int,
     first: np.uint64,
     last: np.uint64,
-    instance_id: NDArray[np.int32],
-    normal_x: NDArray[np.float32],
-    normal_y: NDArray[np.float32],
-    normal_z: NDArray[np.float32],
+    whole: NDArray[np.uint32],
+    real: NDArray[np.float32],
 ) -> None:
     """Write body and normal of the pixels first … last - 1 of a triangle."""
-    body = whole[index, BODY]
-    for column in range(first, last):
-        instance_id[column] = body
-    if whole[index, IS_FLAT]:
-        nx, ny, nz = real[index, NX + 2], real[index, NY + 2], real[index, NZ + 2]
-        for column in range(first, last):
-            normal_x[column], normal_y[column], normal_z[column] = nx, ny, nz
-        return
-    y = np.float32(row)
-    x_step, x_base = real[index, NX], real[index, NX + 1] * y + real[index, NX + 2]
-    y_step, y_base = real[index, NY], real[index, NY + 1] * y + real[index, NY + 2]
-    z_step, z_base = real[index, NZ], real[index, NZ + 1] * y + real[index, NZ + 2]
-    for column in range(first, last):
-        x = np.float32(np.int32(column))
-        nx, ny, nz = x_step * x + x_base, y_step * x + y_base, z_step * x + z_base
-        scale = np.float32(1.0) / np.sqrt(nx * nx + ny * ny + nz * nz)
-        normal_x[column], normal_y[column], normal_z[column] = nx * scale, ny * scale, nz * scale
+    body, flat = np.uint32(triangles[index, BODY]), triangles[index, IS_FLAT]
+    to_body = np.uint64(TEXEL_LINES * PITCH)
+    to_x, to_y, to_z = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH)
+    y, one = np.float32(row), np.float32(1.0)
+    x_step, x_base = planes[index, NX], planes[index, NX + 1] * y + planes[index, NX + 2]
+    y_step, y_base = planes[index, NY], planes[index, NY + 1] * y + planes[index, NY + 2]
+    z_step, z_base = planes[index, NZ], planes[index, NZ + 1] * y + planes[index, NZ + 2]
+    for block in range(first, last, np.uint64(LANES)):
+        for column in range(block, block + np.uint64(LANES)):
+            x = np.float32(np.int32(column))
+            nx, ny, nz = x_step * x + x_base, y_step * x + y_base, z_step * x + z_base
+            scale = one if flat else one / np.sqrt(nx * nx + ny * ny + nz * nz)
+            real[to_x + column], real[to_y + column], real[to_z + column] = nx * scale, ny * scale, nz * scale
+            whole[to_body + column] = body
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place_run(
     textures: TexturePool,
-    whole: NDArray[np.int32],
-    real: NDArray[np.float32],
+    triangles: NDArray[np.int32],
+    planes: NDArray[np.float32],
     index: np.uint32,
     row: int,
     first: np.uint64,
     last: np.uint64,
     depth_m: NDArray[np.float32],
-    position: NDArray[np.float32],
-    level: NDArray[np.int32],
+    texel: NDArray[np.uint32],
 ) -> None:
-    """Write where in which mip level the pixels first … last - 1 of a triangle lie, as ``sample_row`` wants it.
+    """Write the numbers and weights of the texels around the pixels first … last - 1 of a triangle.
 
     Texel (i, j) has its centre at ``(u width, v height) = (j + 1/2, i + 1/2)``; beyond the outermost centres the
     edge goes on. Palettes are not interpolated: each position is that of the nearest texel's centre.
     """
-    if index == NOTHING:
-        for column in range(first, last):
-            position[0, column] = position[1, column] = np.float32(0.0)
-            level[0, column] = level[1, column] = np.int32(0)
-        return
-    t, y, one = whole[index, TEXTURE], np.float32(row), np.float32(1.0)
-    smooth, count = whole[index, IS_SMOOTH], textures.level_count[t]
+    y, one = np.float32(row), np.float32(1.0)
+    t, density = triangles[index, TEXTURE], planes[index, TEXEL_DENSITY]
+    half = np.float32(0.5 if triangles[index, IS_SMOOTH] else 0.0)
+    u_step, u_base = planes[index, U], planes[index, U + 1] * y + planes[index, U + 2]
+    v_step, v_base = planes[index, V], planes[index, V + 1] * y + planes[index, V + 2]
+    last_column, last_row = planes[index, LAST_TEXEL], planes[index, LAST_TEXEL + 1]
+    begin, pitch = triangles[index, BEGIN], triangles[index, ROW_PITCH]
+    x_scale = y_scale = one
+    z = depth_m[first]
+    is_level_0 = last - first < np.uint64(SHORT) and density * z * z * z <= np.float32(LEVEL_0_UP_TO)
     start = first
     while start < last:
         end = min(start + np.uint64(LEVEL_BLOCK), last)
-        z = depth_m[start + ((end - start) >> np.uint64(1))]
-        k = mip_level(real[index, TEXEL_DENSITY] * z * z * z, count)
-        width, height = np.float32(textures.width[t, k]), np.float32(textures.height[t, k])
-        x_scale, y_scale = width / np.float32(textures.width[t, 0]), height / np.float32(textures.height[t, 0])
-        x_step, x_base = real[index, U] * x_scale, (real[index, U + 1] * y + real[index, U + 2]) * x_scale
-        y_step, y_base = real[index, V] * y_scale, (real[index, V + 1] * y + real[index, V + 2]) * y_scale
-        half = np.float32(0.5 if smooth else 0.0)
-        _positions(x_step, x_base, half, width - one, start, end, depth_m, position[0])
-        _positions(y_step, y_base, half, height - one, start, end, depth_m, position[1])
-        begin, pitch = np.int32(textures.offset[t, k]), textures.row_pitch[t, k]
-        for column in range(start, end):
-            level[0, column] = begin
-            level[1, column] = pitch
-        if not smooth:
-            for column in range(start, end):
-                position[0, column] = np.floor(position[0, column])
-                position[1, column] = np.floor(position[1, column])
+        if not is_level_0:
+            z = depth_m[start + ((end - start) >> np.uint64(1))]
+            k = mip_level(density * z * z * z, textures.level_count[t])
+            wide, high = np.float32(textures.width[t, k]), np.float32(textures.height[t, k])
+            x_scale, y_scale = wide / (planes[index, LAST_TEXEL] + one), high / (planes[index, LAST_TEXEL + 1] + one)
+            last_column, last_row = wide - one, high - one
+            begin, pitch = np.int32(textures.offset[t, k]), textures.row_pitch[t, k]
+        number_texels(
+            u_step * x_scale,
+            u_base * x_scale,
+            v_step * y_scale,
+            v_base * y_scale,
+            half,
+            last_column,
+            last_row,
+            begin,
+            pitch,
+            start,
+            end,
+            depth_m,
+            texel,
+        )
         start = end
-
-
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def _positions(
-    step: np.float32,
-    base: np.float32,
-    half: np.float32,
-    largest: np.float32,
-    first: np.uint64,
-    last: np.uint64,
-    depth_m: NDArray[np.float32],
-    position: NDArray[np.float32],
-) -> None:
-    """Write ``(base + step * column) * depth - half``, clipped to [0, largest]; by itself, to be vector code."""
-    for column in range(first, last):
-        x = np.float32(np.int32(column))
-        value = (base + step * x) * depth_m[column] - half
-        position[column] = min(max(value, np.float32(0.0)), largest)

@@ -13,8 +13,12 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 _announced = False
 
 
+@functools.cache
 def announce_compilation(kernel: Callable[..., Any]) -> None:
-    """Print one line on stderr, once a process, if ``kernel`` (a numba function) has no compiled form on disk."""
+    """Print one line on stderr, once a process, if ``kernel`` (a numba function) has no compiled form on disk.
+
+    Asked again about the same kernel it does nothing: it is asked before every picture.
+    """
     global _announced
     forget_stale_kernels(_PACKAGE)
     if not _announced and not _is_compiled(kernel):

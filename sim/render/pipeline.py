@@ -2,8 +2,8 @@
 
 The stages are those of ``Renderer.gbuffer``, ``Shader.shade`` and ``CameraSensor.expose``, with the same kernels.
 ``raster`` takes each row through all of them while it is in the processor's nearest memory, and the stages' whole
-pictures are never written; only where lens or motion bring light from one pixel to others does the sensor wait for the
-whole radiance.
+pictures are never written; only where lens or motion bring light from one pixel to its neighbours does the sensor wait
+for the whole radiance.
 """
 
 from __future__ import annotations
@@ -26,15 +26,12 @@ from sim.render.textures import TexturePool
 from sim.render.visibility import TriangleTable
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import Picture, SensorSettings
-from sim.sensors.exposure import METER_STEP_PX
+from sim.sensors.exposure import METER_STEP_PX, metered_radiance
 from sim.sensors.motion_blur import needs_blur
-from sim.sensors.noise import develop_row
+from sim.sensors.noise import NO_DEVELOPMENT, Development, develop_row, develop_rows, new_dark_room
 from sim.shaders.baked_light_kernels import AT_ROWS, ROOM_ROWS, BakedArrays, baked_row
 from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
-
-_NO_SETTINGS_YET = SensorSettings(1.0, 1.0)
-"""Stands in for settings where none are known yet and nothing is exposed."""
 
 
 class Shader(Protocol):
@@ -133,31 +130,40 @@ def _capture_by_rows(
     with np.errstate(divide="ignore"):
         probe_depth_m = 1.0 / nearness[::PROBE_STEP_PX, ::PROBE_STEP_PX]
     light, shadows = shader.row_light(probe_depth_m, camera, T_world_camera)
-    shape = nearness.shape
-    depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
+    height, width = nearness.shape
+    depth_m, instance_id = np.empty((height, width), np.float32), np.empty((height, width), np.int32)
     settings = sensor.settings if given is None else given
-    scatters = sensor.config.veiling_glare > 0
-    whole = settings is None or scatters or _moves_light(camera, settings, motion, interval_s)
-    radiance = sensor.film(shape[0] if whole else 1, shape[1])
-    image_rgb = np.empty((0 if whole else shape[0], shape[1], 3), np.uint8)
     announce_compilation(_finish_rows)
-    metered = _finish_rows(
-        renderer.textures,
-        renderer.table,
-        nearness,
-        triangle,
-        light,
-        shadows,
-        sensor.response(settings or _NO_SETTINGS_YET),
-        sensor.frame_keys(frame),
-        depth_m,
-        instance_id,
-        radiance,
-        image_rgb,
-    )
-    if settings is None or whole:
-        picture = _photograph(sensor, radiance, camera, frame, motion, interval_s, given)
+
+    def finish(rows: NDArray[np.int64], film: NDArray[np.float32], development: Development) -> None:
+        _finish_rows(
+            renderer.textures,
+            renderer.table,
+            nearness,
+            triangle,
+            light,
+            shadows,
+            rows,
+            development,
+            depth_m,
+            instance_id,
+            film,
+        )
+
+    if settings is None or _moves_light(camera, settings, motion, interval_s):
+        film = sensor.film(height, width)
+        finish(np.arange(height), film, NO_DEVELOPMENT)
+        picture = _photograph(sensor, film, camera, frame, motion, interval_s, given)
         return Capture(picture, depth_m, instance_id)
+    # The rows that the light meter looks at come first: what of their light is scattered falls on all the others too.
+    is_metered = np.arange(height) % METER_STEP_PX == 0
+    film = sensor.film(int(is_metered.sum()), width)
+    finish(np.flatnonzero(is_metered), film, NO_DEVELOPMENT)
+    metered = metered_radiance(film, row_step=1)
+    image_rgb = np.empty((height, width, 3), np.uint8)
+    development = sensor.development(metered, settings, frame, image_rgb)
+    develop_rows(film, np.flatnonzero(is_metered), development)
+    finish(np.flatnonzero(~is_metered), film[:1], development)
     if given is None:
         sensor.step(metered)
     return Capture(Picture(image_rgb, settings), depth_m, instance_id)
@@ -197,37 +203,28 @@ def _finish_rows(
     triangle: NDArray[np.int32],
     light: DaylightArrays | BakedArrays,
     shadows: ShadowArrays,
-    response: NDArray[np.float32],
-    keys: NDArray[np.uint32],
+    rows: NDArray[np.int64],
+    development: Development,
     depth_m: NDArray[np.float32],
     instance_id: NDArray[np.int32],
     radiance: NDArray[np.float32],
-    image_rgb: NDArray[np.uint8],
-) -> NDArray[np.float64]:
-    """Write the last four arrays row by row; return the light meter's mean radiance (3,).
+) -> None:
+    """Write depth, ids and radiance of the given rows (R,), and their pictures if the development has one.
 
     Args:
-        radiance: (H, 3, W), and nothing goes on to the sensor; or (1, 3, W), room for a row of it on its way to the
-            picture.
-        image_rgb: (0, W, 3) or (H, W, 3) accordingly.
+        depth_m, instance_id: (H, W).
+        radiance: (R, 3, W); or (1, 3, W), room for a row of it on its way to the picture.
     """
-    height, width = triangle.shape
+    width = triangle.shape[1]
     room, at = np.empty((ROOM_ROWS, width), np.float32), np.empty((AT_ROWS, width), np.uint32)
     row_room, colour = new_row_room(width), np.empty(width, np.uint32)
     normal = np.empty((3, width), np.float32)
-    values = np.empty((3, width), np.uint16)
-    metered = np.zeros(3)
-    count = 0
-    for row in range(height):
+    dark_room = new_dark_room(width)
+    for k in range(rows.shape[0]):
+        row = rows[k]
         depth, identity = depth_m[row], instance_id[row]
         resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
-        light_out = radiance[row % radiance.shape[0]]
+        light_out = radiance[k % radiance.shape[0]]
         _light_row(light, shadows, row, colour, depth, identity, normal, room, at, light_out)
-        if image_rgb.shape[0] > 0:
-            develop_row(light_out, response, keys, row, values, room, image_rgb[row])
-        if row % METER_STEP_PX == 0:
-            for column in range(0, width, METER_STEP_PX):
-                count += 1
-                for channel in range(3):
-                    metered[channel] += light_out[channel, column]
-    return metered / count
+        if development.image_rgb.shape[0] > 0:
+            develop_row(light_out, development, row, dark_room)

@@ -4,7 +4,8 @@ Texels lie in tiles of 4x4, one cache line each: texel (i, j) of a mip level is 
 ``(i // 4) * row_pitch + (i % 4) * 4 + (j // 4) * 16 + j % 4``, the sum of a part of its row and one of its column. Each
 level has its last row and column twice, so that a texel's right and lower neighbours always exist.
 
-Loops over pixels that compute, fetch and mix stand apart, so that the first and the last become vector code.
+Loops over pixels that compute, fetch and mix stand apart, so that the first and the last become vector code. Between
+them lie the lines of a bench (``sim.render.runs``): the four texels, their weights across and down.
 """
 
 from __future__ import annotations
@@ -13,101 +14,85 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.runs import LANES, PITCH
+
 RED_BLUE, GREEN = np.uint32(0x00FF00FF), np.uint32(0x0000FF00)
 HALVES, HALF = np.uint32(0x00800080), np.uint32(0x8000)
 EIGHT = np.uint32(8)
+TEXEL_LINES = 6
 LEVEL_0_UP_TO = 2.0
 """Texels that a pixel may cover before the next mip level is taken."""
 
 
-@njit(cache=True)
-def sample_row(
-    texels: NDArray[np.uint32],
-    position: NDArray[np.float32],
-    level: NDArray[np.int32],
-    room: NDArray[np.uint32],
-    colour: NDArray[np.uint32],
+@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def number_texels(
+    u_step: np.float32,
+    u_base: np.float32,
+    v_step: np.float32,
+    v_base: np.float32,
+    half: np.float32,
+    last_column: np.float32,
+    last_row: np.float32,
+    begin: np.int32,
+    row_pitch: np.int32,
+    first: np.uint64,
+    last: np.uint64,
+    depth_m: NDArray[np.float32],
+    texel: NDArray[np.uint32],
 ) -> None:
-    """Write the interpolated colours (W,) of a row of pixels.
+    """Write the numbers of the four texels around the pixels first … last - 1 of a run, and their weights in 1/256.
 
-    The weights of the four texels around a position are in 1/256, and their sum is exactly 256.
+    A pixel's position from the centre of the level's first texel is ``(base + step * column) * depth - half``, kept
+    between that and the centre of its last; a position at a centre shows that texel alone.
+
+    Args:
+        half: 1/2, or 0 for palettes: of these the texel that the position lies in is shown alone.
+        begin, row_pitch: where the mip level begins in the pool, and its row pitch.
+        depth_m, texel: benches, see ``sim.render.runs``.
+    """
+    to_01, to_10, to_11 = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH)
+    to_weight_x, to_weight_y = np.uint64(4 * PITCH), np.uint64(5 * PITCH)
+    zero, whole = np.float32(0.0), np.float32(256.0 if half > 0 else 0.0)
+    for block in range(first, last, np.uint64(LANES)):
+        for column in range(block, block + np.uint64(LANES)):
+            x, z = np.float32(np.int32(column)), depth_m[column]
+            u = min(max((u_base + u_step * x) * z - half, zero), last_column)
+            v = min(max((v_base + v_step * x) * z - half, zero), last_row)
+            j, i = np.int32(u), np.int32(v)
+            j1, i1 = np.int32(j + 1), np.int32(i + 1)
+            left = np.int32(((j >> 2) << 4) + (j & 3))
+            right = np.int32(((j1 >> 2) << 4) + (j1 & 3))
+            above = np.int32(np.int32(begin + np.int32((i >> 2) * row_pitch)) + ((i & 3) << 2))
+            below = np.int32(np.int32(begin + np.int32((i1 >> 2) * row_pitch)) + ((i1 & 3) << 2))
+            texel[column], texel[to_01 + column] = np.uint32(above + left), np.uint32(above + right)
+            texel[to_10 + column], texel[to_11 + column] = np.uint32(below + left), np.uint32(below + right)
+            texel[to_weight_x + column] = np.uint32(np.int32((u - np.float32(j)) * whole))
+            texel[to_weight_y + column] = np.uint32(np.int32((v - np.float32(i)) * whole))
+
+
+@njit(cache=True, forceinline=True)
+def fetch_row(texels: NDArray[np.uint32], texel: NDArray[np.uint32], colour: NDArray[np.uint32]) -> None:
+    """Write the interpolated colours (W,) of a row of pixels, packed like texels.
+
+    The weights of the four texels around a position are in 1/256, and their sum is exactly 256. Two channels are summed
+    at once, and one; every step is kept to 32 bits.
 
     Args:
         texels: all packed texels.
-        position: (2, W) x and y in texels, from the centre of the level's first texel: >= 0, and not beyond
-            the centre of its last. A position at a centre shows that texel alone.
-        level: (2, W), where each pixel's mip level begins in ``texels``, and its row pitch.
-        room: (6, W) to work in.
-        colour: written, packed like texels.
+        texel: as ``number_texels`` left it; overwritten.
     """
-    texel_00, texel_01, texel_10, texel_11 = room[0], room[1], room[2], room[3]
-    weight_x, weight_y = room[4], room[5]
-    _split(position[0], weight_x, texel_00, texel_01)
-    _split(position[1], weight_y, texel_10, texel_11)
-    _number_texels(level[0], level[1], texel_00, texel_01, texel_10, texel_11)
-    for k in range(colour.shape[0]):
-        texel_00[k] = texels[texel_00[k]]
-        texel_01[k] = texels[texel_01[k]]
-        texel_10[k] = texels[texel_10[k]]
-        texel_11[k] = texels[texel_11[k]]
-    _mix(texel_00, texel_01, texel_10, texel_11, weight_x, weight_y, colour)
-
-
-@njit(cache=True)
-def _split(
-    position: NDArray[np.float32],
-    weight: NDArray[np.uint32],
-    texel: NDArray[np.uint32],
-    next_texel: NDArray[np.uint32],
-) -> None:
-    """Write the texel before each position, the one after, and the second's weight in 1/256."""
-    for k in range(position.shape[0]):
-        x = position[k]
-        j = np.int32(x)
-        weight[k] = np.uint32(np.int32((x - np.float32(j)) * np.float32(256.0)))
-        texel[k] = np.uint32(j)
-        next_texel[k] = np.uint32(np.int32(j + 1))
-
-
-@njit(cache=True)
-def _number_texels(
-    begin: NDArray[np.int32],
-    row_pitch: NDArray[np.int32],
-    first: NDArray[np.uint32],
-    second: NDArray[np.uint32],
-    third: NDArray[np.uint32],
-    fourth: NDArray[np.uint32],
-) -> None:
-    """Turn columns (j, j + 1) and rows (i, i + 1) into the numbers of the four texels where they cross."""
-    for k in range(begin.shape[0]):
-        j, j1 = np.int32(first[k]), np.int32(second[k])
-        i, i1 = np.int32(third[k]), np.int32(fourth[k])
-        pitch, start = row_pitch[k], begin[k]
-        left = np.int32(((j >> 2) << 4) + (j & 3))
-        right = np.int32(((j1 >> 2) << 4) + (j1 & 3))
-        above = np.int32(np.int32(start + np.int32((i >> 2) * pitch)) + ((i & 3) << 2))
-        below = np.int32(np.int32(start + np.int32((i1 >> 2) * pitch)) + ((i1 & 3) << 2))
-        first[k], second[k] = np.uint32(above + left), np.uint32(above + right)
-        third[k], fourth[k] = np.uint32(below + left), np.uint32(below + right)
-
-
-@njit(cache=True)
-def _mix(
-    texel_00: NDArray[np.uint32],
-    texel_01: NDArray[np.uint32],
-    texel_10: NDArray[np.uint32],
-    texel_11: NDArray[np.uint32],
-    weight_x: NDArray[np.uint32],
-    weight_y: NDArray[np.uint32],
-    colour: NDArray[np.uint32],
-) -> None:
-    """Write ``sum_ab weight_ab texel_ab``: two channels at once, and one; every step kept to 32 bits."""
-    for k in range(colour.shape[0]):
-        fx, fy = weight_x[k], weight_y[k]
+    to_01, to_10, to_11 = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH)
+    to_weight_x, to_weight_y = np.uint64(4 * PITCH), np.uint64(5 * PITCH)
+    width = np.uint64(colour.shape[0])
+    for k in range(width):
+        texel[k], texel[to_01 + k] = texels[texel[k]], texels[texel[to_01 + k]]
+        texel[to_10 + k], texel[to_11 + k] = texels[texel[to_10 + k]], texels[texel[to_11 + k]]
+    for k in range(width):
+        fx, fy = texel[to_weight_x + k], texel[to_weight_y + k]
         w_11 = np.uint32(np.uint32(fx * fy) >> EIGHT)
         w_01, w_10 = np.uint32(fx - w_11), np.uint32(fy - w_11)
         w_00 = np.uint32(np.uint32(np.uint32(256) - fx) - w_10)
-        a, b, c, d = texel_00[k], texel_01[k], texel_10[k], texel_11[k]
+        a, b, c, d = texel[k], texel[to_01 + k], texel[to_10 + k], texel[to_11 + k]
         red_blue = np.uint32(np.uint32(a & RED_BLUE) * w_00) + np.uint32(np.uint32(b & RED_BLUE) * w_01)
         red_blue += np.uint32(np.uint32(c & RED_BLUE) * w_10) + np.uint32(np.uint32(d & RED_BLUE) * w_11)
         green = np.uint32(np.uint32(a & GREEN) * w_00) + np.uint32(np.uint32(b & GREEN) * w_01)
@@ -117,7 +102,7 @@ def _mix(
         colour[k] = np.uint32(red_blue | green)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def mip_level(texels_per_pixel: float, level_count: int) -> int:
     """Return the level at which a pixel covers between 1/2 and 2 texels; its area in level 0 is given.
 

@@ -89,7 +89,7 @@ def project_body(
             projected[n, i] = matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + matrix[i, 3]
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def set_up_triangle(
     q: NDArray[np.float64],
     first: int,
@@ -141,7 +141,7 @@ def set_up_triangle(
     return max(0, int(np.ceil(top))), min(height, int(np.floor(bottom)) + 1), 3
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def row_span(edges: NDArray[np.float64], edge_count: int, row: int, width: int) -> tuple[int, int]:
     """Return the first column and the one after the last where all edge functions are >= 0 in a row.
 

@@ -101,7 +101,7 @@ def draw_picture(
     return count
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, forceinline=True, fastmath={"contract"})
 def _draw_triangle(
     edges: NDArray[np.float64],
     weights: NDArray[np.float64],
@@ -139,7 +139,7 @@ def _draw_triangle(
     return drawn
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, forceinline=True, fastmath={"contract"})
 def _fill_span(
     base: np.float32,
     per_column: np.float32,

@@ -11,7 +11,7 @@ from sim.sensors.config import Picture, SensorConfig, SensorSettings
 from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, right_exposure
 from sim.sensors.lens import distort, veil
 from sim.sensors.motion_blur import blur_by_motion
-from sim.sensors.noise import develop_picture, frame_keys, response
+from sim.sensors.noise import Development, develop_rows, frame_keys, response
 from sim.sensors.white_balance import channel_gains, next_gains, right_gains
 
 
@@ -93,29 +93,28 @@ class CameraSensor:
         """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
         if motion is not None:
             radiance = blur_by_motion(radiance, motion, settings.exposure_s / interval_s)
-        radiance, share = distort(radiance, camera), self.config.veiling_glare
-        announce_compilation(develop_picture)
+        radiance = distort(radiance, camera)
+        announce_compilation(develop_rows)
         image_rgb = np.empty((radiance.shape[0], radiance.shape[2], 3), np.uint8)
-        develop_picture(
-            radiance,
+        development = self.development(metered_radiance(radiance), settings, frame, image_rgb)
+        develop_rows(radiance, np.arange(radiance.shape[0]), development)
+        return Picture(image_rgb, settings)
+
+    def development(
+        self, metered: NDArray[np.float64], settings: SensorSettings, frame: int, image_rgb: NDArray[np.uint8]
+    ) -> Development:
+        """Return what becomes of the radiance of a frame's picture (H, W, 3), of mean radiance ``metered`` (3,)."""
+        share = self.config.veiling_glare
+        return Development(
             np.float32(share),
-            veil(radiance, share),
-            self.response(settings),
-            self.frame_keys(frame),
+            veil(metered, share),
+            response(self.config, settings),
+            frame_keys(self._key, frame),
             image_rgb,
         )
-        return Picture(image_rgb, settings)
 
     def film(self, rows: int, width: int) -> NDArray[np.float32]:
         """Return room for a radiance (rows, 3, width): the same every time, as fresh memory costs a millisecond."""
         if self._film.shape != (rows, 3, width):
             self._film = np.empty((rows, 3, width), np.float32)
         return self._film
-
-    def response(self, settings: SensorSettings) -> NDArray[np.float32]:
-        """Return what ``develop_row`` needs of the sensor (6,)."""
-        return response(self.config, settings)
-
-    def frame_keys(self, frame: int) -> NDArray[np.uint32]:
-        """Return the keys (2,) of one frame's noise."""
-        return frame_keys(self._key, frame)

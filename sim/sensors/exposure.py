@@ -12,9 +12,13 @@ METER_STEP_PX = 8
 """The light meter looks at every eighth pixel of every eighth row."""
 
 
-def metered_radiance(radiance: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return the mean (3,) in cd/m² of each channel of a radiance picture (H, 3, W)."""
-    seen = radiance[::METER_STEP_PX, :, ::METER_STEP_PX]
+def metered_radiance(radiance: NDArray[np.float32], row_step: int = METER_STEP_PX) -> NDArray[np.float64]:
+    """Return the mean (3,) in cd/m² of each channel of a radiance picture (H, 3, W).
+
+    Args:
+        row_step: 1 if ``radiance`` has only the rows that the meter looks at.
+    """
+    seen = radiance[::row_step, :, ::METER_STEP_PX]
     mean: NDArray[np.float64] = seen.mean(axis=(0, 2), dtype=float)
     return mean
 

@@ -28,28 +28,13 @@ def distort(radiance: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.
     return bent
 
 
-def veil(radiance: NDArray[np.float32], share: float) -> NDArray[np.float32]:
-    """Return the light (3,) that lens and housing spread evenly over the picture of a radiance (H, 3, W).
+def veil(metered: NDArray[np.float64], share: float) -> NDArray[np.float32]:
+    """Return the light (3,) that lens and housing spread evenly over a picture, given its mean radiance (3,).
 
     A share of all light is scattered (veiling glare, ISO 9358): ``L' = (1 - share) L + share mean(L)``, of which this
     is the last part.
     """
-    if share == 0.0:
-        return np.zeros(3, np.float32)
-    total: NDArray[np.float64] = share * _column_totals(radiance).mean(axis=1) / radiance.shape[0]
-    return total.astype(np.float32)
-
-
-@njit(cache=True)
-def _column_totals(radiance: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return sums (3, W) down the columns: each in one order, and yet in vector code."""
-    total = np.zeros(radiance.shape[1:])
-    for row in range(radiance.shape[0]):
-        for channel in range(3):
-            line, into = radiance[row, channel], total[channel]
-            for k in range(line.shape[0]):
-                into[k] += line[k]
-    return total
+    return (share * metered).astype(np.float32)
 
 
 @njit(cache=True)

@@ -13,6 +13,8 @@ each channel pick one of 1,024 equally likely values of the normal distribution,
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -64,51 +66,79 @@ def response(config: SensorConfig, settings: SensorSettings) -> NDArray[np.float
     )
 
 
+class Development(NamedTuple):
+    """What becomes of a picture's radiance.
+
+    Attributes:
+        share: of the light that is scattered. veil: (3,) float32, see ``lens.veil``.
+        response: (6,), see ``response``. keys: (2,), see ``frame_keys``.
+        image_rgb: (H, W, 3) uint8, written; no rows: nothing is developed.
+    """
+
+    share: np.float32
+    veil: NDArray[np.float32]
+    response: NDArray[np.float32]
+    keys: NDArray[np.uint32]
+    image_rgb: NDArray[np.uint8]
+
+
+NO_DEVELOPMENT = Development(
+    np.float32(0.0),
+    np.zeros(3, np.float32),
+    np.zeros(6, np.float32),
+    np.zeros(2, np.uint32),
+    np.empty((0, 0, 3), np.uint8),
+)
+
+
+class DarkRoom(NamedTuple):
+    """What ``develop_row`` works in: light and noise (3, W) float32, 12-bit values (3, W) uint16."""
+
+    light: NDArray[np.float32]
+    noise: NDArray[np.float32]
+    values: NDArray[np.uint16]
+
+
 @njit(cache=True)
-def develop_picture(
-    radiance: NDArray[np.float32],
-    share: np.float32,
-    veil: NDArray[np.float32],
-    response: NDArray[np.float32],
-    keys: NDArray[np.uint32],
-    image_rgb: NDArray[np.uint8],
-) -> None:
-    """Write the picture (H, W, 3) of a radiance (H, 3, W), of which a share is scattered, see ``lens.veil``."""
-    width = radiance.shape[2]
-    values, room = np.empty((3, width), np.uint16), np.empty((3, width), np.float32)
-    scattered = np.empty((3, width), np.float32)
-    for row in range(radiance.shape[0]):
-        light = radiance[row]
-        if share > 0:
-            scatter_row(light, share, veil, scattered)
-            light = scattered
-        develop_row(light, response, keys, row, values, room, image_rgb[row])
+def new_dark_room(width: int) -> DarkRoom:
+    """Return room for rows of ``width`` pixels."""
+    return DarkRoom(np.empty((3, width), np.float32), np.empty((3, width), np.float32), np.empty((3, width), np.uint16))
+
+
+@njit(cache=True)
+def develop_rows(radiance: NDArray[np.float32], rows: NDArray[np.int64], development: Development) -> None:
+    """Write the given rows (R,) of the picture from their radiance (R, 3, W)."""
+    room = new_dark_room(radiance.shape[2])
+    for k in range(rows.shape[0]):
+        develop_row(radiance[k], development, rows[k], room)
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def develop_row(
-    radiance: NDArray[np.float32],
-    response: NDArray[np.float32],
-    keys: NDArray[np.uint32],
-    row: int,
-    values: NDArray[np.uint16],
-    room: NDArray[np.float32],
-    image_rgb: NDArray[np.uint8],
-) -> None:
-    """Write one row (W, 3) of the picture of ``radiance`` (3, W); ``values`` and ``room`` (3, W) are to work in."""
-    per_nit, full_well, read_variance = response[0], response[1], response[2]
-    width = radiance.shape[1]
+def develop_row(radiance: NDArray[np.float32], development: Development, row: int, room: DarkRoom) -> None:
+    """Write one row of the picture from its radiance (3, W)."""
+    per_nit, full_well, read_variance = development.response[0], development.response[1], development.response[2]
+    image, noise, values = development.image_rgb[row], room.noise, room.values
     zero, half, white = np.float32(0.0), np.float32(0.5), np.float32(WHITE)
-    normal_deviates(keys, row, room[:, :width])
+    width = radiance.shape[1]
+    scattered = radiance
+    if development.share > zero:
+        scatter_row(radiance, development.share, development.veil, room.light)
+        scattered = room.light
+    normal_deviates(development.keys, row, noise)
     for channel in range(3):
-        light, n, value, per_electron = radiance[channel], room[channel], values[channel], response[3 + channel]
+        light, n, value, per_electron = (
+            scattered[channel],
+            noise[channel],
+            values[channel],
+            development.response[3 + channel],
+        )
         for k in range(width):
             e = light[k] * per_nit
             e = min(e + np.sqrt(e + read_variance) * n[k], full_well)
             value[k] = np.uint16(np.int32(min(max(e * per_electron + half, zero), white)))
     for k in range(width):
         for channel in range(3):
-            image_rgb[k, channel] = CODES[values[channel, k]]
+            image[k, channel] = CODES[values[channel, k]]
 
 
 @njit(cache=True)

@@ -55,8 +55,17 @@ class BakedLightShader:
         for number, panel in enumerate(baked.panels):
             if panel.instance_id >= 0:
                 self._panel[panel.instance_id] = number
-        shining = [area.instance_id for area in _areas(baked)]
-        self._others = np.setdiff1d(np.flatnonzero(self._panel < 0), shining)
+        areas = [
+            (area, group)
+            for group, sources in enumerate(baked.groups.values())
+            for area in sources
+            if isinstance(area, BrightArea)
+        ]
+        self._shining = np.array([area.instance_id for area, _ in areas], dtype=np.int64)
+        self._shining_group = np.array([group for _, group in areas], dtype=np.int64)
+        full_nit = [area.luminance_nit * black_body_rgb(area.temperature_k) for area, _ in areas]
+        self._full_nit = np.array(full_nit, dtype=float).reshape(-1, 3)
+        self._others = np.setdiff1d(np.flatnonzero(self._panel < 0), self._shining)
         self._centre_m = np.ones((len(self._others), 4))
         self._half_m = np.empty((len(self._others), 3))
         for n, other in enumerate(self._others):
@@ -117,10 +126,7 @@ class BakedLightShader:
             self._sun = (weights[baked.sun.group] * baked.sun.square_lx / np.pi).astype(np.float32)
         self._sky = (weights[baked.sky_group] * baked.sky if baked.sky_group >= 0 else baked.sky).astype(np.float32)
         self._own_nit = np.full((len(self._world.bodies), 3), -1.0, np.float32)
-        for strength, sources in zip(self._strengths.values(), baked.groups.values(), strict=True):
-            for area in sources:
-                if isinstance(area, BrightArea):
-                    self._own_nit[area.instance_id] = strength * area.luminance_nit * black_body_rgb(area.temperature_k)
+        self._own_nit[self._shining] = weights[self._shining_group, None] * self._full_nit
         self._poses_lit = np.empty((0, 4, 4))
 
     def illuminance_lx(self, points_m: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -228,7 +234,3 @@ class BakedLightShader:
             sun_share(baked.obstacles, self._towards_sun, around_m, np.zeros((1, 3)), shares)
             share = shares.reshape(-1, len(_AROUND)).mean(axis=1)
         return cubes, share
-
-
-def _areas(baked: BakedLight) -> list[BrightArea]:
-    return [source for sources in baked.groups.values() for source in sources if isinstance(source, BrightArea)]

@@ -27,6 +27,9 @@ class FakeWorld:
 
     calls = 0
 
+    def hand_over(self) -> None:
+        pass
+
     def camera_image(self, *args: Any, **options: Any) -> None:
         FakeWorld.calls += 1
         work(10 * DRAWING_S)

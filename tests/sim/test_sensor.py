@@ -185,7 +185,7 @@ def test_scattered_light_is_kept_and_lies_evenly_on_what_is_dark():
     radiance = _even(0.0)
     radiance[:, :, 160:] = 800.0
     radiance[:, 2] *= 0.5
-    share, even = np.float32(0.05), veil(radiance, 0.05)
+    share, even = np.float32(0.05), veil(metered_radiance(radiance), 0.05)
     np.testing.assert_allclose(even, (20.0, 20.0, 10.0), rtol=1e-5)
     scattered = np.empty_like(radiance)
     for row, into in zip(radiance, scattered, strict=True):
@@ -198,7 +198,7 @@ def test_scattered_light_is_kept_and_lies_evenly_on_what_is_dark():
     np.testing.assert_array_equal(
         hazy.develop(radiance, CAMERA, 0, settings).image_rgb, clear.develop(scattered, CAMERA, 0, settings).image_rgb
     )
-    assert (veil(radiance, 0.0) == 0).all()
+    assert (veil(metered_radiance(radiance), 0.0) == 0).all()
 
 
 @pytest.mark.parametrize("k", [(-0.2, 0.05), (0.15, 0.0)])

@@ -53,10 +53,10 @@ def test_moved_body_is_drawn_where_it_is_and_pybullet_agrees():
         T[:3, 3] = [6.0, -3.0, 1.0]
         world.move(car, T)
         np.testing.assert_array_equal(world.poses[car.index], T)
-        position, _ = pybullet.getBasePositionAndOrientation(world._handles[car.index], world._client)
-        np.testing.assert_allclose(position, [6.0, -3.0, 1.0])
         camera = PinholeCamera.from_field_of_view(160, 120, 1.0)
         rgb, _, index = world.camera_image(camera, look_down_pose(np.array([0, 0, 30.0]), 0, 0, 0), near_m=1, far_m=100)
+        position, _ = pybullet.getBasePositionAndOrientation(world._handles[car.index], world._client)
+        np.testing.assert_allclose(position, [6.0, -3.0, 1.0])
         rows, columns = np.nonzero(index == car.index)
         # Ahead is up; left is left: 6 m ahead and 3 m to the right, 29 m below. Corners of pixels are sampled.
         assert rows.mean() == pytest.approx(60 - 6 * camera.focal_px / 29, abs=1.3)
