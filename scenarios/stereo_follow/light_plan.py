@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,8 +43,7 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
     frames, rate_hz = len(places), preset.rate_hz
     strengths = {group: np.ones(frames) for group in LIGHT_GROUPS}
     switched: list[LightEvent | None] = [None] * frames
-    for _ in range(preset.lamp_events):
-        begin = int(rng.uniform(0.08, 0.8) * frames)
+    for begin in _spread(preset.lamp_events, 0.08, 0.8, frames, rng):
         group = CORRIDOR_LIGHTS if places[begin] == "corridor" else HALL_LIGHTS
         end = begin + int(rng.uniform(*preset.lamps_off_s) * rate_hz)
         # A second switching of lamps that are off already would be none.
@@ -56,8 +56,7 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
     for group in (CORRIDOR_LIGHTS, HALL_LIGHTS):
         strengths[group] = gaussian_filter1d(strengths[group], _LAMP_EDGE_FRAMES, mode="nearest")
     cloud = np.zeros(frames)
-    for _ in range(preset.clouds):
-        begin = int(rng.uniform(-0.2, 0.9) * frames)
+    for begin in _spread(preset.clouds, -0.2, 0.9, frames, rng):
         cloud[max(begin, 0) : max(begin + int(rng.uniform(*preset.cloud_s) * rate_hz), 0)] = 1.0
     cloud = gaussian_filter1d(cloud, preset.cloud_edge_s * rate_hz, mode="nearest")
     strengths[SUN] = 1.0 - (1.0 - rng.uniform(*_SUN_BEHIND_CLOUD)) * cloud
@@ -68,6 +67,12 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
             group: _held_back(strength, preset.brightening_s * rate_hz) for group, strength in strengths.items()
         }
     return LightPlan(strengths, tuple(switched))
+
+
+def _spread(count: int, first: float, last: float, frames: int, rng: np.random.Generator) -> Iterator[int]:
+    """Yield frames drawn between two shares of an episode, one from each of as many equal parts of it."""
+    for part in range(count):
+        yield int((first + (last - first) * (part + rng.random()) / count) * frames)
 
 
 def _held_back(strength: NDArray[np.float64], brightening_frames: float) -> NDArray[np.float64]:
