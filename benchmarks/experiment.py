@@ -178,11 +178,11 @@ def check_renderer(name: str) -> RendererName:
 
 def check_names(experiment: Experiment) -> None:
     """Raise ValueError, naming the parameter, what was expected and what came, for what does not exist."""
-    suite(experiment.suite)
+    steered = suite(experiment.suite).controller is not None
     presets = catalog.scenario(experiment.scenario).presets
     known = {
         "presets": (experiment.presets, tuple(presets)),
-        "controllers": (experiment.controllers or (), (SET_PATH, *CONTROLLERS)),
+        "controllers": (experiment.controllers or (), (SET_PATH, *CONTROLLERS) if steered else (SET_PATH,)),
     }
     for parameter, (given, expected) in known.items():
         for name in given:

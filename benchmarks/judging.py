@@ -39,7 +39,7 @@ class ScoreSheet(Protocol):
         ...
 
     def scores(self, failed_at_frame: int | None) -> Iterable[Score]:
-        """Return all scores, when every frame was kept; from ``failed_at_frame`` on they are the worst."""
+        """Return all scores, when every frame was kept; from ``failed_at_frame`` on it has said nothing."""
         ...
 
 

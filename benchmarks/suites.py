@@ -131,7 +131,8 @@ class Suite:
         picture: puts a picture beside the rows, for the report, of the trackers ``shown``.
         facts: what the report says of the episodes themselves, if anything.
         oracles: what the report says of those with unfair knowledge.
-        controller: who steers the camera by the estimate where a preset asks for it and users do not say.
+        controller: who steers the camera by the estimate where a preset asks for it and users do not say; None: no
+            controller there is can.
     """
 
     name: str
@@ -151,7 +152,7 @@ class Suite:
     picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = no_picture
     facts: Facts | None = None
     oracles: str = ""
-    controller: str = "centre"
+    controller: str | None = "centre"
 
     def metric(self, name: str) -> Metric:
         """Return one metric by name.

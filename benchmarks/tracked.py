@@ -41,7 +41,7 @@ class Failure:
     def __str__(self) -> str:
         return (
             f"{self.tracker} failed in {self.scenario} {self.preset}, seed {self.seed}, frame {self.frame}: "
-            f"{self.reason}; the rest of the episode counts as its worst score"
+            f"{self.reason}; from there on it has said nothing"
         )
 
 

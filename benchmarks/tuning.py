@@ -107,13 +107,15 @@ def tune(name: str, budget: Budget, progress: Progress) -> Tuned:
     )
     defaults = registry.entry(name).written()
     study.enqueue_trial(defaults)
-    while len(study.trials) < budget.trials:
-        asked = [study.ask() for _ in range(min(_BATCH, budget.trials - len(study.trials)))]
+    tried = 0
+    while tried < budget.trials:
+        asked = [study.ask() for _ in range(min(_BATCH, budget.trials - tried))]
         settings = {f"{name}#{trial.number}": _suggested(trial, fields) for trial in asked}
         scores = _scores(name, settings, budget)
         for trial, label in zip(asked, settings, strict=True):
             study.tell(trial, scores[label])
-        progress(len(study.trials), budget.trials)
+        tried += len(asked)
+        progress(tried, budget.trials)
     fresh = _scores(name, {"best": study.best_params, "defaults": defaults}, budget.on_fresh_seeds())
     return Tuned(
         parameters=study.best_params if fresh["best"] > fresh["defaults"] else {},

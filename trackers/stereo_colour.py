@@ -106,7 +106,8 @@ class StereoColour(ABC):
         self._trend = LightTrend()
         self._state = OcclusionState(self._occlusions)
         self._others = Others(self._occlusions, p.acceleration_mps2, p.place_noise_m)
-        self._time_s, self._unfound_s, self._found_last = observation.time_s, 0.0, True
+        self._time_s, self._unfound_s = observation.time_s, 0.0
+        self._found_last, self._lost = True, False
         self._height_m = self._candidates.usual_height_m
         view = see(observation, self._matcher, self._mounting, self._candidates)
         bins = hs_bins(self._matcher.smaller(observation.image_rgb))
@@ -138,7 +139,8 @@ class StereoColour(ABC):
         seconds, self._time_s = time_s - self._time_s, time_s
         self._unfound_s += seconds
         limit_s = p.predicted_s if self._state.now is Occlusion.NONE else p.predicted_hidden_s
-        self._lost = self._unfound_s > limit_s
+        # Who passes before where he was lost does not make that place worth anything again.
+        self._lost = self._lost or self._unfound_s > limit_s
         if self._lost:
             self._filter.stand_still()
             self._state.reset()
@@ -199,7 +201,7 @@ class StereoColour(ABC):
             self._filter = PersonKalman(found.place_m, p.acceleration_mps2, p.place_noise_m)
         else:
             self._filter.correct(found.place_m)
-        self._unfound_s = 0.0
+        self._unfound_s, self._lost = 0.0, False
         if not found.top_cut:
             self._height_m = found.height_m
 

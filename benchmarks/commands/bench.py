@@ -26,8 +26,8 @@ _QUICK_SEEDS = "10000:10003"
 class Bench:
     """Run a suite, rank the trackers, write rows, summary and report.
 
-    Stopped at any moment, the same command goes on where it stopped. Trackers that fail get the worst score
-    for the rest of the episode and exit status 1; everyone else's results stand.
+    Stopped at any moment, the same command goes on where it stopped. Trackers that fail have said nothing
+    for the rest of the episode, and the exit status is 1; everyone else's results stand.
 
     Attributes:
         suites: what to run: frame-out, stereo.

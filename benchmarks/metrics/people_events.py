@@ -81,7 +81,8 @@ def _occlusions(truth: PeopleSeries) -> list[tuple[int, int]]:
     """Return (first frame, end) of maximal runs of at least 2 frames on which less than a tenth of the target is seen
     though it is in the picture.
     """
-    hidden = (truth.visible_fraction < SEEN_AT_LEAST) & ~truth.out
+    counted = np.arange(truth.frame_count) > 0
+    hidden = (truth.visible_fraction < SEEN_AT_LEAST) & ~truth.out & counted
     return [(first, end) for first, end in runs(hidden) if end - first >= _SHORTEST_OCCLUSION_FRAMES]
 
 

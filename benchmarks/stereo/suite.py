@@ -92,5 +92,7 @@ STEREO = Suite(
     figures=figures,
     picture=show_event,
     facts=DISPARITY,
+    # Controllers that there are steer a camera that looks down.
+    controller=None,
 )
 register_suite(STEREO)

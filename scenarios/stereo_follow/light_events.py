@@ -55,11 +55,14 @@ class LightEvents:
         self._was_back_lit = bool(is_back_lit)
         self._illuminance_lx.append(illuminance_lx)
         self._since += 1
-        if begins is not None and (begins != self._latest or self._since >= self._new_frames):
-            self._latest, self._since = begins, 0
         switched = self._switched[frame]
         if switched is not None:
+            # What follows from the lamp is the lamp's: nothing else begins by it, nor after it.
+            self._latest, self._since = None, self._new_frames
+            self._illuminance_lx.clear()
             return switched
+        if begins is not None and (begins != self._latest or self._since >= self._new_frames):
+            self._latest, self._since = begins, 0
         return self._latest if self._since < self._new_frames else None
 
 

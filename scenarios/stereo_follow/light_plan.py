@@ -17,8 +17,6 @@ NEW_S = 1.0
 """So long a change counts as new."""
 _SUN_BEHIND_CLOUD = (0.05, 0.25)
 _LAMP_EDGE_FRAMES = 0.7
-_LEFT_ON = (0.02, 0.3)
-"""Of a room's lamps some stay on: mostly brightness changes, not colour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +47,7 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
         # A second switching of lamps that are off already would be none.
         if (strengths[group][begin : end + 1] < 1.0).any() or places[begin] == "yard":
             continue
-        strengths[group][begin:end] = rng.uniform(*_LEFT_ON)
+        strengths[group][begin:end] = rng.uniform(*preset.lamps_left_on)
         _tell(switched, begin, "lamp off", rate_hz)
         if end < frames and places[end] == places[begin]:
             _tell(switched, end, "lamp on", rate_hz)

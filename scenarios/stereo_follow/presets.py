@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from sim.checks import check
 
 
@@ -22,10 +24,11 @@ class StereoFollow:
         walkers: people who go their own ways.
         standers: people who stand beside the target's way.
         alike: how many of the others wear a top of the target's colour; the first of them his trousers' colour too.
-        uniformed: how many of the others wear the very clothes and shoes the target does.
+        uniformed: how many of the others wear the same working clothes as the target; 0: nobody wears such, nor he.
         pauses: times the target stands still.
         lamp_events: times that lights of a room are switched off or on. clouds: times that the sun goes or comes.
         lamps_off_s, cloud_s: shortest and longest time they are off, and that a cloud stays.
+        lamps_left_on: least and most of a room's lamps that stay on, a share: mostly brightness changes, not colour.
         cloud_edge_s: how softly a cloud comes and goes, standard deviation.
         sky_behind_cloud: what is left of the light of sky and windows then, in (0, 1].
         brightening_s: light that comes back grows by a factor of e in this time, as hall lamps warm up and haze
@@ -52,6 +55,7 @@ class StereoFollow:
     clouds: int = 1
     lamps_off_s: tuple[float, float] = (2.5, 8.0)
     cloud_s: tuple[float, float] = (3.0, 10.0)
+    lamps_left_on: tuple[float, float] = (0.02, 0.3)
     cloud_edge_s: float = 0.8
     sky_behind_cloud: float = 0.7
     brightening_s: float = 0.0
@@ -77,9 +81,10 @@ class StereoFollow:
         )
         for name in people:
             check(name, getattr(self, name) >= 0, "a whole number >= 0", getattr(self, name))
-        for name in ("lamps_off_s", "cloud_s"):
-            shortest, longest = getattr(self, name)
-            check(name, 0 <= shortest <= longest, "two numbers >= 0 in ascending order", getattr(self, name))
+        for name, largest in (("lamps_off_s", np.inf), ("cloud_s", np.inf), ("lamps_left_on", 1.0)):
+            low, high = getattr(self, name)
+            wanted = f"two numbers in [0, {largest:g}] in ascending order"
+            check(name, 0 <= low <= high <= largest, wanted, getattr(self, name))
         check("cloud_edge_s", self.cloud_edge_s > 0, "a number > 0", self.cloud_edge_s)
         check("sky_behind_cloud", 0 < self.sky_behind_cloud <= 1, "a number in (0, 1]", self.sky_behind_cloud)
         check("brightening_s", self.brightening_s >= 0, "a number >= 0", self.brightening_s)
@@ -115,6 +120,7 @@ PRESETS = {
         pauses=2,
         lamp_events=14,
         lamps_off_s=(0.3, 1.0),
+        lamps_left_on=(0.2, 0.5),
         clouds=15,
         cloud_s=(0.3, 1.0),
         cloud_edge_s=0.25,

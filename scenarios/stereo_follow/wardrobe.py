@@ -28,7 +28,14 @@ _SKIN_RGB: tuple[RGB, ...] = ((224, 182, 154), (204, 158, 130), (176, 128, 98), 
 _HAIR_RGB: tuple[RGB, ...] = ((62, 46, 36), (34, 28, 26), (120, 86, 52), (168, 134, 88), (132, 128, 124))
 _SHOES_RGB: tuple[RGB, ...] = ((44, 42, 44), (228, 226, 222), (104, 72, 50), (70, 84, 110))
 _BACKPACKS_RGB: tuple[RGB, ...] = ((206, 108, 40), (48, 60, 84), (60, 62, 60), (150, 40, 50))
-_UNIFORM = ("top_rgb", "top_pattern", "sleeves", "legwear", "legwear_rgb", "shoes_rgb")
+_UNIFORMS_RGB: tuple[tuple[RGB, RGB], ...] = (
+    ((206, 92, 36), (34, 58, 116)),
+    ((30, 84, 168), (30, 84, 168)),
+    ((36, 120, 70), (36, 120, 70)),
+    ((176, 36, 40), (36, 52, 108)),
+    ((214, 168, 44), (40, 104, 66)),
+)
+"""Tops and trousers of working clothes: of strong colours, as such are."""
 _DYE = 6.0
 """Standard deviation of clothes of one colour, sRGB."""
 
@@ -36,10 +43,13 @@ _DYE = 6.0
 def draw_looks(count: int, alike: int, uniformed: int, rng: np.random.Generator) -> list[PersonLook]:
     """Draw looks of people, the target's first; the ``alike`` next ones wear a top of his colour.
 
-    The first of those wears trousers of his colour too. The first ``uniformed`` wear the very clothes and shoes he
-    does. Nobody else's top is of the colour of his.
+    The first of those wears trousers of his colour too. Nobody else's top is of the
+    colour of his, but that the first ``uniformed`` and he wear the same working clothes.
     """
     target = _look(_TOPS_RGB[rng.integers(len(_TOPS_RGB))], rng)
+    if uniformed > 0:
+        uniform = _UNIFORMS_RGB[rng.integers(len(_UNIFORMS_RGB))]
+        target = _in_uniform(target, uniform)
     own = target.top_rgb
     others = [top for top in _TOPS_RGB if np.abs(np.subtract(top, own)).max() > 4 * _DYE]
     looks = [target]
@@ -48,7 +58,7 @@ def draw_looks(count: int, alike: int, uniformed: int, rng: np.random.Generator)
         if k == 1 and alike > 0:
             look = replace(look, legwear_rgb=_dyed(target.legwear_rgb, rng), legwear=target.legwear)
         if k <= uniformed:
-            look = replace(look, **{part: getattr(target, part) for part in _UNIFORM})
+            look = _in_uniform(look, uniform)
         looks.append(look)
     return looks
 
@@ -69,6 +79,13 @@ def _look(top_rgb: RGB, rng: np.random.Generator) -> PersonLook:
         legwear_rgb=_dyed(_of(_LEGWEAR_RGB, rng), rng),
         shoes_rgb=_of(_SHOES_RGB, rng),
         backpack_rgb=_of(_BACKPACKS_RGB, rng) if rng.random() < 0.2 else None,
+    )
+
+
+def _in_uniform(look: PersonLook, uniform: tuple[RGB, RGB]) -> PersonLook:
+    top_rgb, legwear_rgb = uniform
+    return replace(
+        look, top_rgb=top_rgb, top_pattern="plain", sleeves="long", legwear="trousers", legwear_rgb=legwear_rgb
     )
 
 

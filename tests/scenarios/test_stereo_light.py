@@ -125,3 +125,5 @@ class TestLightEvents:
         lux = [500.0] * 5 + [50.0] * 35
         told = [events.follow(k, self.picture(100), value) for k, value in enumerate(lux)]
         assert set(told[5:20]) == {"lamp off"}
+        # What fell by the lamp is not shade that begins when the lamp is no news any more.
+        assert told[20:] == [None] * 20

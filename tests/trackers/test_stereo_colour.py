@@ -166,7 +166,20 @@ def test_a_first_box_off_the_person_does_no_harm(box_xyxy, right):
     tracker.initialise(observation([Board(3.0, 0.0)], right=right), np.array(box_xyxy, dtype=float))
     for frame in range(1, 4):
         estimate = tracker.update(observation([Board(3.0, 0.0)], frame))
-        assert says_nothing(estimate) or np.isfinite(estimate.position_px).all()
+        # Who is found is the only person there is.
+        assert says_nothing(estimate) or estimate.position_px == pytest.approx(centre_px(Board(3.0, 0.0)), abs=10)
+
+
+def test_who_passes_before_the_place_where_the_target_was_lost_gives_it_no_worth():
+    tracker = start("stereo_wb", Board(3.0, 0.0))
+    lost = []
+    for frame in range(1, 40):
+        before = [Board(1.8, 0.0, BLUE)] if 25 <= frame < 32 else []
+        assert says_nothing(tracker.update(observation(before, frame)))
+        lost.append(tracker._lost)
+    assert not lost[0]
+    assert lost == sorted(lost)
+    assert lost[24]
 
 
 def test_starts_without_the_first_right_picture():

@@ -200,3 +200,19 @@ def test_somebody_else_is_not_taken_for_who_has_gone():
         estimate = tracker.update(observation([OTHER], frame))
         if np.isfinite(estimate.position_px).all():
             assert np.linalg.norm(place_of(estimate) - (OTHER.ahead_m, OTHER.left_m)) > 0.7
+
+
+def test_who_is_held_for_the_target_has_his_height_and_goes_on_learning_it():
+    view = started("stereo_people", PERSON)
+    seen = view._target.latest
+    parameters = view._tracks_parameters
+    lost, other = (Track(replace(seen, height_m=height_m), 0.0, parameters) for height_m in (1.8, 1.6))
+    for _ in range(30):
+        lost.correct(replace(seen, height_m=1.8), 0.0)
+    other.take_for(lost)
+    other.correct(replace(seen, height_m=1.5), 0.1)
+    assert other.height_m == pytest.approx(1.79, abs=0.005)
+    unknown, other = (Track(replace(seen, height_m=height_m), 0.0, parameters) for height_m in (np.nan, 1.6))
+    other.take_for(unknown)
+    other.correct(replace(seen, height_m=1.7), 0.1)
+    assert other.height_m == pytest.approx(1.7)

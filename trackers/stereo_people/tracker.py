@@ -198,7 +198,7 @@ class StereoPeople:
     def _believe(self, track: Track) -> None:
         """Take somebody for the target, with the target's look; who was lost is kept until it is sure."""
         lost = self._doubted or self._target
-        track.look, track.height_m = lost.look.copy(), lost.height_m
+        track.take_for(lost)
         self._target, self._doubted, self._believed_at_s = track, lost, self._time_s
         for other in (track, *self._others):
             other.favour = 0.0

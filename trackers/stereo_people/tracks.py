@@ -124,6 +124,10 @@ class Track:
         place = -0.5 * squared - 0.5 * np.log(np.linalg.det(2 * np.pi * covariance)) + np.log(_ROOM_M2)
         return float(place) + self.appearance(sighting)
 
+    def take_for(self, lost: Track) -> None:
+        """Hold him for somebody who was lost: what is known of that one's look and height is his now."""
+        self.look, self.height_m, self._heights = lost.look.copy(), lost.height_m, lost._heights
+
     def count_beside(self) -> None:
         """Take note that he was seen at the same time as the target: how he looks now is how somebody else looks."""
         self._beside_frames += 1

@@ -23,6 +23,11 @@ def test_an_occlusion_is_a_run_of_at_least_two_hidden_frames() -> None:
     assert of_kind(events, OCCLUSION) == [(OCCLUSION, 1, 2), (OCCLUSION, 6, 3)]
 
 
+def test_the_first_frame_is_given_and_in_no_occlusion() -> None:
+    assert of_kind(find_events(people_of([0.0, 0.0, 0.0, 1.0])), OCCLUSION) == [(OCCLUSION, 1, 2)]
+    assert of_kind(find_events(people_of([0.0, 0.0, 1.0])), OCCLUSION) == []
+
+
 def test_who_is_outside_the_picture_is_not_hidden() -> None:
     visible = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
     assert of_kind(find_events(people_of(visible, out=range(1, 6))), OCCLUSION) == []
