@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
-from sim.render.attributes import new_row_room, resolve_row
+from sim.render.attributes import RowRoom, new_row_room, resolve_row
 from sim.render.compilation import announce_compilation
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
@@ -28,7 +28,7 @@ from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import Picture, SensorSettings
 from sim.sensors.exposure import METER_STEP_PX, metered_radiance
 from sim.sensors.motion_blur import needs_blur
-from sim.sensors.noise import NO_DEVELOPMENT, Development, develop_row, develop_rows, new_dark_room
+from sim.sensors.noise import NO_DEVELOPMENT, DarkRoom, Development, develop_row, develop_rows, new_dark_room
 from sim.shaders.baked_light_kernels import AT_ROWS, ROOM_ROWS, BakedArrays, baked_row
 from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
@@ -184,7 +184,7 @@ def _light_row(light, shadows, row, colour, depth_m, instance_id, normal, room, 
     raise NotImplementedError
 
 
-@overload(_light_row)
+@overload(_light_row, jit_options={"_nrt": False})
 def _row_kernel(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
     def by_day(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
         shade_row(light, shadows, row, colour, depth_m, normal, room, at, radiance)
@@ -216,10 +216,48 @@ def _finish_rows(
         radiance: (R, 3, W); or (1, 3, W), room for a row of it on its way to the picture.
     """
     width = triangle.shape[1]
-    room, at = np.empty((ROOM_ROWS, width), np.float32), np.empty((AT_ROWS, width), np.uint32)
-    row_room, colour = new_row_room(width), np.empty(width, np.uint32)
-    normal = np.empty((3, width), np.float32)
-    dark_room = new_dark_room(width)
+    _finish_each(
+        textures,
+        table,
+        nearness,
+        triangle,
+        light,
+        shadows,
+        rows,
+        development,
+        depth_m,
+        instance_id,
+        radiance,
+        new_row_room(width),
+        new_dark_room(width),
+        np.empty(width, np.uint32),
+        np.empty((3, width), np.float32),
+        np.empty((ROOM_ROWS, width), np.float32),
+        np.empty((AT_ROWS, width), np.uint32),
+    )
+
+
+@njit(cache=True, _nrt=False)
+def _finish_each(
+    textures: TexturePool,
+    table: TriangleTable,
+    nearness: NDArray[np.float32],
+    triangle: NDArray[np.int32],
+    light: DaylightArrays | BakedArrays,
+    shadows: ShadowArrays,
+    rows: NDArray[np.int64],
+    development: Development,
+    depth_m: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
+    radiance: NDArray[np.float32],
+    row_room: RowRoom,
+    dark_room: DarkRoom,
+    colour: NDArray[np.uint32],
+    normal: NDArray[np.float32],
+    room: NDArray[np.float32],
+    at: NDArray[np.uint32],
+) -> None:
+    """``_finish_rows`` with room for one row to work in."""
     for k in range(rows.shape[0]):
         row = rows[k]
         depth, identity = depth_m[row], instance_id[row]

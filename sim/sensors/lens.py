@@ -37,7 +37,7 @@ def veil(metered: NDArray[np.float64], share: float) -> NDArray[np.float32]:
     return (share * metered).astype(np.float32)
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def scatter_row(
     radiance: NDArray[np.float32], share: np.float32, veil: NDArray[np.float32], scattered: NDArray[np.float32]
 ) -> None:

@@ -38,7 +38,7 @@ class BakedArrays(NamedTuple):
         sun_cosine: (R,). sun: (3,) on a surface square to it. towards_sun: (3,) unit vector.
         casts: whether anything that moves may stand in the sun.
         cubes: (B, 6, 3) ambient cubes. body_sun: (B,) share of the sun that arrives.
-        is_floor: (R,) bool, things that move darken it by ``contact`` (Y, X) around them.
+        is_floor: (R,) bool, things that move darken it by ``contact`` around them: (C,), rows of ``contact_columns``.
         contact_place: (1, 8), as ``place``, but in samples of ``contact``.
         sky: (2, 3), see ``sky_levels``. rays: (3, 3) of the upper left pixel, its change a column and a row.
     """
@@ -58,12 +58,13 @@ class BakedArrays(NamedTuple):
     body_sun: NDArray[np.float32]
     is_floor: NDArray[np.bool_]
     contact: NDArray[np.float32]
+    contact_columns: int
     contact_place: NDArray[np.float32]
     sky: NDArray[np.float32]
     rays: NDArray[np.float32]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def add_up(weights: NDArray[np.float32], groups: NDArray[np.float32], total: NDArray[np.float32]) -> None:
     """Write ``sum of weights_g groups_g`` (N,) of groups (G, N)."""
     total[:] = ZERO
@@ -100,7 +101,7 @@ def shade_baked_picture(
         baked_row(light, shadows, row, colour, depth_m[row], instance_id[row], normal, room, at, radiance[row])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, _nrt=False, error_model="numpy")
 def baked_row(
     light: BakedArrays,
     shadows: ShadowArrays,
@@ -128,8 +129,8 @@ def baked_row(
     red, green, blue = radiance[0], radiance[1], radiance[2]
     panels, own_nit, maps, sun_maps, body_sun = light.panel, light.own_nit, light.maps, light.sun_maps, light.body_sun
     place, samples, sun_share = light.place, light.light, light.sun_share
-    rows, columns = light.contact.shape
-    contact = light.contact.ravel()
+    contact, columns = light.contact, light.contact_columns
+    rows = contact.shape[0] // columns
     sun_shines = light.sun[1] > ZERO
     shining, sunny = 0, False
     sun_lit[:] = ZERO
@@ -182,13 +183,13 @@ def baked_row(
         _multiply(reflectance, radiance[channel])
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _fill(value: np.float32, first: np.uint64, last: np.uint64, line: NDArray[np.float32]) -> None:
     for k in range(first, last):
         line[k] = value
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _any(line: NDArray[np.float32]) -> bool:
     """Return whether any of a row is not 0."""
     largest = ZERO
@@ -197,7 +198,7 @@ def _any(line: NDArray[np.float32]) -> bool:
     return bool(largest > ZERO)
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _darken(
     factor: NDArray[np.float32],
     first: np.uint64,
@@ -212,19 +213,19 @@ def _darken(
         blue[k] *= factor[k]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _add_sun(sun: np.float32, lit: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
     for k in range(radiance.shape[0]):
         radiance[k] += sun * lit[k]
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _multiply(reflectance: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
     for k in range(radiance.shape[0]):
         radiance[k] *= reflectance[k]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _body_run(
     cubes: NDArray[np.float32],
     body: int,
@@ -246,7 +247,7 @@ def _body_run(
         blue[k] = x * cubes[body, ahead, 2] + y * cubes[body, aside, 2] + z * cubes[body, up, 2]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _sun_on_body(
     towards_sun: NDArray[np.float32],
     share: np.float32,
@@ -263,7 +264,7 @@ def _sun_on_body(
         sun_lit[k] = share * cosine[k]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _sky_run(
     sky: NDArray[np.float32],
     rays: NDArray[np.float32],

@@ -57,7 +57,7 @@ def shade_picture(
         shade_row(light, shadows, row, colour, depth_m[row], normal, room, at, radiance[row])
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def shade_row(
     light: DaylightArrays,
     shadows: ShadowArrays,
@@ -83,7 +83,7 @@ def shade_row(
         _light_up(light, channel, lit, depth_m, normal[2], radiance[channel])
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def reflectance_row(colour: NDArray[np.uint32], shift: np.uint32, reflectance: NDArray[np.float32]) -> None:
     """Write the linear value of one channel of packed sRGB colours."""
     for k in range(colour.shape[0]):
@@ -91,7 +91,7 @@ def reflectance_row(colour: NDArray[np.uint32], shift: np.uint32, reflectance: N
         reflectance[k] = P0 + c * (P1 + c * (P2 + c * (P3 + c * (P4 + c * (P5 + c * P6)))))
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _cosine(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[np.float32]) -> None:
     """Write ``max(0, n . l)``."""
     lx, ly, lz = light.towards_sun[0], light.towards_sun[1], light.towards_sun[2]
@@ -100,7 +100,7 @@ def _cosine(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[
         cosine[k] = max(nx[k] * lx + ny[k] * ly + nz[k] * lz, ZERO)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _light_coordinate(
     from_pixel: NDArray[np.float32],
     row: int,
@@ -118,7 +118,7 @@ def _light_coordinate(
         coordinate[k] = min(max((base + step * np.float32(np.int32(k))) * z + at, low), high)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDArray[np.float32]) -> None:
     """Add what a lit surface itself may rise by within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``."""
     for k in range(height.shape[0]):
@@ -126,7 +126,7 @@ def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDA
         height[k] += texel_m * (np.float32(1.5) * np.sqrt(max(ONE - c * c, ZERO)) / c + np.float32(0.75))
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _split_position(
     size: int,
     s: NDArray[np.float32],
@@ -144,7 +144,7 @@ def _split_position(
         t[k] -= np.float32(i)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _filter_shadow(
     corners: NDArray[np.float32],
     s: NDArray[np.float32],
@@ -161,7 +161,7 @@ def _filter_shadow(
         lit[k] *= upper + (lower - upper) * ft
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, _nrt=False, error_model="numpy")
 def _lit(
     light: DaylightArrays,
     shadows: ShadowArrays,
@@ -177,7 +177,7 @@ def _lit(
     shadow_row(shadows, row, depth_m, lit, room, at, lit)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, _nrt=False, error_model="numpy")
 def shadow_row(
     shadows: ShadowArrays,
     row: int,
@@ -214,7 +214,7 @@ def shadow_row(
     _filter_shadow(corners, s, t, height, lit)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _light_up(
     light: DaylightArrays,
     channel: int,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def place_run(
     place: NDArray[np.float32],
     panel: int,
@@ -49,7 +49,7 @@ def place_run(
         x[k], y[k] = s - np.float32(j), t - np.float32(i)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def mix_light(
     light: NDArray[np.float32],
     columns: int,
@@ -86,7 +86,7 @@ def mix_light(
             k += one
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def mix_run(
     values: NDArray[np.float32],
     columns: int,
