@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.shaders.daylight_kernels import reflectance_row, shadow_row
+from sim.shaders.daylight_kernels import reflect_row, shadow_row
 from sim.shaders.panel_kernels import mix_light, mix_run, place_run
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def baked_row(
     # Views are made here, once a row: making one costs more than a short run. Numbers of columns are unsigned: signed
     # ones would be checked for counting from the end.
     x, y, factor = room[0], room[1], room[2]
-    sun_lit, cosine, reflectance = room[7], room[8], room[0]
+    sun_lit, cosine = room[7], room[8]
     index, shine_first, shine_last = at[0], at[2], at[3]
     red, green, blue = radiance[0], radiance[1], radiance[2]
     panels, own_nit, maps, sun_maps, body_sun = light.panel, light.own_nit, light.maps, light.sun_maps, light.body_sun
@@ -132,10 +132,11 @@ def baked_row(
     contact, columns = light.contact, light.contact_columns
     rows = contact.shape[0] // columns
     sun_shines = light.sun[1] > ZERO
-    shining, sunny = 0, False
+    width = np.uint64(depth_m.shape[0])
+    shining, sunny_first, sunny_last = 0, width, np.uint64(0)
     sun_lit[:] = ZERO
     cosine[:] = ONE
-    first, width = np.uint64(0), np.uint64(depth_m.shape[0])
+    first = np.uint64(0)
     while first < width:
         body = instance_id[first]
         last = first + np.uint64(1)
@@ -143,12 +144,6 @@ def baked_row(
             last += np.uint64(1)
         panel = panels[body] if body >= 0 else -1
         if body < 0 or own_nit[body, 0] >= ZERO:
-            if body < 0:
-                _sky_run(light.sky, light.rays, row, first, last, red, green, blue)
-            else:
-                _fill(own_nit[body, 0], first, last, red)
-                _fill(own_nit[body, 1], first, last, green)
-                _fill(own_nit[body, 2], first, last, blue)
             shine_first[shining], shine_last[shining] = np.uint32(first), np.uint32(last)
             shining += 1
         elif panel >= 0:
@@ -156,7 +151,7 @@ def baked_row(
             place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
             mix_light(samples, wide, first, last, index, x, y, red, green, blue)
             if sun_shines and sun_maps[panel, 1] > 0:
-                sunny = True
+                sunny_first, sunny_last = min(sunny_first, first), last
                 start, wide, high = sun_maps[panel, 0], sun_maps[panel, 1], sun_maps[panel, 2]
                 place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
                 _fill(light.sun_cosine[panel], first, last, cosine)
@@ -168,34 +163,37 @@ def baked_row(
         else:
             _body_run(light.cubes, body, first, last, normal, red, green, blue)
             if sun_shines and body_sun[body] > ZERO:
-                sunny = True
+                sunny_first, sunny_last = min(sunny_first, first), last
                 _sun_on_body(light.towards_sun, body_sun[body], first, last, normal, cosine, sun_lit)
         first = last
-    sunny = sunny and _any(sun_lit)
-    if sunny and light.casts:
-        shadow_row(shadows, row, depth_m, cosine, room, at, sun_lit)
+    while sunny_first < sunny_last and sun_lit[sunny_first] == ZERO:
+        sunny_first += np.uint64(1)
+    while sunny_first < sunny_last and sun_lit[sunny_last - np.uint64(1)] == ZERO:
+        sunny_last -= np.uint64(1)
+    if sunny_first < sunny_last:
+        lit = sun_lit[sunny_first:sunny_last]
+        if light.casts:
+            depth, cosine = depth_m[sunny_first:sunny_last], cosine[sunny_first:sunny_last]
+            shadow_row(shadows, row, sunny_first, depth, cosine, room, at, lit)
+        for channel in range(3):
+            _add_sun(light.sun[channel], lit, radiance[channel, sunny_first:sunny_last])
     for channel in range(3):
-        reflectance_row(colour, np.uint32(8 * channel), reflectance)
-        for n in range(shining):
-            _fill(ONE, np.uint64(shine_first[n]), np.uint64(shine_last[n]), reflectance)
-        if sunny:
-            _add_sun(light.sun[channel], sun_lit, radiance[channel])
-        _multiply(reflectance, radiance[channel])
+        reflect_row(colour, np.uint32(8 * channel), radiance[channel])
+    for n in range(shining):
+        first, last = np.uint64(shine_first[n]), np.uint64(shine_last[n])
+        body = instance_id[first]
+        if body < 0:
+            _sky_run(light.sky, light.rays, row, first, last, red, green, blue)
+        else:
+            _fill(own_nit[body, 0], first, last, red)
+            _fill(own_nit[body, 1], first, last, green)
+            _fill(own_nit[body, 2], first, last, blue)
 
 
 @njit(cache=True, _nrt=False)
 def _fill(value: np.float32, first: np.uint64, last: np.uint64, line: NDArray[np.float32]) -> None:
     for k in range(first, last):
         line[k] = value
-
-
-@njit(cache=True, _nrt=False)
-def _any(line: NDArray[np.float32]) -> bool:
-    """Return whether any of a row is not 0."""
-    largest = ZERO
-    for k in range(line.shape[0]):
-        largest = line[k] if line[k] > largest else largest
-    return bool(largest > ZERO)
 
 
 @njit(cache=True, _nrt=False)
@@ -217,12 +215,6 @@ def _darken(
 def _add_sun(sun: np.float32, lit: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
     for k in range(radiance.shape[0]):
         radiance[k] += sun * lit[k]
-
-
-@njit(cache=True, _nrt=False)
-def _multiply(reflectance: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
-    for k in range(radiance.shape[0]):
-        radiance[k] *= reflectance[k]
 
 
 @njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
