@@ -22,6 +22,7 @@ from sim.render.attributes import RowRoom, new_row_room, resolve_row
 from sim.render.compilation import announce_compilation
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
+from sim.render.runs import new_bench
 from sim.render.textures import TexturePool
 from sim.render.visibility import TriangleTable
 from sim.sensors.camera_sensor import CameraSensor
@@ -32,6 +33,7 @@ from sim.sensors.noise import NO_DEVELOPMENT, DarkRoom, Development, develop_row
 from sim.shaders.baked_light_kernels import AT_ROWS, ROOM_ROWS, BakedArrays, baked_row
 from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
+from sim.shaders.panel_kernels import BENCH_LINES
 
 
 class Shader(Protocol):
@@ -179,18 +181,18 @@ def _moves_light(
     return motion is not None and needs_blur(camera.width_px, camera.height_px, motion, share)
 
 
-def _light_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
+def _light_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
     """Stands for the row kernel that belongs to the type of ``light``: the compiler puts that one here."""
     raise NotImplementedError
 
 
 @overload(_light_row, jit_options={"_nrt": False})
-def _row_kernel(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
-    def by_day(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
+def _row_kernel(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
+    def by_day(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
         shade_row(light, shadows, row, colour, depth_m, normal, room, at, radiance)
 
-    def baked(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
-        baked_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance)
+    def baked(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
+        baked_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance)
 
     return by_day if light.instance_class is DaylightArrays else baked
 
@@ -234,6 +236,7 @@ def _finish_rows(
         np.empty((3, width), np.float32),
         np.empty((ROOM_ROWS, width), np.float32),
         np.empty((AT_ROWS, width), np.uint32),
+        new_bench(BENCH_LINES, width),
     )
 
 
@@ -256,6 +259,7 @@ def _finish_each(
     normal: NDArray[np.float32],
     room: NDArray[np.float32],
     at: NDArray[np.uint32],
+    bench: NDArray[np.float32],
 ) -> None:
     """``_finish_rows`` with room for one row to work in."""
     for k in range(rows.shape[0]):
@@ -263,6 +267,6 @@ def _finish_each(
         depth, identity = depth_m[row], instance_id[row]
         resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
         light_out = radiance[k % radiance.shape[0]]
-        _light_row(light, shadows, row, colour, depth, identity, normal, room, at, light_out)
+        _light_row(light, shadows, row, colour, depth, identity, normal, room, at, bench, light_out)
         if development.image_rgb.shape[0] > 0:
             develop_row(light_out, development, row, dark_room)

@@ -13,8 +13,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.runs import PITCH, new_bench
 from sim.shaders.daylight_kernels import reflect_row, shadow_row
-from sim.shaders.panel_kernels import mix_light, mix_run, place_run
+from sim.shaders.panel_kernels import BENCH_LINES, mix_light, mix_run, place_run
 
 if TYPE_CHECKING:
     from sim.shaders.daylight import ShadowArrays
@@ -89,6 +90,7 @@ def shade_baked_picture(
     width = depth_m.shape[1]
     room, at = np.empty((ROOM_ROWS, width), np.float32), np.empty((AT_ROWS, width), np.uint32)
     colour, normal = np.empty(width, np.uint32), np.empty((3, width), np.float32)
+    bench = new_bench(BENCH_LINES, width)
     for row in range(depth_m.shape[0]):
         for column in range(width):
             colour[column] = (
@@ -98,7 +100,7 @@ def shade_baked_picture(
             )
             for k in range(3):
                 normal[k, column] = normal_world[row, column, k]
-        baked_row(light, shadows, row, colour, depth_m[row], instance_id[row], normal, room, at, radiance[row])
+        baked_row(light, shadows, row, colour, depth_m[row], instance_id[row], normal, room, at, bench, radiance[row])
 
 
 @njit(cache=True, _nrt=False, error_model="numpy")
@@ -112,6 +114,7 @@ def baked_row(
     normal: NDArray[np.float32],
     room: NDArray[np.float32],
     at: NDArray[np.uint32],
+    bench: NDArray[np.float32],
     radiance: NDArray[np.float32],
 ) -> None:
     """Write the radiance (3, W) of one row.
@@ -120,19 +123,21 @@ def baked_row(
         colour: (W,) base colours, ``R | G << 8 | B << 16``.
         normal: (3, W).
         room, at: (``ROOM_ROWS``, W) and (``AT_ROWS``, W) to work in.
+        bench: of ``BENCH_LINES`` lines to work in, see ``sim.render.runs``.
     """
+    width = np.uint64(depth_m.shape[0])
     # Views are made here, once a row: making one costs more than a short run. Numbers of columns are unsigned: signed
     # ones would be checked for counting from the end.
-    x, y, factor = room[0], room[1], room[2]
+    x, y, factor = bench[:width], bench[PITCH : PITCH + width], room[0]
     sun_lit, cosine = room[7], room[8]
     index, shine_first, shine_last = at[0], at[2], at[3]
-    red, green, blue = radiance[0], radiance[1], radiance[2]
+    red, green = bench[2 * PITCH : 2 * PITCH + width], bench[3 * PITCH : 3 * PITCH + width]
+    blue = bench[4 * PITCH : 4 * PITCH + width]
     panels, own_nit, maps, sun_maps, body_sun = light.panel, light.own_nit, light.maps, light.sun_maps, light.body_sun
     place, samples, sun_share = light.place, light.light, light.sun_share
     contact, columns = light.contact, light.contact_columns
     rows = contact.shape[0] // columns
     sun_shines = light.sun[1] > ZERO
-    width = np.uint64(depth_m.shape[0])
     shining, sunny_first, sunny_last = 0, width, np.uint64(0)
     sun_lit[:] = ZERO
     cosine[:] = ONE
@@ -149,7 +154,7 @@ def baked_row(
         elif panel >= 0:
             start, wide, high = maps[panel, 0], maps[panel, 1], maps[panel, 2]
             place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
-            mix_light(samples, wide, first, last, index, x, y, red, green, blue)
+            mix_light(samples, wide, first, last, index, bench)
             if sun_shines and sun_maps[panel, 1] > 0:
                 sunny_first, sunny_last = min(sunny_first, first), last
                 start, wide, high = sun_maps[panel, 0], sun_maps[panel, 1], sun_maps[panel, 2]
@@ -175,10 +180,13 @@ def baked_row(
         if light.casts:
             depth, cosine = depth_m[sunny_first:sunny_last], cosine[sunny_first:sunny_last]
             shadow_row(shadows, row, sunny_first, depth, cosine, room, at, lit)
-        for channel in range(3):
-            _add_sun(light.sun[channel], lit, radiance[channel, sunny_first:sunny_last])
-    for channel in range(3):
-        reflect_row(colour, np.uint32(8 * channel), radiance[channel])
+        _add_sun(light.sun[0], lit, red[sunny_first:sunny_last])
+        _add_sun(light.sun[1], lit, green[sunny_first:sunny_last])
+        _add_sun(light.sun[2], lit, blue[sunny_first:sunny_last])
+    reflect_row(colour, np.uint32(0), red, radiance[0])
+    reflect_row(colour, np.uint32(8), green, radiance[1])
+    reflect_row(colour, np.uint32(16), blue, radiance[2])
+    red, green, blue = radiance[0], radiance[1], radiance[2]
     for n in range(shining):
         first, last = np.uint64(shine_first[n]), np.uint64(shine_last[n])
         body = instance_id[first]

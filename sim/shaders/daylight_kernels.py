@@ -91,10 +91,12 @@ def reflectance_row(colour: NDArray[np.uint32], shift: np.uint32, reflectance: N
 
 
 @njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def reflect_row(colour: NDArray[np.uint32], shift: np.uint32, light: NDArray[np.float32]) -> None:
-    """Multiply light by what surfaces of one channel of packed sRGB colours throw back of it."""
+def reflect_row(
+    colour: NDArray[np.uint32], shift: np.uint32, light: NDArray[np.float32], radiance: NDArray[np.float32]
+) -> None:
+    """Write what surfaces of one channel of packed sRGB colours throw back of light."""
     for k in range(colour.shape[0]):
-        light[k] *= _reflectance(colour[k], shift)
+        radiance[k] = light[k] * _reflectance(colour[k], shift)
 
 
 @njit(cache=True, _nrt=False, forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
