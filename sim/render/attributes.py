@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
 from sim.render.runs import LANES, PITCH, find_runs, new_bench
 from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level, number_texels
 from sim.render.textures import TexturePool
@@ -85,7 +86,7 @@ def resolve_picture(
                 normal_world[row, column, k] = normal[k, column]
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def resolve_row(
     textures: TexturePool,
     table: TriangleTable,
@@ -137,7 +138,7 @@ def resolve_row(
             line[column] = real[np.uint64((1 + axis) * PITCH) + column]
 
 
-@njit(cache=True, _nrt=False, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _describe_run(
     triangles: NDArray[np.int32],
     planes: NDArray[np.float32],
@@ -167,7 +168,7 @@ def _describe_run(
             whole[to_body + column] = body
 
 
-@njit(cache=True, _nrt=False, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place_run(
     textures: TexturePool,
     triangles: NDArray[np.int32],

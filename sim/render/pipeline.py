@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
 from sim.render.attributes import RowRoom, new_row_room, resolve_row
-from sim.render.compilation import announce_compilation
+from sim.render.compilation import NO_COUNTING, announce_compilation, row_kernel
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
 from sim.render.runs import new_bench
@@ -186,7 +186,7 @@ def _light_row(light, shadows, row, colour, depth_m, instance_id, normal, room, 
     raise NotImplementedError
 
 
-@overload(_light_row, jit_options={"_nrt": False})
+@overload(_light_row, jit_options=NO_COUNTING)
 def _row_kernel(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
     def by_day(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
         shade_row(light, shadows, row, colour, depth_m, normal, room, at, radiance)
@@ -240,7 +240,7 @@ def _finish_rows(
     )
 
 
-@njit(cache=True, _nrt=False)
+@row_kernel()
 def _finish_each(
     textures: TexturePool,
     table: TriangleTable,

@@ -4,9 +4,6 @@ A loop over a run is over before vector code of the usual kind has started. So r
 ``LANES`` pixels and write beyond the end of the run, where the next run writes later. The arrays that they write to are
 lines of one *bench*: line n begins at ``n * PITCH``. The fixed distance tells the compiler that lines do not overlap,
 and leaves room behind the last column.
-
-Kernels of rows are compiled with ``_nrt=False``: they make no arrays, so numba need not count who holds the ones that
-they are given, which took a twentieth of the time.
 """
 
 from __future__ import annotations
@@ -14,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from sim.render.compilation import row_kernel
 
 LANES = 16
 WIDEST = 4096
@@ -34,7 +33,7 @@ def new_bench(lines: int, width: int) -> NDArray[np.float32]:
     return np.zeros(lines * PITCH, np.float32)
 
 
-@njit(cache=True, _nrt=False)
+@row_kernel()
 def find_runs(values: NDArray[np.int32], firsts: NDArray[np.uint32]) -> np.uint64:
     """Write the first column of each run of equal values (W,), and W behind the last; return the number of runs.
 

@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from sim.render.compilation import row_kernel
 from sim.sensors.config import SensorConfig, SensorSettings
 from sim.sensors.lens import scatter_row
 from sim.sensors.white_balance import channel_gains
@@ -115,7 +116,7 @@ def develop_rows(radiance: NDArray[np.float32], rows: NDArray[np.int64], develop
         develop_row(radiance[k], development, rows[k], room)
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def develop_row(radiance: NDArray[np.float32], development: Development, row: int, room: DarkRoom) -> None:
     """Write one row of the picture from its radiance (3, W)."""
     per_nit, full_well, read_variance = development.response[0], development.response[1], development.response[2]
@@ -143,7 +144,7 @@ def develop_row(radiance: NDArray[np.float32], development: Development, row: in
             image[k, channel] = CODES[values[channel, k]]
 
 
-@njit(cache=True, _nrt=False)
+@row_kernel()
 def normal_deviates(
     keys: NDArray[np.uint32], row: int, hashes: NDArray[np.uint32], deviates: NDArray[np.float32]
 ) -> None:

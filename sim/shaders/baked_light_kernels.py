@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
 from sim.render.runs import PITCH, new_bench
 from sim.shaders.daylight_kernels import reflect_row, shadow_row
 from sim.shaders.panel_kernels import BENCH_LINES, mix_light, mix_run, place_run
@@ -65,7 +66,7 @@ class BakedArrays(NamedTuple):
     rays: NDArray[np.float32]
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def add_up(weights: NDArray[np.float32], groups: NDArray[np.float32], total: NDArray[np.float32]) -> None:
     """Write ``sum of weights_g groups_g`` (N,) of groups (G, N)."""
     total[:] = ZERO
@@ -103,7 +104,7 @@ def shade_baked_picture(
         baked_row(light, shadows, row, colour, depth_m[row], instance_id[row], normal, room, at, bench, radiance[row])
 
 
-@njit(cache=True, _nrt=False, error_model="numpy")
+@row_kernel(error_model="numpy")
 def baked_row(
     light: BakedArrays,
     shadows: ShadowArrays,
@@ -198,13 +199,13 @@ def baked_row(
             _fill(own_nit[body, 2], first, last, blue)
 
 
-@njit(cache=True, _nrt=False)
+@row_kernel()
 def _fill(value: np.float32, first: np.uint64, last: np.uint64, line: NDArray[np.float32]) -> None:
     for k in range(first, last):
         line[k] = value
 
 
-@njit(cache=True, _nrt=False)
+@row_kernel()
 def _darken(
     factor: NDArray[np.float32],
     first: np.uint64,
@@ -219,13 +220,13 @@ def _darken(
         blue[k] *= factor[k]
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _add_sun(sun: np.float32, lit: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
     for k in range(radiance.shape[0]):
         radiance[k] += sun * lit[k]
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _body_run(
     cubes: NDArray[np.float32],
     body: int,
@@ -247,7 +248,7 @@ def _body_run(
         blue[k] = x * cubes[body, ahead, 2] + y * cubes[body, aside, 2] + z * cubes[body, up, 2]
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _sun_on_body(
     towards_sun: NDArray[np.float32],
     share: np.float32,
@@ -264,7 +265,7 @@ def _sun_on_body(
         sun_lit[k] = share * cosine[k]
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _sky_run(
     sky: NDArray[np.float32],
     rays: NDArray[np.float32],

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
 from sim.render.shadow_kernels import BLOCK
 from sim.shaders.colour import srgb_to_linear
 
@@ -57,7 +58,7 @@ def shade_picture(
         shade_row(light, shadows, row, colour, depth_m[row], normal, room, at, radiance[row])
 
 
-@njit(cache=True, _nrt=False)
+@row_kernel()
 def shade_row(
     light: DaylightArrays,
     shadows: ShadowArrays,
@@ -83,14 +84,14 @@ def shade_row(
         _light_up(light, channel, lit, depth_m, normal[2], radiance[channel])
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def reflectance_row(colour: NDArray[np.uint32], shift: np.uint32, reflectance: NDArray[np.float32]) -> None:
     """Write the linear value of one channel of packed sRGB colours."""
     for k in range(colour.shape[0]):
         reflectance[k] = _reflectance(colour[k], shift)
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def reflect_row(
     colour: NDArray[np.uint32], shift: np.uint32, light: NDArray[np.float32], radiance: NDArray[np.float32]
 ) -> None:
@@ -99,14 +100,14 @@ def reflect_row(
         radiance[k] = light[k] * _reflectance(colour[k], shift)
 
 
-@njit(cache=True, _nrt=False, forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _reflectance(colour: np.uint32, shift: np.uint32) -> np.float32:
     """Return the linear value of one channel of a packed sRGB colour."""
     c = np.float32(np.int32((colour >> shift) & BYTE))
     return P0 + c * (P1 + c * (P2 + c * (P3 + c * (P4 + c * (P5 + c * P6)))))
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _cosine(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[np.float32]) -> None:
     """Write ``max(0, n . l)``."""
     lx, ly, lz = light.towards_sun[0], light.towards_sun[1], light.towards_sun[2]
@@ -115,7 +116,7 @@ def _cosine(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[
         cosine[k] = max(nx[k] * lx + ny[k] * ly + nz[k] * lz, ZERO)
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _light_coordinate(
     from_pixel: NDArray[np.float32],
     row: int,
@@ -135,7 +136,7 @@ def _light_coordinate(
         coordinate[k] = min(max((base + step * x) * z + at, low), high)
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDArray[np.float32]) -> None:
     """Add what a lit surface itself may rise by within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``."""
     for k in range(cosine.shape[0]):
@@ -143,7 +144,7 @@ def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDA
         height[k] += texel_m * (np.float32(1.5) * np.sqrt(max(ONE - c * c, ZERO)) / c + np.float32(0.75))
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _split_position(
     size: int,
     s: NDArray[np.float32],
@@ -161,7 +162,7 @@ def _split_position(
         t[k] -= np.float32(i)
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _filter_shadow(
     corners: NDArray[np.float32],
     s: NDArray[np.float32],
@@ -178,7 +179,7 @@ def _filter_shadow(
         lit[k] *= upper + (lower - upper) * ft
 
 
-@njit(cache=True, _nrt=False, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _lit(
     light: DaylightArrays,
     shadows: ShadowArrays,
@@ -194,7 +195,7 @@ def _lit(
     shadow_row(shadows, row, np.uint64(0), depth_m, lit, room, at, lit)
 
 
-@njit(cache=True, _nrt=False, error_model="numpy")
+@row_kernel(error_model="numpy")
 def shadow_row(
     shadows: ShadowArrays,
     row: int,
@@ -234,7 +235,7 @@ def shadow_row(
     _filter_shadow(corners, s, t, height, lit)
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _light_up(
     light: DaylightArrays,
     channel: int,

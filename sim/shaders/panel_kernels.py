@@ -6,16 +6,16 @@ Pixels are those from ``first`` up to, not including, ``last`` of the row's arra
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
 from sim.render.runs import LANES, PITCH
 
 BENCH_LINES = 5
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def place_run(
     place: NDArray[np.float32],
     panel: int,
@@ -52,7 +52,7 @@ def place_run(
         x[k], y[k] = s - np.float32(j), t - np.float32(i)
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def mix_light(
     light: NDArray[np.float32],
     columns: int,
@@ -93,7 +93,7 @@ def mix_light(
         k = end
 
 
-@njit(cache=True, _nrt=False, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def mix_run(
     values: NDArray[np.float32],
     columns: int,
