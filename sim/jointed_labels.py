@@ -116,19 +116,25 @@ def _count(
     (the others); ``covered`` begins at column x, row y of the map.
     """
     height, width = instance_map.shape
+    left, right = max(x, 0), min(x + covered.shape[1], width)
     for i in range(covered.shape[0]):
-        row = y + i
-        for j in range(covered.shape[1]):
-            if not covered[i, j]:
-                continue
-            counts[0] += 1
-            column = x + j
-            if 0 <= row < height and 0 <= column < width:
-                seen = instance_map[row, column]
-                for k in range(wanted.shape[0]):
-                    if seen == wanted[k]:
-                        counts[1 + k] += 1
-                        break
+        line, row = covered[i], y + i
+        total = 0
+        for j in range(line.shape[0]):
+            total += line[j]
+        counts[0] += total
+        if row < 0 or row >= height:
+            continue
+        # Neighbours mostly show the same: the wanted ids are gone through once for all of them.
+        column = left
+        while column < right:
+            seen, count = instance_map[row, column], 0
+            while column < right and instance_map[row, column] == seen:
+                count += line[column - x]
+                column += 1
+            for k in range(wanted.shape[0]):
+                if seen == wanted[k]:
+                    counts[1 + k] += count
 
 
 @njit(cache=True)

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
 from sim.render.runs import LANES, PITCH, find_runs, new_bench
 from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level, number_texels
 from sim.render.textures import TexturePool
@@ -85,7 +86,7 @@ def resolve_picture(
                 normal_world[row, column, k] = normal[k, column]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def resolve_row(
     textures: TexturePool,
     table: TriangleTable,
@@ -137,7 +138,7 @@ def resolve_row(
             line[column] = real[np.uint64((1 + axis) * PITCH) + column]
 
 
-@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _describe_run(
     triangles: NDArray[np.int32],
     planes: NDArray[np.float32],
@@ -149,7 +150,9 @@ def _describe_run(
     real: NDArray[np.float32],
 ) -> None:
     """Write body and normal of the pixels first … last - 1 of a triangle."""
-    body, flat = np.uint32(triangles[index, BODY]), triangles[index, IS_FLAT]
+    body = np.uint32(triangles[index, BODY])
+    # A number, not a branch: the compiler would make two loops of it, and no vector code of the shorter one.
+    flat = np.float32(triangles[index, IS_FLAT])
     to_body = np.uint64(TEXEL_LINES * PITCH)
     to_x, to_y, to_z = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH)
     y, one = np.float32(row), np.float32(1.0)
@@ -160,12 +163,12 @@ def _describe_run(
         for column in range(block, block + np.uint64(LANES)):
             x = np.float32(np.int32(column))
             nx, ny, nz = x_step * x + x_base, y_step * x + y_base, z_step * x + z_base
-            scale = one if flat else one / np.sqrt(nx * nx + ny * ny + nz * nz)
+            scale = one / np.sqrt(flat + (one - flat) * (nx * nx + ny * ny + nz * nz))
             real[to_x + column], real[to_y + column], real[to_z + column] = nx * scale, ny * scale, nz * scale
             whole[to_body + column] = body
 
 
-@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place_run(
     textures: TexturePool,
     triangles: NDArray[np.int32],

@@ -18,20 +18,22 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
-from sim.render.attributes import new_row_room, resolve_row
-from sim.render.compilation import announce_compilation
+from sim.render.attributes import RowRoom, new_row_room, resolve_row
+from sim.render.compilation import NO_COUNTING, announce_compilation, row_kernel
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
+from sim.render.runs import new_bench
 from sim.render.textures import TexturePool
 from sim.render.visibility import TriangleTable
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import Picture, SensorSettings
 from sim.sensors.exposure import METER_STEP_PX, metered_radiance
 from sim.sensors.motion_blur import needs_blur
-from sim.sensors.noise import NO_DEVELOPMENT, Development, develop_row, develop_rows, new_dark_room
+from sim.sensors.noise import NO_DEVELOPMENT, DarkRoom, Development, develop_row, develop_rows, new_dark_room
 from sim.shaders.baked_light_kernels import AT_ROWS, ROOM_ROWS, BakedArrays, baked_row
 from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
+from sim.shaders.panel_kernels import BENCH_LINES
 
 
 class Shader(Protocol):
@@ -179,18 +181,18 @@ def _moves_light(
     return motion is not None and needs_blur(camera.width_px, camera.height_px, motion, share)
 
 
-def _light_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
+def _light_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
     """Stands for the row kernel that belongs to the type of ``light``: the compiler puts that one here."""
     raise NotImplementedError
 
 
-@overload(_light_row)
-def _row_kernel(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
-    def by_day(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
+@overload(_light_row, jit_options=NO_COUNTING)
+def _row_kernel(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
+    def by_day(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
         shade_row(light, shadows, row, colour, depth_m, normal, room, at, radiance)
 
-    def baked(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance):
-        baked_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, radiance)
+    def baked(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance):
+        baked_row(light, shadows, row, colour, depth_m, instance_id, normal, room, at, bench, radiance)
 
     return by_day if light.instance_class is DaylightArrays else baked
 
@@ -216,15 +218,55 @@ def _finish_rows(
         radiance: (R, 3, W); or (1, 3, W), room for a row of it on its way to the picture.
     """
     width = triangle.shape[1]
-    room, at = np.empty((ROOM_ROWS, width), np.float32), np.empty((AT_ROWS, width), np.uint32)
-    row_room, colour = new_row_room(width), np.empty(width, np.uint32)
-    normal = np.empty((3, width), np.float32)
-    dark_room = new_dark_room(width)
+    _finish_each(
+        textures,
+        table,
+        nearness,
+        triangle,
+        light,
+        shadows,
+        rows,
+        development,
+        depth_m,
+        instance_id,
+        radiance,
+        new_row_room(width),
+        new_dark_room(width),
+        np.empty(width, np.uint32),
+        np.empty((3, width), np.float32),
+        np.empty((ROOM_ROWS, width), np.float32),
+        np.empty((AT_ROWS, width), np.uint32),
+        new_bench(BENCH_LINES, width),
+    )
+
+
+@row_kernel()
+def _finish_each(
+    textures: TexturePool,
+    table: TriangleTable,
+    nearness: NDArray[np.float32],
+    triangle: NDArray[np.int32],
+    light: DaylightArrays | BakedArrays,
+    shadows: ShadowArrays,
+    rows: NDArray[np.int64],
+    development: Development,
+    depth_m: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
+    radiance: NDArray[np.float32],
+    row_room: RowRoom,
+    dark_room: DarkRoom,
+    colour: NDArray[np.uint32],
+    normal: NDArray[np.float32],
+    room: NDArray[np.float32],
+    at: NDArray[np.uint32],
+    bench: NDArray[np.float32],
+) -> None:
+    """``_finish_rows`` with room for one row to work in."""
     for k in range(rows.shape[0]):
         row = rows[k]
         depth, identity = depth_m[row], instance_id[row]
         resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
         light_out = radiance[k % radiance.shape[0]]
-        _light_row(light, shadows, row, colour, depth, identity, normal, room, at, light_out)
+        _light_row(light, shadows, row, colour, depth, identity, normal, room, at, bench, light_out)
         if development.image_rgb.shape[0] > 0:
             develop_row(light_out, development, row, dark_room)

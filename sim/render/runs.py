@@ -12,6 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
+
 LANES = 16
 WIDEST = 4096
 """Columns of the widest picture."""
@@ -31,7 +33,7 @@ def new_bench(lines: int, width: int) -> NDArray[np.float32]:
     return np.zeros(lines * PITCH, np.float32)
 
 
-@njit(cache=True)
+@row_kernel()
 def find_runs(values: NDArray[np.int32], firsts: NDArray[np.uint32]) -> np.uint64:
     """Write the first column of each run of equal values (W,), and W behind the last; return the number of runs.
 

@@ -11,9 +11,9 @@ them lie the lines of a bench (``sim.render.runs``): the four texels, their weig
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
 from sim.render.runs import LANES, PITCH
 
 RED_BLUE, GREEN = np.uint32(0x00FF00FF), np.uint32(0x0000FF00)
@@ -24,7 +24,7 @@ LEVEL_0_UP_TO = 2.0
 """Texels that a pixel may cover before the next mip level is taken."""
 
 
-@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def number_texels(
     u_step: np.float32,
     u_base: np.float32,
@@ -70,7 +70,7 @@ def number_texels(
             texel[to_weight_y + column] = np.uint32(np.int32((v - np.float32(i)) * whole))
 
 
-@njit(cache=True, forceinline=True)
+@row_kernel(forceinline=True)
 def fetch_row(texels: NDArray[np.uint32], texel: NDArray[np.uint32], colour: NDArray[np.uint32]) -> None:
     """Write the interpolated colours (W,) of a row of pixels, packed like texels.
 
@@ -102,7 +102,7 @@ def fetch_row(texels: NDArray[np.uint32], texel: NDArray[np.uint32], colour: NDA
         colour[k] = np.uint32(red_blue | green)
 
 
-@njit(cache=True, forceinline=True)
+@row_kernel(forceinline=True)
 def mip_level(texels_per_pixel: float, level_count: int) -> int:
     """Return the level at which a pixel covers between 1/2 and 2 texels; its area in level 0 is given.
 

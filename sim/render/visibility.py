@@ -132,10 +132,11 @@ def _draw_triangle(
             continue
         for column in range(np.uint64(left), np.uint64(right)):
             value = base + per_column * np.float32(np.int32(column))
-            if value > nearness[row, column]:
-                nearness[row, column] = value
-                triangle[row, column] = new
-                drawn = True
+            old = nearness[row, column]
+            nearer = value > old
+            nearness[row, column] = value if nearer else old
+            triangle[row, column] = new if nearer else triangle[row, column]
+            drawn |= nearer
     return drawn
 
 

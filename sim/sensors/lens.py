@@ -6,10 +6,10 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera
+from sim.render.compilation import row_kernel
 
 
 def distort(radiance: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
@@ -37,7 +37,7 @@ def veil(metered: NDArray[np.float64], share: float) -> NDArray[np.float32]:
     return (share * metered).astype(np.float32)
 
 
-@njit(cache=True)
+@row_kernel()
 def scatter_row(
     radiance: NDArray[np.float32], share: np.float32, veil: NDArray[np.float32], scattered: NDArray[np.float32]
 ) -> None:

@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from sim.render.compilation import row_kernel
 from sim.sensors.config import SensorConfig, SensorSettings
 from sim.sensors.lens import scatter_row
 from sim.sensors.white_balance import channel_gains
@@ -92,17 +93,19 @@ NO_DEVELOPMENT = Development(
 
 
 class DarkRoom(NamedTuple):
-    """What ``develop_row`` works in: light and noise (3, W) float32, 12-bit values (3, W) uint16."""
+    """What ``develop_row`` works in: light and noise (3, W) float32, hashes (W,), 12-bit values (3, W) uint16."""
 
     light: NDArray[np.float32]
     noise: NDArray[np.float32]
+    hashes: NDArray[np.uint32]
     values: NDArray[np.uint16]
 
 
 @njit(cache=True)
 def new_dark_room(width: int) -> DarkRoom:
     """Return room for rows of ``width`` pixels."""
-    return DarkRoom(np.empty((3, width), np.float32), np.empty((3, width), np.float32), np.empty((3, width), np.uint16))
+    light, noise = np.empty((3, width), np.float32), np.empty((3, width), np.float32)
+    return DarkRoom(light, noise, np.empty(width, np.uint32), np.empty((3, width), np.uint16))
 
 
 @njit(cache=True)
@@ -113,7 +116,7 @@ def develop_rows(radiance: NDArray[np.float32], rows: NDArray[np.int64], develop
         develop_row(radiance[k], development, rows[k], room)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def develop_row(radiance: NDArray[np.float32], development: Development, row: int, room: DarkRoom) -> None:
     """Write one row of the picture from its radiance (3, W)."""
     per_nit, full_well, read_variance = development.response[0], development.response[1], development.response[2]
@@ -124,7 +127,7 @@ def develop_row(radiance: NDArray[np.float32], development: Development, row: in
     if development.share > zero:
         scatter_row(radiance, development.share, development.veil, room.light)
         scattered = room.light
-    normal_deviates(development.keys, row, noise)
+    normal_deviates(development.keys, row, room.hashes, noise)
     for channel in range(3):
         light, n, value, per_electron = (
             scattered[channel],
@@ -141,16 +144,17 @@ def develop_row(radiance: NDArray[np.float32], development: Development, row: in
             image[k, channel] = CODES[values[channel, k]]
 
 
-@njit(cache=True)
-def normal_deviates(keys: NDArray[np.uint32], row: int, deviates: NDArray[np.float32]) -> None:
-    """Write one row (3, W) of values of N(0, 1).
+@row_kernel()
+def normal_deviates(
+    keys: NDArray[np.uint32], row: int, hashes: NDArray[np.uint32], deviates: NDArray[np.float32]
+) -> None:
+    """Write one row (3, W) of values of N(0, 1), and the numbers (W,) that pick them.
 
     The hash is Wellons' ``lowbias32`` of ``pixel + keys[0]``, with ``keys[1]`` mixed in between its rounds.
     """
     width = deviates.shape[1]
     first = np.uint32(np.uint32(row * width) + keys[0])
     second = keys[1]
-    hashes = np.empty(width, np.uint32)
     for k in range(width):
         h = np.uint32(np.uint32(k) + first)
         h = np.uint32(np.uint32(h ^ np.uint32(h >> np.uint32(16))) * MIX_1)

@@ -13,8 +13,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.shaders.daylight_kernels import reflectance_row, shadow_row
-from sim.shaders.panel_kernels import mix_light, mix_run, place_run
+from sim.render.compilation import row_kernel
+from sim.render.runs import PITCH, new_bench
+from sim.shaders.daylight_kernels import reflect_row, shadow_row
+from sim.shaders.panel_kernels import BENCH_LINES, mix_light, mix_run, place_run
 
 if TYPE_CHECKING:
     from sim.shaders.daylight import ShadowArrays
@@ -38,7 +40,7 @@ class BakedArrays(NamedTuple):
         sun_cosine: (R,). sun: (3,) on a surface square to it. towards_sun: (3,) unit vector.
         casts: whether anything that moves may stand in the sun.
         cubes: (B, 6, 3) ambient cubes. body_sun: (B,) share of the sun that arrives.
-        is_floor: (R,) bool, things that move darken it by ``contact`` (Y, X) around them.
+        is_floor: (R,) bool, things that move darken it by ``contact`` around them: (C,), rows of ``contact_columns``.
         contact_place: (1, 8), as ``place``, but in samples of ``contact``.
         sky: (2, 3), see ``sky_levels``. rays: (3, 3) of the upper left pixel, its change a column and a row.
     """
@@ -58,12 +60,13 @@ class BakedArrays(NamedTuple):
     body_sun: NDArray[np.float32]
     is_floor: NDArray[np.bool_]
     contact: NDArray[np.float32]
+    contact_columns: int
     contact_place: NDArray[np.float32]
     sky: NDArray[np.float32]
     rays: NDArray[np.float32]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def add_up(weights: NDArray[np.float32], groups: NDArray[np.float32], total: NDArray[np.float32]) -> None:
     """Write ``sum of weights_g groups_g`` (N,) of groups (G, N)."""
     total[:] = ZERO
@@ -88,6 +91,7 @@ def shade_baked_picture(
     width = depth_m.shape[1]
     room, at = np.empty((ROOM_ROWS, width), np.float32), np.empty((AT_ROWS, width), np.uint32)
     colour, normal = np.empty(width, np.uint32), np.empty((3, width), np.float32)
+    bench = new_bench(BENCH_LINES, width)
     for row in range(depth_m.shape[0]):
         for column in range(width):
             colour[column] = (
@@ -97,10 +101,10 @@ def shade_baked_picture(
             )
             for k in range(3):
                 normal[k, column] = normal_world[row, column, k]
-        baked_row(light, shadows, row, colour, depth_m[row], instance_id[row], normal, room, at, radiance[row])
+        baked_row(light, shadows, row, colour, depth_m[row], instance_id[row], normal, room, at, bench, radiance[row])
 
 
-@njit(cache=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def baked_row(
     light: BakedArrays,
     shadows: ShadowArrays,
@@ -111,6 +115,7 @@ def baked_row(
     normal: NDArray[np.float32],
     room: NDArray[np.float32],
     at: NDArray[np.uint32],
+    bench: NDArray[np.float32],
     radiance: NDArray[np.float32],
 ) -> None:
     """Write the radiance (3, W) of one row.
@@ -119,22 +124,25 @@ def baked_row(
         colour: (W,) base colours, ``R | G << 8 | B << 16``.
         normal: (3, W).
         room, at: (``ROOM_ROWS``, W) and (``AT_ROWS``, W) to work in.
+        bench: of ``BENCH_LINES`` lines to work in, see ``sim.render.runs``.
     """
+    width = np.uint64(depth_m.shape[0])
     # Views are made here, once a row: making one costs more than a short run. Numbers of columns are unsigned: signed
     # ones would be checked for counting from the end.
-    x, y, factor = room[0], room[1], room[2]
-    sun_lit, cosine, reflectance = room[7], room[8], room[0]
+    x, y, factor = bench[:width], bench[PITCH : PITCH + width], room[0]
+    sun_lit, cosine = room[7], room[8]
     index, shine_first, shine_last = at[0], at[2], at[3]
-    red, green, blue = radiance[0], radiance[1], radiance[2]
+    red, green = bench[2 * PITCH : 2 * PITCH + width], bench[3 * PITCH : 3 * PITCH + width]
+    blue = bench[4 * PITCH : 4 * PITCH + width]
     panels, own_nit, maps, sun_maps, body_sun = light.panel, light.own_nit, light.maps, light.sun_maps, light.body_sun
     place, samples, sun_share = light.place, light.light, light.sun_share
-    rows, columns = light.contact.shape
-    contact = light.contact.ravel()
+    contact, columns = light.contact, light.contact_columns
+    rows = contact.shape[0] // columns
     sun_shines = light.sun[1] > ZERO
-    shining, sunny = 0, False
+    shining, sunny_first, sunny_last = 0, width, np.uint64(0)
     sun_lit[:] = ZERO
     cosine[:] = ONE
-    first, width = np.uint64(0), np.uint64(depth_m.shape[0])
+    first = np.uint64(0)
     while first < width:
         body = instance_id[first]
         last = first + np.uint64(1)
@@ -142,20 +150,14 @@ def baked_row(
             last += np.uint64(1)
         panel = panels[body] if body >= 0 else -1
         if body < 0 or own_nit[body, 0] >= ZERO:
-            if body < 0:
-                _sky_run(light.sky, light.rays, row, first, last, red, green, blue)
-            else:
-                _fill(own_nit[body, 0], first, last, red)
-                _fill(own_nit[body, 1], first, last, green)
-                _fill(own_nit[body, 2], first, last, blue)
             shine_first[shining], shine_last[shining] = np.uint32(first), np.uint32(last)
             shining += 1
         elif panel >= 0:
             start, wide, high = maps[panel, 0], maps[panel, 1], maps[panel, 2]
             place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
-            mix_light(samples, wide, first, last, index, x, y, red, green, blue)
+            mix_light(samples, wide, first, last, index, bench)
             if sun_shines and sun_maps[panel, 1] > 0:
-                sunny = True
+                sunny_first, sunny_last = min(sunny_first, first), last
                 start, wide, high = sun_maps[panel, 0], sun_maps[panel, 1], sun_maps[panel, 2]
                 place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
                 _fill(light.sun_cosine[panel], first, last, cosine)
@@ -167,37 +169,43 @@ def baked_row(
         else:
             _body_run(light.cubes, body, first, last, normal, red, green, blue)
             if sun_shines and body_sun[body] > ZERO:
-                sunny = True
+                sunny_first, sunny_last = min(sunny_first, first), last
                 _sun_on_body(light.towards_sun, body_sun[body], first, last, normal, cosine, sun_lit)
         first = last
-    sunny = sunny and _any(sun_lit)
-    if sunny and light.casts:
-        shadow_row(shadows, row, depth_m, cosine, room, at, sun_lit)
-    for channel in range(3):
-        reflectance_row(colour, np.uint32(8 * channel), reflectance)
-        for n in range(shining):
-            _fill(ONE, np.uint64(shine_first[n]), np.uint64(shine_last[n]), reflectance)
-        if sunny:
-            _add_sun(light.sun[channel], sun_lit, radiance[channel])
-        _multiply(reflectance, radiance[channel])
+    while sunny_first < sunny_last and sun_lit[sunny_first] == ZERO:
+        sunny_first += np.uint64(1)
+    while sunny_first < sunny_last and sun_lit[sunny_last - np.uint64(1)] == ZERO:
+        sunny_last -= np.uint64(1)
+    if sunny_first < sunny_last:
+        lit = sun_lit[sunny_first:sunny_last]
+        if light.casts:
+            depth, cosine = depth_m[sunny_first:sunny_last], cosine[sunny_first:sunny_last]
+            shadow_row(shadows, row, sunny_first, depth, cosine, room, at, lit)
+        _add_sun(light.sun[0], lit, red[sunny_first:sunny_last])
+        _add_sun(light.sun[1], lit, green[sunny_first:sunny_last])
+        _add_sun(light.sun[2], lit, blue[sunny_first:sunny_last])
+    reflect_row(colour, np.uint32(0), red, radiance[0])
+    reflect_row(colour, np.uint32(8), green, radiance[1])
+    reflect_row(colour, np.uint32(16), blue, radiance[2])
+    red, green, blue = radiance[0], radiance[1], radiance[2]
+    for n in range(shining):
+        first, last = np.uint64(shine_first[n]), np.uint64(shine_last[n])
+        body = instance_id[first]
+        if body < 0:
+            _sky_run(light.sky, light.rays, row, first, last, red, green, blue)
+        else:
+            _fill(own_nit[body, 0], first, last, red)
+            _fill(own_nit[body, 1], first, last, green)
+            _fill(own_nit[body, 2], first, last, blue)
 
 
-@njit(cache=True)
+@row_kernel()
 def _fill(value: np.float32, first: np.uint64, last: np.uint64, line: NDArray[np.float32]) -> None:
     for k in range(first, last):
         line[k] = value
 
 
-@njit(cache=True)
-def _any(line: NDArray[np.float32]) -> bool:
-    """Return whether any of a row is not 0."""
-    largest = ZERO
-    for k in range(line.shape[0]):
-        largest = line[k] if line[k] > largest else largest
-    return bool(largest > ZERO)
-
-
-@njit(cache=True)
+@row_kernel()
 def _darken(
     factor: NDArray[np.float32],
     first: np.uint64,
@@ -212,19 +220,13 @@ def _darken(
         blue[k] *= factor[k]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _add_sun(sun: np.float32, lit: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
     for k in range(radiance.shape[0]):
         radiance[k] += sun * lit[k]
 
 
-@njit(cache=True)
-def _multiply(reflectance: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
-    for k in range(radiance.shape[0]):
-        radiance[k] *= reflectance[k]
-
-
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _body_run(
     cubes: NDArray[np.float32],
     body: int,
@@ -246,7 +248,7 @@ def _body_run(
         blue[k] = x * cubes[body, ahead, 2] + y * cubes[body, aside, 2] + z * cubes[body, up, 2]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _sun_on_body(
     towards_sun: NDArray[np.float32],
     share: np.float32,
@@ -263,7 +265,7 @@ def _sun_on_body(
         sun_lit[k] = share * cosine[k]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _sky_run(
     sky: NDArray[np.float32],
     rays: NDArray[np.float32],

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
 from sim.render.shadow_kernels import BLOCK
 from sim.shaders.colour import srgb_to_linear
 
@@ -57,7 +58,7 @@ def shade_picture(
         shade_row(light, shadows, row, colour, depth_m[row], normal, room, at, radiance[row])
 
 
-@njit(cache=True)
+@row_kernel()
 def shade_row(
     light: DaylightArrays,
     shadows: ShadowArrays,
@@ -83,15 +84,30 @@ def shade_row(
         _light_up(light, channel, lit, depth_m, normal[2], radiance[channel])
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def reflectance_row(colour: NDArray[np.uint32], shift: np.uint32, reflectance: NDArray[np.float32]) -> None:
     """Write the linear value of one channel of packed sRGB colours."""
     for k in range(colour.shape[0]):
-        c = np.float32(np.int32((colour[k] >> shift) & BYTE))
-        reflectance[k] = P0 + c * (P1 + c * (P2 + c * (P3 + c * (P4 + c * (P5 + c * P6)))))
+        reflectance[k] = _reflectance(colour[k], shift)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def reflect_row(
+    colour: NDArray[np.uint32], shift: np.uint32, light: NDArray[np.float32], radiance: NDArray[np.float32]
+) -> None:
+    """Write what surfaces of one channel of packed sRGB colours throw back of light."""
+    for k in range(colour.shape[0]):
+        radiance[k] = light[k] * _reflectance(colour[k], shift)
+
+
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _reflectance(colour: np.uint32, shift: np.uint32) -> np.float32:
+    """Return the linear value of one channel of a packed sRGB colour."""
+    c = np.float32(np.int32((colour >> shift) & BYTE))
+    return P0 + c * (P1 + c * (P2 + c * (P3 + c * (P4 + c * (P5 + c * P6)))))
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _cosine(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[np.float32]) -> None:
     """Write ``max(0, n . l)``."""
     lx, ly, lz = light.towards_sun[0], light.towards_sun[1], light.towards_sun[2]
@@ -100,10 +116,11 @@ def _cosine(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[
         cosine[k] = max(nx[k] * lx + ny[k] * ly + nz[k] * lz, ZERO)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _light_coordinate(
     from_pixel: NDArray[np.float32],
     row: int,
+    first_column: np.uint64,
     depth_m: NDArray[np.float32],
     shift: np.float32,
     low: np.float32,
@@ -115,18 +132,19 @@ def _light_coordinate(
     step, at = from_pixel[0], from_pixel[3] + shift
     for k in range(depth_m.shape[0]):
         z = min(depth_m[k], FARTHEST_M)
-        coordinate[k] = min(max((base + step * np.float32(np.int32(k))) * z + at, low), high)
+        x = np.float32(np.int32(first_column + np.uint64(k)))
+        coordinate[k] = min(max((base + step * x) * z + at, low), high)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDArray[np.float32]) -> None:
     """Add what a lit surface itself may rise by within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``."""
-    for k in range(height.shape[0]):
+    for k in range(cosine.shape[0]):
         c = max(cosine[k], FLATTEST)
         height[k] += texel_m * (np.float32(1.5) * np.sqrt(max(ONE - c * c, ZERO)) / c + np.float32(0.75))
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _split_position(
     size: int,
     s: NDArray[np.float32],
@@ -136,7 +154,7 @@ def _split_position(
 ) -> None:
     """Turn positions in texels into the numbers of the upper left texel and its block, and the fractions beyond it."""
     pitch, block_pitch = np.int32(size), np.int32(size // BLOCK)
-    for k in range(at.shape[0]):
+    for k in range(s.shape[0]):
         j, i = np.int32(s[k]), np.int32(t[k])
         at[k] = np.uint32(np.int32(i * pitch) + j)
         block[k] = np.uint32(np.int32((i >> BLOCK_BITS) * block_pitch) + (j >> BLOCK_BITS))
@@ -144,7 +162,7 @@ def _split_position(
         t[k] -= np.float32(i)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _filter_shadow(
     corners: NDArray[np.float32],
     s: NDArray[np.float32],
@@ -161,7 +179,7 @@ def _filter_shadow(
         lit[k] *= upper + (lower - upper) * ft
 
 
-@njit(cache=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _lit(
     light: DaylightArrays,
     shadows: ShadowArrays,
@@ -174,33 +192,36 @@ def _lit(
 ) -> None:
     """Write ``max(0, n . l)`` times the share of sun rays that arrive."""
     _cosine(light, normal, lit)
-    shadow_row(shadows, row, depth_m, lit, room, at, lit)
+    shadow_row(shadows, row, np.uint64(0), depth_m, lit, room, at, lit)
 
 
-@njit(cache=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def shadow_row(
     shadows: ShadowArrays,
     row: int,
+    first_column: np.uint64,
     depth_m: NDArray[np.float32],
     cosine: NDArray[np.float32],
     room: NDArray[np.float32],
     at: NDArray[np.uint32],
     lit: NDArray[np.float32],
 ) -> None:
-    """Multiply ``lit`` (W,) by the share of sun rays that arrive where ``max(0, n . l)`` is ``cosine``.
+    """Multiply ``lit`` (N,) by the share of sun rays that arrive where ``max(0, n . l)`` is ``cosine``.
 
     The map's outermost texels are never covered, so what lies outside is lit.
 
     Args:
-        room, at: (7, W) and (2, W) to work in.
+        first_column: of the N that ``depth_m``, ``cosine`` and ``lit`` are given of.
+        room, at: (7, >= N) and (2, >= N) to work in.
     """
     s, t, height, corners = room[0], room[1], room[2], room[3:7]
     largest = np.float32(shadows.size) - np.float32(1.001)
-    _light_coordinate(shadows.from_pixel[0], row, depth_m, -HALF, ZERO, largest, s)
-    _light_coordinate(shadows.from_pixel[1], row, depth_m, -HALF, ZERO, largest, t)
-    _light_coordinate(shadows.from_pixel[2], row, depth_m, ZERO, -ALWAYS, ALWAYS, height)
+    _light_coordinate(shadows.from_pixel[0], row, first_column, depth_m, -HALF, ZERO, largest, s)
+    _light_coordinate(shadows.from_pixel[1], row, first_column, depth_m, -HALF, ZERO, largest, t)
+    _light_coordinate(shadows.from_pixel[2], row, first_column, depth_m, ZERO, -ALWAYS, ALWAYS, height)
     _raise_by_bias(shadows.texel_m, cosine, height)
-    _split_position(shadows.size, s, t, at[0], at[1])
+    count = lit.shape[0]
+    _split_position(shadows.size, s[:count], t[:count], at[0], at[1])
     heights_m, below = shadows.height_m, np.uint64(shadows.size)
     for k in range(lit.shape[0]):
         if shadows.highest_m[at[1, k]] <= height[k]:
@@ -214,7 +235,7 @@ def shadow_row(
     _filter_shadow(corners, s, t, height, lit)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _light_up(
     light: DaylightArrays,
     channel: int,

@@ -6,13 +6,16 @@ Pixels are those from ``first`` up to, not including, ``last`` of the row's arra
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.compilation import row_kernel
+from sim.render.runs import LANES, PITCH
+
+BENCH_LINES = 5
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def place_run(
     place: NDArray[np.float32],
     panel: int,
@@ -49,24 +52,24 @@ def place_run(
         x[k], y[k] = s - np.float32(j), t - np.float32(i)
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def mix_light(
     light: NDArray[np.float32],
     columns: int,
     first: np.uint64,
     last: np.uint64,
     index: NDArray[np.uint32],
-    x: NDArray[np.float32],
-    y: NDArray[np.float32],
-    red: NDArray[np.float32],
-    green: NDArray[np.float32],
-    blue: NDArray[np.float32],
+    bench: NDArray[np.float32],
 ) -> None:
     """Write the bilinear light ``level + x across + y (down + x twist)`` between four samples each.
 
     Near panels many neighbouring pixels lie between the same four, which are looked up once.
+
+    Args:
+        bench: lines of x, y, red, green and blue, see ``sim.render.runs``.
     """
     one = np.uint64(1)
+    to_y, to_red, to_green, to_blue = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH), np.uint64(4 * PITCH)
     k = first
     while k < last:
         here = index[k]
@@ -78,15 +81,19 @@ def mix_light(
         r_twist = light[b + one, 0] - light[b, 0] - r_across
         g_twist = light[b + one, 1] - light[b, 1] - g_across
         b_twist = light[b + one, 2] - light[b, 2] - b_across
-        while k < last and index[k] == here:
-            s, t = x[k], y[k]
-            red[k] = r + s * r_across + t * (r_down + s * r_twist)
-            green[k] = g + s * g_across + t * (g_down + s * g_twist)
-            blue[k] = b_ + s * b_across + t * (b_down + s * b_twist)
-            k += one
+        end = k + one
+        while end < last and index[end] == here:
+            end += one
+        for block in range(k, end, np.uint64(LANES)):
+            for n in range(block, block + np.uint64(LANES)):
+                s, t = bench[n], bench[to_y + n]
+                bench[to_red + n] = r + s * r_across + t * (r_down + s * r_twist)
+                bench[to_green + n] = g + s * g_across + t * (g_down + s * g_twist)
+                bench[to_blue + n] = b_ + s * b_across + t * (b_down + s * b_twist)
+        k = end
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def mix_run(
     values: NDArray[np.float32],
     columns: int,

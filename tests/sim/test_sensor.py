@@ -32,7 +32,7 @@ def _sensor(seed: int = 0, **options) -> CameraSensor:
 def _deviates(key: int, frame: int, rows: int = 200, width: int = 640) -> np.ndarray:
     out = np.empty((rows, 3, width), np.float32)
     for row in range(rows):
-        normal_deviates(frame_keys(key, frame), row, out[row])
+        normal_deviates(frame_keys(key, frame), row, np.empty(out.shape[2], np.uint32), out[row])
     return out
 
 
