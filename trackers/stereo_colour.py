@@ -61,7 +61,7 @@ class StereoColourParameters:
         camera_height_m: of the level camera, where no pose is measured.
     """
 
-    threshold: float = tunable(0.5, 0.2, 0.9)
+    threshold: float = tunable(0.62, 0.2, 0.9)
     acceleration_mps2: float = tunable(2.0, 0.3, 10.0, log=True)
     place_noise_m: float = tunable(0.1, 0.02, 0.5, log=True)
     predicted_s: float = tunable(1.0, 0.2, 5.0, log=True)
