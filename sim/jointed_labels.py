@@ -27,12 +27,16 @@ class JointedShape(NamedTuple):
     faces: NDArray[np.int32]
 
 
+NEAREST_M = 0.15
+"""Before the camera; what is nearer, or behind it, would be as large as one likes in the unbounded picture."""
+
+
 @dataclass(frozen=True, slots=True)
 class SeenBody:
     """What is seen of one body.
 
     Attributes:
-        box_xyxy: (4,) around all its vertices in the unbounded picture; NaN if one is not in front of the camera.
+        box_xyxy: (4,) around all its vertices in the unbounded picture; NaN if one is nearer than ``NEAREST_M``.
         visible_fraction: share of its own pixels, drawn alone on an unbounded picture, that are seen; 0 where the box
             is NaN.
         hidden_by: id of the body that covers most of its pixels in the picture, -1 if none does.
@@ -147,7 +151,7 @@ def _project(
     T_world_camera: NDArray[np.float64],
     pixels: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Write where the vertices are seen (V, 2); return their bounds (4,), NaN unless all are in front of the camera."""
+    """Write where the vertices are seen (V, 2); return their bounds (4,), NaN if one is nearer than ``NEAREST_M``."""
     box = np.array([np.inf, np.inf, -np.inf, -np.inf])
     views = np.empty((part_poses.shape[0], 3, 4))
     for part in range(part_poses.shape[0]):
@@ -156,7 +160,7 @@ def _project(
         view = views[shape.part[n]]
         x, y, z = shape.vertices_m[n]
         depth_m = view[2, 0] * x + view[2, 1] * y + view[2, 2] * z + view[2, 3]
-        if depth_m <= 1e-6:
+        if depth_m < NEAREST_M:
             return np.full(4, np.nan)
         for axis in range(2):
             pixel = (view[axis, 0] * x + view[axis, 1] * y + view[axis, 2] * z + view[axis, 3]) / depth_m

@@ -117,3 +117,10 @@ def test_a_body_beside_the_picture_has_a_box_and_is_not_seen():
     body = seen([block((0.5, 0.5, 0.5))], [at(3.0, 9.0)], everywhere(OWN), (NEAR,))
     assert body.box_xyxy[2] < 0
     assert (body.visible_fraction, body.hidden_by) == (0.0, -1)
+
+
+@pytest.mark.parametrize(("ahead_m", "is_told"), [(1.0, True), (0.3, True), (0.24, False), (0.1 + 2e-6, False)])
+def test_who_all_but_touches_the_camera_is_not_reckoned_as_large_as_a_house(ahead_m, is_told):
+    body = seen([block((0.2, 2.0, 2.0))], [at(ahead_m)], everywhere(OWN))
+    assert np.isfinite(body.box_xyxy).all() == is_told
+    assert (body.visible_fraction > 0) == is_told
