@@ -255,7 +255,7 @@ def _measure(
 
 
 def candidate_in_box(candidates: list[Candidate], box_xyxy: NDArray[np.float64]) -> Candidate | None:
-    """Return the candidate whose box overlaps a box (4,) most, None if no overlap, intersection over union, exceeds a half."""
+    """Return the candidate whose box overlaps a box (4,) most, None if no intersection over union is over 0.5."""
     size = box_size(box_xyxy)
     best, best_overlap = None, 0.5
     for candidate in candidates:
