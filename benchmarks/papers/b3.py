@@ -46,9 +46,9 @@ EXPERIMENT = PaperExperiment(
     setting="A robot is driven by hand after a person, indoors and outdoors, among other people; two trackers look at "
     "the same recorded stereo pairs. The older one weighs colour against place by the camera's white balance, the "
     "paper's by shutter and gain too, and by how readily colour could be learnt. The paper has 8,530 frames: ten "
-    "drives of 853. How many people and lamps get in the way was set on development seeds so that the methods come "
-    "out about as good as in the paper, and so was the threshold of dissimilarity, which the paper does not print, for "
-    "both alike.",
+    "drives of 853. How many people get in the way, that all wear the same working clothes, and how the light comes "
+    "and goes was set on development seeds so that the methods come out about as good as in the paper, and so was the "
+    "threshold of dissimilarity, which the paper does not print, for both alike.",
     preset="paper-b3",
     trackers=("stereo_wb", "stereo_wb_shutter_gain"),
     frames=(),
