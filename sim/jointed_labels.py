@@ -76,35 +76,75 @@ def seen_body(
         hiders: ids of the bodies that ``hidden_by`` may name.
         pixel_offset: where in a pixel the map was sampled.
     """
-    centre_x, centre_y = camera.centre_px
-    pixels = np.empty((len(shape.vertices_m), 2))
-    box = _project(shape, part_poses, camera.focal_px, centre_x, centre_y, T_world_camera, pixels)
-    # Comparisons with NaN are false.
-    if not ((box[2:] > 0).all() and box[0] < camera.width_px and box[1] < camera.height_px):
-        return SeenBody(box, 0.0, -1)
-    x, y = int(np.floor(box[0])), int(np.floor(box[1]))
-    covered = np.zeros((int(np.ceil(box[3])) - y + 1, int(np.ceil(box[2])) - x + 1), dtype=np.bool_)
-    cover(pixels - (x + pixel_offset, y + pixel_offset), shape.faces, covered)
     counts = np.zeros(len(hiders) + 2, np.int64)
-    _count(covered, x, y, instance_map, np.concatenate([[instance_id], hiders]), counts)
+    box = _count_pixels(
+        shape,
+        part_poses,
+        camera.focal_px,
+        *camera.centre_px,
+        T_world_camera,
+        instance_map,
+        instance_id,
+        hiders,
+        pixel_offset,
+        counts,
+    )
     most = int(np.argmax(counts[2:])) if len(hiders) else 0
     hidden_by = int(hiders[most]) if len(hiders) and counts[2 + most] > 0 else -1
     return SeenBody(box, min(1.0, float(counts[1] / max(counts[0], 1))), hidden_by)
 
 
 @njit(cache=True)
-def merge_parts(instance_map: NDArray[np.int32], whole: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return a map (H, W) with the ids ``whole`` (B,) of the bodies that parts belong to; what is no body stays so."""
-    merged = np.empty_like(instance_map)
+def merge_parts(instance_map: NDArray[np.int32], whole: NDArray[np.int32], first_part: int) -> None:
+    """Write the ids ``whole`` (B,) of the bodies that parts belong to over the parts' in a map (H, W).
+
+    Args:
+        first_part: the least id of a part; those below stay what they are.
+    """
     for row in range(instance_map.shape[0]):
-        ids, into = instance_map[row], merged[row]
-        part, body = np.int32(-1), np.int32(-1)
+        ids = instance_map[row]
+        # Vector code, which passes over rows without parts.
+        greatest = np.int32(-1)
         for column in range(ids.shape[0]):
-            if ids[column] != part:
-                part = ids[column]
-                body = whole[part] if part >= 0 else part
-            into[column] = body
-    return merged
+            greatest = max(greatest, ids[column])
+        if greatest < first_part:
+            continue
+        for column in range(ids.shape[0]):
+            if ids[column] >= first_part:
+                ids[column] = whole[ids[column]]
+
+
+@njit(cache=True)
+def _count_pixels(
+    shape: JointedShape,
+    part_poses: NDArray[np.float64],
+    focal_px: float,
+    centre_x: float,
+    centre_y: float,
+    T_world_camera: NDArray[np.float64],
+    instance_map: NDArray[np.int32],
+    instance_id: int,
+    hiders: NDArray[np.int64],
+    pixel_offset: float,
+    counts: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    """Return the body's box (4,); count its own pixels, drawn alone, and those of them that show it and each hider."""
+    pixels = np.empty((shape.vertices_m.shape[0], 2))
+    box = _project(shape, part_poses, focal_px, centre_x, centre_y, T_world_camera, pixels)
+    height, width = instance_map.shape
+    # Comparisons with NaN are false.
+    if not (box[2] > 0 and box[3] > 0 and box[0] < width and box[1] < height):
+        return box
+    x, y = int(np.floor(box[0])), int(np.floor(box[1]))
+    for n in range(pixels.shape[0]):
+        pixels[n, 0] -= x + pixel_offset
+        pixels[n, 1] -= y + pixel_offset
+    covered = np.zeros((int(np.ceil(box[3])) - y + 1, int(np.ceil(box[2])) - x + 1), dtype=np.bool_)
+    cover(pixels, shape.faces, covered)
+    wanted = np.empty(hiders.shape[0] + 1, np.int64)
+    wanted[0], wanted[1:] = instance_id, hiders
+    _count(covered, x, y, instance_map, wanted, counts)
+    return box
 
 
 @njit(cache=True)

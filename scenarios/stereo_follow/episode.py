@@ -13,11 +13,10 @@ from scenarios.stereo_follow.lighting import build, illuminance_lx, set_light
 from scenarios.stereo_follow.odometry import Odometry
 from scenarios.stereo_follow.people import People
 from scenarios.stereo_follow.plan import TARGET, Plan
-from scenarios.stereo_follow.rig import StereoRig
+from scenarios.stereo_follow.rig import StereoPair, StereoRig
 from scenarios.stereo_follow.robot import Robot
 from scenarios.stereo_follow.truth import PeopleTruth
 from scenarios.visibility import Exits, centres_px, state_of
-from sim.render.pipeline import Capture
 from sim.rng import generator
 from sim.shaders.baked_light import BakedLightShader
 from sim.world import World
@@ -105,7 +104,9 @@ class StereoFollowEpisode:
     def _capture(self) -> Frame:
         frame = self._frame
         pair = self._rig.take(self._shader, self._T_world_camera, frame)
-        truth = self._truth(pair.left, pair.right, pair.T_world_right)
+        for capture in (pair.left, pair.right):
+            self._people.merge(capture.instance_id)
+        truth = self._truth(pair)
         is_lost = bool(self.plan.dropped[frame])
         return Frame(self._rig.observation(pair, truth.time_s, self._measured_pose(), is_lost=is_lost), truth)
 
@@ -114,10 +115,9 @@ class StereoFollowEpisode:
             return None
         return EgoPose(self._odometry.measure(self._robot.place_m, self._robot.heading_rad))
 
-    def _truth(self, left: Capture, right: Capture, right_pose: NDArray[np.float64]) -> PeopleTruth:
-        people, pose, frame = self._people, self._T_world_camera, self._frame
-        merged = people.merged(left.instance_id)
-        seen = people.seen(self._camera, pose, merged)
+    def _truth(self, pair: StereoPair) -> PeopleTruth:
+        people, pose, frame, left, right = self._people, self._T_world_camera, self._frame, pair.left, pair.right
+        seen = people.seen(self._camera, pose, left.instance_id)
         boxes = np.array([each.box_xyxy for each in seen])
         fractions = np.array([each.visible_fraction for each in seen])
         state = state_of(self._camera, boxes[TARGET], fractions[TARGET])
@@ -144,12 +144,12 @@ class StereoFollowEpisode:
             state=state,
             side=side,
             frames_since_exit=frames_since_exit,
-            instance_map=merged,
+            instance_map=left.instance_id,
             depth_m=left.depth_m,
             exposure_s=used.exposure_s,
             gain=used.gain,
-            T_world_right=right_pose,
-            right_instance_map=people.merged(right.instance_id),
+            T_world_right=pair.T_world_right,
+            right_instance_map=right.instance_id,
             right_depth_m=right.depth_m,
             occluder=np.array([self._person_of(each.hidden_by) for each in seen]),
             illuminance_lx=lux,

@@ -68,6 +68,8 @@ class LightEvents:
 
 def _luminance_nit(picture: Picture) -> float:
     """Return the mean luminance that a picture shows; what is white may be brighter."""
-    level = float((_LINEAR[picture.image_rgb[::_STEP_PX, ::_STEP_PX]].mean(axis=(0, 1))) @ LUMINANCE_WEIGHTS)
+    seen = _LINEAR[picture.image_rgb[::_STEP_PX, ::_STEP_PX]].reshape(-1, 3)
+    # A product of matrices: the mean over two axes takes as long as half a person's drawing.
+    level = float(np.full(len(seen), 1.0 / len(seen)) @ seen @ LUMINANCE_WEIGHTS)
     used = picture.settings
     return level * SENSOR.full_well_e / (SENSOR.electrons_per_nit_s * used.exposure_s * used.gain)

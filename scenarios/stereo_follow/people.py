@@ -25,7 +25,7 @@ class People:
     Attributes:
         names: ``target``, ``crosser-1`` …
         size_m: (N, 3) length, width, height of those who stand.
-        instance_id: (N,) id that stands for all parts of a person in ``merged`` maps.
+        instance_id: (N,) id that stands for all parts of a person in maps, see ``merge``.
         T_world_person: (N, 4, 4) on the ground, x ahead.
         part_poses: (N, P, 4, 4).
     """
@@ -68,14 +68,14 @@ class People:
             for body, part_pose in zip(self._bodies[k], self.part_poses[k], strict=True):
                 self._world.move(body, part_pose)
 
-    def merged(self, instance_map: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Return a map (H, W) of bodies with one id a person instead of one a part."""
-        return merge_parts(instance_map, self._merged_id)
+    def merge(self, instance_map: NDArray[np.int32]) -> None:
+        """Put one id a person into a map (H, W) of bodies instead of one a part."""
+        merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
 
     def seen(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], merged: NDArray[np.int32]
     ) -> list[SeenBody]:
-        """Return what is seen of each person in a merged map."""
+        """Return what is seen of each person in a map that ``merge`` was given."""
         return [
             seen_body(
                 shape,

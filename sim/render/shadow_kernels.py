@@ -15,6 +15,35 @@ BLOCK = 16
 
 
 @njit(cache=True)
+def bounds_across(
+    depth_m: NDArray[np.float32],
+    step_px: int,
+    reach_m: float,
+    from_pixel: NDArray[np.float64],
+    low_m: NDArray[np.float64],
+    high_m: NDArray[np.float64],
+) -> None:
+    """Write the bounds (2,) across the light of the surfaces that are seen no farther away than ``reach_m``.
+
+    Args:
+        depth_m: (H, W) of every ``step_px``-th pixel of every ``step_px``-th row.
+        from_pixel: (2, 4): ``depth * from_pixel[:, :3] @ (x, y, 1) + from_pixel[:, 3]`` is where across the light the
+            surface at pixel (x, y) lies.
+        low_m, high_m: not finite where nothing is near enough.
+    """
+    low_m[:], high_m[:] = np.inf, -np.inf
+    for row in range(depth_m.shape[0]):
+        for column in range(depth_m.shape[1]):
+            depth = depth_m[row, column]
+            if depth >= reach_m:
+                continue
+            for axis in range(2):
+                line = from_pixel[axis]
+                across_m = depth * (line[0] * (column * step_px) + line[1] * (row * step_px) + line[2]) + line[3]
+                low_m[axis], high_m[axis] = min(low_m[axis], across_m), max(high_m[axis], across_m)
+
+
+@njit(cache=True)
 def draw_fixed(
     scene: SceneArrays,
     poses: NDArray[np.float64],

@@ -67,7 +67,11 @@ class _Region:
 
 
 class ShadowCaster:
-    """Draws shadow maps of a world. Bodies of category ``ground`` receive shadows and cast none."""
+    """Draws shadow maps of a world. Bodies of category ``ground`` receive shadows and cast none.
+
+    Attributes:
+        axes: see ``light_axes``.
+    """
 
     def __init__(
         self, world: World, sun_direction: NDArray[np.float64], size: int = 1024, *, movers_only: bool = False
@@ -81,16 +85,20 @@ class ShadowCaster:
         if size < BLOCK or size % BLOCK:
             raise ValueError(f"size: expected a positive multiple of {BLOCK}, got {size}")
         self._world = world
-        self._axes = light_axes(np.asarray(sun_direction, dtype=float))
+        self.axes = light_axes(np.asarray(sun_direction, dtype=float))
         self._size = size
         self._movers_only = movers_only
         self._body_count = -1
         self._kept: OrderedDict[tuple[int, int, int], _Region] = OrderedDict()
 
-    def covering(self, points_world_m: NDArray[np.float64]) -> ShadowMap:
-        """Return the map of the region about points (N, 3), with all bodies where they are now."""
+    def covering(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> ShadowMap:
+        """Return the map of the region between two corners, with all bodies where they are now.
+
+        Args:
+            low_m, high_m: (2,) along the first two of ``axes``.
+        """
         self._pack()
-        key = self._region(points_world_m)
+        key = self._region(low_m, high_m)
         texel_m = _side_m(key[0]) / self._size
         light_view = self._light_view(key, texel_m)
         if key not in self._kept:
@@ -113,24 +121,22 @@ class ShadowCaster:
             )
         return ShadowMap(region.height_m, region.highest_m, light_view, texel_m)
 
-    def _region(self, points_world_m: NDArray[np.float64]) -> tuple[int, int, int]:
-        across = points_world_m @ self._axes[:2].T
-        low, high = across.min(axis=0), across.max(axis=0)
+    def _region(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> tuple[int, int, int]:
         # The lattice may miss the middle by half a step on either side; the outermost texels are empty.
         usable = 1.0 - 1.0 / _CENTRES_PER_SIDE - 4.0 / self._size
-        needed_m = max(float((high - low).max()), 1.0) / usable
+        needed_m = max(float((high_m - low_m).max()), 1.0) / usable
         level = int(np.ceil(2.0 * np.log2(needed_m)))
         step_m = _side_m(level) / _CENTRES_PER_SIDE
-        column, row = np.round(0.5 * (low + high) / step_m).astype(int)
+        column, row = np.round(0.5 * (low_m + high_m) / step_m).astype(int)
         return level, int(column), int(row)
 
     def _light_view(self, key: tuple[int, int, int], texel_m: float) -> NDArray[np.float64]:
         step_m = _side_m(key[0]) / _CENTRES_PER_SIDE
         view = np.zeros((4, 4))
-        view[:2, :3] = self._axes[:2] / texel_m
+        view[:2, :3] = self.axes[:2] / texel_m
         view[:2, 3] = 0.5 * self._size - np.array(key[1:]) * step_m / texel_m
         view[2, 3] = 1.0
-        view[3, :3] = self._axes[2]
+        view[3, :3] = self.axes[2]
         return view
 
     def _keep(self, key: tuple[int, int, int], light_view: NDArray[np.float64]) -> None:

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 
 from sim.checks import check
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera, rays
+from sim.optics import PinholeCamera
 from sim.render.compilation import announce_compilation
+from sim.render.shadow_kernels import bounds_across
 from sim.render.shadow_map import ShadowCaster
 from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.daylight_kernels import shade_picture
@@ -160,18 +161,19 @@ def shadows_in_view(
     T_world_camera: NDArray[np.float64],
 ) -> ShadowArrays:
     """Return the shadows that a caster draws on what a camera sees now, see ``DaylightShader.shadows``."""
-    i, j = np.nonzero(probe_depth_m < SHADOW_REACH_M)
-    pixels = np.column_stack([j, i]).astype(np.float64) * PROBE_STEP_PX
-    depth_m = probe_depth_m[i, j].astype(float)
-    position_m = T_world_camera[:3, 3]
-    points_m = position_m + rays(camera, T_world_camera, pixels) * depth_m[:, None]
-    if len(points_m) == 0:
-        points_m = position_m[None]
-    shadow_map = caster.covering(points_m)
-    across = shadow_map.light_view[[0, 1, 3]]
+    position_m, R_world_camera = T_world_camera[:3, 3], T_world_camera[:3, :3]
+    ray_of_pixel = np.linalg.inv(camera.intrinsic_matrix)
     from_pixel = np.empty((3, 4))
-    from_pixel[:, :3] = across[:, :3] @ T_world_camera[:3, :3] @ np.linalg.inv(camera.intrinsic_matrix)
-    from_pixel[:, 3] = across[:, :3] @ position_m + across[:, 3]
+    from_pixel[:, :3] = caster.axes @ R_world_camera @ ray_of_pixel
+    from_pixel[:, 3] = caster.axes @ position_m
+    low_m, high_m = np.empty(2), np.empty(2)
+    bounds_across(probe_depth_m, PROBE_STEP_PX, SHADOW_REACH_M, from_pixel[:2], low_m, high_m)
+    if not low_m[0] <= high_m[0]:
+        low_m = high_m = from_pixel[:2, 3]
+    shadow_map = caster.covering(low_m, high_m)
+    in_map = shadow_map.light_view[[0, 1, 3]]
+    from_pixel[:, :3] = in_map[:, :3] @ R_world_camera @ ray_of_pixel
+    from_pixel[:, 3] = in_map[:, :3] @ position_m + in_map[:, 3]
     return ShadowArrays(
         shadow_map.height_m.ravel(),
         shadow_map.highest_m.ravel(),

@@ -110,7 +110,8 @@ def test_the_share_seen_is_that_of_the_pixels_without_anybody_else(lived: Lived)
             for body, pose in zip(bodies, people.part_poses[k], strict=True):
                 if k != t.target:
                     world.move(body, pose + np.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, -50.0], [0, 0, 0, 0]]))
-        alone = people.merged(renderer.gbuffer(frame.camera, t.T_world_camera).instance_id)
+        alone = renderer.gbuffer(frame.camera, t.T_world_camera).instance_id
+        people.merge(alone)
         own = t.instance_id[t.target]
         seen, whole = (t.instance_map == own).sum(), (alone == own).sum()
         inside = (t.box_xyxy[t.target] >= 0).all() and (t.box_xyxy[t.target, 2:] <= (320, 240)).all()
