@@ -13,16 +13,13 @@ from sim.render.runs import LANES, PITCH, find_runs, new_bench
 from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level, number_texels
 from sim.render.textures import TexturePool
 from sim.render.visibility import (
-    BEGIN,
     BODY,
     IS_FLAT,
     IS_SMOOTH,
-    LAST_TEXEL,
     NOTHING,
     NX,
     NY,
     NZ,
-    ROW_PITCH,
     TEXEL_DENSITY,
     TEXTURE,
     TriangleTable,
@@ -41,11 +38,13 @@ class RowRoom(NamedTuple):
 
     Attributes:
         real: depth, and x, y and z of the normal.
+        normal: (3, ``PITCH``), the same x, y and z.
         whole: what ``sim.render.sampling`` needs, and the instance id.
         firsts: of runs (> W,).
     """
 
     real: NDArray[np.float32]
+    normal: NDArray[np.float32]
     whole: NDArray[np.uint32]
     firsts: NDArray[np.uint32]
 
@@ -53,9 +52,8 @@ class RowRoom(NamedTuple):
 @njit(cache=True)
 def new_row_room(width: int) -> RowRoom:
     """Return room for rows of ``width`` pixels."""
-    return RowRoom(
-        new_bench(4, width), new_bench(TEXEL_LINES + 1, width).view(np.uint32), np.empty(width + 1, np.uint32)
-    )
+    real, whole = new_bench(4, width), new_bench(TEXEL_LINES + 1, width).view(np.uint32)
+    return RowRoom(real, real[PITCH:].reshape(3, PITCH), whole, np.empty(width + 1, np.uint32))
 
 
 @njit(cache=True)
@@ -73,17 +71,16 @@ def resolve_picture(
     width = triangle.shape[1]
     room = new_row_room(width)
     colour = np.empty(width, np.uint32)
-    normal = np.empty((3, width), np.float32)
     for row in range(triangle.shape[0]):
         depth, identity = depth_m[row], instance_id[row]
-        resolve_row(textures, table, row, nearness[row], triangle[row], room, colour, depth, identity, normal)
+        resolve_row(textures, table, row, nearness[row], triangle[row], room, colour, depth, identity)
         for column in range(width):
             texel = colour[column]
             base_colour_rgb[row, column, 0] = texel & np.uint32(255)
             base_colour_rgb[row, column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
             base_colour_rgb[row, column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
             for k in range(3):
-                normal_world[row, column, k] = normal[k, column]
+                normal_world[row, column, k] = room.normal[k, column]
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
@@ -97,18 +94,16 @@ def resolve_row(
     colour: NDArray[np.uint32],
     depth_m: NDArray[np.float32],
     instance_id: NDArray[np.int32],
-    normal: NDArray[np.float32],
 ) -> None:
-    """Write what one row of pixels shows.
+    """Write what one row of pixels shows; its normals are left in ``room``.
 
     With the planes of ``TriangleTable``: ``depth = 1 / nearness``, ``(u, v) = plane * depth`` and, on faces that
     are not flat, ``n = plane / |plane|``.
 
     Args:
         colour: (W,), written: packed like texels, 0 where there is nothing; so are the others.
-        normal: (3, W).
     """
-    real, whole, firsts = room
+    real, _, whole, firsts = room
     # Taken out of the tuple once a row: that counts who holds them, which costs more than a short run.
     triangles, planes = table.whole, table.real
     width = np.uint64(triangle.shape[0])
@@ -132,10 +127,6 @@ def resolve_row(
         colour[column] = np.uint32(0) if triangle[column] == NOTHING else colour[column]
     for column in range(width):
         instance_id[column] = np.int32(whole[np.uint64(TEXEL_LINES * PITCH) + column])
-    for axis in range(3):
-        line = normal[axis]
-        for column in range(width):
-            line[column] = real[np.uint64((1 + axis) * PITCH) + column]
 
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
@@ -185,26 +176,22 @@ def _place_run(
     Texel (i, j) has its centre at ``(u width, v height) = (j + 1/2, i + 1/2)``; beyond the outermost centres the
     edge goes on. Palettes are not interpolated: each position is that of the nearest texel's centre.
     """
-    y, one = np.float32(row), np.float32(1.0)
-    t, density = triangles[index, TEXTURE], planes[index, TEXEL_DENSITY]
+    y = np.float32(row)
+    t, density = np.uint32(triangles[index, TEXTURE]), planes[index, TEXEL_DENSITY]
     half = np.float32(0.5 if triangles[index, IS_SMOOTH] else 0.0)
     u_step, u_base = planes[index, U], planes[index, U + 1] * y + planes[index, U + 2]
     v_step, v_base = planes[index, V], planes[index, V + 1] * y + planes[index, V + 2]
-    last_column, last_row = planes[index, LAST_TEXEL], planes[index, LAST_TEXEL + 1]
-    begin, pitch = triangles[index, BEGIN], triangles[index, ROW_PITCH]
-    x_scale = y_scale = one
     z = depth_m[first]
     is_level_0 = last - first < np.uint64(SHORT) and density * z * z * z <= np.float32(LEVEL_0_UP_TO)
-    start = first
+    start, k = first, np.uint32(0)
     while start < last:
         end = min(start + np.uint64(LEVEL_BLOCK), last)
         if not is_level_0:
             z = depth_m[start + ((end - start) >> np.uint64(1))]
             k = mip_level(density * z * z * z, textures.level_count[t])
-            wide, high = np.float32(textures.width[t, k]), np.float32(textures.height[t, k])
-            x_scale, y_scale = wide / (planes[index, LAST_TEXEL] + one), high / (planes[index, LAST_TEXEL + 1] + one)
-            last_column, last_row = wide - one, high - one
-            begin, pitch = np.int32(textures.offset[t, k]), textures.row_pitch[t, k]
+        x_scale, y_scale = textures.size[t, k, 0], textures.size[t, k, 1]
+        last_column, last_row = textures.size[t, k, 2], textures.size[t, k, 3]
+        begin, pitch = textures.where[t, k, 0], textures.where[t, k, 1]
         number_texels(
             u_step * x_scale,
             u_base * x_scale,

@@ -237,7 +237,6 @@ def _finish_rows(
         new_row_room(width),
         new_dark_room(width),
         np.empty(width, np.uint32),
-        np.empty((3, width), np.float32),
         np.empty((ROOM_ROWS, width), np.float32),
         np.empty((AT_ROWS, width), np.uint32),
         new_bench(BENCH_LINES, width),
@@ -260,7 +259,6 @@ def _finish_each(
     row_room: RowRoom,
     dark_room: DarkRoom,
     colour: NDArray[np.uint32],
-    normal: NDArray[np.float32],
     room: NDArray[np.float32],
     at: NDArray[np.uint32],
     bench: NDArray[np.float32],
@@ -269,8 +267,8 @@ def _finish_each(
     for k in range(rows.shape[0]):
         row = rows[k]
         depth, identity = depth_m[row], instance_id[row]
-        resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity, normal)
+        resolve_row(textures, table, row, nearness[row], triangle[row], row_room, colour, depth, identity)
         light_out = radiance[k % radiance.shape[0]]
-        _light_row(light, shadows, row, colour, depth, identity, normal, room, at, bench, light_out)
+        _light_row(light, shadows, row, colour, depth, identity, row_room.normal, room, at, bench, light_out)
         if development.image_rgb.shape[0] > 0:
             develop_row(light_out, development, row, dark_room)

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from sim.render.compilation import row_kernel
 
 LANES = 16
+_SEARCHED = 32
+"""Pixels that are compared at once for whether a run begins in them."""
 WIDEST = 4096
 """Columns of the widest picture."""
 PITCH = WIDEST + 5 * LANES
@@ -37,16 +39,33 @@ def new_bench(lines: int, width: int) -> NDArray[np.float32]:
 def find_runs(values: NDArray[np.int32], firsts: NDArray[np.uint32]) -> np.uint64:
     """Write the first column of each run of equal values (W,), and W behind the last; return the number of runs.
 
-    Without branches: what no processor can foresee costs it more than a write too many.
-
     Args:
         firsts: (> W,).
     """
-    one = np.uint64(1)
-    count, width = one, np.uint64(values.shape[0])
+    one, block = np.uint64(1), np.uint64(_SEARCHED)
+    count, column, width = one, one, np.uint64(values.shape[0])
     firsts[0] = np.uint32(0)
-    for column in range(one, width):
-        firsts[count] = np.uint32(column)
-        count += np.uint64(values[column] != values[column - one])
+    while column + block <= width:
+        change = np.int32(0)
+        for k in range(column, column + block):
+            change |= values[k] ^ values[k - one]
+        if change != 0:
+            count = _find_firsts(values, column, column + block, count, firsts)
+        column += block
+    count = _find_firsts(values, column, width, count, firsts)
     firsts[count] = np.uint32(width)
+    return count
+
+
+@row_kernel(forceinline=True)
+def _find_firsts(
+    values: NDArray[np.int32], start: np.uint64, end: np.uint64, count: np.uint64, firsts: NDArray[np.uint32]
+) -> np.uint64:
+    """Write the columns from start to end that begin a run behind the ``count`` known ones; return how many are known.
+
+    Without branches: what no processor can foresee costs it more than a write too many.
+    """
+    for column in range(start, end):
+        firsts[count] = np.uint32(column)
+        count += np.uint64(values[column] != values[column - np.uint64(1)])
     return count

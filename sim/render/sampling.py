@@ -103,13 +103,13 @@ def fetch_row(texels: NDArray[np.uint32], texel: NDArray[np.uint32], colour: NDA
 
 
 @row_kernel(forceinline=True)
-def mip_level(texels_per_pixel: float, level_count: int) -> int:
+def mip_level(texels_per_pixel: np.float32, level_count: np.int32) -> np.uint32:
     """Return the level at which a pixel covers between 1/2 and 2 texels; its area in level 0 is given.
 
     A level has a quarter of the texels of the one before.
     """
-    level = 0
-    while texels_per_pixel > LEVEL_0_UP_TO and level + 1 < level_count:
-        texels_per_pixel *= 0.25
-        level += 1
+    level, quarter = np.uint32(0), np.float32(0.25)
+    while texels_per_pixel > np.float32(LEVEL_0_UP_TO) and level + np.uint32(1) < np.uint32(level_count):
+        texels_per_pixel *= quarter
+        level += np.uint32(1)
     return level

@@ -18,18 +18,15 @@ class TexturePool(NamedTuple):
     Attributes:
         texels: (N,) uint32, ``R | G << 8 | B << 16``, all levels of all textures one after the other, each in
             tiles of 4x4 texels (see ``sim.render.sampling``).
-        offset: (T, L) int64, where a level begins in ``texels``.
-        width, height: (T, L) int32.
-        row_pitch: (T, L) int32, from a row of tiles to the next.
+        where: (T, L, 2) int32, where a level begins in ``texels``, and from a row of its tiles to the next.
+        size: (T, L, 4) float32: width and height of a level in those of level 0; number of its last column and row.
         level_count: (T,) int32; 1 for textures that are not smooth.
         smooth: (T,) bool, interpolate between texels.
     """
 
     texels: NDArray[np.uint32]
-    offset: NDArray[np.int64]
-    width: NDArray[np.int32]
-    height: NDArray[np.int32]
-    row_pitch: NDArray[np.int32]
+    where: NDArray[np.int32]
+    size: NDArray[np.float32]
     level_count: NDArray[np.int32]
     smooth: NDArray[np.bool_]
 
@@ -41,26 +38,21 @@ def pack_textures(textures: Sequence[Texture]) -> TexturePool:
     """
     sizes = [_level_sizes(texture) for texture in textures]
     count, depth = len(sizes), max((len(levels) for levels in sizes), default=1)
-    offset = np.zeros((count, depth), dtype=np.int64)
-    width = np.ones((count, depth), dtype=np.int32)
-    height = np.ones((count, depth), dtype=np.int32)
-    row_pitch = np.zeros((count, depth), dtype=np.int32)
+    where = np.zeros((count, depth, 2), dtype=np.int32)
+    size = np.zeros((count, depth, 4), dtype=np.float32)
     used = 0
     for t, levels in enumerate(sizes):
         for k, (rows, columns) in enumerate(levels):
-            height[t, k], width[t, k] = rows, columns
-            offset[t, k] = used
-            row_pitch[t, k] = 16 * (columns // 4 + 1)
+            where[t, k] = used, 16 * (columns // 4 + 1)
+            size[t, k] = columns / levels[0][1], rows / levels[0][0], columns - 1, rows - 1
             used += _texel_count(rows, columns)
     texels = np.zeros(used, dtype=np.uint32)
     for t, texture in enumerate(textures):
-        _write_mip_chain(texture, sizes[t], texels[offset[t, 0] :])
+        _write_mip_chain(texture, sizes[t], texels[where[t, 0, 0] :])
     return TexturePool(
         texels,
-        offset,
-        width,
-        height,
-        row_pitch,
+        where,
+        size,
         np.array([len(levels) for levels in sizes], dtype=np.int32),
         np.array([texture.smooth for texture in textures], dtype=np.bool_),
     )

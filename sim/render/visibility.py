@@ -23,9 +23,9 @@ SHORT = 24
 """Spans below this number of pixels are over before vector code has started."""
 
 
-BODY, TEXTURE, BEGIN, ROW_PITCH, IS_SMOOTH, IS_FLAT = range(6)
+BODY, TEXTURE, IS_SMOOTH, IS_FLAT = range(4)
 """Columns of ``TriangleTable.whole``."""
-U, V, NX, NY, NZ, TEXEL_DENSITY, LAST_TEXEL = 0, 3, 6, 9, 12, 15, 16
+U, V, NX, NY, NZ, TEXEL_DENSITY = 0, 3, 6, 9, 12, 15
 """First columns of things in ``TriangleTable.real``."""
 
 
@@ -35,9 +35,9 @@ class TriangleTable(NamedTuple):
     Row ``NOTHING`` stands for where no body is. What is looked up together lies together.
 
     Attributes:
-        whole: (N, 6) int32: body; texture; where its mip level 0 begins and its row pitch, see ``TexturePool``; whether
-            it is smooth; whether the face is flat, all its corners having the same normal.
-        real: (N, 18) float32: planes (6) of ``x / q_w`` and ``y / q_w``, the position (u width, v height) in the
+        whole: (N, 4) int32: body; texture; whether it is smooth; whether the face is flat, all its corners having the
+            same normal.
+        real: (N, 16) float32: planes (6) of ``x / q_w`` and ``y / q_w``, the position (u width, v height) in the
             texture; planes (9) of ``n / q_w``, the normal in the world frame, or on flat faces ``n`` itself as the
             constants; texels that a pixel covers times nearness³, the Jacobian of a projective map; number of the
             texture's last column and row.
@@ -49,8 +49,8 @@ class TriangleTable(NamedTuple):
 
 def new_triangle_table(face_count: int) -> TriangleTable:
     """Return room for ``face_count`` triangles; ``NOTHING`` is set."""
-    table = TriangleTable(np.empty((face_count + 1, 6), np.int32), np.empty((face_count + 1, 18), np.float32))
-    table.whole[NOTHING] = (SKY, 0, 0, 0, False, True)
+    table = TriangleTable(np.empty((face_count + 1, 4), np.int32), np.empty((face_count + 1, 16), np.float32))
+    table.whole[NOTHING] = (SKY, 0, False, True)
     table.real[NOTHING] = 0.0
     return table
 
@@ -181,12 +181,10 @@ def _write_attributes(
     """Write the planes ``sum_i a_i e_i`` of texture position and normal, and what else the table holds."""
     whole, real = table.whole[index], table.real[index]
     t = scene.texture[body]
-    width, height = textures.width[t, 0], textures.height[t, 0]
+    width, height = textures.size[t, 0, 2] + 1.0, textures.size[t, 0, 3] + 1.0
     flat = scene.face_is_flat[face]
     whole[BODY], whole[TEXTURE] = body, t
-    whole[BEGIN], whole[ROW_PITCH] = textures.offset[t, 0], textures.row_pitch[t, 0]
     whole[IS_SMOOTH], whole[IS_FLAT] = textures.smooth[t], flat
-    real[LAST_TEXEL], real[LAST_TEXEL + 1] = width - 1, height - 1
     for c in range(2):
         size = width if c == 0 else height
         for k in range(3):

@@ -85,6 +85,14 @@ class BakedLightShader:
         self._is_floor = (geometry.normal[:, 2] > 0.9) & (
             abs(geometry.corner_m[:, 2] - self._contact.ground_m) < _FLOOR_RANGE_M
         )
+        floor_m = geometry.corner_m[self._is_floor, 2]
+        rise_m = np.stack([geometry.side_a_m[self._is_floor, 2], geometry.side_b_m[self._is_floor, 2]])
+        self._floor_m = np.array(
+            [
+                (floor_m + np.minimum(rise_m, 0.0).sum(axis=0)).min(initial=self._contact.ground_m),
+                (floor_m + np.maximum(rise_m, 0.0).sum(axis=0)).max(initial=self._contact.ground_m),
+            ]
+        )
         self._sun_maps = np.zeros((len(baked.panels), 3), np.int32)
         self._cosine = np.zeros(len(baked.panels), np.float32)
         self._towards_sun = np.array([0.0, 0.0, 1.0])
@@ -205,6 +213,7 @@ class BakedLightShader:
             contact.left.reshape(-1),
             columns,
             in_samples.reshape(1, 8).astype(np.float32),
+            contact.columns(self._floor_m, camera, T_world_camera),
             self._sky,
             view[:, :3].T.astype(np.float32),
         )

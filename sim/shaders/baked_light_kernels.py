@@ -42,6 +42,7 @@ class BakedArrays(NamedTuple):
         cubes: (B, 6, 3) ambient cubes. body_sun: (B,) share of the sun that arrives.
         is_floor: (R,) bool, things that move darken it by ``contact`` around them: (C,), rows of ``contact_columns``.
         contact_place: (1, 8), as ``place``, but in samples of ``contact``.
+        contact_within: (H, 2) int32, in which columns of each row of pixels: first, after the last.
         sky: (2, 3), see ``sky_levels``. rays: (3, 3) of the upper left pixel, its change a column and a row.
     """
 
@@ -62,6 +63,7 @@ class BakedArrays(NamedTuple):
     contact: NDArray[np.float32]
     contact_columns: int
     contact_place: NDArray[np.float32]
+    contact_within: NDArray[np.int32]
     sky: NDArray[np.float32]
     rays: NDArray[np.float32]
 
@@ -122,7 +124,7 @@ def baked_row(
 
     Args:
         colour: (W,) base colours, ``R | G << 8 | B << 16``.
-        normal: (3, W).
+        normal: (3, >= W).
         room, at: (``ROOM_ROWS``, W) and (``AT_ROWS``, W) to work in.
         bench: of ``BENCH_LINES`` lines to work in, see ``sim.render.runs``.
     """
@@ -138,6 +140,7 @@ def baked_row(
     place, samples, sun_share = light.place, light.light, light.sun_share
     contact, columns = light.contact, light.contact_columns
     rows = contact.shape[0] // columns
+    dark_first, dark_last = np.uint64(light.contact_within[row, 0]), np.uint64(light.contact_within[row, 1])
     sun_shines = light.sun[1] > ZERO
     shining, sunny_first, sunny_last = 0, width, np.uint64(0)
     sun_lit[:] = ZERO
@@ -162,10 +165,11 @@ def baked_row(
                 place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
                 _fill(light.sun_cosine[panel], first, last, cosine)
                 mix_run(sun_share, wide, first, last, index, x, y, light.sun_cosine[panel], sun_lit)
-            if light.is_floor[panel]:
-                place_run(light.contact_place, 0, row, 0, columns, rows, first, last, depth_m, index, x, y)
-                mix_run(contact, columns, first, last, index, x, y, ONE, factor)
-                _darken(factor, first, last, red, green, blue)
+            start_dark, end_dark = max(first, dark_first), min(last, dark_last)
+            if light.is_floor[panel] and start_dark < end_dark:
+                place_run(light.contact_place, 0, row, 0, columns, rows, start_dark, end_dark, depth_m, index, x, y)
+                mix_run(contact, columns, start_dark, end_dark, index, x, y, ONE, factor)
+                _darken(factor, start_dark, end_dark, red, green, blue)
         else:
             _body_run(light.cubes, body, first, last, normal, red, green, blue)
             if sun_shines and body_sun[body] > ZERO:

@@ -11,6 +11,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.mesh import TexturedMesh
+from sim.optics import PinholeCamera
+from sim.render.view import camera_view
+from sim.render.visibility import NEAR_M
 from sim.shaders.light_grid import HEIGHTS_M, Grid
 from sim.world import World
 
@@ -34,6 +37,19 @@ class ContactShadows:
         self._centre_m = np.array([centre for _, centre, _ in spheres], dtype=float).reshape(-1, 3)
         self._radius_m = np.array([radius for _, _, radius in spheres], dtype=float)
         self._changed = np.zeros((len(spheres), 4), np.int64)
+
+    def columns(
+        self, heights_m: NDArray[np.float64], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> NDArray[np.int32]:
+        """Return in which columns of each row of a picture the ground may be darkened: first, after the last (H, 2).
+
+        Args:
+            heights_m: (2,), the lowest and the highest ground.
+        """
+        within = np.empty((camera.height_px, 2), np.int32)
+        view = camera_view(camera, T_world_camera, 0.5)
+        _columns_of(self._changed, self.first_m, heights_m, view, camera.width_px, within)
+        return within
 
     def move(self, poses: NDArray[np.float64]) -> None:
         """Draw the map anew for poses (B, 4, 4) of all bodies."""
@@ -59,6 +75,56 @@ def _spheres(mesh: TexturedMesh) -> list[tuple[NDArray[np.float64], float]]:
     reach_m = max(half_m[longest] - radius_m, 0.0)
     along = np.linspace(-reach_m, reach_m, count) if count > 1 else np.zeros(1)
     return [(0.5 * (low_m + high_m) + step_m * np.eye(3)[longest], radius_m) for step_m in along]
+
+
+@njit(cache=True)
+def _columns_of(
+    changed: NDArray[np.int64],
+    origin_m: NDArray[np.float64],
+    heights_m: NDArray[np.float64],
+    view: NDArray[np.float64],
+    width: int,
+    within: NDArray[np.int32],
+) -> None:
+    """Write the columns of each row (H, 2) that lie about what spheres darkened: in the picture, the box around it.
+
+    Args:
+        changed: see ``_draw``.
+        origin_m: (2,) of the first sample.
+        view: the view matrix of a camera.
+    """
+    height = within.shape[0]
+    within[:, 0], within[:, 1] = width, 0
+    corners = np.empty((4, 3))
+    for n in range(changed.shape[0]):
+        if changed[n, 0] >= changed[n, 1]:
+            continue
+        left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
+        for height_m in heights_m:
+            for corner in range(4):
+                # Light is mixed from samples on both sides: one more of them.
+                x = origin_m[0] + STEP_M * (changed[n, 2] - 1 if corner in (0, 3) else changed[n, 3])
+                y = origin_m[1] + STEP_M * (changed[n, 0] - 1 if corner < 2 else changed[n, 1])
+                for k in range(3):
+                    corners[corner, k] = view[k, 0] * x + view[k, 1] * y + view[k, 2] * height_m + view[k, 3]
+            for corner in range(4):
+                start, end = corners[corner], corners[(corner + 1) % 4]
+                if max(start[2], end[2]) <= NEAR_M:
+                    continue
+                # Both ends of a side, or where it comes out before the near plane.
+                for share in (0.0, 1.0):
+                    if start[2] + share * (end[2] - start[2]) < NEAR_M:
+                        share = (NEAR_M - start[2]) / (end[2] - start[2])
+                    depth = start[2] + share * (end[2] - start[2])
+                    across = (start[0] + share * (end[0] - start[0])) / depth
+                    down = (start[1] + share * (end[1] - start[1])) / depth
+                    left, right = min(left, across), max(right, across)
+                    top, bottom = min(top, down), max(bottom, down)
+        if not (right > 0.0 and left < width and bottom > 0.0 and top < height):
+            continue
+        first, last = np.int32(max(np.floor(left), 0.0)), np.int32(min(np.ceil(right) + 1.0, width))
+        for row in range(int(max(np.floor(top), 0.0)), int(min(np.ceil(bottom) + 1.0, height))):
+            within[row, 0], within[row, 1] = min(within[row, 0], first), max(within[row, 1], last)
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
