@@ -126,6 +126,16 @@ def set_up_triangle(
     minus_det = x0 * edges[0, 0] + y0 * edges[0, 1] + w0 * edges[0, 2]
     if not minus_det > 0.0:
         return 0, 0, 0
+    top_row, last_row = 0, height
+    if not before:
+        # Rows first: most small triangles lie between two of them, and need no more.
+        top = min(y0 / w0, y1 / w1, y2 / w2)
+        bottom = max(y0 / w0, y1 / w1, y2 / w2)
+        if not (top < height and bottom >= 0.0):
+            return 0, 0, 0
+        top_row, last_row = max(0, int(np.ceil(top))), min(height, int(np.floor(bottom)) + 1)
+        if top_row >= last_row:
+            return 0, 0, 0
     for k in range(3):
         for i in range(3):
             weights[i, k] = edges[i, k] / minus_det
@@ -133,12 +143,8 @@ def set_up_triangle(
         for k in range(3):
             nearness = weights[0, k] + weights[1, k] + weights[2, k]
             edges[3, k] = (1.0 if k == 2 else 0.0) - near * nearness
-        return 0, height, 4
-    top = min(y0 / w0, y1 / w1, y2 / w2)
-    bottom = max(y0 / w0, y1 / w1, y2 / w2)
-    if not (top < height and bottom >= 0.0):
-        return 0, 0, 0
-    return max(0, int(np.ceil(top))), min(height, int(np.floor(bottom)) + 1), 3
+        return top_row, last_row, 4
+    return top_row, last_row, 3
 
 
 @njit(cache=True, forceinline=True)

@@ -128,7 +128,7 @@ def _draw_triangle(
         base = np.float32(constant + per_row * row)
         if right - left >= SHORT:
             drawn = True
-            _fill_span(base, per_column, left, new, nearness[row, left:right], triangle[row, left:right])
+            _fill_span(base, per_column, np.uint64(left), np.uint64(right), new, nearness[row], triangle[row])
             continue
         for column in range(np.uint64(left), np.uint64(right)):
             value = base + per_column * np.float32(np.int32(column))
@@ -144,18 +144,19 @@ def _draw_triangle(
 def _fill_span(
     base: np.float32,
     per_column: np.float32,
-    first_column: int,
+    first: np.uint64,
+    last: np.uint64,
     new: np.int32,
     nearness: NDArray[np.float32],
     triangle: NDArray[np.int32],
 ) -> None:
     """``_draw_triangle`` for one row, in a form that becomes vector code."""
-    for k in range(nearness.shape[0]):
-        value = base + per_column * np.float32(np.int32(first_column + k))
-        old = nearness[k]
+    for column in range(first, last):
+        value = base + per_column * np.float32(np.int32(column))
+        old = nearness[column]
         nearer = value > old
-        nearness[k] = value if nearer else old
-        triangle[k] = new if nearer else triangle[k]
+        nearness[column] = value if nearer else old
+        triangle[column] = new if nearer else triangle[column]
 
 
 @njit(cache=True)
