@@ -27,6 +27,8 @@ class JointedShape(NamedTuple):
     faces: NDArray[np.int32]
 
 
+_SEARCHED = 64
+"""Pixels that are looked through at once for parts of bodies."""
 NEAREST_M = 0.15
 """Before the camera; what is nearer, or behind it, would be as large as one likes in the unbounded picture."""
 
@@ -101,17 +103,17 @@ def merge_parts(instance_map: NDArray[np.int32], whole: NDArray[np.int32], first
     Args:
         first_part: the least id of a part; those below stay what they are.
     """
-    for row in range(instance_map.shape[0]):
-        ids = instance_map[row]
-        # Vector code, which passes over rows without parts.
+    ids = instance_map.reshape(-1)
+    for start in range(0, ids.shape[0], _SEARCHED):
+        end = min(start + _SEARCHED, ids.shape[0])
+        # Vector code, which passes over pixels without parts.
         greatest = np.int32(-1)
-        for column in range(ids.shape[0]):
-            greatest = max(greatest, ids[column])
-        if greatest < first_part:
-            continue
-        for column in range(ids.shape[0]):
-            if ids[column] >= first_part:
-                ids[column] = whole[ids[column]]
+        for k in range(start, end):
+            greatest = max(greatest, ids[k])
+        if greatest >= first_part:
+            for k in range(start, end):
+                if ids[k] >= first_part:
+                    ids[k] = whole[ids[k]]
 
 
 @njit(cache=True)

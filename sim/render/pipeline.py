@@ -9,6 +9,7 @@ for the whole radiance.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Protocol, TypeGuard
 
 import numpy as np
@@ -162,17 +163,24 @@ def _capture_by_rows(
         picture = _photograph(sensor, film, camera, frame, motion, interval_s, given)
         return Capture(picture, depth_m, instance_id)
     # The rows that the light meter looks at come first: what of their light is scattered falls on all the others too.
-    is_metered = np.arange(height) % METER_STEP_PX == 0
-    film = sensor.film(int(is_metered.sum()), width)
-    finish(np.flatnonzero(is_metered), film, NO_DEVELOPMENT)
+    metered_rows, other_rows = _rows(height)
+    film = sensor.film(len(metered_rows), width)
+    finish(metered_rows, film, NO_DEVELOPMENT)
     metered = metered_radiance(film, row_step=1)
     image_rgb = np.empty((height, width, 3), np.uint8)
     development = sensor.development(metered, settings, frame, image_rgb)
-    develop_rows(film, np.flatnonzero(is_metered), development)
-    finish(np.flatnonzero(~is_metered), film[:1], development)
+    develop_rows(film, metered_rows, development)
+    finish(other_rows, film[:1], development)
     if given is None:
         sensor.step(metered)
     return Capture(Picture(image_rgb, settings), depth_m, instance_id)
+
+
+@cache
+def _rows(height: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows of a picture that the light meter looks at, and all others."""
+    is_metered = np.arange(height) % METER_STEP_PX == 0
+    return np.flatnonzero(is_metered), np.flatnonzero(~is_metered)
 
 
 def _moves_light(

@@ -39,8 +39,7 @@ class TriangleTable(NamedTuple):
             same normal.
         real: (N, 16) float32: planes (6) of ``x / q_w`` and ``y / q_w``, the position (u width, v height) in the
             texture; planes (9) of ``n / q_w``, the normal in the world frame, or on flat faces ``n`` itself as the
-            constants; texels that a pixel covers times nearness³, the Jacobian of a projective map; number of the
-            texture's last column and row.
+            constants; texels that a pixel covers times nearness³, the Jacobian of a projective map.
     """
 
     whole: NDArray[np.int32]

@@ -179,9 +179,7 @@ class BakedLightShader:
             probe_depth_m: depths at every 16th pixel of every 16th row.
         """
         self._light_movers()
-        corner, right, down = (
-            rays(camera, T_world_camera, np.array(pixel)) for pixel in ((0.5, 0.5), (1.5, 0.5), (0.5, 1.5))
-        )
+        corner, right, down = rays(camera, T_world_camera, np.array([(0.5, 0.5), (1.5, 0.5), (0.5, 1.5)]))
         view = np.stack([corner, right - corner, down - corner, T_world_camera[:3, 3]], axis=1)
         place = self._across @ view
         place[..., 3] -= self._start
