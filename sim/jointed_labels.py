@@ -78,12 +78,14 @@ def seen_body(
         hiders: ids of the bodies that ``hidden_by`` may name.
         pixel_offset: where in a pixel the map was sampled.
     """
+    centre_x, centre_y = camera.centre_px
     counts = np.zeros(len(hiders) + 2, np.int64)
     box = _count_pixels(
         shape,
         part_poses,
         camera.focal_px,
-        *camera.centre_px,
+        centre_x,
+        centre_y,
         T_world_camera,
         instance_map,
         instance_id,
