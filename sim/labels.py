@@ -191,8 +191,10 @@ def cover(pixels: NDArray[np.float64], faces: NDArray[np.int32], covered: NDArra
         ax, ay, bx, by, cx, cy = pixels[i, 0], pixels[i, 1], pixels[j, 0], pixels[j, 1], pixels[k, 0], pixels[k, 1]
         if (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) >= 0.0:
             continue
-        ab, bc, ca = (bx - ax) / (by - ay), (cx - bx) / (cy - by), (ax - cx) / (ay - cy)
         first, last = max(int(np.ceil(min(ay, by, cy))), 0), min(int(np.floor(max(ay, by, cy))), rows - 1)
+        if first > last:
+            continue
+        ab, bc, ca = (bx - ax) / (by - ay), (cx - bx) / (cy - by), (ax - cx) / (ay - cy)
         for y in range(first, last + 1):
             left, right = 0.0, columns - 1.0
             if by != ay:

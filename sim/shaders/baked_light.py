@@ -181,7 +181,7 @@ class BakedLightShader:
         self._light_movers()
         corner, right, down = rays(camera, T_world_camera, np.array([(0.5, 0.5), (1.5, 0.5), (0.5, 1.5)]))
         view = np.stack([corner, right - corner, down - corner, T_world_camera[:3, 3]], axis=1)
-        place = self._across @ view
+        place = (self._across.reshape(-1, 3) @ view).reshape(*self._start.shape, 4)
         place[..., 3] -= self._start
         contact = self._contact
         rows, columns = contact.left.shape

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 ROOM_ROWS, AT_ROWS = 9, 4
 """Rows of the two arrays that ``baked_row`` works in."""
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
+_SUMMED_AT_ONCE = 2048
 
 
 class BakedArrays(NamedTuple):
@@ -72,11 +73,14 @@ class BakedArrays(NamedTuple):
 def add_up(weights: NDArray[np.float32], groups: NDArray[np.float32], total: NDArray[np.float32]) -> None:
     """Write ``sum of weights_g groups_g`` (N,) of groups (G, N)."""
     total[:] = ZERO
-    for g in range(weights.shape[0]):
-        values, weight = groups[g], weights[g]
-        if weight != ZERO:
-            for n in range(total.shape[0]):
-                total[n] += weight * values[n]
+    # Piece by piece: what has been summed stays in the processor's nearest memory meanwhile.
+    for first in range(0, total.shape[0], _SUMMED_AT_ONCE):
+        piece = total[first : first + _SUMMED_AT_ONCE]
+        for g in range(weights.shape[0]):
+            values, weight = groups[g, first : first + _SUMMED_AT_ONCE], weights[g]
+            if weight != ZERO:
+                for n in range(piece.shape[0]):
+                    piece[n] += weight * values[n]
 
 
 @njit(cache=True)
