@@ -100,7 +100,7 @@ def seen_body(
 
 @njit(cache=True)
 def merge_parts(instance_map: NDArray[np.int32], whole: NDArray[np.int32], first_part: int) -> None:
-    """Write the ids ``whole`` (B,) of the bodies that parts belong to over the parts' in a map (H, W).
+    """Write the ids ``whole`` (B,) of the bodies that parts belong to over the parts' in a map (H, W), C-contiguous.
 
     Args:
         first_part: the least id of a part; those below stay what they are.
@@ -132,7 +132,11 @@ def _count_pixels(
     pixel_offset: float,
     counts: NDArray[np.int64],
 ) -> NDArray[np.float64]:
-    """Return the body's box (4,); count its own pixels, drawn alone, and those of them that show it and each hider."""
+    """Return the body's box (4,); count its own pixels, drawn alone, and those of them that show it and each hider.
+
+    Args:
+        counts: (2 + hiders,) zeros; they stay so where the box is NaN or beyond the picture.
+    """
     pixels = np.empty((shape.vertices_m.shape[0], 2))
     box = _project(shape, part_poses, focal_px, centre_x, centre_y, T_world_camera, pixels)
     height, width = instance_map.shape

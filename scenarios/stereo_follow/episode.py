@@ -104,6 +104,7 @@ class StereoFollowEpisode:
     def _capture(self) -> Frame:
         frame = self._frame
         pair = self._rig.take(self._shader, self._T_world_camera, frame)
+        # In place: the maps are this frame's own, and nobody else asks for the parts.
         for capture in (pair.left, pair.right):
             self._people.merge(capture.instance_id)
         truth = self._truth(pair)

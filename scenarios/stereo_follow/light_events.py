@@ -68,8 +68,7 @@ class LightEvents:
 
 def _luminance_nit(picture: Picture) -> float:
     """Return the mean luminance that a picture shows; what is white may be brighter."""
-    seen = _LINEAR[picture.image_rgb[::_STEP_PX, ::_STEP_PX]].reshape(-1, 3)
-    # A product of matrices: the mean over two axes takes as long as half a person's drawing.
-    level = float(np.full(len(seen), 1.0 / len(seen)) @ seen @ LUMINANCE_WEIGHTS)
+    # Luminances first: a mean over two axes of three colours takes twice as long.
+    level = float((_LINEAR[picture.image_rgb[::_STEP_PX, ::_STEP_PX]] @ LUMINANCE_WEIGHTS).mean())
     used = picture.settings
     return level * SENSOR.full_well_e / (SENSOR.electrons_per_nit_s * used.exposure_s * used.gain)

@@ -182,15 +182,15 @@ def _place_run(
     u_step, u_base = planes[index, U], planes[index, U + 1] * y + planes[index, U + 2]
     v_step, v_base = planes[index, V], planes[index, V + 1] * y + planes[index, V + 2]
     z = depth_m[first]
-    is_level_0 = last - first < np.uint64(SHORT) and density * z * z * z <= np.float32(LEVEL_0_UP_TO)
+    is_level_0 = last - first < np.uint64(SHORT) and density * z * z * z <= LEVEL_0_UP_TO
     start, k = first, np.uint32(0)
     while start < last:
         end = min(start + np.uint64(LEVEL_BLOCK), last)
         if not is_level_0:
             z = depth_m[start + ((end - start) >> np.uint64(1))]
             k = mip_level(density * z * z * z, textures.level_count[t])
-        x_scale, y_scale = textures.size[t, k, 0], textures.size[t, k, 1]
-        last_column, last_row = textures.size[t, k, 2], textures.size[t, k, 3]
+        x_scale, y_scale = textures.scale[t, k, 0], textures.scale[t, k, 1]
+        last_column, last_row = textures.last[t, k, 0], textures.last[t, k, 1]
         begin, pitch = textures.where[t, k, 0], textures.where[t, k, 1]
         number_texels(
             u_step * x_scale,

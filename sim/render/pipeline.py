@@ -163,7 +163,7 @@ def _capture_by_rows(
         picture = _photograph(sensor, film, camera, frame, motion, interval_s, given)
         return Capture(picture, depth_m, instance_id)
     # The rows that the light meter looks at come first: what of their light is scattered falls on all the others too.
-    metered_rows, other_rows = _rows(height)
+    metered_rows, other_rows = _metered_and_other_rows(height)
     film = sensor.film(len(metered_rows), width)
     finish(metered_rows, film, NO_DEVELOPMENT)
     metered = metered_radiance(film, row_step=1)
@@ -177,8 +177,8 @@ def _capture_by_rows(
 
 
 @cache
-def _rows(height: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of a picture that the light meter looks at, and all others."""
+def _metered_and_other_rows(height: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows of a picture that the light meter looks at, and all others; nobody writes to them."""
     is_metered = np.arange(height) % METER_STEP_PX == 0
     return np.flatnonzero(is_metered), np.flatnonzero(~is_metered)
 

@@ -20,7 +20,7 @@ RED_BLUE, GREEN = np.uint32(0x00FF00FF), np.uint32(0x0000FF00)
 HALVES, HALF = np.uint32(0x00800080), np.uint32(0x8000)
 EIGHT = np.uint32(8)
 TEXEL_LINES = 6
-LEVEL_0_UP_TO = 2.0
+LEVEL_0_UP_TO = np.float32(2.0)
 """Texels that a pixel may cover before the next mip level is taken."""
 
 
@@ -109,7 +109,7 @@ def mip_level(texels_per_pixel: np.float32, level_count: np.int32) -> np.uint32:
     A level has a quarter of the texels of the one before.
     """
     level, quarter = np.uint32(0), np.float32(0.25)
-    while texels_per_pixel > np.float32(LEVEL_0_UP_TO) and level + np.uint32(1) < np.uint32(level_count):
+    while texels_per_pixel > LEVEL_0_UP_TO and level + np.uint32(1) < np.uint32(level_count):
         texels_per_pixel *= quarter
         level += np.uint32(1)
     return level

@@ -10,8 +10,7 @@ from sim.render.scene import SceneArrays
 from sim.render.triangles import body_may_show, project_body, row_span, set_up_triangle
 
 BLOCK = 16
-"""Side of a block of texels; a power of two, which the shader makes use of."""
-"""Side of the blocks of texels whose greatest height is known."""
+"""Side of the blocks of texels whose greatest height is known; a power of two, which the shader makes use of."""
 
 
 @njit(cache=True)
@@ -23,7 +22,7 @@ def bounds_across(
     low_m: NDArray[np.float64],
     high_m: NDArray[np.float64],
 ) -> None:
-    """Write the bounds (2,) across the light of the surfaces that are seen no farther away than ``reach_m``.
+    """Write the bounds (2,) across the light of the surfaces that are seen nearer than ``reach_m``.
 
     Args:
         depth_m: (H, W) of every ``step_px``-th pixel of every ``step_px``-th row.

@@ -19,14 +19,16 @@ class TexturePool(NamedTuple):
         texels: (N,) uint32, ``R | G << 8 | B << 16``, all levels of all textures one after the other, each in
             tiles of 4x4 texels (see ``sim.render.sampling``).
         where: (T, L, 2) int32, where a level begins in ``texels``, and from a row of its tiles to the next.
-        size: (T, L, 4) float32: width and height of a level in those of level 0; number of its last column and row.
+        scale: (T, L, 2) float32, width and height of a level in those of level 0.
+        last: (T, L, 2) float32, number of a level's last column and row.
         level_count: (T,) int32; 1 for textures that are not smooth.
         smooth: (T,) bool, interpolate between texels.
     """
 
     texels: NDArray[np.uint32]
     where: NDArray[np.int32]
-    size: NDArray[np.float32]
+    scale: NDArray[np.float32]
+    last: NDArray[np.float32]
     level_count: NDArray[np.int32]
     smooth: NDArray[np.bool_]
 
@@ -39,12 +41,13 @@ def pack_textures(textures: Sequence[Texture]) -> TexturePool:
     sizes = [_level_sizes(texture) for texture in textures]
     count, depth = len(sizes), max((len(levels) for levels in sizes), default=1)
     where = np.zeros((count, depth, 2), dtype=np.int32)
-    size = np.zeros((count, depth, 4), dtype=np.float32)
+    scale, last = np.zeros((count, depth, 2), np.float32), np.zeros((count, depth, 2), np.float32)
     used = 0
     for t, levels in enumerate(sizes):
         for k, (rows, columns) in enumerate(levels):
             where[t, k] = used, 16 * (columns // 4 + 1)
-            size[t, k] = columns / levels[0][1], rows / levels[0][0], columns - 1, rows - 1
+            scale[t, k] = columns / levels[0][1], rows / levels[0][0]
+            last[t, k] = columns - 1, rows - 1
             used += _texel_count(rows, columns)
     texels = np.zeros(used, dtype=np.uint32)
     for t, texture in enumerate(textures):
@@ -52,7 +55,8 @@ def pack_textures(textures: Sequence[Texture]) -> TexturePool:
     return TexturePool(
         texels,
         where,
-        size,
+        scale,
+        last,
         np.array([len(levels) for levels in sizes], dtype=np.int32),
         np.array([texture.smooth for texture in textures], dtype=np.bool_),
     )

@@ -111,8 +111,9 @@ def set_up_triangle(
             making a view costs more than the arithmetic.)
 
     Returns:
-        first row, row after the last, number of edges (3 or 4). No rows if the triangle is turned away or
-        before the near plane. (``det < 0`` where counter-clockwise corners are seen as such with y down.)
+        first row, row after the last, number of edges (3 or 4). No rows, and nothing of use written, if the triangle
+        is turned away, before the near plane or between two rows.
+        (``det < 0`` where counter-clockwise corners are seen as such with y down.)
     """
     x0, y0, w0 = q[first, 0], q[first, 1], q[first, 2]
     x1, y1, w1 = q[second, 0], q[second, 1], q[second, 2]

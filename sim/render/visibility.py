@@ -181,7 +181,7 @@ def _write_attributes(
     """Write the planes ``sum_i a_i e_i`` of texture position and normal, and what else the table holds."""
     whole, real = table.whole[index], table.real[index]
     t = scene.texture[body]
-    width, height = textures.size[t, 0, 2] + 1.0, textures.size[t, 0, 3] + 1.0
+    width, height = textures.last[t, 0, 0] + 1.0, textures.last[t, 0, 1] + 1.0
     flat = scene.face_is_flat[face]
     whole[BODY], whole[TEXTURE] = body, t
     whole[IS_SMOOTH], whole[IS_FLAT] = textures.smooth[t], flat

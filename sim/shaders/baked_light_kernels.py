@@ -73,7 +73,7 @@ class BakedArrays(NamedTuple):
 def add_up(weights: NDArray[np.float32], groups: NDArray[np.float32], total: NDArray[np.float32]) -> None:
     """Write ``sum of weights_g groups_g`` (N,) of groups (G, N)."""
     total[:] = ZERO
-    # Piece by piece: what has been summed stays in the processor's nearest memory meanwhile.
+    # Piece by piece: sums stay in the processor's nearest memory meanwhile.
     for first in range(0, total.shape[0], _SUMMED_AT_ONCE):
         piece = total[first : first + _SUMMED_AT_ONCE]
         for g in range(weights.shape[0]):
@@ -144,7 +144,7 @@ def baked_row(
     place, samples, sun_share = light.place, light.light, light.sun_share
     contact, columns = light.contact, light.contact_columns
     rows = contact.shape[0] // columns
-    dark_first, dark_last = np.uint64(light.contact_within[row, 0]), np.uint64(light.contact_within[row, 1])
+    row_dark, row_bright = np.uint64(light.contact_within[row, 0]), np.uint64(light.contact_within[row, 1])
     sun_shines = light.sun[1] > ZERO
     shining, sunny_first, sunny_last = 0, width, np.uint64(0)
     sun_lit[:] = ZERO
@@ -169,11 +169,11 @@ def baked_row(
                 place_run(place, panel, row, start, wide, high, first, last, depth_m, index, x, y)
                 _fill(light.sun_cosine[panel], first, last, cosine)
                 mix_run(sun_share, wide, first, last, index, x, y, light.sun_cosine[panel], sun_lit)
-            start_dark, end_dark = max(first, dark_first), min(last, dark_last)
-            if light.is_floor[panel] and start_dark < end_dark:
-                place_run(light.contact_place, 0, row, 0, columns, rows, start_dark, end_dark, depth_m, index, x, y)
-                mix_run(contact, columns, start_dark, end_dark, index, x, y, ONE, factor)
-                _darken(factor, start_dark, end_dark, red, green, blue)
+            dark, bright = max(first, row_dark), min(last, row_bright)
+            if light.is_floor[panel] and dark < bright:
+                place_run(light.contact_place, 0, row, 0, columns, rows, dark, bright, depth_m, index, x, y)
+                mix_run(contact, columns, dark, bright, index, x, y, ONE, factor)
+                _darken(factor, dark, bright, red, green, blue)
         else:
             _body_run(light.cubes, body, first, last, normal, red, green, blue)
             if sun_shines and body_sun[body] > ZERO:
@@ -246,8 +246,7 @@ def _body_run(
     blue: NDArray[np.float32],
 ) -> None:
     """Write ``sum of n_k² E_side(k)`` of pixels of a body."""
-    # Taken out of the loop, so that it chooses between two numbers each and becomes vector code.
-    cube = cubes[body]
+    cube = cubes[body]  # Taken out of the loop, so that it chooses between two numbers each and becomes vector code.
     r0, r1, r2, r3, r4, r5 = cube[0, 0], cube[1, 0], cube[2, 0], cube[3, 0], cube[4, 0], cube[5, 0]
     g0, g1, g2, g3, g4, g5 = cube[0, 1], cube[1, 1], cube[2, 1], cube[3, 1], cube[4, 1], cube[5, 1]
     b0, b1, b2, b3, b4, b5 = cube[0, 2], cube[1, 2], cube[2, 2], cube[3, 2], cube[4, 2], cube[5, 2]

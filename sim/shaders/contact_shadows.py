@@ -95,31 +95,29 @@ def _columns_of(
     """
     height = within.shape[0]
     within[:, 0], within[:, 1] = width, 0
-    corners = np.empty((4, 3))
+    corners = np.empty((8, 3))
     for n in range(changed.shape[0]):
         if changed[n, 0] >= changed[n, 1]:
             continue
         left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
-        for height_m in heights_m:
-            for corner in range(4):
-                # Light is mixed from samples on both sides: one more of them.
-                x = origin_m[0] + STEP_M * (changed[n, 2] - 1 if corner in (0, 3) else changed[n, 3])
-                y = origin_m[1] + STEP_M * (changed[n, 0] - 1 if corner < 2 else changed[n, 1])
-                for k in range(3):
-                    corners[corner, k] = view[k, 0] * x + view[k, 1] * y + view[k, 2] * height_m + view[k, 3]
-            for corner in range(4):
-                start, end = corners[corner], corners[(corner + 1) % 4]
-                if max(start[2], end[2]) <= NEAR_M:
-                    continue
-                # Both ends of a side, or where it comes out before the near plane.
-                for share in (0.0, 1.0):
-                    if start[2] + share * (end[2] - start[2]) < NEAR_M:
-                        share = (NEAR_M - start[2]) / (end[2] - start[2])
-                    depth = start[2] + share * (end[2] - start[2])
-                    across = (start[0] + share * (end[0] - start[0])) / depth
-                    down = (start[1] + share * (end[1] - start[1])) / depth
-                    left, right = min(left, across), max(right, across)
-                    top, bottom = min(top, down), max(bottom, down)
+        for corner in range(8):
+            # Light is mixed from samples on both sides: one more of them.
+            x = origin_m[0] + STEP_M * (changed[n, 2] - 1 if corner % 2 == 0 else changed[n, 3])
+            y = origin_m[1] + STEP_M * (changed[n, 0] - 1 if corner % 4 < 2 else changed[n, 1])
+            z = heights_m[corner // 4]
+            for k in range(3):
+                corners[corner, k] = view[k, 0] * x + view[k, 1] * y + view[k, 2] * z + view[k, 3]
+        # Every corner, and for those before the near plane where the ways to the others cross it.
+        for corner in range(8):
+            for other in range(8):
+                share = 0.0
+                if corners[corner, 2] < NEAR_M:
+                    if corners[other, 2] < NEAR_M:
+                        continue
+                    share = (NEAR_M - corners[corner, 2]) / (corners[other, 2] - corners[corner, 2])
+                q = corners[corner] + share * (corners[other] - corners[corner])
+                left, right = min(left, q[0] / q[2]), max(right, q[0] / q[2])
+                top, bottom = min(top, q[1] / q[2]), max(bottom, q[1] / q[2])
         if not (right > 0.0 and left < width and bottom > 0.0 and top < height):
             continue
         first, last = np.int32(max(np.floor(left), 0.0)), np.int32(min(np.ceil(right) + 1.0, width))

@@ -163,15 +163,15 @@ def shadows_in_view(
     """Return the shadows that a caster draws on what a camera sees now, see ``DaylightShader.shadows``."""
     position_m, R_world_camera = T_world_camera[:3, 3], T_world_camera[:3, :3]
     ray_of_pixel = np.linalg.inv(camera.intrinsic_matrix)
-    from_pixel = np.empty((3, 4))
-    from_pixel[:, :3] = caster.axes @ R_world_camera @ ray_of_pixel
-    from_pixel[:, 3] = caster.axes @ position_m
+    across = caster.axes[:2]
+    across_of_pixel = np.column_stack([across @ R_world_camera @ ray_of_pixel, across @ position_m])
     low_m, high_m = np.empty(2), np.empty(2)
-    bounds_across(probe_depth_m, PROBE_STEP_PX, SHADOW_REACH_M, from_pixel[:2], low_m, high_m)
+    bounds_across(probe_depth_m, PROBE_STEP_PX, SHADOW_REACH_M, across_of_pixel, low_m, high_m)
     if not low_m[0] <= high_m[0]:
-        low_m = high_m = from_pixel[:2, 3]
+        low_m = high_m = across @ position_m
     shadow_map = caster.covering(low_m, high_m)
     in_map = shadow_map.light_view[[0, 1, 3]]
+    from_pixel = np.empty((3, 4))
     from_pixel[:, :3] = in_map[:, :3] @ R_world_camera @ ray_of_pixel
     from_pixel[:, 3] = in_map[:, :3] @ position_m + in_map[:, 3]
     return ShadowArrays(

@@ -87,9 +87,9 @@ def shade_row(
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def reflectance_row(colour: NDArray[np.uint32], shift: np.uint32, reflectance: NDArray[np.float32]) -> None:
     """Write the linear value of one channel of packed sRGB colours."""
-    mask, unit = _mask_and_unit(shift)
+    mask, scale = _mask_and_scale(shift)
     for k in range(colour.shape[0]):
-        reflectance[k] = _reflectance(colour[k], mask, unit)
+        reflectance[k] = _reflectance(colour[k], mask, scale)
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
@@ -97,14 +97,14 @@ def reflect_row(
     colour: NDArray[np.uint32], shift: np.uint32, light: NDArray[np.float32], radiance: NDArray[np.float32]
 ) -> None:
     """Write what surfaces of one channel of packed sRGB colours throw back of light."""
-    mask, unit = _mask_and_unit(shift)
+    mask, scale = _mask_and_scale(shift)
     for k in range(colour.shape[0]):
-        radiance[k] = light[k] * _reflectance(colour[k], mask, unit)
+        radiance[k] = light[k] * _reflectance(colour[k], mask, scale)
 
 
 @row_kernel(forceinline=True)
-def _mask_and_unit(shift: np.uint32) -> tuple[np.uint32, np.float32]:
-    """Return what leaves one channel of a packed colour, and one over its unit.
+def _mask_and_scale(shift: np.uint32) -> tuple[np.uint32, np.float32]:
+    """Return what leaves one channel of a packed colour, and what brings that to 0-255.
 
     Shifting the colours instead would make 64-bit numbers of them, of which half as many fit into a vector.
     """
@@ -112,9 +112,9 @@ def _mask_and_unit(shift: np.uint32) -> tuple[np.uint32, np.float32]:
 
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def _reflectance(colour: np.uint32, mask: np.uint32, unit: np.float32) -> np.float32:
-    """Return the linear value of one channel of a packed sRGB colour, see ``_mask_and_unit``."""
-    c = np.float32(np.int32(colour & mask)) * unit
+def _reflectance(colour: np.uint32, mask: np.uint32, scale: np.float32) -> np.float32:
+    """Return the linear value of one channel of a packed sRGB colour, see ``_mask_and_scale``."""
+    c = np.float32(np.int32(colour & mask)) * scale
     return P0 + c * (P1 + c * (P2 + c * (P3 + c * (P4 + c * (P5 + c * P6)))))
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from sim.jointed_labels import SeenBody, joined, seen_body
+from sim.jointed_labels import SeenBody, joined, merge_parts, seen_body
 from sim.labels import amodal_box, visible_fraction
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets
@@ -124,3 +124,13 @@ def test_who_all_but_touches_the_camera_is_not_reckoned_as_large_as_a_house(ahea
     body = seen([block((0.2, 2.0, 2.0))], [at(ahead_m)], everywhere(OWN))
     assert np.isfinite(body.box_xyxy).all() == is_told
     assert (body.visible_fraction > 0) == is_told
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (5, 13), (48, 64), (3, 65)])
+def test_parts_become_their_bodies_and_all_else_stays(shape):
+    rng = np.random.default_rng(4)
+    ids = rng.integers(-1, 12, shape).astype(np.int32)
+    whole = np.array([0, 1, 2, 3, 4, 4, 4, 7, 7, 7, 7, 7], np.int32)
+    merged = ids.copy()
+    merge_parts(merged, whole, 4)
+    np.testing.assert_array_equal(merged, np.where(ids < 4, ids, whole[ids]))
