@@ -41,10 +41,11 @@ _DYE = 6.0
 
 
 def draw_looks(count: int, alike: int, uniformed: int, rng: np.random.Generator) -> list[PersonLook]:
-    """Draw looks of people, the target's first; the ``alike`` next ones wear a top of his colour.
+    """Draw looks of people, the target's first.
 
-    The first of those wears trousers of his colour too. Nobody else's top is of the
-    colour of his, but that the first ``uniformed`` and he wear the same working clothes.
+    The ``alike`` next ones wear a top of his colour, the first of them trousers of his colour too; nobody else's top is
+    of that colour. With ``uniformed`` > 0 he wears working clothes, and so do that many next ones, whatever else they
+    would wear.
     """
     target = _look(_TOPS_RGB[rng.integers(len(_TOPS_RGB))], rng)
     if uniformed > 0:
