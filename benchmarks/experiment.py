@@ -27,7 +27,7 @@ from benchmarks.tracked import Failure
 from benchmarks.versions import versions_of
 from scenarios import catalog
 from scenarios.scenario import RendererName
-from trackers.controllers.catalogue import CONTROLLERS
+from trackers.controllers.catalogue import controllers
 
 SET_PATH = "set-path"
 _NOTES = ".running"
@@ -182,7 +182,10 @@ def check_names(experiment: Experiment) -> None:
     presets = catalog.scenario(experiment.scenario).presets
     known = {
         "presets": (experiment.presets, tuple(presets)),
-        "controllers": (experiment.controllers or (), (SET_PATH, *CONTROLLERS) if steered else (SET_PATH,)),
+        "controllers": (
+            experiment.controllers or (),
+            (SET_PATH, *controllers(catalog.scenario(experiment.scenario).carrier.name)) if steered else (SET_PATH,),
+        ),
     }
     for parameter, (given, expected) in known.items():
         for name in given:

@@ -23,7 +23,7 @@ from benchmarks.tracked import Failure, TrackedEpisode
 from scenarios import catalog
 from scenarios.scenario import Episode, Frame, RendererName
 from sim.rng import generator
-from trackers.controllers.catalogue import create_controller
+from trackers.controllers.catalogue import controller_entry
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,11 @@ def _watchers(job: Job, episode: Episode, judge: Judge) -> list[_Watcher]:
 
 
 def _live_through(job: Job, episode: Episode, judge: Judge, watchers: list[_Watcher], note: Note) -> None:
-    controller = None if job.controller is None else create_controller(job.controller)
+    controller = None
+    if job.controller is not None:
+        # Suites of trackers have one controller for all: the paper's, as it was written.
+        carrier = catalog.scenario(job.scenario).carrier.name
+        controller = controller_entry(job.controller, carrier).create_as_written()
     frame = episode.step()
     for k in range(episode.frame_count):
         if k > 0:

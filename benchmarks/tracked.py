@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contestants import Contestant
-from benchmarks.estimate_check import check_estimate
+from trackers.estimate_check import check_estimate
 from benchmarks.judging import Score, ScoreSheet
 from benchmarks.time_limit import Stopwatch, TooSlow, at_most
 from scenarios.scenario import Frame

@@ -32,7 +32,7 @@ _SCENE_PARTS = (
     "benchmarks/stereo/judge.py",
     "benchmarks/scoring.py",
     "benchmarks/tracked.py",
-    "benchmarks/estimate_check.py",
+    "trackers/estimate_check.py",
     "benchmarks/time_limit.py",
     "benchmarks/jobs.py",
     "trackers/controllers",

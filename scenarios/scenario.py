@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenarios.truth import Truth
 from sim.optics import PinholeCamera
-from trackers.types import CameraCommand, Observation
+from trackers.types import CameraCommand, Carrier, Observation
 
 RendererName = Literal["raster", "pybullet"]
 
@@ -80,6 +80,11 @@ class Scenario(Protocol):
     @property
     def start(self) -> str:
         """What a tracker is given, in one line."""
+        ...
+
+    @property
+    def carrier(self) -> Carrier:
+        """What carries the camera: all that is needed to steer it, by a controller or in an env."""
         ...
 
     @property

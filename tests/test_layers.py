@@ -56,7 +56,8 @@ def test_the_contracts_hold() -> None:
         ("scenarios/env.py", "import benchmarks.cli", "nobody imports benchmarks"),
         ("scenarios/env.py", "import pybullet", "only sim.world imports pybullet"),
         ("benchmarks/speed.py", "import pybullet", "only sim.world imports pybullet"),
-        ("scenarios/env.py", "import gymnasium", "gymnasium is imported by env modules alone"),
+        ("scenarios/env.py", "import gymnasium", "gymnasium is imported by env modules and"),
+        ("trackers/env.py", "import gymnasium", "gymnasium is imported by env modules and"),
     ],
 )
 def test_a_contract_can_fail(tmp_path: Path, module: str, source: str, contract: str) -> None:
@@ -80,7 +81,8 @@ def test_modules_are_short_and_named_for_what_they_hold() -> None:
     for path in our_modules():
         assert len(path.read_text().splitlines()) <= 300, f"{path}: longer than 300 lines"
         assert path.stem not in VAGUE_NAMES, f"{path}: the name says nothing of what it holds"
-        if path.name == "__init__.py":
+        # That of scenarios makes the env ids known to whoever imports it.
+        if path.name == "__init__.py" and path.parent.name != "scenarios":
             assert path.read_text() == "", f"{path}: expected an empty file"
 
 

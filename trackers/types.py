@@ -8,6 +8,7 @@ corner of the picture and go on beyond its borders. Boxes are ``(x_min, y_min, x
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,3 +139,36 @@ class CameraCommand:
     right_mps: float = 0.0
     climb_mps: float = 0.0
     yaw_rate_rad_s: float = 0.0
+
+
+CommandName = Literal["forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s"]
+
+
+@dataclass(frozen=True, slots=True)
+class CommandAxis:
+    """One of the numbers of a ``CameraCommand`` that a carrier obeys.
+
+    Attributes:
+        name: which one.
+        limit: the largest magnitude obeyed, in the unit of the name.
+        slew_per_s: the most it may change within a second.
+    """
+
+    name: CommandName
+    limit: float
+    slew_per_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Carrier:
+    """What carries a camera, as far as who steers it must know.
+
+    Attributes:
+        name: e.g. ``helicopter``; controllers are written for one of these.
+        axes: the commands that it obeys, all others are of no effect.
+        looks: ``down`` on a plane from above, or ``ahead`` along it.
+    """
+
+    name: str
+    axes: tuple[CommandAxis, ...]
+    looks: Literal["down", "ahead"]

@@ -20,7 +20,7 @@ from benchmarks.versions import hash_of_survey
 from scenarios import catalog
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.road_town.survey import survey
-from trackers.controllers.catalogue import CONTROLLERS
+from trackers.controllers.catalogue import controllers
 
 _CONTENTS_COLUMNS = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad")
 _CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
@@ -129,11 +129,8 @@ def _suites() -> list[tuple[str, str, str]]:
 
 
 def _controllers() -> list[tuple[str, str, str]]:
-    return [(name, "", _first_line(kind)) for name, kind in CONTROLLERS.items()]
-
-
-def _first_line(kind: type) -> str:
-    return (kind.__doc__ or "").strip().splitlines()[0]
+    carriers = dict.fromkeys(catalog.scenario(name).carrier.name for name in catalog.names())
+    return [(who.name, who.carrier, who.summary) for carrier in carriers for who in controllers(carrier).values()]
 
 
 def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:

@@ -13,7 +13,7 @@ from benchmarks.writers.instant import Instant
 from scenarios import catalog
 from scenarios.scenario import Episode, RendererName
 from sim.rng import generator
-from trackers.controllers.catalogue import create_controller
+from trackers.controllers.catalogue import controller_entry
 from trackers.protocols import Controller
 from trackers.types import Estimate
 
@@ -57,7 +57,10 @@ class Run:
         if self.tracker is not None:
             rng = generator(self.seed, f"tracker/{self.tracker}")
             contestant = entrant(self.tracker, self.values).create(episode, rng)
-        controller = None if self.controller is None else create_controller(self.controller)
+        carrier = catalog.scenario(self.scenario).carrier.name
+        controller = None
+        if self.controller is not None:
+            controller = controller_entry(self.controller, carrier).create_as_written()
         return replay(episode, contestant, controller, scale=scale, wanted=wanted, frame_count=frame_count)
 
 

@@ -11,12 +11,23 @@ from scipy import ndimage, signal
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.smooth import smooth_step
 from sim.optics import PinholeCamera, look_down_pose
-from trackers.types import CameraCommand
+from trackers.types import CameraCommand, Carrier, CommandAxis
 
 MAXIMUM_SPEED_MPS = 25.0
 MAXIMUM_CLIMB_MPS = 5.0
 MAXIMUM_YAW_RATE_RAD_S = 1.0
 ALTITUDE_RANGE_M = (40.0, 100.0)
+HELICOPTER = Carrier(
+    "helicopter",
+    (
+        CommandAxis("forward_mps", MAXIMUM_SPEED_MPS, 40.0),
+        CommandAxis("right_mps", MAXIMUM_SPEED_MPS, 40.0),
+        CommandAxis("climb_mps", MAXIMUM_CLIMB_MPS, 10.0),
+        CommandAxis("yaw_rate_rad_s", MAXIMUM_YAW_RATE_RAD_S, 2.0),
+    ),
+    "down",
+)
+"""A stick goes from its middle to the stop within about half a second."""
 _ATTITUDE_TIME_CONSTANT_S = 0.6
 _RESPONSE_TIME_S = 0.5
 _WANDER_SHARE = 0.13

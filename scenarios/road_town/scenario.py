@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from scenarios.road_town.episode import RoadTownEpisode
+from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.plan import make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
 from scenarios.scenario import RendererName
 from sim.rng import episode_seed
+from trackers.types import Carrier
 
 
 @dataclass(frozen=True)
@@ -18,6 +20,7 @@ class RoadTownScenario:
     id: str = "road-town-v1"
     summary: str = "a car in a town, seen from a helicopter that often loses it from view"
     start: str = "the first picture and the car's box in it; measured ego pose where the preset has instruments"
+    carrier: Carrier = HELICOPTER
     presets: dict[str, RoadTown] = field(default_factory=lambda: dict(PRESETS))
 
     def configuration(self, preset: str) -> RoadTown:

@@ -6,10 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow.floor_plan import FloorPlan
-from trackers.types import CameraCommand
+from trackers.types import CameraCommand, Carrier, CommandAxis
 
 FASTEST_MPS, FASTEST_TURN_RAD_S = 1.6, 1.6
 _ACCELERATION_MPS2, _TURN_ACCELERATION_RAD_S2 = 1.5, 4.0
+ROBOT = Carrier(
+    "robot",
+    (
+        CommandAxis("forward_mps", FASTEST_MPS, _ACCELERATION_MPS2),
+        CommandAxis("yaw_rate_rad_s", FASTEST_TURN_RAD_S, _TURN_ACCELERATION_RAD_S2),
+    ),
+    "ahead",
+)
+"""Its motors set the same limits."""
 _TURN_GAIN, _SPEED_GAIN = 2.2, 1.1
 _REACTION_FRAMES = 4
 _TRAIL_FRAMES, _TRAIL_STEP_FRAMES = 75, 5

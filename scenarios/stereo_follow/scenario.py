@@ -10,8 +10,10 @@ from scenarios.stereo_follow.dimmed_sheet import DimmedSheet
 from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.plan import make_plan
 from scenarios.stereo_follow.presets import PRESETS, StereoFollow
+from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.sheet_episode import SheetEpisode
 from sim.rng import episode_seed
+from trackers.types import Carrier
 
 Preset = StereoFollow | DimmedSheet | CarriedSheet
 
@@ -29,6 +31,7 @@ class StereoFollowScenario:
     id: str = "stereo-follow-v1"
     summary: str = "a person among others, followed by a robot with a stereo camera from corridor to yard"
     start: str = "the first pair and the person's box in the left picture; the camera's settings; odometry"
+    carrier: Carrier = ROBOT
     presets: dict[str, Preset] = field(default_factory=lambda: {**PRESETS, **_PAPER})
 
     def configuration(self, preset: str) -> Preset:

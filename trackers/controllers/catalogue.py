@@ -1,20 +1,121 @@
-"""Every controller by name."""
+"""Every controller by the carrier it steers and its name.
+
+A controller registers where it is defined, as a tracker does::
+
+    @register_controller("centre", role="baseline", carrier="helicopter", summary="keeps the estimate in the middle")
+    class CentreController:
+        Parameters = CentreParameters
+        def __init__(self, parameters: CentreParameters): ...
+
+Values found by tuning lie in ``trackers/tuned/controllers/CARRIER/NAME.json`` and take the place of the defaults. The
+name ``policy:FILE`` is that of a trained policy.
+"""
 
 from __future__ import annotations
 
-from trackers.controllers.centre import CentreController
+import dataclasses
+import importlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any, Literal, TypeVar
+
 from trackers.protocols import Controller
 
-CONTROLLERS = {"centre": CentreController}
+ControllerRole = Literal["ours", "policy", "baseline", "variant"]
+
+_MODULES = (
+    "trackers.controllers.hold",
+    "trackers.controllers.centre",
+)
+"""Modules that define controllers. Add yours here."""
+
+_ENTRIES: dict[tuple[str, str], ControllerEntry] = {}
+_T = TypeVar("_T", bound=type)
 
 
-def create_controller(name: str) -> Controller:
-    """Return a fresh controller with its default setting.
+@dataclass(frozen=True)
+class ControllerEntry:
+    """One registered controller.
+
+    Attributes:
+        name: what users type. carrier: name of what it steers, see ``trackers.types.Carrier``.
+        role: what it is to a comparison.
+        summary: one line.
+        controller: class with ``Parameters`` and ``__init__(parameters)``.
+    """
+
+    name: str
+    carrier: str
+    role: ControllerRole
+    summary: str
+    controller: Callable[[Any], Controller]
+
+    def parameters(self, **changes: Any) -> Any:
+        """Return the parameters: defaults, then tuned values, then ``changes``."""
+        return self._made(tuned_controller(self.carrier, self.name) | changes)
+
+    def create(self, **changes: Any) -> Controller:
+        """Return a fresh controller for one episode."""
+        return self.controller(self.parameters(**changes))
+
+    def create_as_written(self) -> Controller:
+        """Return a fresh controller with the values it was written with, whatever tuning found."""
+        return self.controller(self._made({}))
+
+    def tunables(self) -> dict[str, dataclasses.Field[Any]]:
+        """Return the parameters that declare a range to be tuned in (``registry.tunable``), by name."""
+        fields = dataclasses.fields(self.controller.Parameters)  # type: ignore[attr-defined]
+        return {field.name: field for field in fields if "low" in field.metadata}
+
+    def _made(self, values: dict[str, Any]) -> Any:
+        kind = self.controller.Parameters  # type: ignore[attr-defined]
+        known = {field.name for field in dataclasses.fields(kind)}
+        for name in values:
+            if name not in known:
+                raise ValueError(f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter")
+        return kind(**values)
+
+
+def register_controller(name: str, *, role: ControllerRole, carrier: str, summary: str) -> Callable[[_T], _T]:
+    """Class decorator: make a controller known under ``name`` for a carrier. Raises ValueError if that is taken."""
+
+    def add(controller: _T) -> _T:
+        old = _ENTRIES.get((carrier, name))
+        if old is not None and old.controller is not controller:
+            raise ValueError(f"controller: the name {name!r} is taken")
+        _ENTRIES[carrier, name] = ControllerEntry(name, carrier, role, summary, controller)
+        return controller
+
+    return add
+
+
+def controllers(carrier: str) -> dict[str, ControllerEntry]:
+    """Return all controllers of a carrier by name, in order of registration."""
+    for module in _MODULES:
+        importlib.import_module(module)
+    return {name: entry for (whose, name), entry in _ENTRIES.items() if whose == carrier}
+
+
+def controller_entry(name: str, carrier: str) -> ControllerEntry:
+    """Return one controller's entry.
 
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
-    if name not in CONTROLLERS:
-        raise ValueError(f"controller: expected one of {', '.join(CONTROLLERS)}; got {name!r}")
-    controller = CONTROLLERS[name]
-    return controller(controller.Parameters())
+    known = controllers(carrier)
+    if name not in known:
+        raise ValueError(f"controller: expected one of {', '.join(known)}; got {name!r}")
+    return known[name]
+
+
+def create_controller(name: str, carrier: str, **changes: Any) -> Controller:
+    """Return a fresh controller for one episode; ValueError for an unknown name."""
+    return controller_entry(name, carrier).create(**changes)
+
+
+def tuned_controller(carrier: str, name: str) -> dict[str, Any]:
+    """Return the values that tuning wrote for a controller, empty if it never ran."""
+    file = resources.files("trackers").joinpath("tuned", "controllers", carrier, f"{name}.json")
+    return json.loads(file.read_text())["parameters"] if file.is_file() else {}

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.estimate_check import check_estimate
+from trackers.estimate_check import check_estimate
 from trackers.types import Estimate
 
 HERE = np.array([3.0, 4.0])

@@ -1,0 +1,225 @@
+"""What is believed of a target from picture to picture, for who steers: plain records, many at a time.
+
+A *sighting* is what one picture, through a tracker, says; a *belief* is what all of them have said so far. World is
+the carrier's navigation frame (metres, x and y on the ground); *ahead* and *right* are along and across the carrier's
+heading, level with the ground, from the carrier.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+SECTORS = 8
+"""Directions about the place where the target was last seen, counter-clockwise from world x."""
+
+SIGHTING = np.dtype(
+    [
+        ("carrier_x_m", "f8"),
+        ("carrier_y_m", "f8"),
+        ("height_m", "f8"),
+        ("heading_rad", "f8"),
+        # Where the optical axis meets the ground of a camera that looks down; 0 of one that looks ahead.
+        ("axis_ahead_m", "f8"),
+        ("axis_right_m", "f8"),
+        # Half the picture on the ground, or at a distance of 1 m of a camera that looks ahead.
+        ("half_ahead_m", "f8"),
+        ("half_right_m", "f8"),
+        # 1 if the tracker says anything, else 0: then the target's numbers are of no meaning.
+        ("known", "f8"),
+        ("x_m", "f8"),
+        ("y_m", "f8"),
+        # Standard deviation, the root of the mean over both axes; 0 of a tracker without posterior.
+        ("spread_m", "f8"),
+        # Middle of the window, as large as the picture, that holds most of the posterior, and the share it holds.
+        ("densest_x_m", "f8"),
+        ("densest_y_m", "f8"),
+        ("densest_share", "f8"),
+        # Of a tracker that says nothing of it: 1 where its estimate lies in the picture, else 0.
+        ("in_view_probability", "f8"),
+        # From the picture's centre, right and down, in halves of its width and height.
+        ("picture_x", "f8"),
+        ("picture_y", "f8"),
+        # Longer side of the box over the picture's width; 0 of a tracker without box.
+        ("length_share", "f8"),
+    ],
+    align=True,
+)
+
+BELIEF = np.dtype(
+    [
+        ("frames", "f8"),
+        ("carrier_x_m", "f8"),
+        ("carrier_y_m", "f8"),
+        ("heading_rad", "f8"),
+        ("height_m", "f8"),
+        ("own_ahead_mps", "f8"),
+        ("own_right_mps", "f8"),
+        ("own_climb_mps", "f8"),
+        ("own_yaw_rate_rad_s", "f8"),
+        ("axis_ahead_m", "f8"),
+        ("axis_right_m", "f8"),
+        ("axis_ahead_mps", "f8"),
+        ("axis_right_mps", "f8"),
+        ("half_ahead_m", "f8"),
+        ("half_right_m", "f8"),
+        ("known", "f8"),
+        ("x_m", "f8"),
+        ("y_m", "f8"),
+        ("velocity_x_mps", "f8"),
+        ("velocity_y_mps", "f8"),
+        ("ahead_m", "f8"),
+        ("right_m", "f8"),
+        ("velocity_ahead_mps", "f8"),
+        ("velocity_right_mps", "f8"),
+        ("spread_m", "f8"),
+        ("densest_ahead_m", "f8"),
+        ("densest_right_m", "f8"),
+        ("densest_share", "f8"),
+        ("in_view_probability", "f8"),
+        ("picture_x", "f8"),
+        ("picture_y", "f8"),
+        ("length_share", "f8"),
+        ("seconds_since_seen", "f8"),
+        ("seen_x_m", "f8"),
+        ("seen_y_m", "f8"),
+        # 1 where the camera has just looked in a direction from the place last seen, in vain; falls with time.
+        ("searched", "f8", (SECTORS,)),
+    ],
+    align=True,
+)
+
+_SEEN_PROBABILITY = 0.5
+_VELOCITY_SHARE = 0.12
+"""Of an alpha-beta filter for the target's velocity; the place is as the tracker says, which has filtered it."""
+_OWN_SHARE = 0.3
+"""How fast the carrier's measured motion follows the differences of measured poses."""
+_FORGET_S = 4.0
+_LOOKED_AWAY = 0.4
+"""The camera looks in a direction if its middle is so far from the place last seen, in halves of the picture."""
+_FASTEST_MPS = 30.0
+
+
+@njit(cache=True, fastmath=False)
+def take_in(beliefs: NDArray[np.void], sightings: NDArray[np.void], interval_s: float) -> None:
+    """Bring B beliefs (B,) of dtype ``BELIEF`` up to date with a sighting each (B,) of ``SIGHTING``, in place.
+
+    A belief that is all zeros is of nothing seen yet: its first sighting starts it.
+    """
+    for k in range(len(beliefs)):
+        b, s = beliefs[k], sightings[k]
+        c, d = np.cos(s.heading_rad), np.sin(s.heading_rad)
+        if b.frames == 0.0:
+            b.carrier_x_m, b.carrier_y_m, b.height_m, b.heading_rad = (
+                s.carrier_x_m,
+                s.carrier_y_m,
+                s.height_m,
+                s.heading_rad,
+            )
+            b.axis_ahead_m, b.axis_right_m = s.axis_ahead_m, s.axis_right_m
+            b.x_m, b.y_m, b.seen_x_m, b.seen_y_m = s.x_m, s.y_m, s.x_m, s.y_m
+        _own_motion(b, s, c, d, interval_s)
+        _target_motion(b, s, interval_s)
+        east_m, north_m = b.x_m - s.carrier_x_m, b.y_m - s.carrier_y_m
+        b.ahead_m, b.right_m = c * east_m + d * north_m, d * east_m - c * north_m
+        b.velocity_ahead_mps = c * b.velocity_x_mps + d * b.velocity_y_mps
+        b.velocity_right_mps = d * b.velocity_x_mps - c * b.velocity_y_mps
+        if s.known > 0.0:
+            east_m, north_m = s.densest_x_m - s.carrier_x_m, s.densest_y_m - s.carrier_y_m
+            b.densest_share, b.spread_m = s.densest_share, s.spread_m
+            b.picture_x, b.picture_y, b.length_share = s.picture_x, s.picture_y, s.length_share
+            b.densest_ahead_m, b.densest_right_m = c * east_m + d * north_m, d * east_m - c * north_m
+        b.known, b.in_view_probability = s.known, s.in_view_probability * s.known
+        _search(b, s, c, d, interval_s)
+        b.frames += 1.0
+
+
+@njit(cache=True)
+def _own_motion(b: np.void, s: np.void, c: float, d: float, interval_s: float) -> None:
+    """Follow the carrier's measured pose: velocities are smoothed differences."""
+    east_m, north_m = s.carrier_x_m - b.carrier_x_m, s.carrier_y_m - b.carrier_y_m
+    turn_rad = (s.heading_rad - b.heading_rad + np.pi) % (2 * np.pi) - np.pi
+    share = _OWN_SHARE if b.frames > 0.0 else 0.0
+    b.own_ahead_mps += share * ((c * east_m + d * north_m) / interval_s - b.own_ahead_mps)
+    b.own_right_mps += share * ((d * east_m - c * north_m) / interval_s - b.own_right_mps)
+    b.own_climb_mps += share * ((s.height_m - b.height_m) / interval_s - b.own_climb_mps)
+    b.own_yaw_rate_rad_s += share * (turn_rad / interval_s - b.own_yaw_rate_rad_s)
+    b.axis_ahead_mps += share * ((s.axis_ahead_m - b.axis_ahead_m) / interval_s - b.axis_ahead_mps)
+    b.axis_right_mps += share * ((s.axis_right_m - b.axis_right_m) / interval_s - b.axis_right_mps)
+    b.carrier_x_m, b.carrier_y_m = s.carrier_x_m, s.carrier_y_m
+    b.height_m, b.heading_rad = s.height_m, s.heading_rad
+    b.axis_ahead_m, b.axis_right_m = s.axis_ahead_m, s.axis_right_m
+    b.half_ahead_m, b.half_right_m = s.half_ahead_m, s.half_right_m
+
+
+@njit(cache=True)
+def _target_motion(b: np.void, s: np.void, interval_s: float) -> None:
+    """Follow the estimate by an alpha-beta filter; where nothing is said the target stays where it was."""
+    if s.known == 0.0:
+        return
+    if b.frames == 0.0:
+        b.x_m, b.y_m = s.x_m, s.y_m
+        return
+    # A jump is another guess, not a motion.
+    east_m, north_m = s.x_m - b.x_m - b.velocity_x_mps * interval_s, s.y_m - b.y_m - b.velocity_y_mps * interval_s
+    share = _VELOCITY_SHARE / interval_s
+    if np.hypot(east_m, north_m) < _FASTEST_MPS * interval_s:
+        b.velocity_x_mps += share * east_m
+        b.velocity_y_mps += share * north_m
+    b.x_m, b.y_m = s.x_m, s.y_m
+
+
+@njit(cache=True)
+def _search(b: np.void, s: np.void, c: float, d: float, interval_s: float) -> None:
+    """Note when the target was last seen, and in which directions from there it was looked for since."""
+    if s.known > 0.0 and s.in_view_probability >= _SEEN_PROBABILITY:
+        b.seconds_since_seen = 0.0
+        b.seen_x_m, b.seen_y_m = s.x_m, s.y_m
+        for sector in range(SECTORS):
+            b.searched[sector] = 0.0
+        return
+    b.seconds_since_seen += interval_s
+    kept = np.exp(-interval_s / _FORGET_S)
+    for sector in range(SECTORS):
+        b.searched[sector] *= kept
+    east_m = s.carrier_x_m + c * s.axis_ahead_m + d * s.axis_right_m - b.seen_x_m
+    north_m = s.carrier_y_m + d * s.axis_ahead_m - c * s.axis_right_m - b.seen_y_m
+    if np.hypot(east_m, north_m) > _LOOKED_AWAY * s.half_right_m:
+        sector = int(np.floor(np.arctan2(north_m, east_m) / (2 * np.pi) * SECTORS + 0.5)) % SECTORS
+        b.searched[sector] = 1.0
+
+
+@njit(cache=True)
+def densest_window(
+    places_m: NDArray[np.float64], weights: NDArray[np.float64], half_m: float, tries: int
+) -> tuple[float, float, float]:
+    """Return the middle (x, y) of the round window of a radius that holds most of a posterior, and its share.
+
+    Args:
+        places_m: (N, 2) particles. weights: (N,) sum 1.
+        tries: windows tried, about evenly chosen particles; the best one is moved to the mean of what it holds.
+    """
+    best, best_x, best_y = -1.0, places_m[0, 0], places_m[0, 1]
+    stride = max(len(places_m) // tries, 1)
+    for first in range(0, len(places_m), stride):
+        share, x_m, y_m = _held(places_m, weights, half_m, places_m[first, 0], places_m[first, 1])
+        if share > best:
+            best, best_x, best_y = share, x_m, y_m
+    return best_x, best_y, _held(places_m, weights, half_m, best_x, best_y)[0]
+
+
+@njit(cache=True)
+def _held(
+    places_m: NDArray[np.float64], weights: NDArray[np.float64], half_m: float, x_m: float, y_m: float
+) -> tuple[float, float, float]:
+    """Return the share of a posterior within a distance of a place, and the mean of that."""
+    share, sum_x, sum_y = 0.0, 0.0, 0.0
+    for n in range(len(places_m)):
+        if (places_m[n, 0] - x_m) ** 2 + (places_m[n, 1] - y_m) ** 2 <= half_m * half_m:
+            share += weights[n]
+            sum_x += weights[n] * places_m[n, 0]
+            sum_y += weights[n] * places_m[n, 1]
+    if share <= 0.0:
+        return 0.0, x_m, y_m
+    return share, sum_x / share, sum_y / share
