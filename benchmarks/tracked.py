@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contestants import Contestant
-from trackers.estimate_check import check_estimate
 from benchmarks.judging import Score, ScoreSheet
 from benchmarks.time_limit import Stopwatch, TooSlow, at_most
 from scenarios.scenario import Frame
+from trackers.estimate_check import check_estimate
 from trackers.types import Estimate
 
 _UNTIMED_FRAMES = 5

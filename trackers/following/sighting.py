@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +25,7 @@ _DOWN = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 def sighting_of(carrier: Carrier, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
     """Return one sighting (1,) of dtype ``SIGHTING``; the ground is z = 0."""
     sighting = np.zeros(1, SIGHTING)
-    said = sighting[0]
+    said: Any = sighting[0]
     down = carrier.looks == "down"
     R, place_m, height_m = _pose(observation, down)
     forward = -R[:2, 1] if down else R[:2, 2]
@@ -59,7 +61,8 @@ def sighting_of(carrier: Carrier, observation: Observation, estimate: Estimate) 
         metres_per_pixel = depth_m / camera.focal_px
     said["known"] = 1.0
     said["x_m"], said["y_m"] = place_m + offset_m
-    said["densest_x_m"], said["densest_y_m"], said["densest_share"] = *(place_m + offset_m), 1.0
+    said["densest_x_m"], said["densest_y_m"] = place_m + offset_m
+    said["densest_share"] = 1.0
     if estimate.covariance_px is not None:
         said["spread_m"] = metres_per_pixel * float(np.sqrt(0.5 * np.trace(estimate.covariance_px)))
     if estimate.particles_px is not None and len(estimate.particles_px) > 0 and down:
@@ -83,7 +86,7 @@ def _on_ground(R: NDArray[np.float64], height_m: float, tangents: NDArray[np.flo
 
 
 def _summarise(
-    said: np.void,
+    said: Any,
     estimate: Estimate,
     R: NDArray[np.float64],
     place_m: NDArray[np.float64],

@@ -7,6 +7,8 @@ heading, level with the ground, from the carrier.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -136,7 +138,7 @@ def take_in(beliefs: NDArray[np.void], sightings: NDArray[np.void], interval_s: 
 
 
 @njit(cache=True)
-def _own_motion(b: np.void, s: np.void, c: float, d: float, interval_s: float) -> None:
+def _own_motion(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
     """Follow the carrier's measured pose: velocities are smoothed differences."""
     east_m, north_m = s.carrier_x_m - b.carrier_x_m, s.carrier_y_m - b.carrier_y_m
     turn_rad = (s.heading_rad - b.heading_rad + np.pi) % (2 * np.pi) - np.pi
@@ -154,7 +156,7 @@ def _own_motion(b: np.void, s: np.void, c: float, d: float, interval_s: float) -
 
 
 @njit(cache=True)
-def _target_motion(b: np.void, s: np.void, interval_s: float) -> None:
+def _target_motion(b: Any, s: Any, interval_s: float) -> None:
     """Follow the estimate by an alpha-beta filter; where nothing is said the target stays where it was."""
     if s.known == 0.0:
         return
@@ -171,7 +173,7 @@ def _target_motion(b: np.void, s: np.void, interval_s: float) -> None:
 
 
 @njit(cache=True)
-def _search(b: np.void, s: np.void, c: float, d: float, interval_s: float) -> None:
+def _search(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
     """Note when the target was last seen, and in which directions from there it was looked for since."""
     if s.known > 0.0 and s.in_view_probability >= _SEEN_PROBABILITY:
         b.seconds_since_seen = 0.0
