@@ -93,7 +93,7 @@ class Scenario(Protocol):
         ...
 
     def episode(
-        self, preset: str, seed: int, *, renderer: RendererName = "raster", closed_loop: bool | None = None
+        self, preset: Any, seed: int, *, renderer: RendererName = "raster", closed_loop: bool | None = None
     ) -> Episode:
-        """Build one episode. ``closed_loop`` None means as the preset says."""
+        """Build one episode of a preset, by its name or as a configuration; ``closed_loop`` None means as that says."""
         ...

@@ -23,19 +23,21 @@ class RoadTownScenario:
     carrier: Carrier = HELICOPTER
     presets: dict[str, RoadTown] = field(default_factory=lambda: dict(PRESETS))
 
-    def configuration(self, preset: str) -> RoadTown:
-        """Return a preset by name.
+    def configuration(self, preset: str | RoadTown) -> RoadTown:
+        """Return a preset by name, or a configuration as it is.
 
         Raises:
             ValueError: for an unknown name; lists the known ones.
         """
+        if not isinstance(preset, str):
+            return preset
         if preset not in self.presets:
             raise ValueError(f"preset: expected one of {', '.join(self.presets)}; got {preset!r}")
         return self.presets[preset]
 
     def episode(
         self,
-        preset: str,
+        preset: str | RoadTown,
         seed: int,
         *,
         renderer: RendererName = "raster",

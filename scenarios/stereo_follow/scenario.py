@@ -34,19 +34,21 @@ class StereoFollowScenario:
     carrier: Carrier = ROBOT
     presets: dict[str, Preset] = field(default_factory=lambda: {**PRESETS, **_PAPER})
 
-    def configuration(self, preset: str) -> Preset:
-        """Return a preset by name.
+    def configuration(self, preset: str | Preset) -> Preset:
+        """Return a preset by name, or a configuration as it is.
 
         Raises:
             ValueError: for an unknown name; lists the known ones.
         """
+        if not isinstance(preset, str):
+            return preset
         if preset not in self.presets:
             raise ValueError(f"preset: expected one of {', '.join(self.presets)}; got {preset!r}")
         return self.presets[preset]
 
     def episode(
         self,
-        preset: str,
+        preset: str | Preset,
         seed: int,
         *,
         renderer: RendererName = "raster",

@@ -48,13 +48,13 @@ class CentreController:
     Parameters = CentreParameters
 
     def __init__(self, parameters: CentreParameters) -> None:
-        self._parameters = parameters
+        self.parameters = parameters
         self._sum_ms = np.zeros(2)
         self._before: tuple[float, NDArray[np.float64]] | None = None
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command that brings the camera over the estimate."""
-        p = self._parameters
+        p = self.parameters
         offset_m = self._offset_m(observation, np.asarray(estimate.position_px))
         if not np.isfinite(offset_m).all():
             self._before = None
@@ -68,14 +68,14 @@ class CentreController:
         camera, ego = observation.camera, observation.ego
         tangents = (position_px - 0.5 * np.array([camera.width_px, camera.height_px])) / camera.focal_px
         if ego is None:
-            return self._parameters.assumed_height_m * np.array([-tangents[1], tangents[0]])
+            return self.parameters.assumed_height_m * np.array([-tangents[1], tangents[0]])
         offset_m = _on_ground_m(ego.T_world_camera, tangents)
-        if self._parameters.levelled < 1.0:
-            offset_m = offset_m - (1.0 - self._parameters.levelled) * _on_ground_m(ego.T_world_camera, np.zeros(2))
+        if self.parameters.levelled < 1.0:
+            offset_m = offset_m - (1.0 - self.parameters.levelled) * _on_ground_m(ego.T_world_camera, np.zeros(2))
         return offset_m
 
     def _integral_and_derivative(self, time_s: float, offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        p = self._parameters
+        p = self.parameters
         before, self._before = self._before, (time_s, offset_m)
         if before is None or time_s <= before[0]:
             return p.integral_per_s2 * self._sum_ms

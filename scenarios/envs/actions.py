@@ -1,0 +1,121 @@
+"""What an action means: a command, a correction of a controller's command, or a controller's parameters."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.envs.settings import FollowSettings
+from sim.checks import check
+from trackers.controllers.catalogue import ControllerEntry, controller_entry
+from trackers.protocols import Controller
+from trackers.types import CameraCommand, Carrier, Estimate, Observation
+
+SEEN_PROBABILITY = 0.5
+"""The target counts as unseen to the tracker below that."""
+
+
+class Steering(Protocol):
+    """Turns an action (A,) in [-1, 1] into a command; one for each episode."""
+
+    def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
+        """Return the command that an action means, given what was told with the latest picture."""
+        ...
+
+
+class Commands:
+    """An action is the command, each number over its limit."""
+
+    def __init__(self, carrier: Carrier) -> None:
+        self._carrier = carrier
+
+    def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
+        """See ``Steering``."""
+        return command_of(self._carrier, action)
+
+
+class Corrections:
+    """An action is added to a controller's command, as a share of the limits."""
+
+    def __init__(self, carrier: Carrier, controller: Controller, share: float, only_unseen: bool) -> None:
+        self._carrier, self._controller = carrier, controller
+        self._share, self._only_unseen = share, only_unseen
+
+    def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
+        """See ``Steering``."""
+        own = self._controller.command(observation, estimate)
+        if self._only_unseen and is_seen(estimate):
+            return own
+        return command_of(self._carrier, shares_of(self._carrier, own) + self._share * action)
+
+
+class Parameters:
+    """An action sets the tunable parameters of a controller, -1 the lowest value of each and 1 the highest."""
+
+    def __init__(self, entry: ControllerEntry, controller: Controller) -> None:
+        self._controller, self._fields = controller, entry.tunables()
+
+    def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
+        """See ``Steering``."""
+        shares = zip(self._fields.items(), action, strict=True)
+        values = {name: _placed(field, float(share)) for (name, field), share in shares}
+        self._controller.parameters = dataclasses.replace(self._controller.parameters, **values)  # type: ignore[attr-defined]
+        return self._controller.command(observation, estimate)
+
+
+def action_count(settings: FollowSettings, carrier: Carrier) -> int:
+    """Return the length of an action. Raises ValueError for a controller that has nothing to set."""
+    if settings.action != "parameters":
+        return len(carrier.axes)
+    entry = _named_entry(settings, carrier)
+    count = len(entry.tunables())
+    check("controller", count > 0, "one with parameters to set, for the action 'parameters'", repr(entry.name))
+    return count
+
+
+def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
+    """Return what turns actions into commands in a fresh episode."""
+    if settings.action == "command":
+        return Commands(carrier)
+    if settings.action == "parameters":
+        entry = _named_entry(settings, carrier)
+        return Parameters(entry, entry.create())
+    controller = settings.controller
+    if isinstance(controller, str):
+        controller = controller_entry(controller, carrier.name).create()
+    return Corrections(carrier, controller, settings.correction_share, settings.corrects == "unseen")
+
+
+def command_of(carrier: Carrier, shares: NDArray[np.float64]) -> CameraCommand:
+    """Return the command of numbers over their limits, cut to [-1, 1]."""
+    values = np.clip(shares, -1.0, 1.0)
+    return CameraCommand(**{axis.name: axis.limit * float(v) for axis, v in zip(carrier.axes, values, strict=True)})
+
+
+def shares_of(carrier: Carrier, command: CameraCommand) -> NDArray[np.float64]:
+    """Return a command's numbers over their limits (A,), cut to [-1, 1]."""
+    return np.clip([getattr(command, axis.name) / axis.limit for axis in carrier.axes], -1.0, 1.0)
+
+
+def is_seen(estimate: Estimate) -> bool:
+    """Return whether the tracker sees its target; one that does not say counts as seeing while it answers."""
+    if not np.isfinite(estimate.position_px).all():
+        return False
+    return estimate.in_view_probability is None or estimate.in_view_probability >= SEEN_PROBABILITY
+
+
+def _named_entry(settings: FollowSettings, carrier: Carrier) -> ControllerEntry:
+    wanted = "the name of a controller, for the action 'parameters'"
+    check("controller", isinstance(settings.controller, str), wanted, repr(settings.controller))
+    return controller_entry(settings.controller, carrier.name)
+
+
+def _placed(field: dataclasses.Field[Any], share: float) -> float | int:
+    """Return the value at a share in [-1, 1] of a parameter's range."""
+    low, high = field.metadata["low"], field.metadata["high"]
+    place = 0.5 * (share + 1.0)
+    value = low * (high / low) ** place if field.metadata["log"] else low + place * (high - low)
+    return round(value) if isinstance(field.default, int) else value

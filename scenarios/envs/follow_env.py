@@ -1,0 +1,195 @@
+"""The env: a camera follows a target, and its policy is told what a tracker believes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import EzPickle
+from numpy.typing import NDArray
+
+from scenarios import catalog
+from scenarios.envs.actions import Steering, action_count, shares_of, steering
+from scenarios.envs.reward import Rewarder
+from scenarios.envs.settings import FollowSettings
+from scenarios.envs.truth_info import NO_REWARD, truth_info
+from scenarios.envs.view import Window, draw_view
+from scenarios.envs.watched_episode import WatchedEpisode
+from sim.checks import check
+from trackers.following.belief_keeper import BeliefKeeper
+from trackers.kernels.belief_features import COMMANDS, FEATURES, features_of
+from trackers.types import CameraCommand, Carrier
+
+DEVELOPMENT_SEEDS = 10_000
+"""Episodes are drawn below this number: those of the test split are reached by ``episode_seed`` alone."""
+_AXES = ("forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s")
+_TOLERANCE = 1e-6
+
+Observed = NDArray[Any] | dict[str, NDArray[Any]]
+
+
+class FollowEnv(gym.Env, EzPickle):
+    """Follow a target with a camera that a carrier moves.
+
+    Keywords are those of ``FollowSettings``, besides ``render_mode``. An observation is a vector ``track``
+    (``trackers.kernels.belief_features.FEATURES``, in [-1, 1]), the picture ``pixels`` (H, W, 3) uint8, or a dictionary
+    of both. An action is (A,) in [-1, 1]. Truth is in ``info`` alone, see ``truth_info``.
+
+    The episode is that of the catalogue with the seed ``info["episode_seed"]``, byte for byte: ``reset(seed=...)``
+    seeds the drawing of those below 10,000, ``reset(options={"episode_seed": n})`` asks for one. It is truncated after
+    its last frame, and terminates only as ``lost_after_s`` says.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 15}
+
+    def __init__(self, scenario: str, render_mode: str | None = None, **settings: Any) -> None:
+        EzPickle.__init__(self, scenario, render_mode, **settings)
+        known = FollowSettings.__dataclass_fields__
+        for name in settings:
+            check("keywords", name in known, f"some of {', '.join(known)}", repr(name))
+        modes = self.metadata["render_modes"]
+        check("render_mode", render_mode in (None, *modes), f"None or one of {', '.join(modes)}", repr(render_mode))
+        self.settings = FollowSettings(scenario, **settings)
+        self.carrier: Carrier = catalog.scenario(scenario).carrier
+        self.render_mode = render_mode
+        self.observation_space = self._observation_space()
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
+        self._run: _Run | None = None
+        self._window: Window | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observed, dict[str, Any]]:
+        """Begin another episode; ``options`` are ``episode_seed`` and settings for this episode alone."""
+        super().reset(seed=seed)
+        wanted = options or {}
+        settings = self.settings.with_options(wanted)
+        drawn = int(self.np_random.integers(DEVELOPMENT_SEEDS))
+        episode_seed = wanted.get("episode_seed", drawn)
+        good = isinstance(episode_seed, int | np.integer) and bool(episode_seed >= 0)
+        check("episode_seed", good, "a whole number >= 0", repr(episode_seed))
+        if self.settings.observation != "track":
+            size = (settings.configuration({}).height_px, settings.configuration({}).width_px, 3)
+            same = self._pixels_space().shape
+            check("options", size == same, f"pictures of the size {same}, which the env was made for", size)
+        self._end()
+        self._run = _Run(settings, int(episode_seed), self.carrier)
+        self._show()
+        return self._observed(self._run), self._run.info(NO_REWARD)
+
+    def step(self, action: NDArray[Any]) -> tuple[Observed, float, bool, bool, dict[str, Any]]:
+        """Move on by one frame.
+
+        Raises:
+            ResetNeeded: before the first reset, and after the last frame.
+            ValueError: for an action of another shape, not finite or outside [-1, 1].
+            RuntimeError: if the tracker raises, or returns what is no estimate.
+        """
+        run = self._run
+        if run is None or run.ended:
+            raise gym.error.ResetNeeded("step: expected reset() before it, got an episode not begun or over")
+        terms = run.step(self._checked(action))
+        self._show()
+        terminated = run.is_lost
+        truncated = run.episode.is_over
+        run.ended = terminated or truncated
+        return self._observed(run), float(sum(terms.values())), terminated, truncated, run.info(terms)
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return the picture within the larger view (H, W, 3), with truth and estimate drawn; None in a window."""
+        if self._run is None:
+            raise gym.error.ResetNeeded("render: expected reset() before it, got an episode that has not begun")
+        return draw_view(self._run.episode) if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Free the world and close the window."""
+        self._end()
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def _observation_space(self) -> gym.Space[Any]:
+        track = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
+        pixels = self._pixels_space()
+        if self.settings.observation == "both":
+            return gym.spaces.Dict({"track": track, "pixels": pixels})
+        return pixels if self.settings.observation == "pixels" else track
+
+    def _pixels_space(self) -> gym.spaces.Box:
+        preset = self.settings.configuration({})
+        return gym.spaces.Box(0, 255, (preset.height_px, preset.width_px, 3), np.uint8)
+
+    def _observed(self, run: _Run) -> Observed:
+        mode = self.settings.observation
+        if mode == "track":
+            return run.features()
+        pixels = run.episode.frame.observation.image_rgb.copy()
+        return pixels if mode == "pixels" else {"track": run.features(), "pixels": pixels}
+
+    def _checked(self, action: NDArray[Any]) -> NDArray[np.float64]:
+        shape = self.action_space.shape
+        try:
+            given = np.array(action, dtype=float)
+        except (TypeError, ValueError):
+            given = np.empty(0)
+        good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
+        check("action", good, f"numbers of shape {shape} from -1 to 1", repr(action))
+        return given
+
+    def _show(self) -> None:
+        if self.render_mode == "human" and self._run is not None:
+            self._window = self._window or Window(self.metadata["render_fps"])
+            self._window.show(draw_view(self._run.episode))
+
+    def _end(self) -> None:
+        if self._run is not None:
+            self._run.episode.close()
+            self._run = None
+
+
+class _Run:
+    """All that one episode of the env has."""
+
+    def __init__(self, settings: FollowSettings, seed: int, carrier: Carrier) -> None:
+        self.episode = WatchedEpisode(settings, seed)
+        self.ended = False
+        self._carrier = carrier
+        self._steering: Steering = steering(settings, carrier)
+        self._rewarder = Rewarder(settings.reward, self.episode.rate_hz)
+        lost_after_s = settings.lost_after_s
+        self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * self.episode.rate_hz), 1)
+        self._keeper = BeliefKeeper(carrier)
+        self._limits = np.array([next((a.limit for a in carrier.axes if a.name == name), 1.0) for name in _AXES])
+        self._features = np.zeros((1, len(FEATURES)), np.float32)
+        self._take_in(CameraCommand())
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the target has been out of view for as long as ends an episode."""
+        return self._lost_frames is not None and self._rewarder.frames_out >= self._lost_frames
+
+    def step(self, action: NDArray[np.float64]) -> dict[str, float]:
+        """Move on by one frame; return the reward's terms."""
+        episode = self.episode
+        command = self._steering.command(action, episode.frame.observation, episode.estimate)
+        episode.step(command)
+        self._take_in(episode.obeyed)
+        shares = shares_of(self._carrier, episode.obeyed)
+        return self._rewarder.terms(episode.frame, float(np.linalg.norm(shares) / np.sqrt(len(shares))))
+
+    def features(self) -> NDArray[np.float32]:
+        """Return the belief as a fresh vector."""
+        return self._features[0].copy()
+
+    def info(self, terms: dict[str, float]) -> dict[str, Any]:
+        """Return what is so."""
+        episode = self.episode
+        return truth_info(episode.frame, episode.estimate, episode.obeyed, terms, episode.seed)
+
+    def _take_in(self, obeyed: CameraCommand) -> None:
+        belief = self._keeper.update(self.episode.frame.observation, self.episode.estimate)
+        command = np.array([[getattr(obeyed, name) for name in _AXES]]) / self._limits
+        assert command.shape == (1, COMMANDS)
+        features_of(belief, np.clip(command, -1.0, 1.0), self._features)
+        np.clip(self._features, -1.0, 1.0, out=self._features)

@@ -1,0 +1,60 @@
+"""What a step is worth: a weighted sum of terms, each of which is told in ``info``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenarios.in_view import SHORTEST_LENGTH_PX, centring, is_in_view, length_px
+from scenarios.scenario import Frame
+
+
+@dataclass(frozen=True)
+class Reward:
+    """Weights of the terms of a step's reward; each term is weight times what is said here.
+
+    Attributes:
+        in_view: 1 while the target's centre is in the picture and it is at least 12 pixels long, else 0.
+        centred: tanh(4 p³), where p is 1 in the middle of the picture and 0 on its border and outside (the reward of
+            DAT_Benchmark).
+        size: while in view exp(-ln²(length / wanted length) / 2), which is 1 for a target of ``length_share`` of the
+            picture's width.
+        effort: minus the norm of the command obeyed, each number over its limit, over the root of their number.
+        loss: -1 on the step on which the target has been out of view for ``loss_after_s``, else 0.
+        length_share, loss_after_s: see there.
+    """
+
+    in_view: float = 1.0
+    centred: float = 0.2
+    size: float = 0.0
+    effort: float = 0.1
+    loss: float = 1.0
+    length_share: float = 0.12
+    loss_after_s: float = 1.0
+
+
+TERMS = ("in_view", "centred", "size", "effort", "loss")
+
+
+class Rewarder:
+    """Rewards the steps of one episode."""
+
+    def __init__(self, reward: Reward, rate_hz: float) -> None:
+        self._reward = reward
+        self._loss_frames = max(round(reward.loss_after_s * rate_hz), 1)
+        self.frames_out = 0
+
+    def terms(self, frame: Frame, effort: float) -> dict[str, float]:
+        """Take in a frame and return its terms, weights included; ``effort`` in [0, 1]."""
+        reward, truth = self._reward, frame.truth
+        seen = is_in_view(truth, frame.camera)
+        self.frames_out = 0 if seen else self.frames_out + 1
+        length = max(length_px(truth), SHORTEST_LENGTH_PX) / (reward.length_share * frame.camera.width_px)
+        return {
+            "in_view": reward.in_view * float(seen),
+            "centred": reward.centred * float(np.tanh(4.0 * centring(truth, frame.camera) ** 3)),
+            "size": reward.size * float(np.exp(-0.5 * np.log(length) ** 2)) * float(seen),
+            "effort": -reward.effort * effort,
+            "loss": -reward.loss * float(self.frames_out == self._loss_frames),
+        }

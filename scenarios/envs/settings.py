@@ -1,0 +1,134 @@
+"""How an env is set up: what ``gym.make`` takes, checked at once, and what ``reset(options=...)`` may change."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args
+
+from scenarios import catalog
+from scenarios.command_link import LINKS, Link
+from scenarios.envs.reward import Reward
+from scenarios.scenario import RendererName
+from sim.checks import check
+
+ObservationMode = Literal["track", "pixels", "both"]
+ActionMode = Literal["command", "correction", "parameters"]
+RenderMode = Literal["rgb_array", "human"]
+EPISODE_OPTIONS = ("preset", "changes", "randomise", "difficulty", "link")
+"""Settings that an episode may have other than the env, by ``reset(options=...)``."""
+RESET_OPTIONS = ("episode_seed", *EPISODE_OPTIONS)
+
+
+@dataclass(frozen=True)
+class FollowSettings:
+    """An env about following.
+
+    Attributes:
+        scenario: catalogue id.
+        tracker: name in the registry, or an object with ``initialise`` and ``update``.
+        preset: name of one of the scenario's presets.
+        changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
+        randomise: numeric fields of the preset -> (low, high), drawn anew for every episode.
+        difficulty: None, or 0 (preset ``standard``) to 1 (``hard``): numbers of the presets between those; then it
+            takes the place of ``preset``.
+        link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``), or a ``Link``.
+        controller: name, or an object with ``command``; for the actions ``correction`` and ``parameters`` alone.
+        observation: what is observed: ``track`` what the tracker believes and the carrier measures, ``pixels`` the
+            picture (the left one of a pair), ``both``.
+        action: what an action is: the ``command`` itself, a ``correction`` that is added to the controller's command,
+            or the controller's ``parameters``.
+        correction_share: the largest correction, as a share of the command's limit.
+        corrects: when corrections are added: ``always``, or while the target is ``unseen``.
+        reward: what is rewarded.
+        lost_after_s: the episode terminates when the target has been out of view for so long; None: never.
+        renderer: ``raster`` or ``pybullet``.
+    """
+
+    scenario: str
+    tracker: Any
+    preset: str = "standard"
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    randomise: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    difficulty: float | None = None
+    link: str | Link = "prompt"
+    controller: Any = "centre"
+    observation: ObservationMode = "track"
+    action: ActionMode = "command"
+    correction_share: float = 0.7
+    corrects: Literal["always", "unseen"] = "always"
+    reward: Reward = field(default_factory=Reward)
+    lost_after_s: float | None = None
+    renderer: RendererName = "raster"
+
+    def __post_init__(self) -> None:
+        scenario = catalog.scenario(self.scenario)
+        for name, kind in (("observation", ObservationMode), ("action", ActionMode), ("renderer", RendererName)):
+            known = get_args(kind)
+            check(name, getattr(self, name) in known, f"one of {', '.join(known)}", repr(getattr(self, name)))
+        check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
+        check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
+        check("reward", isinstance(self.reward, Reward), "a Reward", repr(self.reward))
+        check("lost_after_s", self.lost_after_s is None or self.lost_after_s > 0, "None or > 0", self.lost_after_s)
+        known_links = f"one of {', '.join(LINKS)} or a Link"
+        check("link", isinstance(self.link, Link) or self.link in LINKS, known_links, repr(self.link))
+        check("preset", self.preset in scenario.presets, f"one of {', '.join(scenario.presets)}", repr(self.preset))
+        self.configuration({})
+
+    def with_options(self, options: Mapping[str, Any]) -> FollowSettings:
+        """Return these settings with those of ``reset(options=...)`` in their places."""
+        for name in options:
+            check("options", name in RESET_OPTIONS, f"keys among {', '.join(RESET_OPTIONS)}", repr(name))
+        changes = {name: value for name, value in options.items() if name in EPISODE_OPTIONS}
+        return dataclasses.replace(self, **changes) if changes else self
+
+    @property
+    def link_settings(self) -> Link:
+        """Delay and noise."""
+        return self.link if isinstance(self.link, Link) else LINKS[self.link]
+
+    def configuration(self, drawn: Mapping[str, float]) -> Any:
+        """Return the preset with its changes, and the values drawn for the fields of ``randomise``.
+
+        Raises:
+            ValueError: for a field that the preset does not have, or a value that it does not take.
+        """
+        scenario = catalog.scenario(self.scenario)
+        preset = scenario.presets[self.preset]
+        if self.difficulty is not None:
+            check("difficulty", 0 <= self.difficulty <= 1, "None or a number from 0 to 1", self.difficulty)
+            preset = between(scenario.presets["standard"], scenario.presets["hard"], self.difficulty)
+        known = {each.name for each in dataclasses.fields(preset)} - {"summary", "closed_loop"}
+        fields = f"fields of {type(preset).__name__}: {', '.join(sorted(known))}"
+        for group in ("changes", "randomise"):
+            for name in getattr(self, group):
+                check(group, name in known, fields, repr(name))
+        for name, limits in self.randomise.items():
+            good = len(limits) == 2 and limits[0] <= limits[1]
+            check(f"randomise.{name}", good, "two numbers in ascending order", limits)
+        values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
+        return dataclasses.replace(preset, **self.changes, **values)
+
+
+def between(easy: Any, hard: Any, difficulty: float) -> Any:
+    """Return a configuration part of the way from one to another; what is no number is of the nearer one."""
+    values = {
+        each.name: _between(getattr(easy, each.name), getattr(hard, each.name), difficulty)
+        for each in dataclasses.fields(easy)
+    }
+    return type(easy)(**values)
+
+
+def _between(easy: Any, hard: Any, difficulty: float) -> Any:
+    if isinstance(easy, tuple) and isinstance(hard, tuple) and len(easy) == len(hard):
+        return tuple(_between(a, b, difficulty) for a, b in zip(easy, hard, strict=True))
+    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (easy, hard))
+    if not numbers:
+        return hard if difficulty >= 0.5 else easy
+    return _like(easy, easy + difficulty * (hard - easy))
+
+
+def _like(example: Any, value: float) -> Any:
+    """Return a value as a whole number where the example is one."""
+    return round(value) if isinstance(example, int) else float(value)

@@ -1,0 +1,71 @@
+"""What an env shows of itself: the picture within the larger view, and a window."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.envs.watched_episode import WatchedEpisode
+
+_SCALE = 1.6
+_TRUE_RGB, _BELIEVED_RGB, _FRAME_RGB = (0, 114, 178), (230, 159, 0), (255, 255, 255)
+_INSTALL = "pip install 'frameout[play]'"
+
+
+def draw_view(episode: WatchedEpisode) -> NDArray[np.uint8]:
+    """Return the larger view (H, W, 3): white what is observed, blue the target's true box, orange what is believed."""
+    view = np.ascontiguousarray(episode.larger_view(_SCALE))
+    camera, truth = episode.frame.camera, episode.frame.truth
+    margin = 0.5 * np.array([view.shape[1] - camera.width_px, view.shape[0] - camera.height_px])
+    size = np.array([camera.width_px, camera.height_px])
+    observed = np.concatenate([margin, margin + size]).astype(int)
+    inside = (slice(observed[1], observed[3]), slice(observed[0], observed[2]))
+    view[inside] = episode.frame.observation.image_rgb
+    _rectangle(view, observed, _FRAME_RGB)
+    _rectangle(view, truth.box_xyxy[truth.target] + np.tile(margin, 2), _TRUE_RGB)
+    place = np.asarray(episode.estimate.position_px, dtype=float) + margin
+    if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
+        cv2.drawMarker(view, tuple(int(v) for v in np.rint(place)), _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
+    return view
+
+
+def _rectangle(view: NDArray[np.uint8], box_xyxy: NDArray[Any], colour: tuple[int, int, int]) -> None:
+    if np.isfinite(box_xyxy).all() and (np.abs(box_xyxy) < 1e5).all():
+        corners = [int(v) for v in np.rint(box_xyxy)]
+        cv2.rectangle(view, (corners[0], corners[1]), (corners[2], corners[3]), colour, 1, cv2.LINE_AA)
+
+
+class Window:
+    """A window on the screen; pygame's, which is an extra."""
+
+    def __init__(self, rate_hz: float) -> None:
+        try:
+            import pygame
+        except ImportError:
+            raise gym.error.DependencyNotInstalled(
+                f"render_mode: expected pygame to be installed for 'human' ({_INSTALL}), got none"
+            ) from None
+        self._pygame = pygame
+        self._rate_hz = rate_hz
+        self._screen: Any = None
+        pygame.display.init()
+        self._clock = pygame.time.Clock()
+
+    def show(self, picture: NDArray[np.uint8]) -> None:
+        """Show a picture (H, W, 3) and wait until it is due."""
+        pygame = self._pygame
+        size = (picture.shape[1], picture.shape[0])
+        if self._screen is None or self._screen.get_size() != size:
+            self._screen = pygame.display.set_mode(size)
+        pygame.event.pump()
+        self._screen.blit(pygame.surfarray.make_surface(picture.swapaxes(0, 1)), (0, 0))
+        pygame.display.flip()
+        self._clock.tick(self._rate_hz)
+
+    def close(self) -> None:
+        """Close it."""
+        self._pygame.display.quit()
