@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from scenarios.envs.settings import FollowSettings
 from sim.checks import check
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
+from trackers.following.steering import command_of, is_seen, shares_of
 from trackers.protocols import Controller
 from trackers.types import CameraCommand, Carrier, Estimate, Observation
-
-SEEN_PROBABILITY = 0.5
-"""The target counts as unseen to the tracker below that."""
 
 
 class Steering(Protocol):
@@ -87,24 +85,6 @@ def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
     if isinstance(controller, str):
         controller = controller_entry(controller, carrier.name).create()
     return Corrections(carrier, controller, settings.correction_share, settings.corrects == "unseen")
-
-
-def command_of(carrier: Carrier, shares: NDArray[np.float64]) -> CameraCommand:
-    """Return the command of numbers over their limits, cut to [-1, 1]."""
-    values = np.clip(shares, -1.0, 1.0)
-    return CameraCommand(**{axis.name: axis.limit * float(v) for axis, v in zip(carrier.axes, values, strict=True)})
-
-
-def shares_of(carrier: Carrier, command: CameraCommand) -> NDArray[np.float64]:
-    """Return a command's numbers over their limits (A,), cut to [-1, 1]."""
-    return np.clip([getattr(command, axis.name) / axis.limit for axis in carrier.axes], -1.0, 1.0)
-
-
-def is_seen(estimate: Estimate) -> bool:
-    """Return whether the tracker sees its target; one that does not say counts as seeing while it answers."""
-    if not np.isfinite(estimate.position_px).all():
-        return False
-    return estimate.in_view_probability is None or estimate.in_view_probability >= SEEN_PROBABILITY
 
 
 def _named_entry(settings: FollowSettings, carrier: Carrier) -> ControllerEntry:

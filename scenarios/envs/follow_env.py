@@ -10,20 +10,20 @@ from gymnasium.utils import EzPickle
 from numpy.typing import NDArray
 
 from scenarios import catalog
-from scenarios.envs.actions import Steering, action_count, shares_of, steering
+from scenarios.envs.actions import Steering, action_count, steering
 from scenarios.envs.reward import Rewarder
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, truth_info
 from scenarios.envs.view import Window, draw_view
 from scenarios.envs.watched_episode import WatchedEpisode
 from sim.checks import check
-from trackers.following.belief_keeper import BeliefKeeper
-from trackers.kernels.belief_features import COMMANDS, FEATURES, features_of
+from trackers.following.feature_keeper import FeatureKeeper
+from trackers.following.steering import shares_of
+from trackers.kernels.belief_features import FEATURES
 from trackers.types import CameraCommand, Carrier
 
 DEVELOPMENT_SEEDS = 10_000
 """Episodes are drawn below this number: those of the test split are reached by ``episode_seed`` alone."""
-_AXES = ("forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s")
 _TOLERANCE = 1e-6
 
 Observed = NDArray[Any] | dict[str, NDArray[Any]]
@@ -159,9 +159,7 @@ class _Run:
         self._rewarder = Rewarder(settings.reward, self.episode.rate_hz)
         lost_after_s = settings.lost_after_s
         self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * self.episode.rate_hz), 1)
-        self._keeper = BeliefKeeper(carrier)
-        self._limits = np.array([next((a.limit for a in carrier.axes if a.name == name), 1.0) for name in _AXES])
-        self._features = np.zeros((1, len(FEATURES)), np.float32)
+        self._keeper = FeatureKeeper(carrier)
         self._take_in(CameraCommand())
 
     @property
@@ -174,22 +172,19 @@ class _Run:
         episode = self.episode
         command = self._steering.command(action, episode.frame.observation, episode.estimate)
         episode.step(command)
-        self._take_in(episode.obeyed)
+        self._take_in(command)
         shares = shares_of(self._carrier, episode.obeyed)
         return self._rewarder.terms(episode.frame, float(np.linalg.norm(shares) / np.sqrt(len(shares))))
 
     def features(self) -> NDArray[np.float32]:
         """Return the belief as a fresh vector."""
-        return self._features[0].copy()
+        return self._features.copy()
 
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
         """Return what is so."""
         episode = self.episode
         return truth_info(episode.frame, episode.estimate, episode.obeyed, terms, episode.seed)
 
-    def _take_in(self, obeyed: CameraCommand) -> None:
-        belief = self._keeper.update(self.episode.frame.observation, self.episode.estimate)
-        command = np.array([[getattr(obeyed, name) for name in _AXES]]) / self._limits
-        assert command.shape == (1, COMMANDS)
-        features_of(belief, np.clip(command, -1.0, 1.0), self._features)
-        np.clip(self._features, -1.0, 1.0, out=self._features)
+    def _take_in(self, given: CameraCommand) -> None:
+        episode = self.episode
+        self._features = self._keeper.update(episode.frame.observation, episode.estimate, given)

@@ -16,15 +16,18 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any, Literal, TypeVar
 
+from trackers.policy_file import load_policy
 from trackers.protocols import Controller
 
 ControllerRole = Literal["ours", "policy", "baseline", "variant"]
 
+POLICY = "policy:"
+"""What the name of a trained policy begins with; a file follows, or the name of one that comes with the package."""
 _MODULES = (
     "trackers.controllers.hold",
     "trackers.controllers.centre",
@@ -44,6 +47,7 @@ class ControllerEntry:
         role: what it is to a comparison.
         summary: one line.
         controller: class with ``Parameters`` and ``__init__(parameters)``.
+        overrides: parameter values that belong to the entry.
     """
 
     name: str
@@ -51,10 +55,11 @@ class ControllerEntry:
     role: ControllerRole
     summary: str
     controller: Callable[[Any], Controller]
+    overrides: Mapping[str, Any] = field(default_factory=dict)
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then ``changes``."""
-        return self._made(tuned_controller(self.carrier, self.name) | changes)
+        return self._made({**tuned_controller(self.carrier, self.name), **self.overrides, **changes})
 
     def create(self, **changes: Any) -> Controller:
         """Return a fresh controller for one episode."""
@@ -62,7 +67,7 @@ class ControllerEntry:
 
     def create_as_written(self) -> Controller:
         """Return a fresh controller with the values it was written with, whatever tuning found."""
-        return self.controller(self._made({}))
+        return self.controller(self._made(dict(self.overrides)))
 
     def tunables(self) -> dict[str, dataclasses.Field[Any]]:
         """Return the parameters that declare a range to be tuned in (``registry.tunable``), by name."""
@@ -104,9 +109,11 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
+    if name.startswith(POLICY):
+        return _policy_entry(name, carrier)
     known = controllers(carrier)
     if name not in known:
-        raise ValueError(f"controller: expected one of {', '.join(known)}; got {name!r}")
+        raise ValueError(f"controller: expected one of {', '.join(known)}, or {POLICY}FILE; got {name!r}")
     return known[name]
 
 
@@ -119,3 +126,14 @@ def tuned_controller(carrier: str, name: str) -> dict[str, Any]:
     """Return the values that tuning wrote for a controller, empty if it never ran."""
     file = resources.files("trackers").joinpath("tuned", "controllers", carrier, f"{name}.json")
     return json.loads(file.read_text())["parameters"] if file.is_file() else {}
+
+
+def _policy_entry(name: str, carrier: str) -> ControllerEntry:
+    """Return the entry of a trained policy. Raises ValueError for a file that is none, or one for another carrier."""
+    file = name.removeprefix(POLICY)
+    policy = load_policy(file)
+    if policy.carrier.name != carrier:
+        raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
+    summary = f"trained in {policy.env} with {policy.tracker}"
+    module = importlib.import_module("trackers.controllers.policy")
+    return ControllerEntry(name, carrier, "policy", summary, module.PolicyController, {"file": file})
