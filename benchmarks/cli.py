@@ -20,6 +20,7 @@ _COMMANDS = {
     "render": ("benchmarks.commands.render", "Render"),
     "report": ("benchmarks.commands.report", "Report"),
     "speed": ("benchmarks.commands.speed", "Speed"),
+    "train": ("benchmarks.commands.train", "Train"),
     "tune": ("benchmarks.commands.tune", "Tune"),
     "learn-colours": ("benchmarks.commands.learn_colours", "LearnColours"),
 }
@@ -33,6 +34,7 @@ _SUMMARIES = {
     "render": "watch an episode: write an MP4",
     "report": "make the page of a result folder again, from its rows",
     "speed": "how fast pictures are made, against PyBullet's TinyRenderer",
+    "train": "train a policy that follows a target, by what a tracker believes",
     "tune": "choose trackers' parameters on development seeds, the same budget for each",
     "learn-colours": "learn the colours of road, other and building from development towns",
 }

@@ -24,7 +24,7 @@ def centring(truth: Truth, camera: PinholeCamera) -> float:
     """
     x, y = truth.position_px[truth.target]
     share = max(abs(2.0 * x / camera.width_px - 1.0), abs(2.0 * y / camera.height_px - 1.0))
-    return 1.0 - share if share < 1.0 else 0.0
+    return float(1.0 - share) if share < 1.0 else 0.0
 
 
 def is_in_view(truth: Truth, camera: PinholeCamera) -> bool:

@@ -1,0 +1,81 @@
+"""``frameout train``: train a policy that follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME
+from benchmarks.commands.progress import progress_bar
+from benchmarks.experiment import make_folder
+from benchmarks.policies.settings import Algorithm, Corrects, Training
+from benchmarks.policies.training import train
+from scenarios.envs.reward import Reward
+
+
+@dataclass(frozen=True)
+class Train:
+    """Train a policy in an env, with stable-baselines3; stopped at any moment, the same command goes on.
+
+    By default in the env without pictures, where a fitted model of the tracker's errors stands for picture and
+    tracker; `frameout bench follow --controllers policy:OUT/policy.json` judges it in the rendered one. OUT gets
+    policy.json and policy.safetensors (no pickle), checkpoints, and curves for TensorBoard.
+
+    Attributes:
+        env: env id, see `frameout list`.
+        algorithm: ppo, or sac (off-policy).
+        steps: of all envs together.
+        tracker: in the loop (default: the env's).
+        preset: of the scenario.
+        controller: the one that the policy corrects; none: the policy steers alone.
+        corrects: when it corrects: always, or while the tracker does not see the target (unseen).
+        correction_share: the largest correction, as a share of the command's limit.
+        reward: weights of the reward's terms.
+        pictures: train in the rendered env.
+        envs: number of envs that run together.
+        episode_steps: episodes are cut to so many steps.
+        seed: of everything random.
+        out: folder (default: results/policies/ENV).
+    """
+
+    env: tyro.conf.Positional[str] = "frameout/RoadTownFollow-v1"
+    algorithm: Algorithm = "ppo"
+    steps: Annotated[int, COUNT] = 4_000_000
+    tracker: Annotated[str, ONE_NAME] = ""
+    preset: str = "standard"
+    controller: str = "reentry"
+    corrects: Corrects = "always"
+    correction_share: float = 0.5
+    reward: Reward = field(default_factory=Reward)
+    pictures: bool = False
+    envs: Annotated[int, COUNT] = 256
+    episode_steps: int = 150
+    seed: int = 0
+    out: Annotated[Path | None, FOLDER] = None
+
+    def run(self) -> int:
+        """Train; return the exit status."""
+        training = Training(
+            env=self.env,
+            algorithm=self.algorithm,
+            steps=self.steps,
+            tracker=self.tracker,
+            preset=self.preset,
+            controller=self.controller,
+            corrects=self.corrects,
+            correction_share=self.correction_share,
+            reward=self.reward,
+            pictures=self.pictures,
+            envs=self.envs,
+            episode_steps=self.episode_steps,
+            seed=self.seed,
+        )
+        out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
+        make_folder(out)
+        with progress_bar(f"{self.env}, {self.algorithm}") as progress:
+            path = train(training, out, progress)
+        print(f"policy: {path}\njudge it: frameout bench follow --controllers policy:{path}")
+        return 0

@@ -1,0 +1,87 @@
+"""A training as it stands, without pickle: tensors as safetensors, a replay buffer as arrays, numbers as JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+_FOLDER = "checkpoint"
+_REPLAYED = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
+_OPTIMISER = "optimizer"
+
+
+def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
+    """Write a model's state beside its place and rename it: a killed run leaves the one before."""
+    from safetensors.torch import save_file
+
+    beside = out / f".{_FOLDER}.{os.getpid()}"
+    shutil.rmtree(beside, ignore_errors=True)
+    beside.mkdir(parents=True)
+    save_file(_tensors(model), beside / "tensors.safetensors")
+    state = {"settings": settings, "steps": model.num_timesteps, "updates": model._n_updates}
+    buffer = getattr(model, "replay_buffer", None)
+    if buffer is not None:
+        filled = buffer.buffer_size if buffer.full else buffer.pos
+        np.savez(beside / "replay.npz", **{name: getattr(buffer, name)[:filled] for name in _REPLAYED})
+        state |= {"replay_position": int(buffer.pos), "replay_full": bool(buffer.full)}
+    (beside / "state.json").write_text(json.dumps(state) + "\n")
+    place, old = out / _FOLDER, out / f".{_FOLDER}.old"
+    shutil.rmtree(old, ignore_errors=True)
+    if place.exists():
+        place.rename(old)
+    beside.rename(place)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def checkpointed_settings(out: Path) -> dict[str, Any] | None:
+    """Return the settings of the checkpoint in a folder, None if there is none."""
+    state = out / _FOLDER / "state.json"
+    if not state.is_file():
+        return None
+    settings: dict[str, Any] = json.loads(state.read_text())["settings"]
+    return settings
+
+
+def load_checkpoint(model: Any, out: Path) -> None:
+    """Bring a fresh model of the same settings to where the checkpoint in a folder stands."""
+    from safetensors.torch import load_file
+
+    folder = out / _FOLDER
+    state = json.loads((folder / "state.json").read_text())
+    parameters = model.get_parameters()
+    for name, tensor in load_file(folder / "tensors.safetensors").items():
+        group, *keys = name.split("/")
+        if group == "log_ent_coef":
+            model.log_ent_coef.data.copy_(tensor)
+        elif _OPTIMISER in group:
+            # Of a fresh optimiser; what belongs to its groups is as the settings say.
+            parameters[group]["state"].setdefault(int(keys[0]), {})[keys[1]] = tensor
+        else:
+            parameters[group][keys[0]] = tensor
+    model.set_parameters(parameters)
+    model.num_timesteps, model._n_updates = state["steps"], state["updates"]
+    buffer = getattr(model, "replay_buffer", None)
+    if buffer is not None:
+        with np.load(folder / "replay.npz", allow_pickle=False) as arrays:
+            for name in _REPLAYED:
+                getattr(buffer, name)[: len(arrays[name])] = arrays[name]
+        buffer.pos, buffer.full = state["replay_position"], state["replay_full"]
+
+
+def _tensors(model: Any) -> dict[str, Any]:
+    """Return all tensors of a model by ``group/name``, those of optimisers by ``group/number/name``."""
+    tensors: dict[str, Any] = {}
+    for group, content in model.get_parameters().items():
+        if _OPTIMISER in group:
+            for number, values in content["state"].items():
+                tensors |= {f"{group}/{number}/{name}": value for name, value in values.items()}
+        else:
+            tensors |= {f"{group}/{name}": value for name, value in content.items()}
+    if getattr(model, "log_ent_coef", None) is not None:
+        tensors["log_ent_coef"] = model.log_ent_coef
+    return {name: tensor.detach().clone().contiguous() for name, tensor in tensors.items()}

@@ -1,0 +1,79 @@
+"""How a policy is trained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios.envs.reward import Reward
+from sim.checks import check
+
+Algorithm = Literal["ppo", "sac"]
+Corrects = Literal["always", "unseen"]
+
+
+@dataclass(frozen=True)
+class Training:
+    """Everything that a training depends on.
+
+    Attributes:
+        env: env id.
+        algorithm: ``ppo``, or ``sac`` (off-policy).
+        steps: of all envs together.
+        tracker: in the loop; without pictures its error model is.
+        preset: of the scenario.
+        controller: the one that the policy corrects, ``none`` for a policy that steers alone.
+        corrects: when it corrects: ``always``, or while the target is ``unseen``.
+        correction_share: the largest correction, as a share of the command's limit.
+        reward: weights of its terms.
+        pictures: train in the rendered env; otherwise in the one without pictures.
+        envs: number of envs that run together.
+        episode_steps: episodes are cut to so many steps.
+        seed: of everything random.
+    """
+
+    env: str
+    algorithm: Algorithm = "ppo"
+    steps: int = 4_000_000
+    tracker: str = ""
+    preset: str = "standard"
+    controller: str = "reentry"
+    corrects: Corrects = "always"
+    correction_share: float = 0.5
+    reward: Reward = field(default_factory=Reward)
+    pictures: bool = False
+    envs: int = 256
+    episode_steps: int = 150
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check("env", self.env in FOLLOW_ENVS, f"one of {', '.join(FOLLOW_ENVS)}", repr(self.env))
+        check("algorithm", self.algorithm in ("ppo", "sac"), "ppo or sac", repr(self.algorithm))
+        for name in ("steps", "envs", "episode_steps"):
+            check(name, getattr(self, name) >= 1, "a whole number >= 1", getattr(self, name))
+        check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
+
+    @property
+    def scenario(self) -> str:
+        """Catalogue id of the env's scenario."""
+        return FOLLOW_ENVS[self.env][0]
+
+    @property
+    def tracker_name(self) -> str:
+        """The tracker, that of the env unless said otherwise."""
+        return self.tracker or FOLLOW_ENVS[self.env][1]
+
+    @property
+    def env_keywords(self) -> dict[str, Any]:
+        """Keywords of ``gym.make`` and ``gym.make_vec`` for this training's env."""
+        alone = self.controller == "none"
+        steering: dict[str, Any] = {"action": "command"}
+        if not alone:
+            steering = {
+                "action": "correction",
+                "controller": self.controller,
+                "corrects": self.corrects,
+                "correction_share": self.correction_share,
+            }
+        return {"preset": self.preset, "tracker": self.tracker_name, "reward": self.reward, **steering}

@@ -1,0 +1,66 @@
+"""A vector env of Gymnasium as one of stable-baselines3."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import VecEnv
+
+from sim.checks import check
+
+
+class GymnasiumVecEnv(VecEnv):
+    """Passes everything on; resets happen within the step that ends an episode, as stable-baselines3 wants it."""
+
+    def __init__(self, envs: gym.vector.VectorEnv, seed: int) -> None:
+        mode = envs.metadata["autoreset_mode"]
+        check("envs", mode == AutoresetMode.SAME_STEP, "ones that reset within the step", mode)
+        super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
+        self._envs, self._seed = envs, seed
+        self._actions: NDArray[Any] = np.zeros((0, 0))
+
+    def reset(self) -> Any:
+        """Begin everywhere anew; the first time by the seed."""
+        observations, _ = self._envs.reset(seed=self._seed if self._seed >= 0 else None)
+        self._seed = -1
+        return observations
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Keep the actions for ``step_wait``."""
+        self._actions = actions
+
+    def step_wait(self) -> Any:
+        """Step all envs."""
+        observations, rewards, terminated, truncated, infos = self._envs.step(self._actions)
+        dones = terminated | truncated
+        told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for k in np.flatnonzero(dones):
+            told[k] = {
+                "terminal_observation": infos["final_obs"][k],
+                "TimeLimit.truncated": bool(truncated[k] and not terminated[k]),
+            }
+        return observations, rewards.astype(np.float32), dones, told
+
+    def close(self) -> None:
+        """Close them."""
+        self._envs.close()
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """Return an attribute of the vector env, once for each."""
+        return [getattr(self._envs, attr_name, None)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Envs that run together have no attributes of their own."""
+        raise NotImplementedError("set_attr: the envs run together")
+
+    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
+        """Envs that run together have no methods of their own."""
+        raise NotImplementedError("env_method: the envs run together")
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """Return that none is wrapped."""
+        return [False] * len(list(self._get_indices(indices)))
