@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
+from trackers.kernels.belief_features import FEATURES
 from trackers.types import Carrier, CommandAxis
 
 FORMAT = 1
@@ -113,6 +114,8 @@ def policy_path(name: str) -> Path:
 
 
 def _check_shapes(policy: Policy) -> None:
+    if policy.features != FEATURES:
+        raise ValueError(f"one that is told the {len(FEATURES)} features of this version, got other features")
     width = len(policy.features)
     for weight, bias in zip(policy.weights, policy.biases, strict=True):
         if weight.ndim != 2 or weight.shape[1] != width or bias.shape != (len(weight),):
