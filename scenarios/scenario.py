@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Truth
+from scenarios.truth import Truth, TruthExtent
 from sim.optics import PinholeCamera
 from trackers.types import CameraCommand, Carrier, Observation
 
@@ -93,7 +93,19 @@ class Scenario(Protocol):
         ...
 
     def episode(
+<<<<<<< HEAD
         self, preset: Any, seed: int, *, renderer: RendererName = "raster", closed_loop: bool | None = None
     ) -> Episode:
         """Build one episode of a preset, by its name or as a configuration; ``closed_loop`` None means as that says."""
+=======
+        self,
+        preset: str,
+        seed: int,
+        *,
+        renderer: RendererName = "raster",
+        closed_loop: bool | None = None,
+        truth: TruthExtent = "all",
+    ) -> Episode:
+        """Build one episode. ``closed_loop`` None means as the preset says; ``truth`` see ``Truth``."""
+>>>>>>> fc5981444aae2a1aeaa48c3d5f32b37cbc2fba29
         ...

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 VisibilityState = Literal["in", "partial", "occluded", "out"]
 Side = Literal["left", "right", "top", "bottom"]
+TruthExtent = Literal["all", "target"]
+"""How much of it an episode's frames have, see ``Truth``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +19,10 @@ class Truth:
     """Truth of one frame, of N objects; ``target`` is the one that matters. Each scenario adds what it alone knows.
 
     Boxes are amodal: of the whole object, also where it is hidden or outside the picture.
+
+    Most of the work goes into what scores of following the target do not look at. An episode that is asked for
+    ``truth="target"`` leaves it out: ``visible_fraction`` of all others is NaN, and so on as each scenario says of what
+    it alone knows. All else, pictures above all, is the same byte for byte.
 
     Attributes:
         frame: index from 0.
@@ -33,7 +39,7 @@ class Truth:
         box_xyxy: (N, 4) amodal box in pixels, also outside; NaN where any corner is behind the camera.
         instance_id: (N,) id of each object in ``instance_map``.
         visible_fraction: (N,) share of the object's own pixels (drawn alone on an unbounded picture) that
-            are seen.
+            are seen; NaN for all but the target if that is all that is asked for.
         state: ``in`` (whole and seen), ``partial`` (cut by the border), ``occluded`` (inside, less than
             half of it seen), ``out`` (nothing of its box inside).
         side: side the target left by, while it is out or since its last exit; None before the first.

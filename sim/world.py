@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -133,10 +133,17 @@ class World:
 
     def move(self, body: Body, T_world_body: NDArray[np.float64]) -> None:
         """Put a movable body somewhere else."""
-        if not body.movable:
-            raise ValueError(f"body: expected a movable one, got {body.name!r}, which was added with movable=False")
+        _require_movable(body)
         self._poses[body.index] = T_world_body
         self._moved.add(body.index)
+
+    def move_all(self, bodies: Sequence[Body], T_world_body: NDArray[np.float64]) -> None:
+        """Put movable bodies somewhere else, all at once: poses are (B, 4, 4)."""
+        for body in bodies:
+            _require_movable(body)
+        indices = [body.index for body in bodies]
+        self._poses[indices] = T_world_body
+        self._moved.update(indices)
 
     @property
     def poses(self) -> NDArray[np.float64]:
@@ -225,6 +232,11 @@ class World:
                 physicsClientId=self._client,
             )
         self._textured = len(self.bodies)
+
+
+def _require_movable(body: Body) -> None:
+    if not body.movable:
+        raise ValueError(f"body: expected a movable one, got {body.name!r}, which was added with movable=False")
 
 
 def _to_bullet(T: NDArray[np.float64]) -> tuple[list[float], list[float]]:

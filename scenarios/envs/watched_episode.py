@@ -32,7 +32,7 @@ class WatchedEpisode:
         self.seed = seed
         self._tracker, self._tracker_name = _tracker(settings.tracker, seed)
         self._episode = scenario.episode(
-            settings.configuration(drawn), seed, renderer=settings.renderer, closed_loop=True
+            settings.configuration(drawn), seed, renderer=settings.renderer, closed_loop=True, truth="target"
         )
         self.rate_hz, self.frame_count = self._episode.rate_hz, self._episode.frame_count
         self._link = CommandLink(scenario.carrier, self.rate_hz, settings.link_settings, generator(seed, "link"))

@@ -13,10 +13,12 @@ from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, build_town
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame, RendererName
+from scenarios.truth import TruthExtent
 from scenarios.visibility import Exits, centres_px, state_of
-from sim.labels import amodal_box, backward_flow, ground_homography, visible_fraction
+from sim.checks import check
+from sim.labels import amodal_boxes, backward_flow, ground_homography, outline, visible_fraction
 from sim.optics import PinholeCamera
-from sim.render.pipeline import capture
+from sim.render.pipeline import Capture, capture
 from sim.render.protocol import create_renderer
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
@@ -27,13 +29,16 @@ from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, 
 
 SUN_ILLUMINANCE_LX = 90_000.0
 SKY_ILLUMINANCE_LX = 18_000.0
+_NO_FLOW = np.empty((0, 0, 2), np.float32)
 
 
 class RoadTownEpisode:
     """See ``scenarios.scenario.Episode``."""
 
-    def __init__(self, plan: Plan, renderer: RendererName) -> None:
+    def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
+        check("truth", truth in ("all", "target"), "'all' or 'target'", truth)
         self.plan = plan
+        self._tells_all = truth == "all"
         self.frame_count = plan.preset.frame_count
         self.rate_hz = plan.preset.rate_hz
         self.closed_loop = plan.closed_loop
@@ -42,13 +47,16 @@ class RoadTownEpisode:
             add_vehicle(self._world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)
         ]
+        self._names = tuple(body.name for body in self._cars)
+        self._kinds = tuple(look.model for look in plan.looks)
+        self._outline = outline([body.mesh for body in self._cars])
         self._renderer = create_renderer(renderer, self._world)
         self._light = _light(plan)
         self._shader = DaylightShader(
             self._world, Sun(self._light.sun_direction, SUN_ILLUMINANCE_LX), SKY_ILLUMINANCE_LX
         )
         self._sensor = CameraSensor(SensorConfig(), generator(plan.seed, "sensor"))
-        self._roads = RoadMap(plan.layout.graph)
+        self._on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
         ego = plan.preset.ego
         self._instruments = None if ego is None else Instruments(ego, generator(plan.seed, "instruments"))
         self._set_path = plan.camera_poses
@@ -56,10 +64,9 @@ class RoadTownEpisode:
         self._helicopter = Helicopter(plan.preset, plan.air, list(plan.pulses), start) if plan.closed_loop else None
         self._frame = -1
         self._T_world_camera = np.eye(4)
-        self._body_poses = self._world.poses
         self._exits = Exits(plan.camera)
         self._move_to(0)
-        self.target_box_xyxy = self._box(TARGET)
+        self.target_box_xyxy = self._boxes(0)[TARGET]
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame; see ``Episode.step``.
@@ -79,10 +86,9 @@ class RoadTownEpisode:
             self._helicopter.fly(command)
         elif command is not None and self._helicopter is None:
             raise ValueError("command: expected None, since this episode flies a set path, got a CameraCommand")
-        T_world_camera_before, body_poses_before = self._T_world_camera, self._body_poses
+        # Before the first frame everything is where it is on it.
+        T_world_camera_before, body_poses_before = self._T_world_camera, self._world.poses.copy()
         self._move_to(frame)
-        if frame == 0:
-            T_world_camera_before, body_poses_before = self._T_world_camera, self._body_poses
         self._frame = frame
         return self._capture(T_world_camera_before, body_poses_before)
 
@@ -110,21 +116,18 @@ class RoadTownEpisode:
         self._world.close()
 
     def _move_to(self, frame: int) -> None:
-        for car, body in enumerate(self._cars):
-            self._world.move(body, self.plan.motion.pose(frame, car))
-        self._body_poses = self._world.poses.copy()
+        self._world.move_all(self._cars, self.plan.motion.T_world_car[frame])
         if self._helicopter is None:
             self._T_world_camera = self._set_path[frame]
         else:
             self._T_world_camera = self._helicopter.pose(frame)
 
-    def _box(self, car: int) -> NDArray[np.float64]:
-        body = self._cars[car]
-        return amodal_box(self.plan.camera, self._T_world_camera, body.mesh, self._world.poses[body.index])
+    def _boxes(self, frame: int) -> NDArray[np.float64]:
+        poses = self.plan.motion.T_world_car[frame]
+        return amodal_boxes(self.plan.camera, self._T_world_camera, self._outline, poses)
 
     def _capture(self, T_world_camera_before: NDArray[np.float64], body_poses_before: NDArray[np.float64]) -> Frame:
         plan, camera, T_world_camera, frame = self.plan, self.plan.camera, self._T_world_camera, self._frame
-        time_s = frame / plan.preset.rate_hz
         background_motion = ground_homography(camera, T_world_camera_before, T_world_camera)
         seen = capture(
             self._renderer,
@@ -136,28 +139,33 @@ class RoadTownEpisode:
             motion=background_motion,
             interval_s=1.0 / plan.preset.rate_hz,
         )
-        picture = seen.picture
-        flow_px = backward_flow(
-            seen, camera, T_world_camera, T_world_camera_before, self._body_poses, body_poses_before
+        self._settings = settings = seen.picture.settings
+        flow_px = _NO_FLOW
+        if self._tells_all:
+            poses = self._world.poses
+            flow_px = backward_flow(seen, camera, T_world_camera, T_world_camera_before, poses, body_poses_before)
+        observation = Observation(
+            image_rgb=seen.picture.image_rgb,
+            time_s=frame / plan.preset.rate_hz,
+            camera=CameraModel(camera.width_px, camera.height_px, camera.focal_px),
+            settings=CameraSettings(settings.exposure_s, settings.gain),
+            ego=None if self._instruments is None else EgoPose(self._instruments.measure(T_world_camera)),
         )
-        self._settings = picture.settings
-        boxes = np.array([self._box(car) for car in range(len(self._cars))])
-        poses = self._body_poses[[body.index for body in self._cars]]
-        fractions = np.array(
-            [
-                visible_fraction(seen, camera, T_world_camera, body.mesh, pose, body.index, box)
-                for body, pose, box in zip(self._cars, poses, boxes, strict=True)
-            ]
-        )
+        return Frame(observation, self._truth(seen, background_motion, flow_px))
+
+    def _truth(self, seen: Capture, background_motion: NDArray[np.float64], flow_px: NDArray[np.float32]) -> RoadTruth:
+        plan, camera, T_world_camera, frame = self.plan, self.plan.camera, self._T_world_camera, self._frame
+        settings, poses, boxes = seen.picture.settings, plan.motion.T_world_car[frame].copy(), self._boxes(frame)
+        fractions = self._visible_fractions(seen, poses, boxes)
         state = state_of(camera, boxes[TARGET], fractions[TARGET])
         side, frames_since_exit = self._exits.follow(state, boxes[TARGET])
-        truth = RoadTruth(
+        return RoadTruth(
             frame=frame,
-            time_s=time_s,
+            time_s=frame / plan.preset.rate_hz,
             T_world_camera=T_world_camera,
             target=TARGET,
-            names=tuple(body.name for body in self._cars),
-            kinds=tuple(look.model for look in plan.looks),
+            names=self._names,
+            kinds=self._kinds,
             T_world_object=poses,
             size_m=plan.sizes_m,
             speed_mps=plan.motion.speed_mps[frame],
@@ -168,24 +176,28 @@ class RoadTownEpisode:
             state=state,
             side=side,
             frames_since_exit=frames_since_exit,
-            on_road=bool(self._roads.is_on_road(poses[TARGET, None, :2, 3])[0]),
+            on_road=bool(self._on_road[frame]),
             turning=plan.turning(frame),
             instance_map=seen.instance_id,
             depth_m=seen.depth_m,
             flow_px=flow_px,
             background_motion=background_motion,
             light=self._light,
-            exposure_s=picture.settings.exposure_s,
-            gain=picture.settings.gain,
+            exposure_s=settings.exposure_s,
+            gain=settings.gain,
         )
-        observation = Observation(
-            image_rgb=picture.image_rgb,
-            time_s=time_s,
-            camera=CameraModel(camera.width_px, camera.height_px, camera.focal_px),
-            settings=CameraSettings(picture.settings.exposure_s, picture.settings.gain),
-            ego=None if self._instruments is None else EgoPose(self._instruments.measure(T_world_camera)),
-        )
-        return Frame(observation, truth)
+
+    def _visible_fractions(
+        self, seen: Capture, poses: NDArray[np.float64], boxes: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        camera, T_world_camera = self.plan.camera, self._T_world_camera
+        fractions = np.full(len(self._cars), np.nan)
+        for car, body in enumerate(self._cars):
+            if self._tells_all or car == TARGET:
+                fractions[car] = visible_fraction(
+                    seen, camera, T_world_camera, body.mesh, poses[car], body.index, boxes[car]
+                )
+        return fractions
 
 
 def _light(plan: Plan) -> Light:

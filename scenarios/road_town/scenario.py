@@ -9,6 +9,7 @@ from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.plan import make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
 from scenarios.scenario import RendererName
+from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
 from trackers.types import Carrier
 
@@ -42,12 +43,14 @@ class RoadTownScenario:
         *,
         renderer: RendererName = "raster",
         closed_loop: bool | None = None,
+        truth: TruthExtent = "all",
     ) -> RoadTownEpisode:
         """Build one episode.
 
         Args:
             seed: any whole number >= 0; 10,000 to 19,999 is the test split.
             closed_loop: whether commands steer the camera; None = as the preset says.
+            truth: ``target`` leaves out what takes long and following does not ask for, see ``Truth``.
 
         Raises:
             ValueError: for an unknown preset or renderer, or a negative seed.
@@ -55,7 +58,7 @@ class RoadTownScenario:
         configuration = self.configuration(preset)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         plan = make_plan(configuration, episode_seed(seed, self.id, 0), closed_loop=looped)
-        return RoadTownEpisode(plan, renderer)
+        return RoadTownEpisode(plan, renderer, truth)
 
 
 ROAD_TOWN = RoadTownScenario()

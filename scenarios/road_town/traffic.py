@@ -8,6 +8,7 @@ is used by one car at a time, first come, first served; some cars stop there fir
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,11 +56,15 @@ class Motion:
     speed_mps: NDArray[np.float64]
     arc_m: NDArray[np.float64]
 
-    def pose(self, frame: int, car: int) -> NDArray[np.float64]:
-        """Return T_world_car (4, 4): origin on the ground under the car's centre, x forward."""
-        c, s = np.cos(self.heading_rad[frame, car]), np.sin(self.heading_rad[frame, car])
-        x, y = self.position_m[frame, car]
-        return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    @cached_property
+    def T_world_car(self) -> NDArray[np.float64]:
+        """Poses (T, N, 4, 4): origin on the ground under the car's centre, x forward. Not to be written to."""
+        poses = np.zeros((*self.heading_rad.shape, 4, 4))
+        c, s = np.cos(self.heading_rad), np.sin(self.heading_rad)
+        poses[..., 0, 0], poses[..., 0, 1], poses[..., 1, 0], poses[..., 1, 1] = c, -s, s, c
+        poses[..., :2, 3] = self.position_m
+        poses[..., 2, 2] = poses[..., 3, 3] = 1.0
+        return poses
 
 
 def simulate(drivers: list[Driver], frame_count: int, rate_hz: float) -> Motion:

@@ -34,7 +34,7 @@ class RoadTruth(Truth):
         turning: whether the target is turning at a crossing.
         flow_px: (H, W, 2) float32, where each pixel's surface point lay in the *previous* frame minus
             where it lies now (the next camera pose is not known yet when a tracker steers); NaN for sky; zeros on
-            frame 0.
+            frame 0. (0, 0, 2) if only the target is asked for.
         background_motion: (3, 3) homography that takes ground pixels (z = 0) of the previous frame to
             this one; identity on frame 0.
         light: the light.

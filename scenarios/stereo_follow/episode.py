@@ -16,7 +16,9 @@ from scenarios.stereo_follow.plan import TARGET, Plan
 from scenarios.stereo_follow.rig import StereoPair, StereoRig
 from scenarios.stereo_follow.robot import Robot
 from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.truth import TruthExtent
 from scenarios.visibility import Exits, centres_px, state_of
+from sim.checks import check
 from sim.rng import generator
 from sim.shaders.baked_light import BakedLightShader
 from sim.world import World
@@ -30,7 +32,9 @@ _NEAR_M = 1.5
 class StereoFollowEpisode:
     """See ``scenarios.scenario.Episode``."""
 
-    def __init__(self, plan: Plan, renderer: RendererName) -> None:
+    def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
+        check("truth", truth in ("all", "target"), "'all' or 'target'", truth)
+        self._tells_all = truth == "all"
         preset = plan.preset
         self.plan = plan
         self.frame_count, self.rate_hz, self.closed_loop = preset.frame_count, preset.rate_hz, plan.closed_loop
@@ -52,7 +56,8 @@ class StereoFollowEpisode:
         self._frame = -1
         self._move_to(0)
         nothing = np.full((preset.height_px, preset.width_px), -1, np.int32)
-        self.target_box_xyxy = self._people.seen(self._camera, self._T_world_camera, nothing)[TARGET].box_xyxy
+        nobody = np.zeros(len(self._people.names), dtype=np.bool_)
+        self.target_box_xyxy = self._people.seen(self._camera, self._T_world_camera, nothing, nobody)[TARGET].box_xyxy
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame; see ``Episode.step``.
@@ -118,16 +123,17 @@ class StereoFollowEpisode:
 
     def _truth(self, pair: StereoPair) -> PeopleTruth:
         people, pose, frame, left, right = self._people, self._T_world_camera, self._frame, pair.left, pair.right
-        seen = people.seen(self._camera, pose, left.instance_id)
+        distance_m = np.linalg.norm((people.T_world_person[:, :3, 3] - pose[:3, 3])[:, :2], axis=1)
+        is_close = distance_m < _NEAR_M
+        is_target = np.arange(len(distance_m)) == TARGET
+        asked = np.full(len(distance_m), self._tells_all) | is_target
+        seen = people.seen(self._camera, pose, left.instance_id, asked | is_close)
         boxes = np.array([each.box_xyxy for each in seen])
         fractions = np.array([each.visible_fraction for each in seen])
         state = state_of(self._camera, boxes[TARGET], fractions[TARGET])
         side, frames_since_exit = self._exits.follow(state, boxes[TARGET])
         used = left.picture.settings
         lux = illuminance_lx(self._shader, people.chests_m(), pose[:3, 3])
-        distance_m = np.linalg.norm((people.T_world_person[:, :3, 3] - pose[:3, 3])[:, :2], axis=1)
-        is_near = (distance_m < _NEAR_M) & (fractions > 0)
-        is_near[TARGET] = False
         return PeopleTruth(
             frame=frame,
             time_s=frame / self.rate_hz,
@@ -141,7 +147,7 @@ class StereoFollowEpisode:
             position_px=centres_px(self._camera, pose, people.T_world_person, people.size_m),
             box_xyxy=boxes,
             instance_id=people.instance_id,
-            visible_fraction=fractions,
+            visible_fraction=np.where(asked, fractions, np.nan),
             state=state,
             side=side,
             frames_since_exit=frames_since_exit,
@@ -152,11 +158,11 @@ class StereoFollowEpisode:
             T_world_right=pair.T_world_right,
             right_instance_map=right.instance_id,
             right_depth_m=right.depth_m,
-            occluder=np.array([self._person_of(each.hidden_by) for each in seen]),
+            occluder=np.where(asked, [self._person_of(each.hidden_by) for each in seen], -1),
             illuminance_lx=lux,
             place=self.plan.places[frame],
             light_event=self._events.follow(frame, left.picture, float(lux[TARGET])),
-            near_person=bool(is_near.any()),
+            near_person=bool((is_close & ~is_target & (fractions > 0)).any()),
             registers=registers(used),
         )
 

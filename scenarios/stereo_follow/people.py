@@ -15,6 +15,7 @@ from sim.pose import pose_on_ground
 from sim.rng import generator
 from sim.world import World
 
+_NO_PICTURE = np.empty((0, 0), np.int32)
 CHEST = 0.72
 """Height of the chest, share of stature."""
 
@@ -73,20 +74,26 @@ class People:
         merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
 
     def seen(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], merged: NDArray[np.int32]
+        self,
+        camera: PinholeCamera,
+        T_world_camera: NDArray[np.float64],
+        merged: NDArray[np.int32],
+        whom: NDArray[np.bool_],
     ) -> list[SeenBody]:
-        """Return what is seen of each person in a map that ``merge`` was given."""
+        """Return what is seen of each person in a map that ``merge`` was given; of those not in ``whom`` (N,)
+        the box alone.
+        """
         return [
             seen_body(
                 shape,
                 poses,
                 camera,
                 T_world_camera,
-                merged,
+                merged if asked else _NO_PICTURE,
                 int(own),
                 hiders=self.instance_id[self.instance_id != own],
             )
-            for shape, poses, own in zip(self._shapes, self.part_poses, self.instance_id, strict=True)
+            for shape, poses, own, asked in zip(self._shapes, self.part_poses, self.instance_id, whom, strict=True)
         ]
 
     def chests_m(self) -> NDArray[np.float64]:

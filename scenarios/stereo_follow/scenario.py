@@ -12,6 +12,7 @@ from scenarios.stereo_follow.plan import make_plan
 from scenarios.stereo_follow.presets import PRESETS, StereoFollow
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.sheet_episode import SheetEpisode
+from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
 from trackers.types import Carrier
 
@@ -53,12 +54,15 @@ class StereoFollowScenario:
         *,
         renderer: RendererName = "raster",
         closed_loop: bool | None = None,
+        truth: TruthExtent = "all",
     ) -> StereoFollowEpisode | SheetEpisode:
         """Build one episode.
 
         Args:
             seed: any whole number >= 0; 10,000 to 19,999 is the test split.
             closed_loop: whether commands drive the robot; None = as the preset says.
+            truth: ``target`` leaves out what takes long and following does not ask for, see ``Truth``; where a sheet is
+                the target, it is all that there is.
 
         Raises:
             ValueError: for an unknown preset or renderer, a negative seed, or a closed loop about a sheet.
@@ -71,7 +75,7 @@ class StereoFollowScenario:
                 raise ValueError(f"closed_loop: expected None or False, since {preset} follows a set path, got True")
             return SheetEpisode(configuration.scene(own_seed), own_seed, renderer)
         plan = make_plan(configuration, own_seed, closed_loop=looped)
-        return StereoFollowEpisode(plan, renderer)
+        return StereoFollowEpisode(plan, renderer, truth)
 
 
 STEREO_FOLLOW = StereoFollowScenario()

@@ -24,7 +24,8 @@ class PeopleTruth(Truth):
     Attributes:
         T_world_right: (4, 4), pose of the right camera, as it is really mounted.
         right_instance_map: (H, W) int32, right_depth_m: (H, W) float32, as those of the left camera.
-        occluder: (N,) index of the person who hides most of each person, -1 if nobody does.
+        occluder: (N,) index of the person who hides most of each person, -1 if nobody does; -1 for all but the
+            target if that is all that is asked for.
         illuminance_lx: (N,) on an upright surface at each person's chest that faces the camera.
         place: where the target is, e.g. ``corridor``, ``hall``, ``door``, ``yard``.
         light_event: what of the light on the target or in the picture has just begun to change (it stands for as long

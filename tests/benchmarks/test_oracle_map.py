@@ -33,7 +33,7 @@ def frame_of(plan: Plan, k: int, state: str, T_world_camera: NDArray[np.float64]
         time_s=k / plan.preset.rate_hz,
         state=state,
         target=0,
-        T_world_object=plan.motion.pose(k, TARGET)[None],
+        T_world_object=plan.motion.T_world_car[k, TARGET, None],
         T_world_camera=T_world_camera,
         speed_mps=plan.motion.speed_mps[k, [TARGET]],
         size_m=np.array([[4.5, 1.8, CAR_HEIGHT_M]]),
@@ -108,7 +108,7 @@ def test_a_fan_holds_the_route_that_is_driven(plans: list[Plan]) -> None:
         roads = RoadMap(plan.layout.graph)
         position_m = plan.motion.position_m[:, TARGET]
         on_road = roads.is_on_road(position_m)
-        poses = np.array([plan.motion.pose(k, TARGET) for k in range(len(position_m))])
+        poses = plan.motion.T_world_car[: len(position_m), TARGET]
         for k in range(60, len(position_m) - 75, 45):
             # A way off the road begins on the road.
             if not on_road[: k + 75].all():

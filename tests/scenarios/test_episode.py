@@ -52,6 +52,29 @@ def test_pictures_do_not_depend_on_larger_views_drawn_between():
         np.testing.assert_array_equal(a.observation.image_rgb, b.observation.image_rgb)
 
 
+LEFT_OUT = {"flow_px", "visible_fraction"}
+
+
+@pytest.mark.parametrize("closed_loop", [False, True])
+def test_less_truth_is_the_same_where_it_is(closed_loop):
+    whole, less = (_frames("quick", 1, 6, closed_loop=closed_loop, truth=extent)[1] for extent in ("all", "target"))
+    for a, b in zip(whole, less, strict=True):
+        for x, y in zip(_flat(a.observation), _flat(b.observation), strict=True):
+            np.testing.assert_array_equal(x, y)
+        for field in dataclasses.fields(a.truth):
+            if field.name not in LEFT_OUT:
+                for x, y in zip(*(_flat(getattr(truth, field.name)) for truth in (a.truth, b.truth)), strict=True):
+                    np.testing.assert_array_equal(x, y)
+        assert b.truth.flow_px.shape == (0, 0, 2)
+        assert b.truth.visible_fraction[0] == a.truth.visible_fraction[0]
+        assert np.isnan(b.truth.visible_fraction[1:]).all()
+
+
+def test_extent_of_truth_is_refused_by_name():
+    with pytest.raises(ValueError, match="truth: expected 'all' or 'target', got some"):
+        ROAD_TOWN.episode("quick", 0, truth="some")
+
+
 @pytest.fixture(scope="module")
 def quick():
     episode, frames = _frames("quick", 1, PRESETS["quick"].frame_count)

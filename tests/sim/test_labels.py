@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from sim.labels import amodal_box, backward_flow, ground_homography, visible_fraction
+from sim.labels import amodal_box, amodal_boxes, backward_flow, ground_homography, outline, visible_fraction
 from sim.mesh import Texture, TexturedMesh
+from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
 from sim.render.raster import Raster
 from sim.world import World
@@ -51,6 +52,16 @@ def test_box_is_that_of_the_drawn_ids(yaw):
     drawn = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
     np.testing.assert_allclose(box, drawn, atol=1.0)
     world.close()
+
+
+def test_boxes_of_many_are_those_of_each_to_the_last_bit():
+    meshes = [vehicle(model, (90, 20, 20)) for model in VEHICLES]
+    rng = np.random.default_rng(7)
+    for _ in range(40):
+        places = np.array([_pose(*rng.uniform(-60, 60, 2), rng.uniform(-np.pi, np.pi)) for _ in meshes])
+        pose = look_down_pose(np.array([0, 0, rng.uniform(5, 90)]), *rng.uniform(-1.5, 1.5, 3))
+        each = [amodal_box(CAMERA, pose, mesh, place) for mesh, place in zip(meshes, places, strict=True)]
+        np.testing.assert_array_equal(amodal_boxes(CAMERA, pose, outline(meshes), places), each)
 
 
 def test_box_goes_on_outside_and_is_nan_behind():

@@ -70,6 +70,21 @@ def test_fixed_bodies_cannot_be_moved():
         house = world.add(square(1, 0), np.eye(4), name="house", category="building")
         with pytest.raises(ValueError, match="body: expected a movable one, got 'house'"):
             world.move(house, np.eye(4))
+        with pytest.raises(ValueError, match="body: expected a movable one, got 'house'"):
+            world.move_all([house], np.eye(4)[None])
+
+
+def test_bodies_moved_at_once_are_where_they_are_moved_one_by_one():
+    with World() as world:
+        cars = [world.add(square(4, 0), np.eye(4), name=f"{k}", category="vehicle", movable=True) for k in range(3)]
+        poses = np.tile(np.eye(4), (2, 1, 1))
+        poses[:, :3, 3] = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
+        world.move_all([cars[2], cars[0]], poses)
+        world.hand_over()
+        for car, pose in ((cars[2], poses[0]), (cars[0], poses[1]), (cars[1], np.eye(4))):
+            np.testing.assert_array_equal(world.poses[car.index], pose)
+            position, _ = pybullet.getBasePositionAndOrientation(world._handles[car.index], world._client)
+            np.testing.assert_allclose(position, pose[:3, 3])
 
 
 def test_worlds_that_come_and_go_leave_no_lists_behind():
