@@ -93,19 +93,16 @@ class Scenario(Protocol):
         ...
 
     def episode(
-<<<<<<< HEAD
-        self, preset: Any, seed: int, *, renderer: RendererName = "raster", closed_loop: bool | None = None
-    ) -> Episode:
-        """Build one episode of a preset, by its name or as a configuration; ``closed_loop`` None means as that says."""
-=======
         self,
-        preset: str,
+        preset: Any,
         seed: int,
         *,
         renderer: RendererName = "raster",
         closed_loop: bool | None = None,
         truth: TruthExtent = "all",
     ) -> Episode:
-        """Build one episode. ``closed_loop`` None means as the preset says; ``truth`` see ``Truth``."""
->>>>>>> fc5981444aae2a1aeaa48c3d5f32b37cbc2fba29
+        """Build one episode of a preset, by its name or as a configuration.
+
+        ``closed_loop`` None means as the preset says; ``truth`` see ``Truth``.
+        """
         ...

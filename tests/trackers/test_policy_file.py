@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +33,7 @@ def policy(seed: int = 0) -> Policy:
         features=FEATURES,
         hidden="tanh",
         output="clip",
-        weights=tuple(rng.normal(size=(b, a)).astype(np.float32) for a, b in zip(sizes, sizes[1:], strict=False)),
+        weights=tuple(rng.normal(size=(b, a)).astype(np.float32) for a, b in itertools.pairwise(sizes)),
         biases=tuple(rng.normal(size=b).astype(np.float32) for b in sizes[1:]),
     )
 
@@ -88,13 +89,13 @@ def test_it_corrects_another_controller(tmp_path: Path, corrects: str) -> None:
 
 def test_a_policy_for_another_carrier_is_refused(tmp_path: Path) -> None:
     path = save_policy(policy(), tmp_path / "mine.json")
-    with pytest.raises(ValueError, match="controller: expected a policy for a robot, got .* for a helicopter"):
+    with pytest.raises(ValueError, match=r"controller: expected a policy for a robot, got .* for a helicopter"):
         controller_entry(f"policy:{path}", "robot")
 
 
 def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
     path = save_policy(policy(), tmp_path / "mine.json")
-    with pytest.raises(ValueError, match="policy: expected a file that can be read, got .*nobody.json"):
+    with pytest.raises(ValueError, match=r"policy: expected a file that can be read, got .*nobody.json"):
         load_policy(str(tmp_path / "nobody.json"))
     said = json.loads(path.read_text())
     for change in ({"format": 2}, {"layers": 3}, {"features": ["one"]}, {"carrier": None}):
