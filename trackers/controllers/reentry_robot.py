@@ -27,8 +27,10 @@ class ReentryRobotParameters:
         speed_gain_per_s: speed for each metre too far away.
         speed_feed_forward: share of the target's speed away from the robot that is driven along with it.
         distance_m: how far away the target is wanted.
-        slowest_mps: speed at which it goes at least where the target was last seen.
         patience_s: how long a target of which nothing is said counts as going on as it did.
+        carrot_m: where it goes the target's way it steers for the place of it so far on.
+        trail_share: how far it goes the target's own way where nothing bars the straight one; 0: not.
+        aside_rad: how far aside of the target it looks for that; half the picture is 0.58.
         onward_s: how far, in time, beyond the place last seen it goes to look for the target.
         reached_m: how near that place is near enough to look around.
         look_rad_s: turn rate for looking around.
@@ -42,9 +44,11 @@ class ReentryRobotParameters:
     speed_gain_per_s: float = tunable(1.1, 0.3, 3.0, log=True)
     speed_feed_forward: float = tunable(0.8, 0.0, 1.0)
     distance_m: float = tunable(2.2, 1.2, 3.0)
-    slowest_mps: float = tunable(0.5, 0.1, 1.2)
-    patience_s: float = tunable(0.5, 0.0, 2.0)
-    onward_s: float = tunable(0.8, 0.0, 3.0)
+    patience_s: float = tunable(3.0, 0.0, 5.0)
+    carrot_m: float = tunable(0.9, 0.5, 1.6)
+    trail_share: float = tunable(0.3, 0.0, 1.0)
+    aside_rad: float = tunable(0.35, 0.1, 0.5)
+    onward_s: float = tunable(1.0, 0.0, 4.0)
     reached_m: float = tunable(0.6, 0.3, 1.5)
     look_rad_s: float = tunable(1.0, 0.4, 1.6)
     ahead_rather: float = tunable(1.5, 0.0, 3.0)
