@@ -27,6 +27,8 @@ class ReentryRobotParameters:
         speed_gain_per_s: speed for each metre too far away.
         speed_feed_forward: share of the target's speed away from the robot that is driven along with it.
         distance_m: how far away the target is wanted.
+        stray_mps: how fast a target out of sight may leave its course to either side; the robot keeps so far off that
+            it stays in the picture.
         patience_s: how long a target of which nothing is said counts as going on as it did.
         carrot_m: where it goes the target's way it steers for the place of it so far on.
         trail_share: how far it goes the target's own way where nothing bars the straight one; 0: not.
@@ -44,6 +46,7 @@ class ReentryRobotParameters:
     speed_gain_per_s: float = tunable(1.1, 0.3, 3.0, log=True)
     speed_feed_forward: float = tunable(0.8, 0.0, 1.0)
     distance_m: float = tunable(2.2, 1.2, 3.0)
+    stray_mps: float = tunable(0.5, 0.0, 1.0)
     patience_s: float = tunable(3.0, 0.0, 5.0)
     carrot_m: float = tunable(0.9, 0.5, 1.6)
     trail_share: float = tunable(0.3, 0.0, 1.0)

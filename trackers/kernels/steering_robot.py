@@ -20,6 +20,7 @@ REENTRY_ROBOT = np.dtype(
             "speed_gain_per_s",
             "speed_feed_forward",
             "distance_m",
+            "stray_mps",
             "patience_s",
             "carrot_m",
             "trail_share",
@@ -83,7 +84,9 @@ def _follow(b: Any, p: Any) -> tuple[float, float]:
     # How fast the line to it turns, by its motion past the robot's.
     line_rad_s = (ahead_m * left_mps - left_m * past_mps) / distance_m**2
     away_mps = (ahead_m * ahead_mps + left_m * left_mps) / distance_m
-    forward_mps = p.speed_gain_per_s * (distance_m - p.distance_m) + p.speed_feed_forward * away_mps
+    # All the places where one who is out of sight may have strayed to stay in the picture.
+    wanted_m = max(p.distance_m, p.stray_mps * b.seconds_since_seen / max(b.half_right_m, 0.1))
+    forward_mps = p.speed_gain_per_s * (distance_m - wanted_m) + p.speed_feed_forward * away_mps
     course_rad = bearing_rad
     if forward_mps > 0.0:
         course_rad = _course_rad(b, p, bearing_rad, forward_mps)
