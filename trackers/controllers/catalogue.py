@@ -31,6 +31,9 @@ POLICY = "policy:"
 _MODULES = (
     "trackers.controllers.hold",
     "trackers.controllers.centre",
+    "trackers.controllers.centre_robot",
+    "trackers.controllers.search_robot",
+    "trackers.controllers.reentry_robot",
 )
 """Modules that define controllers. Add yours here."""
 

@@ -13,7 +13,7 @@ from trackers.types import Carrier, Estimate, Observation
 _ASSUMED_HEIGHT_M = 60.0
 """Of a camera that looks down without instruments."""
 _ASSUMED_DISTANCE_M = 3.0
-"""Of a target before a camera that looks ahead, seen by a tracker that measures no depth."""
+"""Of a target before a camera that looks ahead, seen by a tracker that measures no depth; and where it looks."""
 _FARTHEST_M = 500.0
 """Rays at or above the horizon meet the ground nowhere; what lies further off counts as that."""
 _TRIES = 24
@@ -40,6 +40,8 @@ def sighting_of(carrier: Carrier, observation: Observation, estimate: Estimate) 
     if down:
         axis_m = _on_ground(R, height_m, np.zeros((1, 2)))[0]
         said["axis_ahead_m"], said["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
+    else:
+        said["axis_ahead_m"] = _ASSUMED_DISTANCE_M
     position_px = np.asarray(estimate.position_px, dtype=float)
     if not np.isfinite(position_px).all():
         return sighting

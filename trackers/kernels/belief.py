@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 SECTORS = 8
 """Directions about the place where the target was last seen, counter-clockwise from world x."""
+TRAIL = 20
+"""Places of the target's trail that are remembered."""
+TRAIL_STEP_M = 0.4
 
 SIGHTING = np.dtype(
     [
@@ -22,7 +25,7 @@ SIGHTING = np.dtype(
         ("carrier_y_m", "f8"),
         ("height_m", "f8"),
         ("heading_rad", "f8"),
-        # Where the optical axis meets the ground of a camera that looks down; 0 of one that looks ahead.
+        # Where the optical axis meets the ground of a camera that looks down; a few metres on, of one that looks ahead.
         ("axis_ahead_m", "f8"),
         ("axis_right_m", "f8"),
         # Half the picture on the ground, or at a distance of 1 m of a camera that looks ahead.
@@ -88,6 +91,10 @@ BELIEF = np.dtype(
         ("seen_y_m", "f8"),
         # 1 where the camera has just looked in a direction from the place last seen, in vain; falls with time.
         ("searched", "f8", (SECTORS,)),
+        # Where the target was seen to go, ``TRAIL_STEP_M`` apart, the latest place first.
+        ("trail_places", "f8"),
+        ("trail_x_m", "f8", (TRAIL,)),
+        ("trail_y_m", "f8", (TRAIL,)),
     ],
     align=True,
 )
@@ -163,10 +170,10 @@ def _target_motion(b: Any, s: Any, interval_s: float) -> None:
     if b.frames == 0.0:
         b.x_m, b.y_m = s.x_m, s.y_m
         return
-    # A jump is another guess, not a motion.
+    # A jump is another guess, not a motion; nor is what happened while nothing was said.
     east_m, north_m = s.x_m - b.x_m - b.velocity_x_mps * interval_s, s.y_m - b.y_m - b.velocity_y_mps * interval_s
     share = _VELOCITY_SHARE / interval_s
-    if np.hypot(east_m, north_m) < _FASTEST_MPS * interval_s:
+    if b.known > 0.0 and np.hypot(east_m, north_m) < _FASTEST_MPS * interval_s:
         b.velocity_x_mps += share * east_m
         b.velocity_y_mps += share * north_m
     b.x_m, b.y_m = s.x_m, s.y_m
@@ -180,6 +187,7 @@ def _search(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
         b.seen_x_m, b.seen_y_m = s.x_m, s.y_m
         for sector in range(SECTORS):
             b.searched[sector] = 0.0
+        _trail(b)
         return
     b.seconds_since_seen += interval_s
     kept = np.exp(-interval_s / _FORGET_S)
@@ -190,6 +198,18 @@ def _search(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
     if np.hypot(east_m, north_m) > _LOOKED_AWAY * s.half_right_m:
         sector = int(np.floor(np.arctan2(north_m, east_m) / (2 * np.pi) * SECTORS + 0.5)) % SECTORS
         b.searched[sector] = 1.0
+
+
+@njit(cache=True)
+def _trail(b: Any) -> None:
+    """Remember the place where the target is seen, if it has come far enough from the latest one."""
+    known = int(b.trail_places)
+    if known > 0 and np.hypot(b.seen_x_m - b.trail_x_m[0], b.seen_y_m - b.trail_y_m[0]) < TRAIL_STEP_M:
+        return
+    for place in range(min(known, TRAIL - 1), 0, -1):
+        b.trail_x_m[place], b.trail_y_m[place] = b.trail_x_m[place - 1], b.trail_y_m[place - 1]
+    b.trail_x_m[0], b.trail_y_m[0] = b.seen_x_m, b.seen_y_m
+    b.trail_places = min(known + 1, TRAIL)
 
 
 @njit(cache=True)
