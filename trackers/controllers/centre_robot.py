@@ -72,6 +72,4 @@ class CentreRobotController:
         interval_s = observation.time_s - before[0]
         wound_up_rad_s = self._sum_rad_s + interval_s * bearing_rad
         self._sum_rad_s = min(max(wound_up_rad_s, -_MOST_WOUND_UP_RAD_S), _MOST_WOUND_UP_RAD_S)
-        return (
-            p.turn_integral_per_s2 * self._sum_rad_s + p.turn_derivative * (bearing_rad - before[1]) / interval_s
-        )
+        return p.turn_integral_per_s2 * self._sum_rad_s + p.turn_derivative * (bearing_rad - before[1]) / interval_s

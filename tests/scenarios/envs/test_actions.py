@@ -1,0 +1,90 @@
+"""What an action means in each mode."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenarios.envs.actions import action_count, steering
+from scenarios.envs.settings import FollowSettings
+from scenarios.road_town.flight import HELICOPTER
+from scenarios.stereo_follow.robot import ROBOT
+from trackers.controllers.catalogue import controller_entry
+from trackers.types import CameraCommand, CameraModel, EgoPose, Estimate, Observation
+
+SHARES = st.floats(-1, 1)
+
+
+class Constant:
+    """A controller that always says the same."""
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        return CameraCommand(forward_mps=20.0, climb_mps=-1.0)
+
+
+def settings(**changes: Any) -> FollowSettings:
+    return FollowSettings("road-town-v1", "hold", **changes)
+
+
+def told(probability: float = 0.9) -> tuple[Observation, Estimate]:
+    T = np.diag([1.0, -1.0, -1.0, 1.0])
+    T[2, 3] = 50.0
+    observation = Observation(np.zeros((48, 64, 3), np.uint8), 0.0, CameraModel(64, 48, 70.0), ego=EgoPose(T))
+    return observation, Estimate(np.array([40.0, 20.0]), in_view_probability=probability)
+
+
+@given(SHARES, SHARES, SHARES, SHARES)
+def test_a_command_is_an_action_times_its_limits(a: float, b: float, c: float, d: float) -> None:
+    command = steering(settings(), HELICOPTER).command(np.array([a, b, c, d]), *told())
+    assert command == CameraCommand(25.0 * a, 25.0 * b, 5.0 * c, 1.0 * d)
+
+
+def test_the_robot_takes_two_numbers() -> None:
+    assert action_count(FollowSettings("stereo-follow-v1", "hold"), ROBOT) == 2
+    stereo = steering(FollowSettings("stereo-follow-v1", "hold"), ROBOT)
+    assert stereo.command(np.array([1.0, -0.5]), *told()) == CameraCommand(forward_mps=1.6, yaw_rate_rad_s=-0.8)
+
+
+def test_a_correction_is_added_within_the_limits() -> None:
+    correcting = steering(settings(action="correction", controller=Constant(), correction_share=0.5), HELICOPTER)
+    assert correcting.command(np.zeros(4), *told()) == CameraCommand(forward_mps=20.0, climb_mps=-1.0)
+    got = correcting.command(np.array([1.0, -1.0, 0.2, 0.0]), *told())
+    assert got == CameraCommand(25.0, -12.5, pytest.approx(-0.5), 0.0)
+
+
+def test_a_correction_may_be_for_the_unseen_alone() -> None:
+    correcting = steering(settings(action="correction", controller=Constant(), corrects="unseen"), HELICOPTER)
+    assert correcting.command(np.ones(4), *told(0.9)).climb_mps == -1.0
+    assert correcting.command(np.ones(4), *told(0.1)).climb_mps > 0.0
+    observation, _ = told()
+    assert correcting.command(np.ones(4), observation, Estimate(np.full(2, np.nan))).climb_mps > 0.0
+
+
+def test_parameters_span_their_ranges() -> None:
+    setting = settings(action="parameters", controller="centre")
+    fields = controller_entry("centre", "helicopter").tunables()
+    assert action_count(setting, HELICOPTER) == len(fields)
+    mode = steering(setting, HELICOPTER)
+    for share, end in ((-1.0, "low"), (1.0, "high")):
+        mode.command(np.full(len(fields), share), *told())
+        values = dataclasses.asdict(mode._controller.parameters)  # type: ignore[attr-defined]
+        for name, field in fields.items():
+            assert values[name] == pytest.approx(field.metadata[end])
+    mode.command(np.zeros(len(fields)), *told())
+    gain = fields["gain_per_s"].metadata
+    # Of a logarithmic range the middle is the geometric mean.
+    assert mode._controller.parameters.gain_per_s == pytest.approx((gain["low"] * gain["high"]) ** 0.5)  # type: ignore[attr-defined]
+
+
+def test_modes_that_need_a_controller_with_parameters_say_so() -> None:
+    with pytest.raises(ValueError, match="controller: expected one with parameters to set"):
+        action_count(settings(action="parameters", controller="hold"), HELICOPTER)
+    with pytest.raises(ValueError, match="controller: expected the name of a controller"):
+        action_count(settings(action="parameters", controller=Constant()), HELICOPTER)
+    with pytest.raises(ValueError, match="controller: expected one of .*, got 'chase'|got 'chase'"):
+        steering(settings(action="correction", controller="chase"), HELICOPTER)

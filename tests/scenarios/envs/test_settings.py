@@ -1,0 +1,81 @@
+"""What an env is set up with is checked where it is made, and says what was wrong."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenarios.command_link import Link
+from scenarios.envs.settings import RESET_OPTIONS, FollowSettings, between
+from scenarios.road_town.presets import PRESETS
+
+STANDARD, HARD = PRESETS["standard"], PRESETS["hard"]
+
+
+def settings(**changes: Any) -> FollowSettings:
+    return FollowSettings("road-town-v1", "hold", **changes)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("preset", "easy", "preset: expected one of"),
+        ("observation", "sound", "observation: expected one of track, pixels, both, got 'sound'"),
+        ("action", "thought", "action: expected one of command, correction, parameters"),
+        ("renderer", "paint", "renderer: expected one of raster, pybullet"),
+        ("corrects", "never", "corrects: expected one of always, unseen"),
+        ("correction_share", 0.0, "correction_share: expected a number in"),
+        ("reward", {"in_view": 1}, "reward: expected a Reward"),
+        ("lost_after_s", -1.0, "lost_after_s: expected None or > 0, got -1"),
+        ("link", "slow", "link: expected one of prompt, delayed, noisy or a Link, got 'slow'"),
+        ("difficulty", 1.5, "difficulty: expected None or a number from 0 to 1, got 1.5"),
+        ("changes", {"wheels": 3}, "changes: expected fields of RoadTown: .*, got 'wheels'"),
+        ("changes", {"width_px": 3}, "width_px: expected a whole number from 32 to 4096, got 3"),
+        ("randomise", {"wheels": (1, 2)}, "randomise: expected fields of RoadTown: .*, got 'wheels'"),
+        ("randomise", {"attitude_noise_deg": (2, 1)}, "randomise.attitude_noise_deg: expected two numbers in asc"),
+    ],
+)
+def test_what_is_wrong_is_named(name: str, value: Any, expected: str) -> None:
+    with pytest.raises(ValueError, match=expected):
+        settings(**{name: value})
+
+
+def test_an_unknown_scenario_is_refused() -> None:
+    with pytest.raises(ValueError, match="scenario: expected one of"):
+        FollowSettings("moon-v1", "hold")
+
+
+def test_options_change_one_episode_alone() -> None:
+    mine = settings(preset="quick")
+    other = mine.with_options({"preset": "hard", "link": Link(delay_frames=1), "episode_seed": 3})
+    assert (other.preset, other.link_settings.delay_frames) == ("hard", 1)
+    assert mine.preset == "quick"
+    assert mine.with_options({}) is mine
+    with pytest.raises(ValueError, match=f"options: expected keys among {', '.join(RESET_OPTIONS)}, got 'colour'"):
+        mine.with_options({"colour": 1})
+
+
+@given(st.floats(0, 1))
+def test_difficulty_lies_between_the_presets(difficulty: float) -> None:
+    preset = between(STANDARD, HARD, difficulty)
+    assert STANDARD.attitude_noise_deg <= preset.attitude_noise_deg <= HARD.attitude_noise_deg
+    assert STANDARD.traffic_cars <= preset.traffic_cars <= HARD.traffic_cars
+    assert isinstance(preset.traffic_cars, int)
+    assert preset.traffic_looks in (STANDARD.traffic_looks, HARD.traffic_looks)
+
+
+def test_difficulty_ends_at_the_presets() -> None:
+    assert between(STANDARD, HARD, 0.0) == STANDARD
+    assert between(STANDARD, HARD, 1.0) == HARD
+    assert settings(difficulty=1.0, preset="quick").configuration({}) == HARD
+
+
+def test_drawn_values_take_their_fields_kind() -> None:
+    preset = settings(randomise={"traffic_cars": (0, 9), "attitude_noise_deg": (0, 3)}).configuration(
+        {"traffic_cars": 4.6, "attitude_noise_deg": 1.25}
+    )
+    assert preset.traffic_cars == 5
+    assert preset.attitude_noise_deg == 1.25
