@@ -13,11 +13,12 @@ from benchmarks.summary import paired
 
 
 def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str, Metric, Comparison, float]]:
-    """Return (attribute, metric, comparison, p after Holm) for all attributes and metrics both trackers
+    """Return (attribute, metric, comparison, p after Holm) for all attributes and metrics both contestants
     have rows of. All rows are of one suite, which says what its events are divided by.
     """
     words = suite(first[0]["suite"]).events
-    found = []
+    whole = [("whole episodes", metric, paired(first, second, metric)) for metric in words.episodes]
+    found = [(name, metric, comparison) for name, metric, comparison in whole if comparison is not None]
     for attribute, is_one in words.tests.items():
         mine, others = (_about(rows, is_one) for rows in (first, second))
         if not mine or not others:

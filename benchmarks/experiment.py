@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
 
-import joblib
-from joblib.externals.loky.process_executor import BrokenProcessPool
-
 from benchmarks.contestants import entrant, entrants, load_modules
-from benchmarks.jobs import Job, JobResult, run_job
-from benchmarks.notes import read_note
+from benchmarks.jobs import Job
+from benchmarks.processes import results
 from benchmarks.records import (
     FILE_NAME,
     BlockKey,
@@ -26,8 +23,9 @@ from benchmarks.summary import write_summary
 from benchmarks.tracked import Failure
 from benchmarks.versions import versions_of
 from scenarios import catalog
+from scenarios.command_link import LINKS
 from scenarios.scenario import RendererName
-from trackers.controllers.catalogue import controllers
+from trackers.controllers import catalogue
 
 SET_PATH = "set-path"
 _NOTES = ".running"
@@ -44,7 +42,8 @@ class Experiment:
         seeds: of the episodes.
         renderer: which one draws.
         controllers: who steers the camera, ``SET_PATH`` for nobody; None = as each preset says, and where
-            that says that the tracker steers, by the suite's controller.
+            that says that the tracker steers, by the suite's controller; everyone where they are contestants.
+        link: how commands reach the carrier where controllers are contestants; elsewhere it gets them as they are.
         workers: processes; 0 = this very process (then a tracker that ends its process ends everything).
         repeats: runs an episode of a tracker whose random numbers no seed reaches.
         limit_s: the longest a tracker may take over a frame.
@@ -60,6 +59,7 @@ class Experiment:
     seeds: range
     renderer: RendererName = "raster"
     controllers: tuple[str, ...] | None = None
+    link: str = "prompt"
     workers: int = 1
     repeats: int = 3
     limit_s: float = 60.0
@@ -85,6 +85,14 @@ class Outcome:
     episodes: int = 0
     resumed: int = 0
 
+    def followed_by(self, later: Outcome) -> Outcome:
+        """Return this and what came of a later run into the same folder."""
+        silent = {
+            name: self.silent.get(name, 0) + later.silent.get(name, 0) for name in {**self.silent, **later.silent}
+        }
+        failures = [*self.failures, *later.failures]
+        return Outcome(later.summary, failures, silent, self.episodes + later.episodes, self.resumed + later.resumed)
+
 
 Progress = Callable[[int, int], None]
 """Is called with the number of (tracker, episode) pairs that are done, and of all."""
@@ -102,15 +110,14 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
-    versions = {name: versions_of(entrant(name, experiment.settings.get(name))) for name in experiment.trackers}
-    have = _current_blocks(experiment, out, versions)
-    jobs = [replace(_what_is_left(job, have), versions=versions) for job in _jobs(experiment, out / _NOTES)]
+    have = _current_blocks(experiment, out)
+    jobs = [_what_is_left(job, have) for job in _jobs(experiment, out / _NOTES)]
     jobs = [job for job in jobs if job.trackers]
     outcome = Outcome(resumed=len(have))
     total = len(have) + sum(len(job.trackers) for job in jobs)
     report = progress or (lambda done, of: None)
     report(len(have), total)
-    for result in _results(jobs, experiment):
+    for result in results(jobs, experiment.workers, experiment.backend):
         for block in result.blocks:
             append_block(out, block)
         outcome.episodes += len(result.blocks)
@@ -140,8 +147,10 @@ def make_folder(out: Path) -> None:
 def _jobs(experiment: Experiment, notes: Path) -> Iterator[Job]:
     """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop."""
     scenario = catalog.scenario(experiment.scenario)
+    link = experiment.link if suite(experiment.suite).judges_controllers else None
     for preset in experiment.presets:
         for controller in _controllers(experiment, preset):
+            versions = _versions(experiment, controller)
             groups = [experiment.trackers] if controller is None else [(name,) for name in experiment.trackers]
             for seed in experiment.seeds:
                 for trackers in groups:
@@ -153,15 +162,26 @@ def _jobs(experiment: Experiment, notes: Path) -> Iterator[Job]:
                         seed=seed,
                         controller=controller,
                         trackers=trackers,
+                        link=link,
                         modules=experiment.modules,
                         repeats=experiment.repeats,
                         limit_s=experiment.limit_s,
                         settings={name: (name, values) for name, values in experiment.settings.items()},
                         notes=notes,
+                        versions=versions,
                     )
 
 
+def _versions(experiment: Experiment, controller: str | None) -> dict[str, dict[str, str]]:
+    """Return by tracker what its rows say of their making where a controller steers, or nobody does."""
+    carrier = catalog.scenario(experiment.scenario).carrier.name
+    steered_by = None if controller is None else catalogue.controller_entry(controller, carrier)
+    return {name: versions_of(entrant(name, experiment.settings.get(name)), steered_by) for name in experiment.trackers}
+
+
 def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
+    if experiment.controllers is None and suite(experiment.suite).judges_controllers:
+        return list(controllers_of(experiment.suite, experiment.scenario))
     if experiment.controllers is None:
         steered = catalog.scenario(experiment.scenario).presets[preset].closed_loop
         return [suite(experiment.suite).controller if steered else None]
@@ -178,14 +198,11 @@ def check_renderer(name: str) -> RendererName:
 
 def check_names(experiment: Experiment) -> None:
     """Raise ValueError, naming the parameter, what was expected and what came, for what does not exist."""
-    steered = suite(experiment.suite).controller is not None
     presets = catalog.scenario(experiment.scenario).presets
     known = {
         "presets": (experiment.presets, tuple(presets)),
-        "controllers": (
-            experiment.controllers or (),
-            (SET_PATH, *controllers(catalog.scenario(experiment.scenario).carrier.name)) if steered else (SET_PATH,),
-        ),
+        "controllers": (_registered(experiment), controllers_of(experiment.suite, experiment.scenario)),
+        "link": ((experiment.link,), tuple(LINKS)),
     }
     for parameter, (given, expected) in known.items():
         for name in given:
@@ -202,8 +219,29 @@ def check_names(experiment: Experiment) -> None:
         raise ValueError(f"limit_s: expected a number of seconds > 0, got {experiment.limit_s:g}")
 
 
+def controllers_of(suite_name: str, scenario: str) -> tuple[str, ...]:
+    """Return the names of those who may steer in a suite, ``SET_PATH`` for nobody where that is a choice."""
+    judged = suite(suite_name)
+    steering = tuple(catalogue.controllers(catalog.scenario(scenario).carrier.name))
+    if judged.judges_controllers:
+        return steering
+    return (SET_PATH,) if judged.controller is None else (SET_PATH, *steering)
+
+
+def _registered(experiment: Experiment) -> list[str]:
+    """Return the controllers that are not policies in files. Raises ValueError for a file that holds no fit policy."""
+    carrier = catalog.scenario(experiment.scenario).carrier.name
+    registered = []
+    for name in experiment.controllers or ():
+        if name.startswith(catalogue.POLICY) and suite(experiment.suite).controller is not None:
+            catalogue.controller_entry(name, carrier)
+        else:
+            registered.append(name)
+    return registered
+
+
 def _check_trackers(experiment: Experiment) -> None:
-    everyone, expected = entrants(), entrants(experiment.suite)
+    everyone, expected = entrants(), entrants(suite(experiment.suite).scene(experiment.scenario).trackers_of)
     for name in experiment.trackers:
         if name not in expected:
             whose = f", which is of suite {', '.join(everyone[name].suites)}" if name in everyone else ""
@@ -211,10 +249,11 @@ def _check_trackers(experiment: Experiment) -> None:
 
 
 def _key(job: Job, tracker: str) -> BlockKey:
-    return BlockKey(job.suite, job.scenario, job.preset, job.renderer, job.controller or "", tracker, job.seed)
+    steering = job.controller or ""
+    return BlockKey(job.suite, job.scenario, job.preset, job.renderer, steering, tracker, job.seed, job.link or "")
 
 
-def _current_blocks(experiment: Experiment, out: Path, versions: dict[str, dict[str, str]]) -> set[BlockKey]:
+def _current_blocks(experiment: Experiment, out: Path) -> set[BlockKey]:
     """Return which of the experiment's blocks are there already, made by the same code; other makings are
     removed.
     """
@@ -227,61 +266,12 @@ def _current_blocks(experiment: Experiment, out: Path, versions: dict[str, dict[
         raise ValueError(
             f"out: expected a folder with no seeds but {wanted}, got {str(out)!r}, which holds seed {strangers[0]}"
         )
-    wanted_keys = {_key(job, name) for job in _jobs(experiment, out) for name in job.trackers}
-    outdated = {
-        key for key, rows in blocks.items() if key in wanted_keys and rows[0]["versions"] != versions[key.tracker]
-    }
+    versions = {_key(job, name): job.versions[name] for job in _jobs(experiment, out) for name in job.trackers}
+    outdated = {key for key in versions.keys() & blocks.keys() if blocks[key][0]["versions"] != versions[key]}
     if outdated:
         rewrite(out, (rows for key, rows in blocks.items() if key not in outdated))
-    return (wanted_keys & set(blocks)) - outdated
+    return (versions.keys() & blocks.keys()) - outdated
 
 
 def _what_is_left(job: Job, have: set[BlockKey]) -> Job:
     return replace(job, trackers=tuple(name for name in job.trackers if _key(job, name) not in have))
-
-
-def _results(jobs: Sequence[Job], experiment: Experiment) -> Iterator[JobResult]:
-    """Yield results as they come; a job whose worker dies is run again without the tracker that killed it."""
-    if experiment.workers == 0:
-        yield from map(run_job, jobs)
-        return
-    waiting = {job.note_file: job for job in jobs}
-    while waiting:
-        try:
-            for result in _in_processes(tuple(waiting.values()), experiment.workers, experiment.backend):
-                del waiting[result.job.note_file]
-                yield result
-        except BrokenProcessPool:
-            # One death ends the whole pool: who was at work is suspect, and is tried alone.
-            suspects = [job for job in waiting.values() if job.note_file.exists()]
-            if not suspects:
-                raise RuntimeError("a worker process ended outside of any episode; the same command goes on") from None
-            for job in suspects:
-                del waiting[job.note_file]
-                yield _alone(job, experiment.backend)
-
-
-def _alone(job: Job, backend: str) -> JobResult:
-    """Run one job in a process of its own until it comes through, each time without what killed it."""
-    while True:
-        try:
-            return next(_in_processes([job], 1, backend))
-        except BrokenProcessPool:
-            said = read_note(job.note_file)
-            if said is None or said[0] in job.deadly:
-                raise RuntimeError(
-                    f"{job.scenario} {job.preset}, seed {job.seed}: its process ends outside of any tracker"
-                ) from None
-            job = replace(job, deadly={**job.deadly, said[0]: said[1]})
-
-
-def _in_processes(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
-    # With one job in flight two processes take turns: one worker, but never this process.
-    parallel = joblib.Parallel(
-        n_jobs=max(workers, 2),
-        pre_dispatch=workers if workers == 1 else "2 * n_jobs",
-        batch_size=1,
-        return_as="generator_unordered",
-        backend=backend,
-    )
-    yield from parallel(joblib.delayed(run_job)(job) for job in jobs)

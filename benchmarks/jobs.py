@@ -18,12 +18,15 @@ from benchmarks.contestants import Entrant, entrant, load_modules
 from benchmarks.judging import Judge, Score
 from benchmarks.notes import Note, note_at
 from benchmarks.records import LAST_METRIC, Row, rounded
+from benchmarks.steering import Steering
 from benchmarks.suites import suite
 from benchmarks.tracked import Failure, TrackedEpisode
 from scenarios import catalog
+from scenarios.command_link import CommandLink, link_named
 from scenarios.scenario import Episode, Frame, RendererName
 from sim.rng import generator
-from trackers.controllers.catalogue import controller_entry
+from trackers.controllers import catalogue
+from trackers.types import Carrier, Estimate
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,7 @@ class Job:
         suite, scenario, preset, renderer, seed: which episode.
         controller: who steers the camera by the (then only) tracker; None = the set path.
         trackers: who watches.
+        link: how commands reach the camera's carrier, see ``scenarios.command_link``; None = as they are given.
         modules: users' own modules to import first.
         repeats: runs of a tracker whose random numbers no seed reaches.
         limit_s: the longest a tracker may take over a frame.
@@ -50,6 +54,7 @@ class Job:
     seed: int
     controller: str | None
     trackers: tuple[str, ...]
+    link: str | None = None
     modules: tuple[str, ...] = ()
     repeats: int = 3
     limit_s: float = 60.0
@@ -62,7 +67,8 @@ class Job:
     def note_file(self) -> Path:
         """Where the job's note is while it runs."""
         folder = Path(tempfile.gettempdir()) if self.notes is None else self.notes
-        names = "/".join((self.preset, self.renderer, str(self.seed), self.controller or "", *self.trackers))
+        episode = (self.scenario, self.preset, self.renderer, str(self.seed), self.controller or "", self.link or "")
+        names = "/".join((*episode, *self.trackers))
         return folder / f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.json"
 
 
@@ -102,15 +108,22 @@ def run_job(job: Job) -> JobResult:
     scenario = catalog.scenario(job.scenario)
     started = time.perf_counter()
     with note_at(job.note_file) as note:
-        episode = scenario.episode(job.preset, job.seed, renderer=job.renderer, closed_loop=job.controller is not None)
+        episode = scenario.episode(
+            job.preset,
+            job.seed,
+            renderer=job.renderer,
+            closed_loop=job.controller is not None,
+            truth=suite(job.suite).truth,
+        )
         try:
-            judge = suite(job.suite).judge(episode)
+            judge = suite(job.suite).judge(episode, scenario.carrier)
             watchers = _watchers(job, episode, judge)
-            _live_through(job, episode, judge, watchers, note)
+            steering = _steering(job, episode, scenario.carrier)
+            _live_through(job, episode, judge, watchers, steering, note)
         finally:
             episode.close()
     seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
-    return _result(job, scenario.id, episode.frame_count, watchers, seconds)
+    return _result(job, episode.frame_count, watchers, steering, seconds)
 
 
 def _watchers(job: Job, episode: Episode, judge: Judge) -> list[_Watcher]:
@@ -124,60 +137,84 @@ def _watchers(job: Job, episode: Episode, judge: Judge) -> list[_Watcher]:
     return watchers
 
 
-def _live_through(job: Job, episode: Episode, judge: Judge, watchers: list[_Watcher], note: Note) -> None:
-    controller = None
-    if job.controller is not None:
+def _steering(job: Job, episode: Episode, carrier: Carrier) -> Steering | None:
+    if job.controller is None:
+        return None
+    entry = catalogue.controller_entry(job.controller, carrier.name)
+    if job.link is None:
         # Suites of trackers have one controller for all: the paper's, as it was written.
-        carrier = catalog.scenario(job.scenario).carrier.name
-        controller = controller_entry(job.controller, carrier).create_as_written()
-    frame = episode.step()
+        return Steering(entry.create_as_written(), None, job.limit_s)
+    link = CommandLink(carrier, episode.rate_hz, link_named(job.link), generator(job.seed, "link"))
+    return Steering(entry.create(), link, job.limit_s)
+
+
+def _live_through(
+    job: Job, episode: Episode, judge: Judge, watchers: list[_Watcher], steering: Steering | None, note: Note
+) -> None:
+    frame, command = episode.step(), None
+    estimates: list[Estimate] = []
     for k in range(episode.frame_count):
         if k > 0:
-            steering = watchers[0].tracked
-            command = None if controller is None else controller.command(frame.observation, steering.latest)
+            if steering is not None:
+                command = steering.command(frame.observation, estimates[0])
             frame = episode.step(command)
-        judge.see(frame)
-        for watcher in watchers:
-            _watch(job, watcher, frame, episode, note)
+        judge.see(frame, command)
+        estimates = [_watch(job, watcher, frame, episode, note) for watcher in watchers]
 
 
-def _watch(job: Job, watcher: _Watcher, frame: Frame, episode: Episode, note: Note) -> None:
+def _watch(job: Job, watcher: _Watcher, frame: Frame, episode: Episode, note: Note) -> Estimate:
     name, k = watcher.label, frame.truth.frame
     if job.deadly.get(name) == k:
         watcher.tracked.fail("ended its process (killed, crashed or stuck in compiled code)")
     note.write(name, k)
-    watcher.tracked.step(frame, episode.target_box_xyxy)
+    return watcher.tracked.step(frame, episode.target_box_xyxy)
 
 
-def _result(job: Job, scenario_id: str, frame_count: int, watchers: list[_Watcher], seconds: float) -> JobResult:
+def _result(
+    job: Job, frame_count: int, watchers: list[_Watcher], steering: Steering | None, seconds: float
+) -> JobResult:
     blocks: list[list[Row]] = []
     failures: list[Failure] = []
     silent: dict[str, int] = {}
     event_key = suite(job.suite).events.key
+    if steering is not None and steering.failed_at_frame is not None:
+        where = (str(job.controller), job.scenario, job.preset, job.seed, steering.failed_at_frame)
+        failures.append(Failure(*where, str(steering.reason), since="commanded nothing"))
     for name in job.trackers:
         mine = [watcher for watcher in watchers if watcher.label == name]
-        heading = {
-            "suite": job.suite,
-            "scenario": scenario_id,
-            "preset": job.preset,
-            "tracker": name,
-            "role": mine[0].entrant.role,
-            "controller": job.controller,
-            "renderer": job.renderer,
-            "seed": job.seed,
-        }
+        heading = _heading(job, name, mine[0].entrant.role)
         ending = {"seconds": seconds, "versions": job.versions.get(name, {})}
         scores = [(watcher.repeat, score) for watcher in mine for score in watcher.tracked.scores()]
+        if steering is not None and steering.failed_at_frame is not None:
+            scores.append((0, Score("controller_failed_at_frame", float(steering.failed_at_frame))))
         scores.append((0, Score(LAST_METRIC, float(frame_count))))
         blocks.append([{**heading, **_as_row(repeat, score, event_key), **ending} for repeat, score in scores])
         for watcher in mine:
             tracked = watcher.tracked
             if tracked.reason is not None and tracked.failed_at_frame is not None:
-                where = (name, scenario_id, job.preset, job.seed, tracked.failed_at_frame)
+                where = (name, job.scenario, job.preset, job.seed, tracked.failed_at_frame)
                 failures.append(Failure(*where, tracked.reason))
             else:
                 silent[name] = silent.get(name, 0) + tracked.silent_frames
     return JobResult(job, blocks, failures, silent)
+
+
+def _heading(job: Job, tracker: str, tracker_role: str) -> Row:
+    heading: Row = {
+        "suite": job.suite,
+        "scenario": catalog.scenario(job.scenario).id,
+        "preset": job.preset,
+        "tracker": tracker,
+        "role": tracker_role,
+        "controller": job.controller,
+        "renderer": job.renderer,
+        "seed": job.seed,
+    }
+    if suite(job.suite).judges_controllers:
+        carrier = catalog.scenario(job.scenario).carrier.name
+        heading["role"] = catalogue.controller_entry(str(job.controller), carrier).role
+        heading |= {"tracker_role": tracker_role, "link": job.link}
+    return heading
 
 
 def _as_row(repeat: int, score: Score, event_key: str) -> Row:

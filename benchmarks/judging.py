@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
-from trackers.types import Estimate
+from trackers.types import CameraCommand, Estimate
 
 _T = TypeVar("_T", bound=Truth)
 
@@ -44,10 +44,14 @@ class ScoreSheet(Protocol):
 
 
 class Judge(Protocol):
-    """Judges all contestants of one episode by the same truth. Made from the ``Episode`` before its first frame."""
+    """Judges all contestants of one episode by the same truth. Made from the ``Episode``, before its first frame, and
+    the ``Carrier`` of its camera.
+    """
 
-    def see(self, frame: Frame) -> None:
-        """Take one frame's truth, before anyone's estimate of it."""
+    def see(self, frame: Frame, command: CameraCommand | None) -> None:
+        """Take one frame's truth, before anyone's estimate of it, and the command that was obeyed on the way to it:
+        None for frame 0 and on a set path.
+        """
         ...
 
     def sheet(self) -> ScoreSheet:

@@ -13,9 +13,6 @@ from benchmarks.records import Row, event_of
 from benchmarks.statistics import PooledRatios
 from benchmarks.suites import Metric
 
-RESTRICTED_TO_FRAMES = 60
-"""The restricted mean time to recover counts no more than this; never = this."""
-
 
 def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None = None) -> PooledRatios | None:
     """Return what a metric is made of.
@@ -42,7 +39,9 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
         # One condition has one rate.
         frames_per_unit = rates[0][0]["value"] if rates else 1.0
         return _collect(
-            seeds, [_survival_parts(times, watched)], lambda hazards: _restricted_mean(hazards) / frames_per_unit
+            seeds,
+            [_survival_parts(times, watched, metric.horizon_frames)],
+            lambda hazards: _restricted_mean(hazards) / frames_per_unit,
         )
     if metric.statistic in _COUNTED:
         return _collect(seeds, [_count_parts(chosen, *_COUNTED[metric.statistic])], _only)
@@ -102,11 +101,11 @@ def _indicator_parts(rows: Sequence[Row], grid: NDArray[np.float64]) -> _Parts:
     return [row["seed"] for row in rows], below, np.ones_like(below)
 
 
-def _survival_parts(times: Sequence[Row], watched: Sequence[Row]) -> _Parts:
+def _survival_parts(times: Sequence[Row], watched: Sequence[Row], horizon_frames: int) -> _Parts:
     """``a_t = [recovered at step t], b_t = [not recovered and watched until step t]``: ratios are the hazards
     of Kaplan-Meier.
     """
-    steps = np.arange(RESTRICTED_TO_FRAMES)
+    steps = np.arange(horizon_frames)
     never = np.array([row["value"] is None for row in times])
     ends = np.array([w["value"] if t["value"] is None else t["value"] for t, w in zip(times, watched, strict=True)])
     at = ends[:, None]
@@ -164,8 +163,8 @@ def _median_of(grid: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDA
 
 
 def _restricted_mean(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``sum_t S(t)`` over t < 60 frames with ``S(t) = prod_{u <= t} (1 - hazard_u)``; where nobody is
-    watched S stays.
+    """Return ``sum_t S(t)`` over the frames t before the horizon with ``S(t) = prod_{u <= t} (1 - hazard_u)``; where
+    nobody is watched S stays.
     """
     survival = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
     return survival.sum(axis=-1)

@@ -3,12 +3,16 @@
 ``records.jsonl`` holds one JSON object a line. Every row has these keys:
 
 ======================  ================================================================================
-``suite``               ``frame-out``, ``stereo``; ``paper`` for experiments that measure a camera and run no tracker
+``suite``               ``frame-out``, ``stereo``, ``follow``; ``paper`` for experiments that measure a camera and
+                        run no tracker
 ``scenario``            catalogue id with version, ``road-town-v1``
 ``preset``              ``standard`` …
 ``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``oracle``);
-                        suite ``paper``: ``none`` and ``measured``
+                        suite ``paper``: ``none`` and ``measured``; suite ``follow``: the *controller's* role
+                        (``ours`` ``policy`` ``baseline`` ``variant`` …)
+``tracker_role``        suite ``follow`` alone: the role of the tracker
 ``controller``          name of the controller that steered the camera; null where it flew a set path
+``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``
 ``renderer``            ``raster`` or ``pybullet``
 ``seed``                the episode's seed
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible and that are run again
@@ -35,11 +39,18 @@
                         ``back_frame`` is the first frame after an occlusion on which half of the target is seen;
                         null if it was hidden again, or the episode ended, before that, and of other events. A
                         change of light is the two seconds from its beginning on.
+``event``               suite ``follow``: null for rows about the whole episode; else the loss that the row is
+                        about::
+
+                            {"kind": "loss", "index": 0, "first_frame": 57, "length_frames": 43,
+                             "back_frame": 100 or null}
+
+                        a stretch longer than 1 s on which the target was out of view.
 ``seconds``             wall time of the episode with this tracker (not reproducible)
 ``versions``            of the packages, and short hashes of the code and the parameters that made the row
 ======================  ================================================================================
 
-Rows of one (suite, scenario, preset, tracker, controller, renderer, seed) are one *block*, written at once.
+Rows of one (suite, scenario, preset, tracker, controller, renderer, link, seed) are one *block*, written at once.
 The last row of a block has the metric ``frames`` (number of frames); a block without it was cut off, is
 ignored and made again.
 
@@ -95,6 +106,14 @@ measures on every tenth pair whose right picture is not lost, of pixels that bot
 of pixels that have one). GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is
 there).
 
+Rows of suite ``follow``, formulas in ``metrics.following``; about a loss: ``recovery_frames`` (from leaving view to
+being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end); about the whole episode:
+``rate_hz``, ``time_in_view``, ``losses_per_minute``, ``centring_error``, ``effort``, ``jerkiness_per_s``,
+``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, of people ``evt_success_rate``,
+``evt_tracking_rate`` and ``evt_collision_rate``, of what the tracker says ``in_view_tpr``, ``in_view_tnr``,
+``wrong_target_rate`` and ``silent_frames``, then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
+``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
+
 Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see
 ``benchmarks.summary``) and what the report writes.
 """
@@ -116,7 +135,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, order=True, slots=True)
 class BlockKey:
-    """What names a block of rows: one tracker in one episode."""
+    """What names a block of rows: one tracker in one episode. ``link`` is "" in suites that know of none."""
 
     suite: str
     scenario: str
@@ -125,6 +144,7 @@ class BlockKey:
     controller: str
     tracker: str
     seed: int
+    link: str = ""
 
 
 def block_key(row: Row) -> BlockKey:
@@ -137,6 +157,7 @@ def block_key(row: Row) -> BlockKey:
         row["controller"] or "",
         row["tracker"],
         row["seed"],
+        row.get("link", ""),
     )
 
 

@@ -126,7 +126,7 @@ def _in_view_scores(
     on_target: NDArray[np.bool_],
     failed_at_frame: int | None,
 ) -> Iterator[Score]:
-    present, absent = in_view.present_and_absent(truth)
+    present, absent = in_view.present_and_absent(truth.state, truth.visible_fraction)
     says = estimate.says_in_view(truth.size_px)
     failed = np.arange(truth.frame_count) >= (truth.frame_count if failed_at_frame is None else failed_at_frame)
     tpr = in_view.true_positive_rate(present, says & ~failed, on_target)

@@ -16,8 +16,10 @@ from benchmarks.judging import Judge
 from benchmarks.records import Row
 from benchmarks.report.palette import LineStyle
 from scenarios.scenario import Episode
+from scenarios.truth import TruthExtent
+from trackers.types import Carrier
 
-_MODULES = ("benchmarks.frame_out.suite", "benchmarks.stereo.suite")
+_MODULES = ("benchmarks.follow.suite", "benchmarks.frame_out.suite", "benchmarks.stereo.suite")
 """Modules that define suites. Add yours here."""
 
 _SUITES: dict[str, Suite] = {}
@@ -35,7 +37,10 @@ Statistic = Literal[
     "restricted mean",
 ]
 Condition = tuple[str, str, str, str, str]
-"""Suite, scenario, preset, renderer, controller ("" = set path)."""
+"""Suite, scenario, preset, renderer, and how the camera is steered: the controller, "" on a set path; where controllers
+are contestants themselves, the link to what they steer.
+"""
+Name = Literal["tracker", "controller"]
 EventTest = Callable[[dict[str, Any]], bool]
 
 
@@ -50,6 +55,7 @@ class Metric:
         better: which way is better. rows: metrics of the rows it is made from.
         statistic: how rows become one number, see ``benchmarks.pooling``.
         kind: only rows of events of this kind, or of which this attribute is true; None = all.
+        horizon_frames: a restricted mean counts no more than this; never = this.
     """
 
     name: str
@@ -59,6 +65,7 @@ class Metric:
     rows: tuple[str, ...]
     statistic: Statistic = "mean"
     kind: str | None = None
+    horizon_frames: int = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +104,7 @@ class EventWords:
             event's attributes are of it.
         compared: metrics of single events in which they are compared.
         describe: takes all events of a condition to one line: how many there are and of what kind.
+        episodes: metrics of whole episodes in which two are compared besides.
     """
 
     name: str
@@ -104,6 +112,22 @@ class EventWords:
     tests: Mapping[str, EventTest]
     compared: tuple[Metric, ...]
     describe: Callable[[Sequence[dict[str, Any]]], str]
+    episodes: tuple[Metric, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A scenario that a suite is about.
+
+    Attributes:
+        scenario: catalogue id without version.
+        trackers_of: name of the suite whose trackers take part.
+        trackers: who takes part if nobody is named; () = everyone.
+    """
+
+    scenario: str
+    trackers_of: str
+    trackers: tuple[str, ...] = ()
 
 
 def no_picture(
@@ -119,11 +143,11 @@ class Suite:
     Attributes:
         name: what users type.
         summary: one line. heading: of a page about it.
-        scenario: catalogue id without version. preset, quick_preset: defaults.
-        judge: makes the judge of an episode.
+        scenes: what it is about, the first one is what tuning looks at. preset, quick_preset: defaults.
+        judge: makes the judge of an episode, whose camera something carries.
         metrics: of the summary, in order.
         headline: metrics of the leaderboard on the terminal, the first one ranks.
-        compared: metrics in which ours is compared with each other tracker.
+        compared: metrics in which ours is compared with each other contestant.
         tuned_for: what tuning maximises: the sum of these metrics times these factors.
         events: what rows may be about besides whole episodes.
         silence: what a frame on which a tracker says nothing counts as, in words.
@@ -133,15 +157,17 @@ class Suite:
         oracles: what the report says of those with unfair knowledge.
         controller: who steers the camera by the estimate where a preset asks for it and users do not say; None: no
             controller there is can.
+        contestants: what names a contestant, keys of rows. Whose role it is that rows tell, stands first.
+        truth: how much of it the judge looks at.
     """
 
     name: str
     summary: str
     heading: str
-    scenario: str
+    scenes: tuple[Scene, ...]
     preset: str
     quick_preset: str
-    judge: Callable[[Episode], Judge]
+    judge: Callable[[Episode, Carrier], Judge]
     metrics: tuple[Metric, ...]
     headline: tuple[str, ...]
     compared: tuple[str, ...]
@@ -153,6 +179,22 @@ class Suite:
     facts: Facts | None = None
     oracles: str = ""
     controller: str | None = "centre"
+    contestants: tuple[Name, ...] = ("tracker",)
+    truth: TruthExtent = "all"
+
+    @property
+    def judges_controllers(self) -> bool:
+        """Whether controllers are contestants."""
+        return "controller" in self.contestants
+
+    def scene(self, scenario: str) -> Scene:
+        """Return the scene of a scenario, with or without version; of one that it is not about, its own trackers."""
+        known = {scene.scenario: scene for scene in self.scenes}
+        return known.get(scenario) or known.get(scenario.rsplit("-v", 1)[0]) or Scene(scenario, self.name)
+
+    def names_of(self, row: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return what names the contestant of a row, or of an entry of the summary."""
+        return tuple(row[key] for key in self.contestants)
 
     def metric(self, name: str) -> Metric:
         """Return one metric by name.

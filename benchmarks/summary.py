@@ -2,12 +2,16 @@
 
 ``summary.json`` is a list of ``{"suite", "scenario", "preset", "tracker", "role", "renderer", "metric",
 "unit", "better", "mean", "ci_low", "ci_high", "n"}``: 95 % bootstrap over seeds, ``n`` seeds that say
-something of the metric. Entries of runs in which the tracker steered carry ``controller`` too.
+something of the metric. Entries of runs in which the tracker steered carry ``controller`` too. In the suite ``follow``
+contestants are pairs of ``controller`` and ``tracker``, entries carry ``link``, and ``role`` speaks of the controller.
 
 ``comparisons.json`` is a list of ``{"suite", "scenario", "preset", "renderer", "metric", "better", "tracker",
 "other", "difference", "ci_low", "ci_high", "p", "p_holm", "n"}`` (and ``controller``): tracker minus other, on the
 seeds both ran on. ``p_holm`` is corrected for all comparisons of one (suite, scenario, preset, renderer,
-controller): every other tracker times every compared metric.
+controller): every other tracker times every compared metric. Entries of the suite ``follow`` carry ``link`` and
+``compared`` too: which of the two ``other`` stands for, ``controller`` (ours and policies minus each other one, by the
+same tracker) or ``tracker`` (ours minus each other one, under the same controller); ``p_holm`` is corrected for one
+contestant's comparisons with others of that kind.
 """
 
 from __future__ import annotations
@@ -23,7 +27,7 @@ import numpy as np
 
 from benchmarks import pooling, statistics
 from benchmarks.records import Row, read_rows, rounded, write_beside
-from benchmarks.suites import Condition, Metric, suite
+from benchmarks.suites import Condition, Metric, Name, suite
 
 SUMMARY_FILE_NAME = "summary.json"
 COMPARISONS_FILE_NAME = "comparisons.json"
@@ -46,33 +50,47 @@ def write_summary(directory: Path) -> list[dict[str, Any]]:
 
 
 def grouped(rows: Iterable[Row]) -> Groups:
-    """Return rows by condition and tracker."""
+    """Return rows by condition and contestant, which has the name that ``label_of`` gives it."""
     groups: Groups = defaultdict(lambda: defaultdict(list))
     for row in rows:
-        condition = (
-            row["suite"],
-            row["scenario"],
-            row["preset"],
-            row["renderer"],
-            row["controller"] or "",
-        )
-        groups[condition][row["tracker"]].append(row)
-    return {condition: dict(trackers) for condition, trackers in groups.items()}
+        groups[condition_of(row)][label_of(row)].append(row)
+    return {condition: dict(contestants) for condition, contestants in groups.items()}
+
+
+def condition_of(row: Mapping[str, Any]) -> Condition:
+    """Return the condition of a row, or of an entry of the summary or the comparisons."""
+    steering = row.get(_steering_key(row["suite"])) or ""
+    return row["suite"], row["scenario"], row["preset"], row["renderer"], steering
+
+
+def label_of(row: Mapping[str, Any]) -> str:
+    """Return the name of the contestant of a row or an entry: the tracker's, or ``CONTROLLER+TRACKER``."""
+    return "+".join(suite(row["suite"]).names_of(row))
+
+
+def steering_words(condition: Condition) -> str:
+    """Return how the camera is steered, in words."""
+    if suite(condition[0]).judges_controllers:
+        return f"{condition[4]} link"
+    return f"steered by {condition[4]}" if condition[4] else "set path"
+
+
+def _steering_key(suite_name: str) -> str:
+    return "link" if suite(suite_name).judges_controllers else "controller"
 
 
 def summarise(groups: Groups) -> list[dict[str, Any]]:
     """Return the list of ``summary.json``."""
     entries = []
-    for condition, trackers in groups.items():
-        for tracker, rows in trackers.items():
+    for condition, contestants in groups.items():
+        for rows in contestants.values():
             for metric in suite(condition[0]).metrics:
                 pool = pooling.pooled(rows, metric)
                 if pool is None or pool.seed_count == 0:
                     continue
                 low, high = statistics.bootstrap_interval(pool)
                 entry = {
-                    **_named(condition, metric),
-                    "tracker": tracker,
+                    **_named(condition, metric, rows[0]),
                     "role": rows[0]["role"],
                     "unit": metric.unit,
                     "mean": rounded(pool.mean),
@@ -85,31 +103,43 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
 
 
 def compare_ours(groups: Groups) -> list[dict[str, Any]]:
-    """Return the list of ``comparisons.json``: the tracker whose role is ``ours`` against every other one."""
+    """Return the list of ``comparisons.json``: the tracker whose role is ``ours`` against every other one; where
+    controllers are contestants, along each of the two names.
+    """
     entries = []
-    for condition, trackers in groups.items():
-        ours = [name for name, rows in trackers.items() if rows[0]["role"] == "ours"]
-        for name in ours:
-            others = [other for other in trackers if other != name]
-            entries += compare_trackers(condition, trackers, name, others)
+    for condition, contestants in groups.items():
+        for key in suite(condition[0]).contestants:
+            for label, rows in contestants.items():
+                if _role_of(rows[0], key) in _COMPARED_ROLES:
+                    entries += _compare_along(key, condition, contestants, label)
     return entries
 
 
-def compare_trackers(
-    condition: Condition, trackers: Mapping[str, Sequence[Row]], name: str, others: Sequence[str]
+def _role_of(row: Row, key: Name) -> str:
+    """Return the role of the contestant's tracker or controller."""
+    role: str = row["tracker_role"] if key == "tracker" and "tracker_role" in row else row["role"]
+    return role
+
+
+def _compare_along(
+    key: Name, condition: Condition, contestants: Mapping[str, Sequence[Row]], label: str
 ) -> list[dict[str, Any]]:
-    """Return the comparisons of one tracker with others under one condition, corrected for their number."""
+    """Return one contestant's comparisons with those that differ from it in one name, corrected for their number."""
+    scores = suite(condition[0])
+    mine = contestants[label][0]
+    kept = [each for each in scores.contestants if each != key]
     entries = []
-    compared = suite(condition[0]).compared
-    for other in others:
-        for metric in map(suite(condition[0]).metric, compared):
-            comparison = paired(trackers[name], trackers[other], metric)
+    for other, rows in contestants.items():
+        if other == label or any(rows[0][each] != mine[each] for each in kept):
+            continue
+        for metric in map(scores.metric, scores.compared):
+            comparison = paired(contestants[label], rows, metric)
             if comparison is not None:
                 entries.append(
                     {
-                        **_named(condition, metric),
-                        "tracker": name,
-                        "other": other,
+                        **_named(condition, metric, mine),
+                        **({"compared": key} if kept else {}),
+                        "other": rows[0][key],
                         **{key: rounded(value) for key, value in asdict(comparison).items()},
                         "n": comparison.n,
                     }
@@ -134,6 +164,7 @@ def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> stati
     return comparison if np.isfinite(comparison.difference) else None
 
 
+_COMPARED_ROLES = ("ours", "policy")
 _SUMMARY_KEYS = [
     "suite",
     "scenario",
@@ -142,6 +173,7 @@ _SUMMARY_KEYS = [
     "role",
     "renderer",
     "controller",
+    "link",
     "metric",
     "unit",
     "better",
@@ -156,9 +188,11 @@ _COMPARISON_KEYS = [
     "preset",
     "renderer",
     "controller",
+    "link",
     "metric",
     "better",
     "tracker",
+    "compared",
     "other",
     "difference",
     "ci_low",
@@ -169,8 +203,9 @@ _COMPARISON_KEYS = [
 ]
 
 
-def _named(condition: Condition, metric: Metric) -> dict[str, Any]:
-    suite_name, scenario, preset, renderer, controller = condition
+def _named(condition: Condition, metric: Metric, row: Row) -> dict[str, Any]:
+    suite_name, scenario, preset, renderer, steering = condition
+    scores = suite(suite_name)
     names = {
         "suite": suite_name,
         "scenario": scenario,
@@ -178,5 +213,5 @@ def _named(condition: Condition, metric: Metric) -> dict[str, Any]:
         "renderer": renderer,
         "metric": metric.name,
         "better": metric.better,
-    }
-    return {**names, "controller": controller} if controller else names
+    } | {key: row[key] for key in scores.contestants}
+    return {**names, _steering_key(suite_name): steering} if steering else names

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,8 @@ class Failure:
     """Where and how a tracker failed.
 
     Attributes:
-        tracker, scenario, preset, seed, frame: where.
-        reason: one line.
+        tracker, scenario, preset, seed, frame: where; in ``tracker``'s place a controller that failed.
+        reason: one line. since: what it has done from there on.
     """
 
     tracker: str
@@ -37,11 +37,12 @@ class Failure:
     seed: int
     frame: int
     reason: str
+    since: str = "said nothing"
 
     def __str__(self) -> str:
         return (
             f"{self.tracker} failed in {self.scenario} {self.preset}, seed {self.seed}, frame {self.frame}: "
-            f"{self.reason}; from there on it has said nothing"
+            f"{self.reason}; from there on it has {self.since}"
         )
 
 
@@ -49,7 +50,6 @@ class TrackedEpisode:
     """Feeds one contestant frame by frame and puts what it says on its score sheet.
 
     Attributes:
-        latest: the estimate of the latest frame, without its posterior.
         silent_frames: number of frames on which it said nothing.
         reason: why it failed, None if it did not.
         failed_at_frame: first frame on which it failed.
@@ -61,7 +61,6 @@ class TrackedEpisode:
         self._limit_s = limit_s
         self._frames = 0
         self._cpu_s: list[float] = []
-        self.latest = SILENT
         self.silent_frames = 0
         self.reason: str | None = None
         self.failed_at_frame: int | None = None
@@ -77,8 +76,6 @@ class TrackedEpisode:
         else:
             estimate = self._ask(frame)
         self._sheet.keep(frame, estimate)
-        # Particles are judged at once and would fill the memory.
-        self.latest = replace(estimate, particles_px=None, weights=None, covariance_px=None)
         self.silent_frames += bool(np.isnan(np.asarray(estimate.position_px, dtype=float)).any())
         self._frames += 1
         return estimate

@@ -159,7 +159,7 @@ def _suggested(trial: Any, fields: dict[str, dataclasses.Field[Any]]) -> dict[st
 
 def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
     """Return the score of every labelled setting."""
-    scenario = catalog.scenario(suite(budget.suite).scenario)
+    scenario = catalog.scenario(suite(budget.suite).scenes[0].scenario)
     jobs = [
         Job(
             suite=budget.suite,

@@ -12,8 +12,11 @@ import importlib.metadata
 import importlib.util
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from benchmarks.contestants import Entrant
+from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
+from trackers.policy_file import load_policy, policy_path
 
 _PACKAGES = {
     "frameout": "frameout",
@@ -27,29 +30,49 @@ _SCENE_PARTS = (
     "scenarios",
     "benchmarks/metrics",
     "benchmarks/judging.py",
+    "benchmarks/follow/judge.py",
     "benchmarks/frame_out/judge.py",
     "benchmarks/stereo/disparity.py",
     "benchmarks/stereo/judge.py",
     "benchmarks/scoring.py",
+    "benchmarks/steering.py",
     "benchmarks/tracked.py",
     "trackers/estimate_check.py",
     "benchmarks/time_limit.py",
     "benchmarks/jobs.py",
-    "trackers/controllers",
     "trackers/stereo/matching.py",
 )
 _ROOT = Path(__file__).resolve().parent.parent
 _DIGITS = 10
 
 
-def versions_of(entrant: Entrant) -> dict[str, str]:
-    """Return what rows of one entrant say of their making: package versions, ``scene`` and ``tracker``."""
-    tracker = f"{_modules_hash(entrant.module)}{entrant.parameters!r}"
-    return {
+def versions_of(entrant: Entrant, controller: ControllerEntry | None = None) -> dict[str, str]:
+    """Return what rows of one entrant say of their making: package versions, ``scene`` and ``tracker``; and
+    ``controller`` where one steers.
+    """
+    made = {
         **_package_versions(),
         "scene": _scene_hash(),
-        "tracker": hashlib.sha256(tracker.encode()).hexdigest()[:_DIGITS],
+        "tracker": _hash_with(entrant.module, entrant.parameters),
     }
+    return made if controller is None else made | _versions_of_controller(controller)
+
+
+def _versions_of_controller(controller: ControllerEntry) -> dict[str, str]:
+    """Return ``controller``; for a trained policy ``policy`` too, its files and what it is a correction of."""
+    made = {"controller": _hash_with(controller.controller.__module__, controller.parameters())}
+    if controller.name.startswith(POLICY):
+        file = controller.name.removeprefix(POLICY)
+        path, base = policy_path(file), load_policy(file).base
+        files = _hash_files([path, path.with_suffix(".safetensors")])
+        corrected = base and _versions_of_controller(controller_entry(base["controller"], controller.carrier))
+        made["policy"] = hashlib.sha256(f"{files}{corrected}".encode()).hexdigest()[:_DIGITS]
+    return made
+
+
+def _hash_with(module: str, parameters: Any) -> str:
+    """Hash of a module, as ``_modules_hash``, and of the parameters that its class is set to."""
+    return hashlib.sha256(f"{_modules_hash(module)}{parameters!r}".encode()).hexdigest()[:_DIGITS]
 
 
 def versions_of_module(module: str) -> dict[str, str]:
@@ -99,7 +122,8 @@ def _imported(path: Path) -> list[str]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
     ours = ("trackers.", "benchmarks.", "scenarios.", "sim.")
-    return [name for name in names if name.startswith(ours) and name != "trackers.registry"]
+    registries = ("trackers.registry", "trackers.controllers.catalogue")
+    return [name for name in names if name.startswith(ours) and not name.startswith(registries)]
 
 
 def _source_of(module: str) -> Path | None:

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios import catalog
+from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame
 from sim.optics import PinholeCamera, look_down_pose, project
 from trackers.registry import register
-from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Estimate, Observation
+from trackers.types import CameraCommand, CameraModel, CameraSettings, Carrier, EgoPose, Estimate, Observation
 
 HEIGHT_M = 60.0
 CAMERA = PinholeCamera(160, 120, 140.0)
@@ -141,6 +142,7 @@ class FakeScenario:
     id: str = "fake-town-v1"
     summary: str = "cars on circles"
     start: str = "the car's box"
+    carrier: Carrier = HELICOPTER
     presets: dict[str, FakeTown] = field(
         default_factory=lambda: {
             "tiny": FakeTown("a set path"),
@@ -149,7 +151,13 @@ class FakeScenario:
     )
 
     def episode(
-        self, preset: str, seed: int, *, renderer: str = "raster", closed_loop: bool | None = None
+        self,
+        preset: str,
+        seed: int,
+        *,
+        renderer: str = "raster",
+        closed_loop: bool | None = None,
+        truth: str = "all",
     ) -> FakeEpisode:
         """Build one episode; the seed sets where on the circle the cars start."""
         configuration = self.presets[preset]

@@ -14,8 +14,9 @@ import tyro
 from benchmarks.commands.arguments import FOLDER, NAMES, SEEDS, WORKERS, cores, names, seed_range
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.progress import progress_bar
-from benchmarks.contestants import entrants, load_modules
-from benchmarks.experiment import Experiment, Outcome, check_renderer, run
+from benchmarks.commands.taking_part import parties
+from benchmarks.contestants import load_modules
+from benchmarks.experiment import Experiment, Outcome, check_names, check_renderer, run
 from benchmarks.report.page import write_report
 from benchmarks.suites import Suite, suite
 
@@ -30,12 +31,15 @@ class Bench:
     for the rest of the episode, and the exit status is 1; everyone else's results stand.
 
     Attributes:
-        suites: what to run: frame-out, stereo.
+        suites: what to run: frame-out, stereo, follow.
+        scenario: of a suite about several, one or more (default: all of them).
         preset: presets of the scenario, one or more (default: standard; with --quick: quick).
         trackers: who takes part, one or more names, see `frameout list` (default: everyone of the suite;
-            with --quick all but variants).
-        controllers: who steers the camera by the tracker's estimate: `centre`; `set-path` = nobody, the
-            same pictures for everyone (default: as the preset says).
+            with --quick all but variants; in the suite follow ours and one other of each scenario).
+        controllers: who steers the camera by the tracker's estimate, see `frameout list`; `set-path` = nobody, the
+            same pictures for everyone (default: as the preset says; in the suite follow, which compares them,
+            everyone). `policy:FILE` is a trained policy.
+        link: in the suite follow, how commands reach the carrier: prompt, delayed or noisy.
         seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
             10000:10003 unless given.
         renderer: raster or pybullet; the same picture, the latter from PyBullet's own renderer and slower.
@@ -50,9 +54,11 @@ class Bench:
     """
 
     suites: Annotated[tuple[str, ...], tyro.conf.Positional] = ("frame-out",)
+    scenario: Annotated[tuple[str, ...], NAMES] = ()
     preset: Annotated[tuple[str, ...], NAMES] = ()
     trackers: Annotated[tuple[str, ...], NAMES] = ()
     controllers: Annotated[tuple[str, ...], NAMES] = ()
+    link: str = "prompt"
     seeds: Annotated[str, SEEDS] = "10000:10050"
     renderer: str = "raster"
     quick: bool = False
@@ -73,10 +79,12 @@ class Bench:
     def _run_suite(self, name: str) -> int:
         load_modules(self.modules)
         wanted = suite(name)
-        experiment = self._experiment(wanted)
+        experiments = self._experiments(wanted)
         out = self.out or Path("results") / ("quick" if self.quick else wanted.name)
-        with progress_bar(f"{wanted.name}, {len(experiment.trackers)} trackers") as progress:
-            outcome = run(experiment, out, progress)
+        outcome = Outcome()
+        for experiment in experiments:
+            with progress_bar(_what_runs(wanted, experiment)) as progress:
+                outcome = outcome.followed_by(run(experiment, out, progress))
         report = write_report(out)
         if self.json:
             failures = [asdict(failure) for failure in outcome.failures]
@@ -87,28 +95,45 @@ class Bench:
         _tell_what_went_wrong(outcome, wanted)
         return 1 if outcome.failures else 0
 
-    def _everyone(self, suite_name: str) -> tuple[str, ...]:
-        """Who takes part if nobody is named; ablations take no part in a quick look."""
-        everyone = entrants(suite_name)
-        return tuple(name for name, who in everyone.items() if not (self.quick and who.role == "variant"))
+    def _experiments(self, wanted: Suite) -> list[Experiment]:
+        """Return what is to be run, an experiment for each scenario.
 
-    def _experiment(self, wanted: Suite) -> Experiment:
+        Raises:
+            ValueError: for wrong arguments, before anything is run.
+        """
+        if self.link != "prompt" and not wanted.judges_controllers:
+            raise ValueError(f"link: expected prompt, since suite {wanted.name} knows no other, got {self.link!r}")
         preset = wanted.quick_preset if self.quick else wanted.preset
         quick_seeds = self.quick and self.seeds == type(self).seeds
-        return Experiment(
-            suite=wanted.name,
-            scenario=wanted.scenario,
-            presets=names(self.preset) or (preset,),
-            trackers=names(self.trackers) or self._everyone(wanted.name),
-            seeds=seed_range(_QUICK_SEEDS if quick_seeds else self.seeds),
-            renderer=check_renderer(self.renderer),
-            controllers=names(self.controllers) or None,
-            workers=cores(self.workers),
-            repeats=1 if self.quick else 3,
-            limit_s=self.limit_s,
-            modules=self.modules,
-            backend=self.backend,
+        chosen = parties(
+            wanted, names(self.scenario), names(self.trackers), names(self.controllers), variants=not self.quick
         )
+        experiments = [
+            Experiment(
+                suite=wanted.name,
+                scenario=party.scenario,
+                presets=names(self.preset) or (preset,),
+                trackers=party.trackers,
+                seeds=seed_range(_QUICK_SEEDS if quick_seeds else self.seeds),
+                renderer=check_renderer(self.renderer),
+                controllers=party.controllers or None,
+                link=self.link,
+                workers=cores(self.workers),
+                repeats=1 if self.quick else 3,
+                limit_s=self.limit_s,
+                modules=self.modules,
+                backend=self.backend,
+            )
+            for party in chosen
+        ]
+        for experiment in experiments:
+            check_names(experiment)
+        return experiments
+
+
+def _what_runs(wanted: Suite, experiment: Experiment) -> str:
+    steering = f" × {len(experiment.controllers or ())} controllers" if wanted.judges_controllers else ""
+    return f"{wanted.name}, {len(experiment.trackers)} trackers{steering}"
 
 
 def _tell_what_went_wrong(outcome: Outcome, wanted: Suite) -> None:

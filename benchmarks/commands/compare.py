@@ -17,16 +17,20 @@ from benchmarks.commands.arguments import ONE_NAME
 from benchmarks.records import Row, read_rows
 from benchmarks.statistics import Comparison
 from benchmarks.suites import EventWords, Metric, suite
+from benchmarks.summary import label_of
+from trackers.controllers.catalogue import POLICY
 
 
 @dataclass(frozen=True)
 class Compare:
     """Paired differences of two trackers with 95 % intervals: by kind, side, turn and length of the
-    frame-out; in the suite stereo by what happens, e.g. after a lamp goes off.
+    frame-out; in the suite stereo by what happens, e.g. after a lamp goes off; in the suite follow over whole
+    episodes.
 
     A tracker is named as in `frameout list`, or as FOLDER:NAME to take it from another result folder (the
-    same tracker with two renderers, before and after a change …). Only episodes that both ran on count.
-    p-values are corrected for the number of comparisons (Holm).
+    same tracker with two renderers, before and after a change …). In the suite follow two controllers with
+    their trackers are compared: CONTROLLER+TRACKER. Only episodes that both ran on count. p-values are
+    corrected for the number of comparisons (Holm).
 
     Attributes:
         first, second: the trackers; differences are first minus second.
@@ -47,6 +51,7 @@ class Compare:
         suites = sorted({row["suite"] for row in (*first, *second)})
         if len(suites) > 1:
             raise ValueError(f"second: expected a tracker with rows of one suite with the first, got {suites}")
+        self._check_alike(first, second)
         found = by_attribute(first, second)
         if not found:
             raise ValueError(f"second: expected a tracker with episodes that {self.first} ran on, got {self.second!r}")
@@ -60,17 +65,28 @@ class Compare:
         console.print(self._table(words, found))
         return 0
 
+    def _check_alike(self, first: list[Row], second: list[Row]) -> None:
+        """Raise ValueError where the rows of a contestant were not all made in one scenario, over one link."""
+        for key in ("scenario", "link"):
+            values = sorted({row[key] for row in (*first, *second) if key in row})
+            if len(values) > 1 and suite(first[0]["suite"]).judges_controllers:
+                raise ValueError(f"directory: expected results of one {key}, got {', '.join(values)}")
+
     def _rows(self, name: str) -> list[Row]:
-        folder, _, tracker = name.rpartition(":")
-        directory = Path(folder) if folder else self.directory
+        directory, tracker = self._place_of(name)
         rows = read_rows(directory)
-        known = sorted({row["tracker"] for row in rows})
+        known = sorted({label_of(row) for row in rows})
         if tracker not in known:
             raise ValueError(f"tracker: expected one of {', '.join(known)} in {str(directory)!r}; got {tracker!r}")
         presets = sorted({row["preset"] for row in rows})
         if self.preset is not None and self.preset not in presets:
             raise ValueError(f"preset: expected one of {', '.join(presets)} in {str(directory)!r}; got {self.preset!r}")
-        return [row for row in rows if row["tracker"] == tracker and self.preset in (None, row["preset"])]
+        return [row for row in rows if label_of(row) == tracker and self.preset in (None, row["preset"])]
+
+    def _place_of(self, name: str) -> tuple[Path, str]:
+        """Return the folder and the contestant's own name, in which there may be a colon too (a policy's file)."""
+        folder, colon, tracker = name.partition(":")
+        return (Path(folder), tracker) if colon and not name.startswith(POLICY) else (self.directory, name)
 
     def _table(self, words: EventWords, found: list[tuple[str, Metric, Comparison, float]]) -> Table:
         table = Table(title=f"{self.first} minus {self.second}, paired over episodes", box=box.SIMPLE_HEAD)

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from benchmarks.report import tables
 from benchmarks.suites import suite
+from benchmarks.summary import condition_of, steering_words
 
 _WIDTH = 132
 _MARKDOWN_WIDTH = 400
@@ -19,7 +20,7 @@ _ROLE_STYLES = {"ours": "bold green", "oracle": "italic", "variant": "dim"}
 
 
 def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = False) -> None:
-    """Print a table for each scenario, preset, renderer and controller: the suite's headline, best tracker first.
+    """Print a table for each scenario, preset, renderer and controller or link: the suite's headline, the best first.
 
     Args:
         summary: as ``write_summary`` returns it.
@@ -32,42 +33,44 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = Fal
     for condition, entries in _conditions(summary):
         episodes = max(entry["n"] for entry in entries)
         title = f"{condition}: {episodes} episodes{', 95 % intervals over them' if intervals else ''}"
-        board = tables.leaderboard(suite(entries[0]["suite"]), entries, sorted({entry["role"] for entry in entries}))
+        scores = suite(entries[0]["suite"])
+        board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             console.print(f"{title}\n")
-            console.print(_markdown(board))
+            console.print(_markdown(board, scores.contestants))
         else:
-            console.print(_for_terminal(title, board, intervals))
+            console.print(_for_terminal(title, board, scores.contestants, intervals))
 
 
 def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
     groups: dict[str, list[dict[str, Any]]] = {}
     for entry in summary:
-        steered = f", steered by {entry['controller']}" if "controller" in entry else ""
+        steered = f", {steering_words(condition_of(entry))}" if "controller" in entry else ""
         title = f"{entry['scenario']}, {entry['preset']}, {entry['renderer']}{steered}"
         groups.setdefault(title, []).append(entry)
     yield from groups.items()
 
 
-def _for_terminal(title: str, board: tables.Table, intervals: bool) -> Table:
+def _for_terminal(title: str, board: tables.Table, names: Sequence[str], intervals: bool) -> Table:
     table = Table(title=title, box=box.SIMPLE_HEAD)
-    table.add_column("tracker", no_wrap=True, min_width=max(len(line.tracker) for line in board.lines))
+    for place, name in enumerate(names):
+        table.add_column(name, no_wrap=True, min_width=max(len(line.names[place]) for line in board.lines))
     table.add_column("role", no_wrap=True, min_width=len("as-written"))
     for column in board.columns:
         table.add_column(_head(column), justify="right", min_width=9 if intervals else 5)
     for line in board.lines:
         cells = [f"{cell.text}\n{_short(cell.interval)}".rstrip() if intervals else cell.text for cell in line.cells]
-        table.add_row(line.tracker, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
+        table.add_row(*line.names, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
     return table
 
 
-def _markdown(board: tables.Table) -> Table:
-    table = Table("tracker", "role", box=box.MARKDOWN)
+def _markdown(board: tables.Table, names: Sequence[str]) -> Table:
+    table = Table(*names, "role", box=box.MARKDOWN)
     for column in board.columns:
         table.add_column(_head(column), justify="right", no_wrap=True)
     for line in board.lines:
         cells = [f"{cell.text} ({_short(cell.interval)})" if cell.interval else cell.text for cell in line.cells]
-        table.add_row(f"`{line.tracker}`", line.role, *cells)
+        table.add_row(*(f"`{name}`" for name in line.names), line.role, *cells)
     return table
 
 

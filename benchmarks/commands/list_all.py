@@ -119,18 +119,26 @@ def _contents_cells(held: dict[str, Any] | None) -> tuple[str, ...]:
 def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
     trackers = [
         (f"trackers of suite {name}", [(who.name, who.role, who.summary) for who in entrants(name).values()])
-        for name in suites()
+        for name, suite in suites().items()
+        if not suite.judges_controllers
     ]
-    return [("suites", _suites()), *trackers, ("controllers", _controllers())]
+    steering: list[tuple[str, list[tuple[str, str, str]]]] = [
+        (f"controllers of the {carrier}", [(who.name, who.role, who.summary) for who in controllers(carrier).values()])
+        for carrier in _carriers()
+    ]
+    return [("suites", _suites()), *trackers, *steering]
 
 
 def _suites() -> list[tuple[str, str, str]]:
-    return [(suite.name, f"{suite.scenario} {suite.preset}", suite.summary) for suite in suites().values()]
+    return [
+        (suite.name, f"{', '.join(scene.scenario for scene in suite.scenes)} {suite.preset}", suite.summary)
+        for suite in suites().values()
+    ]
 
 
-def _controllers() -> list[tuple[str, str, str]]:
-    carriers = dict.fromkeys(catalog.scenario(name).carrier.name for name in catalog.names())
-    return [(who.name, who.carrier, who.summary) for carrier in carriers for who in controllers(carrier).values()]
+def _carriers() -> list[str]:
+    """Return what there is to steer, in the order of the scenarios."""
+    return list(dict.fromkeys(catalog.scenario(name).carrier.name for name in catalog.names()))
 
 
 def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
@@ -153,12 +161,14 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
         }
         for name in catalog.names()
     ]
-    lists = {
-        title: [dict(zip(("name", "kind", "summary"), row, strict=True)) for row in rows]
-        for title, rows in (("suites", _suites()), ("controllers", _controllers()))
-    }
+    listed_suites = [dict(zip(("name", "kind", "summary"), row, strict=True)) for row in _suites()]
+    steering = [
+        {"name": who.name, "kind": who.role, "summary": who.summary, "carrier": carrier}
+        for carrier in _carriers()
+        for who in controllers(carrier).values()
+    ]
     trackers = [
         {"name": who.name, "kind": who.role, "summary": who.summary, "suites": who.suites}
         for who in entrants().values()
     ]
-    return {"scenarios": scenarios, **lists, "trackers": trackers}
+    return {"scenarios": scenarios, "suites": listed_suites, "controllers": steering, "trackers": trackers}

@@ -15,19 +15,19 @@ from benchmarks.scoring import score_episode
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Episode, Frame
 from sim.optics import intersect_plane
-from trackers.types import CameraModel, Estimate
+from trackers.types import CameraCommand, CameraModel, Carrier, Estimate
 
 
 class FrameOutJudge:
     """See ``benchmarks.judging.Judge``."""
 
-    def __init__(self, episode: Episode) -> None:
+    def __init__(self, episode: Episode, carrier: Carrier) -> None:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
         self._first_box_xyxy = episode.target_box_xyxy
         self._truths: list[RoadTruth] = []
         self._camera: CameraModel | None = None
 
-    def see(self, frame: Frame) -> None:
+    def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
         self._truths.append(without_pictures(told_by(frame.truth, RoadTruth)))
         self._camera = frame.observation.camera

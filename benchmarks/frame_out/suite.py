@@ -7,7 +7,7 @@ from benchmarks.frame_out.figures import figures
 from benchmarks.frame_out.judge import FrameOutJudge
 from benchmarks.frame_out.picture import show_frame_out
 from benchmarks.metrics.offscreen import WORST_ERROR_M
-from benchmarks.suites import Metric, Suite, register_suite
+from benchmarks.suites import Metric, Scene, Suite, register_suite
 
 
 def _rate(name: str, summary: str, row: str, kind: str | None = None) -> Metric:
@@ -24,7 +24,7 @@ FRAME_OUT = Suite(
     name="frame-out",
     summary="a car seen from a helicopter: where is it while outside the picture, and is it found again?",
     heading="What happens outside the picture",
-    scenario="road-town",
+    scenes=(Scene("road-town", "frame-out"),),
     preset="standard",
     quick_preset="quick",
     judge=FrameOutJudge,

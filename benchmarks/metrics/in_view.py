@@ -5,19 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.metrics.series import TruthSeries
-
 _SEEN_AT_LEAST = 0.1
 
 
-def present_and_absent(truth: TruthSeries) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return (F,) present and (F,) absent; a frame may be neither.
+def present_and_absent(
+    state: NDArray[np.str_], visible_fraction: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return (F,) present and (F,) absent; a frame may be neither. Both are made of the target's state (F,) and the
+    fraction (F,) of it that is seen.
 
     Present: state ``in`` (whole, at least half of it seen). Absent: state ``out``, or less than a tenth of it
     is seen. Between the two (half across the border, half behind a tree) nobody is judged.
     """
-    present = truth.state == "in"
-    return present, ((truth.state == "out") | (truth.visible_fraction < _SEEN_AT_LEAST)) & ~present
+    present = state == "in"
+    return present, ((state == "out") | (visible_fraction < _SEEN_AT_LEAST)) & ~present
 
 
 def true_positive_rate(

@@ -18,7 +18,7 @@ _TITLE = "The paper's figure, in this world"
 
 def paper_figure(experiment: PaperExperiment, out: Path, seed: int, renderer: RendererName) -> Picture:
     """Live through one episode with each method, write the figure beside the rows and return it."""
-    scenario = catalog.scenario(suite(experiment.suite).scenario).id
+    scenario = catalog.scenario(suite(experiment.suite).scenes[0].scenario).id
     rows = {}
     for tracker in experiment.trackers:
         run = Run(

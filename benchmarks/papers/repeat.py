@@ -28,7 +28,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     """
     runs = Experiment(
         suite=experiment.suite,
-        scenario=suite(experiment.suite).scenario,
+        scenario=suite(experiment.suite).scenes[0].scenario,
         presets=(experiment.preset,),
         trackers=experiment.trackers,
         seeds=seeds,

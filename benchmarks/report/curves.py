@@ -68,12 +68,12 @@ def calibration(rows: Sequence[Row]) -> Curve | None:
     )
 
 
-def recovery(rows: Sequence[Row]) -> Curve | None:
-    """Share of cars found again, against frames since they were back in full.
+def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve | None:
+    """Share of targets found again, against frames since they could be, up to ``until_frames``.
 
-    Kaplan-Meier: ``1 - prod_{u <= t} (1 - d_u / n_u)``, d_u cars found at u among the n_u still looked for. A
-    car never found is looked for until its watch ends. The band is a percentile bootstrap over seeds. None if
-    no frame-out could be judged.
+    Kaplan-Meier: ``1 - prod_{u <= t} (1 - d_u / n_u)``, d_u targets found at u among the n_u still looked for. A
+    target never found is looked for until its watch ends. The band is a percentile bootstrap over seeds. None if
+    there is none to find.
     """
     frames = [row for row in rows if row["metric"] == "recovery_frames"]
     watched = [row["value"] for row in rows if row["metric"] == "watched_frames"]
@@ -82,7 +82,7 @@ def recovery(rows: Sequence[Row]) -> Curve | None:
     found = np.array([row["value"] is not None for row in frames])
     ends = np.array([w if r["value"] is None else r["value"] for r, w in zip(frames, watched, strict=True)])
     seeds, places = np.unique([row["seed"] for row in frames], return_inverse=True)
-    steps = np.arange(RECOVERY_FRAMES + 1.0)
+    steps = np.arange(until_frames + 1.0)
     events, looked_for = np.zeros((2, len(seeds), len(steps)))
     np.add.at(events, places, (ends[:, None] == steps) & found[:, None])
     np.add.at(looked_for, places, ends[:, None] >= steps)

@@ -19,8 +19,8 @@ def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
     On a set path the rows of all trackers say the same; a tracker that steers makes an episode of its own.
     """
     once = {
-        (row["seed"], row["tracker"] if row["controller"] else "", row["metric"]): row
-        for rows in trackers.values()
+        (row["seed"], name if row["controller"] else "", row["metric"]): row
+        for name, rows in trackers.items()
         for row in rows
     }
     rows = list(once.values())
@@ -28,7 +28,7 @@ def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
     for words, suffix in facts.lines.items():
         cells = tuple(_cell(rows, metric, suffix) for metric in facts.columns)
         if any(cell is not None for cell in cells):
-            lines.append(Line(words, "", tuple(cell or Cell("–") for cell in cells)))
+            lines.append(Line((words,), "", tuple(cell or Cell("–") for cell in cells)))
     return Table(tuple(column_of(metric) for metric in facts.columns), tuple(lines))
 
 

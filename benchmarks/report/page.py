@@ -18,12 +18,29 @@ from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
 from benchmarks.suites import Condition, Plot, Suite, suite
-from benchmarks.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME, grouped, write_summary
+from benchmarks.summary import (
+    COMPARISONS_FILE_NAME,
+    SUMMARY_FILE_NAME,
+    condition_of,
+    grouped,
+    label_of,
+    steering_words,
+    write_summary,
+)
 
 REPORT_FILE_NAME = "report.html"
-_RANKED_ROLES = ("ours", "as-written", "baseline", "external")
+_RANKED_ROLES = ("ours", "policy", "as-written", "baseline", "external", "human")
 _ROLE_ORDER = (*_RANKED_ROLES, "variant", "oracle")
-_DRAWN_ROLES = ("ours", "as-written", "baseline", "external", "oracle")
+_DRAWN_ROLES = (*_RANKED_ROLES, "oracle")
+
+
+@dataclass(frozen=True, slots=True)
+class Differences:
+    """One contestant minus others, with the words for it: ``first`` minus each ``other`` (a kind of contestant)."""
+
+    first: str
+    other: str
+    table: tables.Table
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +54,7 @@ class Section:
     leaderboard: tables.Table
     oracles: tables.Table
     variants: tables.Table
-    differences: tables.Table
+    differences: tuple[Differences, ...]
     everything: tables.Table
     facts: tables.Table | None
     ours: str | None
@@ -84,9 +101,9 @@ def page_style() -> str:
 def _worth_showing(summary: list[dict[str, Any]], condition: Condition) -> list[str]:
     """Return ours and the best of the methods as written, or whoever leads where these are not there."""
     lines = tables.leaderboard(suite(condition[0]), summary, _RANKED_ROLES).lines
-    first = {line.role: line.tracker for line in reversed(lines)}
+    first = {line.role: line.names[0] for line in reversed(lines)}
     chosen = [first[role] for role in ("ours", "as-written") if role in first]
-    return chosen or [line.tracker for line in lines[:1]] or [entry["tracker"] for entry in summary[:1]]
+    return chosen or [line.names[0] for line in lines[:1]] or [entry["tracker"] for entry in summary[:1]]
 
 
 def _render(sections: list[Section]) -> str:
@@ -103,44 +120,67 @@ def _render(sections: list[Section]) -> str:
 
 
 def _of(entries: list[dict[str, Any]], condition: Condition) -> list[dict[str, Any]]:
-    keys = ("suite", "scenario", "preset", "renderer")
-    return [entry for entry in entries if (*(entry[key] for key in keys), entry.get("controller") or "") == condition]
+    return [entry for entry in entries if condition_of(entry) == condition]
 
 
 def _section(
     condition: Condition,
-    trackers: Mapping[str, list[Row]],
+    contestants: Mapping[str, list[Row]],
     summary: list[dict[str, Any]],
     comparisons: list[dict[str, Any]],
     pictures: list[Picture],
 ) -> Section:
-    suite_name, scenario, preset, renderer, controller = condition
+    suite_name, scenario, preset, renderer, _ = condition
     scores = suite(suite_name)
     everything = tables.every_metric(scores, summary)
-    ranked = [(line.tracker, line.role) for line in everything.lines]
+    # Lines look as the first of a contestant's names does: a controller's, whichever tracker tells it.
+    ranked = list(dict.fromkeys((line.names[0], line.role) for line in everything.lines))
     ranked.sort(key=lambda pair: _ROLE_ORDER.index(pair[1]))
     styles = line_styles(ranked)
-    drawn = {name: trackers[name] for name, role in ranked if role in _DRAWN_ROLES}
+    drawn = {name: rows for name, rows in contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
     return Section(
         name="-".join(filter(None, condition)),
-        title=f"{scenario} · {preset} · {f'steered by {controller}' if controller else 'set path'} · {renderer}",
+        title=f"{scenario} · {preset} · {steering_words(condition)} · {renderer}",
         suite=scores,
-        provenance=provenance([row for rows in trackers.values() for row in rows]),
+        provenance=provenance([row for rows in contestants.values() for row in rows]),
         leaderboard=tables.leaderboard(scores, summary, _RANKED_ROLES),
         oracles=tables.leaderboard(scores, summary, ("oracle",)),
         variants=tables.leaderboard(scores, summary, ("variant",)),
-        differences=tables.paired_differences(scores, comparisons, [line.tracker for line in everything.lines]),
+        differences=_differences(scores, comparisons, everything),
         everything=everything,
-        facts=None if scores.facts is None else facts_table(scores.facts, trackers),
+        facts=None if scores.facts is None else facts_table(scores.facts, contestants),
         ours=next((name for name, role in ranked if role == "ours"), None),
         plots=(*scores.figures(drawn, styles), *_speed_plot(summary, styles)),
-        legend=tuple((name, role, styles[name]) for name, role in ranked if name in drawn),
+        legend=tuple((name, role, styles[name]) for name, role in ranked if role in _DRAWN_ROLES),
         pictures=tuple(picture for picture in pictures if picture.condition == condition),
     )
 
 
+def _differences(scores: Suite, comparisons: list[dict[str, Any]], everything: tables.Table) -> tuple[Differences, ...]:
+    """Return a table of what each contestant is compared with, in the order of the comparisons."""
+    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for entry in comparisons:
+        kind = entry.get("compared", scores.contestants[0])
+        # What both have in common stands behind the name that they differ in.
+        names = dict(zip(scores.contestants, scores.names_of(entry), strict=True))
+        first = " + ".join([names.pop(kind), *names.values()])
+        groups.setdefault((first, kind), []).append(entry)
+    return tuple(
+        Differences(
+            first,
+            kind,
+            tables.paired_differences(
+                scores,
+                mine,
+                list(dict.fromkeys(line.names[scores.contestants.index(kind)] for line in everything.lines)),
+            ),
+        )
+        for (first, kind), mine in groups.items()
+    )
+
+
 def _speed_plot(summary: list[dict[str, Any]], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    entries = {entry["tracker"]: entry for entry in summary if entry["metric"] == "frames_per_s"}
+    entries = {label_of(entry): entry for entry in summary if entry["metric"] == "frames_per_s"}
     speeds = {
         name: (entry["mean"], entry["ci_low"], entry["ci_high"])
         for name in styles

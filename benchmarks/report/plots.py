@@ -89,6 +89,18 @@ def plot_recovery(curves: Curves, styles: Styles, since: str, window_frames: int
         return svg(figure)
 
 
+def plot_search(curves: Curves, styles: Styles, until_frames: int) -> str:
+    """Draw the share found again against frames since it left view, as steps."""
+    with drawn_as("search"):
+        figure, axes = new_figure("frames since it left view", "found again")
+        for name, curve in curves.items():
+            _draw(axes, curve, styles[name], steps=True)
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+        axes.set_xlim(0, until_frames)
+        axes.set_ylim(0, 1.01)
+        return svg(figure)
+
+
 def plot_calibration(curves: Curves, styles: Styles) -> str:
     """Draw the share of truths inside the p region against p, and the diagonal of an honest posterior."""
     with drawn_as("calibration"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from benchmarks.records import LAST_METRIC, Row, event_of
 from benchmarks.report.numbers import ranges_text
@@ -36,7 +37,7 @@ class Provenance:
 
 
 def provenance(rows: Sequence[Row]) -> Provenance:
-    """Return what is known of the rows of one condition (suite, scenario, preset, renderer, controller)."""
+    """Return what is known of the rows of one condition, see ``suites.Condition``."""
     seeds = sorted({row["seed"] for row in rows})
     frames = {row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}
     return Provenance(
@@ -45,17 +46,21 @@ def provenance(rows: Sequence[Row]) -> Provenance:
         episodes=len(seeds),
         frames=int(sum(frames.values())),
         events=_events(rows),
-        command=_command(rows[0], seeds, list(dict.fromkeys(row["tracker"] for row in rows))),
+        command=_command(rows, seeds),
         versions=_versions(rows),
         failures=tuple(_failures(rows)),
     )
 
 
 def _events(rows: Sequence[Row]) -> str:
-    told = ((row["seed"], event) for row in rows if (event := event_of(row)) is not None)
-    return suite(rows[0]["suite"]).events.describe(
-        list({(seed, event["index"]): event for seed, event in told}.values())
-    )
+    """Describe all events. On a set path everyone meets the same; who steers has an episode of his own."""
+    told: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for row in rows:
+        event = event_of(row)
+        if event is not None:
+            whose = (row["controller"], row["tracker"]) if row["controller"] else ()
+            told[(row["seed"], event["index"], *whose)] = event
+    return suite(rows[0]["suite"]).events.describe(list(told.values()))
 
 
 def _split(seeds: Sequence[int]) -> str:
@@ -63,11 +68,15 @@ def _split(seeds: Sequence[int]) -> str:
     return "test split" if inside == len(seeds) else "development" if inside == 0 else "mixed splits"
 
 
-def _command(row: Row, seeds: Sequence[int], trackers: Sequence[str]) -> str:
+def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
+    row = rows[0]
+    controllers, trackers = (list(dict.fromkeys(each[key] for each in rows)) for key in ("controller", "tracker"))
     parts = ["frameout", "bench", row["suite"], "--preset", row["preset"]]
     parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}", "--renderer", row["renderer"]]
+    if suite(row["suite"]).judges_controllers:
+        parts += ["--scenario", row["scenario"], "--link", row["link"]]
     if row["controller"]:
-        parts += ["--controllers", row["controller"]]
+        parts += ["--controllers", *controllers]
     return " ".join([*parts, "--trackers", *trackers])
 
 
@@ -75,7 +84,7 @@ def _versions(rows: Sequence[Row]) -> dict[str, str]:
     found: dict[str, list[str]] = {}
     for row in rows:
         for name, version in row["versions"].items():
-            label = f"code of {row['tracker']}" if name == "tracker" else name
+            label = f"code of {row[name]}" if name in ("tracker", "controller") else name
             label = "code of scene and scores" if name == "scene" else label
             if version not in found.setdefault(label, []):
                 found[label].append(version)
@@ -83,8 +92,13 @@ def _versions(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def _failures(rows: Sequence[Row]) -> list[str]:
+    words = {
+        "failed_at_frame": ("tracker", "worst score from there on"),
+        "controller_failed_at_frame": ("controller", "no command from there on"),
+    }
     return [
-        f"{row['tracker']}, seed {row['seed']}: failed at frame {row['value']:.0f}; worst score from there on"
+        f"{row[who]}, seed {row['seed']}: failed at frame {row['value']:.0f}; {then}"
         for row in rows
-        if row["metric"] == "failed_at_frame"
+        if row["metric"] in words
+        for who, then in [words[row["metric"]]]
     ]

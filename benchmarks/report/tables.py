@@ -15,7 +15,9 @@ _IDEAL = {"coverage_50": 0.5, "coverage_90": 0.9, "coverage_95": 0.95, "nees": 2
 """Metrics that are right at a value: more is not better. NEES of two dimensions has the mean 2."""
 _RANKED_BY = 3
 """So many columns decide the order: the first one, where it ties the next …"""
-_WRITTEN_OUT = {"gm": "√(TPR × TNR)", "tpr": "TPR", "tnr": "TNR", "auc": "AUC", "nees": "NEES", "f": "F"}
+_WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F"} | {
+    word: word.upper() for word in ("tpr", "tnr", "auc", "nees", "dat", "tsr", "sr", "evt")
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,9 +50,14 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One tracker's line."""
+    """One contestant's line.
 
-    tracker: str
+    Attributes:
+        names: of tracker, or controller and tracker; or of what else the line is about.
+        role: of the first of them.
+    """
+
+    names: tuple[str, ...]
     role: str
     cells: tuple[Cell, ...]
 
@@ -64,44 +71,48 @@ class Table:
 
 
 def leaderboard(suite: Suite, entries: Sequence[Entry], roles: Sequence[str]) -> Table:
-    """Return the headline metrics of the trackers with one of these roles, the best first."""
+    """Return the headline metrics of the contestants with one of these roles, the best first."""
     metrics = [m for m in map(suite.metric, suite.headline) if any(e["metric"] == m.name for e in entries)]
-    return _table(metrics, [entry for entry in entries if entry["role"] in roles], entries)
+    return _table(suite, metrics, [entry for entry in entries if entry["role"] in roles], entries)
 
 
 def every_metric(suite: Suite, entries: Sequence[Entry]) -> Table:
-    """Return all metrics of all trackers: a line a tracker, in the leaderboard's order."""
+    """Return all metrics of all contestants: a line for each, in the leaderboard's order."""
     metrics = [metric for metric in suite.metrics if any(e["metric"] == metric.name for e in entries)]
     ranked = leaderboard(suite, entries, sorted({entry["role"] for entry in entries}))
-    table = _table(metrics, entries, entries)
-    order = [line.tracker for line in ranked.lines]
-    return Table(table.columns, tuple(sorted(table.lines, key=lambda line: order.index(line.tracker))))
+    table = _table(suite, metrics, entries, entries)
+    order = [line.names for line in ranked.lines]
+    return Table(table.columns, tuple(sorted(table.lines, key=lambda line: order.index(line.names))))
 
 
 def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequence[str]) -> Table:
-    """Return ours minus each other tracker, marked where the interval and Holm's p leave no doubt."""
+    """Return one contestant minus each other one, marked where the interval and Holm's p leave no doubt.
+
+    Args:
+        comparisons: of that contestant. order: names that ``other`` may have.
+    """
     metrics = [m for m in map(suite.metric, suite.compared) if any(c["metric"] == m.name for c in comparisons)]
     lines = []
     for other in order:
         mine = {entry["metric"]: entry for entry in comparisons if entry["other"] == other}
         if mine:
             cells = tuple(_difference(metric, mine.get(metric.name)) for metric in metrics)
-            lines.append(Line(other, "", cells))
+            lines.append(Line((other,), "", cells))
     return Table(tuple(map(column_of, metrics)), tuple(lines))
 
 
-def _table(metrics: Sequence[Metric], entries: Sequence[Entry], everyone: Sequence[Entry]) -> Table:
+def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], everyone: Sequence[Entry]) -> Table:
     """Return a table of ``entries``; bars and marks are relative to ``everyone``."""
-    by_tracker: dict[str, dict[str, Entry]] = {}
+    by_names: dict[tuple[str, ...], dict[str, Entry]] = {}
     for entry in entries:
-        by_tracker.setdefault(entry["tracker"], {})[entry["metric"]] = entry
+        by_names.setdefault(suite.names_of(entry), {})[entry["metric"]] = entry
     top = {metric.name: _top(metric, everyone) for metric in metrics}
     lines = []
-    for tracker, mine in by_tracker.items():
+    for names, mine in by_names.items():
         role = next(iter(mine.values()))["role"]
         cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], everyone) for metric in metrics)
-        lines.append(Line(tracker, role, cells))
-    lines.sort(key=lambda line: [_rank(m, by_tracker[line.tracker].get(m.name)) for m in metrics[:_RANKED_BY]])
+        lines.append(Line(names, role, cells))
+    lines.sort(key=lambda line: [_rank(m, by_names[line.names].get(m.name)) for m in metrics[:_RANKED_BY]])
     return Table(tuple(map(column_of, metrics)), tuple(lines))
 
 

@@ -16,7 +16,7 @@ from benchmarks.metrics.people_events import OCCLUSION, PeopleEvent, find_events
 from benchmarks.stereo.disparity import DisparityMeasurement
 from scenarios.scenario import Episode, Frame
 from scenarios.stereo_follow.truth import PeopleTruth
-from trackers.types import Estimate
+from trackers.types import CameraCommand, Carrier, Estimate
 
 OCCLUSION_WINDOW_FRAMES = 10
 """A tracker has recovered if it is on the target when half of it is seen again, or so many frames later."""
@@ -25,12 +25,12 @@ OCCLUSION_WINDOW_FRAMES = 10
 class StereoJudge:
     """See ``benchmarks.judging.Judge``."""
 
-    def __init__(self, episode: Episode) -> None:
+    def __init__(self, episode: Episode, carrier: Carrier) -> None:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
         self._truths: list[PeopleTruth] = []
         self._disparity = DisparityMeasurement()
 
-    def see(self, frame: Frame) -> None:
+    def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
         self._disparity.see(frame)
         self._truths.append(_without_pictures(told_by(frame.truth, PeopleTruth)))

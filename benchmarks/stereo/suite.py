@@ -8,7 +8,7 @@ from benchmarks.stereo.events import EVENT_COUNTS, EVENTS
 from benchmarks.stereo.figures import figures
 from benchmarks.stereo.judge import StereoJudge
 from benchmarks.stereo.picture import show_event
-from benchmarks.suites import Metric, Statistic, Suite, register_suite
+from benchmarks.suites import Metric, Scene, Statistic, Suite, register_suite
 
 _COUNTS = ("right_frames", "wrong_frames", "missed_frames")
 
@@ -29,7 +29,7 @@ STEREO = Suite(
     name="stereo",
     summary="a person followed among others by a stereo camera: is it still the same one, whatever the light does?",
     heading="Is it still the same person?",
-    scenario="stereo-follow",
+    scenes=(Scene("stereo-follow", "stereo"),),
     preset="standard",
     quick_preset="quick",
     judge=StereoJudge,

@@ -13,7 +13,7 @@ from benchmarks.writers.instant import Instant
 from scenarios import catalog
 from scenarios.scenario import Episode, RendererName
 from sim.rng import generator
-from trackers.controllers.catalogue import controller_entry
+from trackers.controllers import catalogue
 from trackers.protocols import Controller
 from trackers.types import Estimate
 
@@ -58,9 +58,11 @@ class Run:
             rng = generator(self.seed, f"tracker/{self.tracker}")
             contestant = entrant(self.tracker, self.values).create(episode, rng)
         carrier = catalog.scenario(self.scenario).carrier.name
-        controller = None
-        if self.controller is not None:
-            controller = controller_entry(self.controller, carrier).create_as_written()
+        controller = (
+            None
+            if self.controller is None
+            else catalogue.controller_entry(self.controller, carrier).create_as_written()
+        )
         return replay(episode, contestant, controller, scale=scale, wanted=wanted, frame_count=frame_count)
 
 
@@ -96,8 +98,10 @@ def replay(
 
 
 def made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:
-    """Return whether a tracker lived through again does what it did when its rows were made."""
+    """Return whether a tracker lived through again does what it did when its rows were made, and who steered by it."""
+    steered_by, carrier = rows[0]["controller"], catalog.scenario(rows[0]["scenario"]).carrier.name
     try:
-        return versions_of(entrant(tracker)) == rows[0]["versions"]
+        controller = None if steered_by is None else catalogue.controller_entry(steered_by, carrier)
+        return versions_of(entrant(tracker), controller) == rows[0]["versions"]
     except ValueError:
         return False

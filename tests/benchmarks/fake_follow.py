@@ -15,12 +15,13 @@ from scenarios.scenario import Frame
 from scenarios.stereo_follow.building import Building, draw_building
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
+from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import LightEvent, PeopleTruth
 from scenarios.truth import VisibilityState
 from sim.optics import PinholeCamera, project
 from tests.fakes_scenario import NoParameters
 from trackers.registry import register
-from trackers.types import CameraCommand, CameraModel, CameraRegisters, CameraSettings, Estimate, Observation
+from trackers.types import CameraCommand, CameraModel, CameraRegisters, CameraSettings, Carrier, Estimate, Observation
 
 CAMERA = PinholeCamera(160, 120, 120.0)
 POSE = camera_pose(np.zeros(2), 0.0)
@@ -151,10 +152,17 @@ class FakeFollowScenario:
     id: str = "fake-follow-v1"
     summary: str = "a person before a camera"
     start: str = "the person's box"
+    carrier: Carrier = ROBOT
     presets: dict[str, FakeFollow] = field(default_factory=lambda: {"tiny": FakeFollow("a fixed camera")})
 
     def episode(
-        self, preset: str, seed: int, *, renderer: str = "raster", closed_loop: bool | None = None
+        self,
+        preset: str,
+        seed: int,
+        *,
+        renderer: str = "raster",
+        closed_loop: bool | None = None,
+        truth: str = "all",
     ) -> FakeFollowEpisode:
         """Build one episode; all seeds are alike."""
         configuration = self.presets[preset]

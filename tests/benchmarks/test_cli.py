@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.frame_out.suite import FRAME_OUT
+from benchmarks.suites import Scene
 from tests import fakes_scenario
 
 FAKES = "fake_knowing,fake_still"
@@ -19,7 +20,7 @@ FAKES = "fake_knowing,fake_still"
 def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let ``frameout bench frame-out`` run on the world of arithmetic."""
     name = fakes_scenario.FAKE_TOWN.id
-    fake = replace(FRAME_OUT, scenario=name, preset="tiny", quick_preset="tiny")
+    fake = replace(FRAME_OUT, scenes=(Scene(name, "frame-out"),), preset="tiny", quick_preset="tiny")
     monkeypatch.setattr("benchmarks.commands.bench.suite", lambda name: fake)
 
 

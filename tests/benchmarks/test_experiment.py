@@ -82,13 +82,13 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.
             raise KeyboardInterrupt
         return run_job(job)
 
-    monkeypatch.setattr("benchmarks.experiment.run_job", stopped)
+    monkeypatch.setattr("benchmarks.processes.run_job", stopped)
     with pytest.raises(KeyboardInterrupt):
         run(TINY, tmp_path)
     assert {key.seed for key in read_blocks(tmp_path)} == {0}
     with (tmp_path / "records.jsonl").open("a") as file:
         file.write('{"suite": "frame-out", "scen')
-    monkeypatch.setattr("benchmarks.experiment.run_job", lambda job: calls.append(10 + job.seed) or run_job(job))
+    monkeypatch.setattr("benchmarks.processes.run_job", lambda job: calls.append(10 + job.seed) or run_job(job))
     outcome = run(TINY, tmp_path)
     assert calls == [0, 1, 11]
     assert (outcome.resumed, outcome.episodes) == (2, 2)
@@ -183,11 +183,11 @@ def test_an_empty_folder_is_left_where_nothing_can_be_written(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"suite": "nix"}, "suite: expected one of frame-out, stereo; got 'nix'"),
+        ({"suite": "nix"}, "suite: expected one of follow, frame-out, stereo; got 'nix'"),
         ({"scenario": "nix"}, "scenario: expected one of .*; got 'nix'"),
         ({"presets": ("nix",)}, "presets: expected one of tiny, tiny-loop; got 'nix'"),
         ({"trackers": ("nix",)}, "trackers: expected one of .*fake_knowing.*; got 'nix'"),
-        ({"controllers": ("nix",)}, "controllers: expected one of set-path, centre.*; got 'nix'"),
+        ({"controllers": ("nix",)}, "controllers: expected one of set-path, .*centre.*; got 'nix'"),
         ({"renderer": "nix"}, "renderer: expected one of raster, pybullet; got 'nix'"),
         ({"seeds": range(3, 3)}, "seeds: expected A:B with 0 <= A < B, got 3:3"),
         ({"seeds": range(-3, 3)}, "seeds: expected A:B with 0 <= A < B, got -3:3"),

@@ -165,9 +165,9 @@ def test_the_leaderboard_puts_the_best_first_and_marks_it() -> None:
     entries += [entry("a", "offscreen_error_30_m", 2.0), entry("b", "offscreen_error_30_m", 9.0)]
     entries += [entry("a", "coverage_95", 0.94), entry("b", "coverage_95", 1.0)]
     table = tables.leaderboard(FRAME_OUT, entries, ("baseline",))
-    assert [line.tracker for line in table.lines] == ["b", "a"]
+    assert [line.names[0] for line in table.lines] == ["b", "a"]
     best = {
-        column.title: line.tracker
+        column.title: line.names[0]
         for line in table.lines
         for column, cell in zip(table.columns, line.cells, strict=True)
         if cell.mark == "best"

@@ -108,7 +108,7 @@ def test_an_episode_counts_once_however_many_watch_it() -> None:
     }
     table = facts_table(DISPARITY, trackers)
     (line,) = table.lines
-    assert line.tracker == "all pixels"
+    assert line.names == ("all pixels",)
     assert [cell.text for cell in line.cells] == ["–", "–", "25.0", "–"]
     assert line.cells[2].interval == "10.0 … 40.0"
     assert [(column.title, column.unit, column.goal) for column in table.columns] == [

@@ -18,7 +18,7 @@ from benchmarks.records import read_blocks, read_rows
 from benchmarks.report.page import write_report
 from benchmarks.report.palette import PLACEHOLDERS
 from benchmarks.stereo.suite import STEREO
-from benchmarks.suites import register_suite
+from benchmarks.suites import Scene, register_suite
 from scenarios.road_town.truth import RoadTruth
 from tests.benchmarks import fake_follow
 from tests.benchmarks.fake_follow import HIDDEN
@@ -250,7 +250,7 @@ def test_trackers_of_two_suites_are_not_compared(outcome: tuple[Outcome, Path], 
 def test_bench_takes_everyone_of_the_suite_and_ranks_by_f(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fake = replace(STEREO, scenario=TINY.scenario, preset="tiny", quick_preset="tiny")
+    fake = replace(STEREO, scenes=(Scene(TINY.scenario, "stereo"),), preset="tiny", quick_preset="tiny")
     monkeypatch.setattr("benchmarks.commands.bench.suite", lambda name: fake)
     assert main(["bench", "stereo", "--workers", "0", "--seeds", "0:1", "--quick", "--out", str(tmp_path)]) == 1
     out, err = capsys.readouterr()

@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks import tuning
 from benchmarks.frame_out.suite import FRAME_OUT
+from benchmarks.suites import Scene
 from benchmarks.tuning import Budget, tunables, tune, write_tuned
 from tests import fakes_scenario
 from trackers.registry import entry, register, tunable
@@ -41,7 +42,7 @@ class Shaky(fakes_scenario.Knowing):
 
 @pytest.fixture(autouse=True)
 def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
-    fake = replace(FRAME_OUT, scenario=fakes_scenario.FAKE_TOWN.id)
+    fake = replace(FRAME_OUT, scenes=(Scene(fakes_scenario.FAKE_TOWN.id, "frame-out"),))
     monkeypatch.setattr(tuning, "suite", lambda name: fake)
 
 

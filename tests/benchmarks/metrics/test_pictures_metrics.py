@@ -19,7 +19,7 @@ UNIT = st.floats(0, 1, allow_nan=False)
 
 def test_present_and_absent_leave_out_what_is_between() -> None:
     truth = truth_of(["in", "partial", "partial", "occluded", "out"], visible=[1.0, 0.5, 0.05, 0.3, 0.0])
-    present, absent = in_view.present_and_absent(truth)
+    present, absent = in_view.present_and_absent(truth.state, truth.visible_fraction)
     assert present.tolist() == [True, False, False, False, False]
     assert absent.tolist() == [False, False, True, False, True]
 

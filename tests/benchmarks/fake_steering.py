@@ -1,0 +1,58 @@
+"""Controllers for the world of one line of arithmetic, good and bad, and the suite ``follow`` about it.
+
+Importing it adds them to the controllers of the helicopter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from benchmarks.follow.suite import FOLLOW
+from benchmarks.suites import Scene, Suite
+from tests.fakes_scenario import FAKE_TOWN
+from trackers.controllers.catalogue import register_controller
+from trackers.controllers.centre import CentreController
+from trackers.types import CameraCommand, Estimate, Observation
+
+FAKE_FOLLOW: Suite = replace(
+    FOLLOW,
+    scenes=(Scene(FAKE_TOWN.id, "frame-out", ("fake_knowing", "fake_still")),),
+    preset="tiny",
+    quick_preset="tiny",
+)
+
+
+@dataclass(frozen=True)
+class NothingToSet:
+    """No parameters."""
+
+
+@register_controller("fake_raises", role="baseline", carrier="helicopter", summary="raises at its twentieth command")
+class RaisingController:
+    """Has a bug."""
+
+    Parameters = NothingToSet
+
+    def __init__(self, parameters: NothingToSet) -> None:
+        self._commands = 0
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """Return forward at full speed, until it raises."""
+        self._commands += 1
+        if self._commands == 20:
+            raise RuntimeError("a bug")
+        return CameraCommand(forward_mps=25.0)
+
+
+@register_controller("fake_nan", role="baseline", carrier="helicopter", summary="commands NaN at once")
+class NanController(RaisingController):
+    """Divides by zero."""
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """Return what no carrier can obey."""
+        return CameraCommand(forward_mps=float("nan"))
+
+
+register_controller("fake_ours", role="ours", carrier="helicopter", summary="centre by another name")(
+    type("OursController", (CentreController,), {"__module__": __name__})
+)
