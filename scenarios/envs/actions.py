@@ -15,6 +15,8 @@ from trackers.following.steering import command_of, is_seen, shares_of
 from trackers.protocols import Controller
 from trackers.types import CameraCommand, Carrier, Estimate, Observation
 
+_TOLERANCE = 1e-6
+
 
 class Steering(Protocol):
     """Turns an action (A,) in [-1, 1] into a command; one for each episode."""
@@ -85,6 +87,21 @@ def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
     if isinstance(controller, str):
         controller = controller_entry(controller, carrier.name).create()
     return Corrections(carrier, controller, settings.correction_share, settings.corrects == "unseen")
+
+
+def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
+    """Return an action, or those of many envs, as numbers of their own.
+
+    Raises:
+        ValueError: for another shape, or numbers not finite or outside [-1, 1].
+    """
+    try:
+        given = np.array(actions, dtype=float)
+    except (TypeError, ValueError):
+        given = np.empty(0)
+    good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
+    check("action", good, f"numbers of shape {shape} from -1 to 1", repr(actions))
+    return given
 
 
 def _named_entry(settings: FollowSettings, carrier: Carrier) -> ControllerEntry:

@@ -10,7 +10,7 @@ from gymnasium.utils import EzPickle
 from numpy.typing import NDArray
 
 from scenarios import catalog
-from scenarios.envs.actions import Steering, action_count, steering
+from scenarios.envs.actions import Steering, action_count, checked_actions, steering
 from scenarios.envs.reward import Rewarder
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, truth_info
@@ -24,7 +24,6 @@ from trackers.types import CameraCommand, Carrier
 
 DEVELOPMENT_SEEDS = 10_000
 """Episodes are drawn below this number: those of the test split are reached by ``episode_seed`` alone."""
-_TOLERANCE = 1e-6
 
 Observed = NDArray[Any] | dict[str, NDArray[Any]]
 
@@ -66,15 +65,12 @@ class FollowEnv(gym.Env, EzPickle):
         wanted = options or {}
         settings = self.settings.with_options(wanted)
         drawn = int(self.np_random.integers(DEVELOPMENT_SEEDS))
-        episode_seed = wanted.get("episode_seed", drawn)
-        good = isinstance(episode_seed, int | np.integer) and bool(episode_seed >= 0)
-        check("episode_seed", good, "a whole number >= 0", repr(episode_seed))
         if self.settings.observation != "track":
             size = (settings.configuration({}).height_px, settings.configuration({}).width_px, 3)
             same = self._pixels_space().shape
             check("options", size == same, f"pictures of the size {same}, which the env was made for", size)
         self._end()
-        self._run = _Run(settings, int(episode_seed), self.carrier)
+        self._run = _Run(settings, int(wanted.get("episode_seed", drawn)), self.carrier)
         self._show()
         return self._observed(self._run), self._run.info(NO_REWARD)
 
@@ -89,7 +85,7 @@ class FollowEnv(gym.Env, EzPickle):
         run = self._run
         if run is None or run.ended:
             raise gym.error.ResetNeeded("step: expected reset() before it, got an episode not begun or over")
-        terms = run.step(self._checked(action))
+        terms = run.step(checked_actions(action, self.action_space.shape))
         self._show()
         terminated = run.is_lost
         truncated = run.episode.is_over
@@ -126,16 +122,6 @@ class FollowEnv(gym.Env, EzPickle):
             return run.features()
         pixels = run.episode.frame.observation.image_rgb.copy()
         return pixels if mode == "pixels" else {"track": run.features(), "pixels": pixels}
-
-    def _checked(self, action: NDArray[Any]) -> NDArray[np.float64]:
-        shape = self.action_space.shape
-        try:
-            given = np.array(action, dtype=float)
-        except (TypeError, ValueError):
-            given = np.empty(0)
-        good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
-        check("action", good, f"numbers of shape {shape} from -1 to 1", repr(action))
-        return given
 
     def _show(self) -> None:
         if self.render_mode == "human" and self._run is not None:

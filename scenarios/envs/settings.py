@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
+import numpy as np
+
 from scenarios import catalog
 from scenarios.command_link import LINKS, Link
 from scenarios.envs.reward import Reward
@@ -80,6 +82,9 @@ class FollowSettings:
         """Return these settings with those of ``reset(options=...)`` in their places."""
         for name in options:
             check("options", name in RESET_OPTIONS, f"keys among {', '.join(RESET_OPTIONS)}", repr(name))
+        seed = options.get("episode_seed", 0)
+        good = isinstance(seed, int | np.integer) and not isinstance(seed, bool) and bool(seed >= 0)
+        check("episode_seed", good, "a whole number >= 0", repr(seed))
         changes = {name: value for name, value in options.items() if name in EPISODE_OPTIONS}
         return dataclasses.replace(self, **changes) if changes else self
 

@@ -15,6 +15,25 @@ from trackers.types import CameraCommand, Estimate
 
 _STATES = get_args(VisibilityState)
 NO_REWARD = dict.fromkeys(TERMS, 0.0)
+INFO: dict[str, tuple[str, tuple[int, ...]]] = {
+    "episode_seed": ("int64", ()),
+    "frame": ("int64", ()),
+    "time_s": ("float64", ()),
+    "in_view": ("bool", ()),
+    "state": ("int64", ()),
+    "centring": ("float64", ()),
+    "length_px": ("float64", ()),
+    "visible_fraction": ("float64", ()),
+    "frames_since_exit": ("int64", ()),
+    "position_px": ("float64", (2,)),
+    "box_xyxy": ("float64", (4,)),
+    "place_m": ("float64", (3,)),
+    "T_world_camera": ("float64", (4, 4)),
+    "error_px": ("float64", ()),
+    "command": ("float64", (4,)),
+    **{f"reward_{term}": ("float64", ()) for term in TERMS},
+}
+"""Key -> dtype and shape of what it holds."""
 
 
 def truth_info(
