@@ -40,6 +40,8 @@ class FakeTown:
     summary: str
     frame_count: int = 240
     rate_hz: float = 15.0
+    width_px: int = CAMERA.width_px
+    height_px: int = CAMERA.height_px
     closed_loop: bool = False
 
 
@@ -152,7 +154,7 @@ class FakeScenario:
 
     def episode(
         self,
-        preset: str,
+        preset: str | FakeTown,
         seed: int,
         *,
         renderer: str = "raster",
@@ -160,7 +162,7 @@ class FakeScenario:
         truth: str = "all",
     ) -> FakeEpisode:
         """Build one episode; the seed sets where on the circle the cars start."""
-        configuration = self.presets[preset]
+        configuration = self.presets[preset] if isinstance(preset, str) else preset
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         return FakeEpisode(configuration, looped, phase_s=0.01 * (seed % 10))
 

@@ -107,7 +107,7 @@ class FollowVectorEnv(VectorEnv):
         wanted = dict(options or {})
         mask = self._checked_mask(wanted.pop("reset_mask", None))
         self.settings.with_options(wanted)
-        chosen = {int(index): seeds[index] for index in np.flatnonzero(mask)}
+        chosen = {index: seeds[index] for index in np.flatnonzero(mask).tolist()}
         self._request([host for host in self._hosts if mask[list(host.indices)].any()], "reset", chosen, wanted or None)
         self._begun |= mask
         return self._observed(), self._information(mask)
