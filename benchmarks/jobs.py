@@ -182,13 +182,13 @@ def _result(
         failures.append(Failure(*where, str(steering.reason), since="commanded nothing"))
     for name in job.trackers:
         mine = [watcher for watcher in watchers if watcher.label == name]
-        heading = _heading(job, name, mine[0].entrant.role)
+        heading = heading_of(job, name, mine[0].entrant.role)
         ending = {"seconds": seconds, "versions": job.versions.get(name, {})}
         scores = [(watcher.repeat, score) for watcher in mine for score in watcher.tracked.scores()]
         if steering is not None and steering.failed_at_frame is not None:
             scores.append((0, Score("controller_failed_at_frame", float(steering.failed_at_frame))))
         scores.append((0, Score(LAST_METRIC, float(frame_count))))
-        blocks.append([{**heading, **_as_row(repeat, score, event_key), **ending} for repeat, score in scores])
+        blocks.append([{**heading, **as_row(repeat, score, event_key), **ending} for repeat, score in scores])
         for watcher in mine:
             tracked = watcher.tracked
             if tracked.reason is not None and tracked.failed_at_frame is not None:
@@ -199,7 +199,8 @@ def _result(
     return JobResult(job, blocks, failures, silent)
 
 
-def _heading(job: Job, tracker: str, tracker_role: str) -> Row:
+def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str | None = None) -> Row:
+    """Return what all rows of a tracker's block begin with; the controller's role is the catalogue's unless given."""
     heading: Row = {
         "suite": job.suite,
         "scenario": catalog.scenario(job.scenario).id,
@@ -212,12 +213,13 @@ def _heading(job: Job, tracker: str, tracker_role: str) -> Row:
     }
     if suite(job.suite).judges_controllers:
         carrier = catalog.scenario(job.scenario).carrier.name
-        heading["role"] = catalogue.controller_entry(str(job.controller), carrier).role
+        heading["role"] = controller_role or catalogue.controller_entry(str(job.controller), carrier).role
         heading |= {"tracker_role": tracker_role, "link": job.link}
     return heading
 
 
-def _as_row(repeat: int, score: Score, event_key: str) -> Row:
+def as_row(repeat: int, score: Score, event_key: str) -> Row:
+    """Return what a row says of a score."""
     return {
         "repeat": repeat,
         "metric": score.metric,

@@ -98,6 +98,13 @@ class FollowEnv(gym.Env, EzPickle):
             raise gym.error.ResetNeeded("render: expected reset() before it, got an episode that has not begun")
         return draw_view(self._run.episode) if self.render_mode == "rgb_array" else None
 
+    @property
+    def episode(self) -> WatchedEpisode:
+        """The episode under way, with its truth: for those who score it."""
+        if self._run is None:
+            raise gym.error.ResetNeeded("episode: expected reset() before it, got an episode that has not begun")
+        return self._run.episode
+
     def close(self) -> None:
         """Free the world and close the window."""
         self._end()

@@ -22,7 +22,7 @@ class WatchedEpisode:
 
     Attributes:
         seed: of the episode. rate_hz, frame_count: see ``Episode``.
-        frame, estimate: the latest. obeyed: the latest command as the carrier got it.
+        episode: the scenario's own. frame, estimate: the latest. obeyed: the latest command as the carrier got it.
     """
 
     def __init__(self, settings: FollowSettings, seed: int) -> None:
@@ -31,14 +31,14 @@ class WatchedEpisode:
         drawn = {name: float(rng.uniform(*limits)) for name, limits in settings.randomise.items()}
         self.seed = seed
         self._tracker, self._tracker_name = _tracker(settings.tracker, seed)
-        self._episode = scenario.episode(
+        self.episode = scenario.episode(
             settings.configuration(drawn), seed, renderer=settings.renderer, closed_loop=True, truth="target"
         )
-        self.rate_hz, self.frame_count = self._episode.rate_hz, self._episode.frame_count
+        self.rate_hz, self.frame_count = self.episode.rate_hz, self.episode.frame_count
         self._link = CommandLink(scenario.carrier, self.rate_hz, settings.link_settings, generator(seed, "link"))
         self.obeyed = CameraCommand()
-        self.frame = self._episode.step()
-        box = self._episode.target_box_xyxy
+        self.frame = self.episode.step()
+        box = self.episode.target_box_xyxy
         self.estimate = Estimate(0.5 * (box[:2] + box[2:]), box_xyxy=box.copy(), in_view_probability=1.0)
         try:
             self._tracker.initialise(self.frame.observation, box.copy())
@@ -52,7 +52,7 @@ class WatchedEpisode:
             RuntimeError: if the tracker raises, or returns what is no estimate.
         """
         self.obeyed = self._link.send(command)
-        self.frame = self._episode.step(self.obeyed)
+        self.frame = self.episode.step(self.obeyed)
         try:
             self.estimate = self._tracker.update(self.frame.observation)
             check_estimate(self.estimate)
@@ -66,11 +66,11 @@ class WatchedEpisode:
 
     def larger_view(self, scale: float) -> np.ndarray:
         """See ``Episode``."""
-        return self._episode.larger_view(scale)
+        return self.episode.larger_view(scale)
 
     def close(self) -> None:
         """Free the world."""
-        self._episode.close()
+        self.episode.close()
 
     def _blamed(self, error: Exception) -> RuntimeError:
         at = self.frame.truth.frame

@@ -86,5 +86,5 @@ def test_modes_that_need_a_controller_with_parameters_say_so() -> None:
         action_count(settings(action="parameters", controller="hold"), HELICOPTER)
     with pytest.raises(ValueError, match="controller: expected the name of a controller"):
         action_count(settings(action="parameters", controller=Constant()), HELICOPTER)
-    with pytest.raises(ValueError, match="controller: expected one of .*, got 'chase'|got 'chase'"):
+    with pytest.raises(ValueError, match="got 'chase'"):
         steering(settings(action="correction", controller="chase"), HELICOPTER)

@@ -165,7 +165,10 @@ def test_what_is_asked_wrongly_is_refused_and_nothing_is_stepped(worked):
         ({"max_episode_steps": 0}, "max_episode_steps: expected a whole number >= 1, -1 or None, got 0"),
         ({"render_mode": "human"}, "render_mode: expected None or rgb_array, got 'human'"),
         ({"weather": "bad"}, "keywords: expected some of .*, got 'weather'"),
-        ({"tracker": type("Local", (Still,), {})(NoParameters(), None)}, "keywords: expected values that can be pickled"),
+        (
+            {"tracker": type("Local", (Still,), {})(NoParameters(), None)},
+            "keywords: expected values that can be pickled",
+        ),
     ],
 )
 def test_an_unfit_keyword_is_refused_at_once(wrong, message):
@@ -194,7 +197,9 @@ def test_a_tracker_that_raises_is_named_with_its_env_and_everything_is_closed(wo
     for _ in range(5):
         envs.step(np.zeros((COUNT, 4)))
     envs.reset(options={"reset_mask": np.array([True, False, True])})
-    with pytest.raises(RuntimeError, match=r"^env 1: expected it to step, got RuntimeError: tracker: .* a bug") as error:
+    with pytest.raises(
+        RuntimeError, match=r"^env 1: expected it to step, got RuntimeError: tracker: .* a bug"
+    ) as error:
         for _ in range(20):
             envs.step(np.zeros((COUNT, 4)))
     assert "misbehave" in "".join(error.value.__notes__), "the place in the tracker's code is told"
@@ -208,7 +213,9 @@ def test_a_worker_that_is_killed_is_named_with_its_envs_and_the_others_are_close
     ids = worker_ids(envs)
     envs.reset(seed=0)
     os.kill(ids[1], signal.SIGKILL)
-    with pytest.raises(RuntimeError, match=r"^worker 1 \(envs 2\): expected it to answer, got its end \(exit code -9\)"):
+    with pytest.raises(
+        RuntimeError, match=r"^worker 1 \(envs 2\): expected it to answer, got its end \(exit code -9\)"
+    ):
         for _ in range(3):
             envs.step(np.zeros((COUNT, 4)))
     assert envs.closed
