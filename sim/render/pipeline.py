@@ -32,7 +32,7 @@ from sim.sensors.exposure import METER_STEP_PX, metered_radiance
 from sim.sensors.motion_blur import needs_blur
 from sim.sensors.noise import NO_DEVELOPMENT, DarkRoom, Development, develop_row, develop_rows, new_dark_room
 from sim.shaders.baked_light_kernels import AT_ROWS, ROOM_ROWS, BakedArrays, baked_row
-from sim.shaders.daylight import PROBE_STEP_PX, DaylightArrays, ShadowArrays
+from sim.shaders.daylight import DaylightArrays, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
 from sim.shaders.panel_kernels import BENCH_LINES
 
@@ -51,12 +51,12 @@ class RowShader(Shader, Protocol):
     """One whose light a row kernel reads: ``DaylightShader`` and ``BakedLightShader``."""
 
     def row_light(
-        self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> tuple[DaylightArrays | BakedArrays, ShadowArrays]:
         """Return the light of the world as it is now, as the kernel reads it that belongs to the first one's type.
 
         Args:
-            probe_depth_m: depths at every 16th pixel of every 16th row.
+            depth_m: (H, W).
         """
         ...
 
@@ -134,11 +134,11 @@ def _capture_by_rows(
     given: SensorSettings | None,
 ) -> Capture:
     nearness, triangle = renderer.visible(camera, T_world_camera)
-    with np.errstate(divide="ignore"):
-        probe_depth_m = 1.0 / nearness[::PROBE_STEP_PX, ::PROBE_STEP_PX]
-    light, shadows = shader.row_light(probe_depth_m, camera, T_world_camera)
     height, width = nearness.shape
     depth_m, instance_id = np.empty((height, width), np.float32), np.empty((height, width), np.int32)
+    with np.errstate(divide="ignore"):
+        np.divide(np.float32(1.0), nearness, out=depth_m)
+    light, shadows = shader.row_light(depth_m, camera, T_world_camera)
     settings = sensor.settings if given is None else given
     announce_compilation(_finish_rows)
 

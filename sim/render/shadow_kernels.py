@@ -1,4 +1,4 @@
-"""The kernels of ``sim.render.shadow_map``: drawing heights, and keeping account of the highest."""
+"""The kernels of ``sim.render.shadow_map``: what of a map is looked at, and drawing that."""
 
 from __future__ import annotations
 
@@ -7,10 +7,22 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.scene import SceneArrays
-from sim.render.triangles import body_may_show, project_body, row_span, set_up_triangle
+from sim.render.shadow_tiles import (
+    TILE,
+    MapArrays,
+    copy_tiles,
+    fill_tiles,
+    find_highest,
+    mark_blocks,
+    new_tiles,
+    span_tiles,
+)
+from sim.render.triangles import project_body, row_span, set_up_triangle
 
-BLOCK = 16
-"""Side of the blocks of texels whose greatest height is known; a power of two, which the shader makes use of."""
+_SQUARE_PX = 8
+"""Side of the squares of pixels whose texels are found together."""
+_MARGIN = 2.0
+"""Texels; the shader takes the next one, too, and computes with single precision."""
 
 
 @njit(cache=True)
@@ -43,62 +55,131 @@ def bounds_across(
 
 
 @njit(cache=True)
-def draw_fixed(
-    scene: SceneArrays,
-    poses: NDArray[np.float64],
-    light_view: NDArray[np.float64],
-    bodies: NDArray[np.int64],
-    projected: NDArray[np.float64],
-    height_m: NDArray[np.float32],
-) -> None:
-    changed = np.empty(4, np.int64)
-    for n in range(bodies.shape[0]):
-        _draw_body(scene, poses[bodies[n]], light_view, bodies[n], projected, height_m, changed)
+def find_tiles(depth_m: NDArray[np.float32], from_pixel: NDArray[np.float64], wanted: NDArray[np.bool_]) -> None:
+    """Set the tiles (n, n) of a map whose texels a picture's shading looks up, and some around them.
+
+    A square of pixels that lie between two depths looks up no texel beyond the four products of the least and greatest
+    depth with the least and greatest ray.
+
+    Args:
+        depth_m: (H, W).
+        from_pixel: (2, 4): ``depth * from_pixel[:, :3] @ (x, y, 1) + from_pixel[:, 3]`` is the column and row of the
+            map where the surface at pixel coordinates (x, y) lies.
+    """
+    wanted[:] = False
+    bounds = np.empty((2, 2), np.int64)
+    for first_row in range(0, depth_m.shape[0], _SQUARE_PX):
+        last_row = min(first_row + _SQUARE_PX, depth_m.shape[0]) - 1
+        for first_column in range(0, depth_m.shape[1], _SQUARE_PX):
+            last_column = min(first_column + _SQUARE_PX, depth_m.shape[1]) - 1
+            nearest, farthest = np.inf, 0.0
+            for row in range(first_row, last_row + 1):
+                for column in range(first_column, last_column + 1):
+                    depth = depth_m[row, column]
+                    # Where nothing is there is no shadow.
+                    if depth < np.inf:
+                        nearest, farthest = min(nearest, depth), max(farthest, depth)
+            if nearest > farthest:
+                continue
+            for axis in range(2):
+                line = from_pixel[axis]
+                ray = line[0] * (first_column + 0.5) + line[1] * (first_row + 0.5) + line[2]
+                along, down = line[0] * (last_column - first_column), line[1] * (last_row - first_row)
+                least, greatest = ray + min(along, 0.0) + min(down, 0.0), ray + max(along, 0.0) + max(down, 0.0)
+                low = min(least * nearest, least * farthest) + line[3] - _MARGIN
+                high = max(greatest * nearest, greatest * farthest) + line[3] + _MARGIN
+                end = wanted.shape[0] * TILE - 1.0
+                bounds[axis, 0] = int(min(max(low, 0.0), end)) // TILE
+                bounds[axis, 1] = int(min(max(high, 0.0), end)) // TILE
+            wanted[bounds[1, 0] : bounds[1, 1] + 1, bounds[0, 0] : bounds[0, 1] + 1] = True
 
 
 @njit(cache=True)
-def redraw_movers(
+def draw_tiles(
     scene: SceneArrays,
     poses: NDArray[np.float64],
     light_view: NDArray[np.float64],
-    bodies: NDArray[np.int64],
+    fixed: NDArray[np.int64],
+    movers: NDArray[np.int64],
     projected: NDArray[np.float64],
-    fixed_m: NDArray[np.float32],
-    height_m: NDArray[np.float32],
-    highest_m: NDArray[np.float32],
-    changed: NDArray[np.int64],
+    wanted: NDArray[np.bool_],
+    map_so_far: MapArrays,
 ) -> None:
-    """Take the movers' last shadows off ``height_m`` (their ``changed`` boxes, from ``fixed_m``); draw new
-    ones.
+    """Complete a map where it is wanted, and bring the movers' shadows in it up to date.
+
+    Args:
+        poses: (B, 4, 4) of all bodies.
+        fixed, movers: those that cast shadows.
+        projected: room for the vertices of the largest body.
+        wanted: (n, n) tiles.
     """
-    before = changed.copy()
-    for n in range(bodies.shape[0]):
+    drawn, fixed_m, height_m = map_so_far.drawn, map_so_far.fixed_m, map_so_far.height_m
+    new, stale = np.zeros_like(drawn), np.zeros(map_so_far.highest_m.shape, np.bool_)
+    has_new = new_tiles(wanted, drawn, new)
+    have_moved = has_new or not map_so_far.is_current[0]
+    for n in range(movers.shape[0]):
+        have_moved |= _differ(poses[movers[n]], map_so_far.poses_drawn[n])
+    if not have_moved:
+        return
+    spans = np.empty((drawn.shape[0], 2), np.int64)
+    box = np.empty(4, np.int64)
+    if has_new:
+        span_tiles(new, height_m.shape[0], spans)
+        fill_tiles(new, fixed_m)
+        for n in range(fixed.shape[0]):
+            _draw_body(scene, poses[fixed[n]], light_view, fixed[n], projected, spans, fixed_m, box)
+        copy_tiles(new, fixed_m, height_m, stale)
+        drawn |= new
+    changed = map_so_far.changed
+    for n in range(movers.shape[0]):
+        mark_blocks(changed[n], stale)
         for row in range(changed[n, 0], changed[n, 1]):
             for column in range(changed[n, 2], changed[n, 3]):
                 height_m[row, column] = fixed_m[row, column]
-    for n in range(bodies.shape[0]):
-        _draw_body(scene, poses[bodies[n]], light_view, bodies[n], projected, height_m, changed[n])
-    for n in range(bodies.shape[0]):
-        find_highest(height_m, before[n], highest_m)
-        find_highest(height_m, changed[n], highest_m)
+    span_tiles(drawn, height_m.shape[0], spans)
+    for n in range(movers.shape[0]):
+        pose = poses[movers[n]]
+        _draw_body(scene, pose, light_view, movers[n], projected, spans, height_m, changed[n])
+        mark_blocks(changed[n], stale)
+        map_so_far.poses_drawn[n] = pose
+    find_highest(height_m, stale, map_so_far.highest_m)
+    map_so_far.is_current[0] = True
 
 
 @njit(cache=True)
-def find_highest(height_m: NDArray[np.float32], changed: NDArray[np.int64], highest_m: NDArray[np.float32]) -> None:
-    """Write the greatest height (N / BLOCK, N / BLOCK) of each block with texels in a box of rows and columns.
+def _differ(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            if a[i, j] != b[i, j]:
+                return True
+    return False
 
-    A block ends with the first row and column of the next, so that it holds all of the 2x2 texels that begin in it.
-    """
-    size = height_m.shape[0]
-    if changed[0] >= changed[1] or changed[2] >= changed[3]:
-        return
-    for block_row in range(max(changed[0] - 1, 0) // BLOCK, (changed[1] - 1) // BLOCK + 1):
-        for block_column in range(max(changed[2] - 1, 0) // BLOCK, (changed[3] - 1) // BLOCK + 1):
-            highest = height_m[block_row * BLOCK, block_column * BLOCK]
-            for row in range(block_row * BLOCK, min(block_row * BLOCK + BLOCK + 1, size)):
-                for column in range(block_column * BLOCK, min(block_column * BLOCK + BLOCK + 1, size)):
-                    highest = max(highest, height_m[row, column])
-            highest_m[block_row, block_column] = highest
+
+@njit(cache=True)
+def _may_reach(
+    light_view: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    centre_m: NDArray[np.float64],
+    radius_m: float,
+    spans: NDArray[np.int64],
+) -> bool:
+    """Return False if a body's bounding sphere surely lies outside the spans."""
+    column, row, scale = light_view[0, 3], light_view[1, 3], 0.0
+    for k in range(3):
+        place_m = pose[k, 3]
+        for j in range(3):
+            place_m += pose[k, j] * centre_m[j]
+        column += light_view[0, k] * place_m
+        row += light_view[1, k] * place_m
+        scale += light_view[0, k] * light_view[0, k]
+    reach = radius_m * np.sqrt(scale) + 1.0
+    end = spans.shape[0] * TILE - 1.0
+    if row + reach < 0.0 or row - reach > end:
+        return False
+    for i in range(int(max(row - reach, 0.0)) // TILE, int(min(row + reach, end)) // TILE + 1):
+        if spans[i, 0] < column + reach and column - reach < spans[i, 1]:
+            return True
+    return False
 
 
 @njit(cache=True)
@@ -108,15 +189,16 @@ def _draw_body(
     light_view: NDArray[np.float64],
     body: int,
     projected: NDArray[np.float64],
+    spans: NDArray[np.int64],
     height_m: NDArray[np.float32],
     changed: NDArray[np.int64],
 ) -> None:
-    """Raise ``height_m`` to the body's faces that look to the sun; ``changed`` is set to the rows and columns
-    (first, after the last, first, after the last) that may have changed. The outermost texels are left out.
+    """Raise ``height_m`` within the spans to the body's faces that look to the sun; ``changed`` is set to the rows and
+    columns (first, after the last, first, after the last) that may have changed. The outermost texels are left out.
     """
     size = height_m.shape[0]
     changed[0], changed[1], changed[2], changed[3] = size, 0, size, 0
-    if not body_may_show(light_view, pose, scene.centre_m[body], scene.radius_m[body], size, size, 0.0):
+    if not _may_reach(light_view, pose, scene.centre_m[body], scene.radius_m[body], spans):
         return
     start = scene.first_vertex[body]
     project_body(light_view, pose, scene.vertices_m[start : scene.first_vertex[body + 1]], projected)
@@ -132,8 +214,11 @@ def _draw_body(
                 projected[a, 3] * weights[0, k] + projected[b, 3] * weights[1, k] + projected[c, 3] * weights[2, k]
             )
         for row in range(max(first, 1), min(last, size - 1)):
+            span_left, span_right = spans[row // TILE, 0], spans[row // TILE, 1]
+            if span_left >= span_right:
+                continue
             left, right = row_span(edges, edge_count, row, size)
-            left, right = max(left, 1), min(right, size - 1)
+            left, right = max(left, span_left, 1), min(right, span_right, size - 1)
             if left >= right:
                 continue
             changed[0], changed[1] = min(changed[0], row), max(changed[1], row + 1)

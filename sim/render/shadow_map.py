@@ -3,7 +3,7 @@
 A map covers a square *region* of the plane square to the sun. Regions come from a fixed lattice (sides in
 powers of sqrt 2, centres a sixth of a side apart), so which region a view gets depends on the view alone and
 never on the views before it, while neighbouring views mostly share one: bodies that never move are drawn once
-for a region and kept.
+for a region and kept. A view looks at a part of its region alone, so that is drawn tile by tile as it is wanted.
 """
 
 from __future__ import annotations
@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.render.scene import SceneArrays, pack_geometry
-from sim.render.shadow_kernels import BLOCK, draw_fixed, find_highest, redraw_movers
+from sim.render.shadow_kernels import draw_tiles
+from sim.render.shadow_tiles import BLOCK, MapArrays, forget, new_map
 from sim.world import World
-
-NOTHING = np.float32(-1e30)
-"""Height in a texel that no caster covers."""
 
 _CENTRES_PER_SIDE = 6
 _REGIONS_KEPT = 3
@@ -55,15 +53,18 @@ def light_axes(sun_direction: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([right, np.cross(-towards, right), towards])
 
 
-class _Region:
-    """What is kept of a region: heights without and with movers, the movers' boxes in it, and their poses by then."""
+@dataclass(frozen=True, eq=False)
+class Region:
+    """What is kept of a region.
 
-    def __init__(self, size: int, mover_count: int) -> None:
-        self.fixed_m = np.empty((size, size), np.float32)
-        self.height_m = np.empty((size, size), np.float32)
-        self.highest_m = np.empty((size // BLOCK, size // BLOCK), np.float32)
-        self.changed = np.zeros((mover_count, 4), np.int64)
-        self.poses_drawn = np.empty((0, 4, 4))
+    Attributes:
+        light_view, texel_m: see ``ShadowMap``.
+        arrays: what is drawn of it.
+    """
+
+    light_view: NDArray[np.float64]
+    texel_m: float
+    arrays: MapArrays
 
 
 class ShadowCaster:
@@ -89,39 +90,32 @@ class ShadowCaster:
         self._size = size
         self._movers_only = movers_only
         self._body_count = -1
-        self._kept: OrderedDict[tuple[int, int, int], _Region] = OrderedDict()
+        self._kept: OrderedDict[tuple[int, int, int], Region] = OrderedDict()
 
-    def covering(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> ShadowMap:
-        """Return the map of the region between two corners, with all bodies where they are now.
+    def region(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> Region:
+        """Return the region between two corners, as far as it is drawn.
 
         Args:
             low_m, high_m: (2,) along the first two of ``axes``.
         """
         self._pack()
-        key = self._region(low_m, high_m)
-        texel_m = _side_m(key[0]) / self._size
-        light_view = self._light_view(key, texel_m)
+        key = self._key(low_m, high_m)
         if key not in self._kept:
-            self._keep(key, light_view)
+            self._kept[key] = self._new_region(key)
         self._kept.move_to_end(key)
-        region = self._kept[key]
-        poses = self._world.poses[self._movers]
-        if not np.array_equal(poses, region.poses_drawn):
-            region.poses_drawn = poses
-            redraw_movers(
-                self._scene,
-                self._world.poses,
-                light_view,
-                self._movers,
-                self._projected,
-                region.fixed_m,
-                region.height_m,
-                region.highest_m,
-                region.changed,
-            )
-        return ShadowMap(region.height_m, region.highest_m, light_view, texel_m)
+        return self._kept[key]
 
-    def _region(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> tuple[int, int, int]:
+    def draw(self, region: Region, wanted: NDArray[np.bool_]) -> ShadowMap:
+        """Return the map of a region that was just asked for, with all bodies where they are now.
+
+        Args:
+            wanted: (n, n) tiles that are looked at, see ``find_tiles``; the map holds in these alone.
+        """
+        arrays, view, movers = region.arrays, region.light_view, self._movers
+        draw_tiles(self._scene, self._world.poses, view, self._fixed, movers, self._projected, wanted, arrays)
+        return ShadowMap(arrays.height_m, arrays.highest_m, view, region.texel_m)
+
+    def _key(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> tuple[int, int, int]:
         # The lattice may miss the middle by half a step on either side; the outermost texels are empty.
         usable = 1.0 - 1.0 / _CENTRES_PER_SIDE - 4.0 / self._size
         needed_m = max(float((high_m - low_m).max()), 1.0) / usable
@@ -139,18 +133,14 @@ class ShadowCaster:
         view[3, :3] = self.axes[2]
         return view
 
-    def _keep(self, key: tuple[int, int, int], light_view: NDArray[np.float64]) -> None:
+    def _new_region(self, key: tuple[int, int, int]) -> Region:
+        texel_m = _side_m(key[0]) / self._size
         if len(self._kept) >= _REGIONS_KEPT:
-            region = self._kept.popitem(last=False)[1]
+            arrays = self._kept.popitem(last=False)[1].arrays
+            forget(arrays)
         else:
-            region = _Region(self._size, len(self._movers))
-        region.fixed_m[:] = NOTHING
-        draw_fixed(self._scene, self._world.poses, light_view, self._fixed, self._projected, region.fixed_m)
-        region.height_m[:] = region.fixed_m
-        find_highest(region.height_m, np.array([0, self._size, 0, self._size]), region.highest_m)
-        region.changed[:] = 0
-        region.poses_drawn = np.empty((0, 4, 4))
-        self._kept[key] = region
+            arrays = new_map(self._size, len(self._movers))
+        return Region(self._light_view(key, texel_m), texel_m, arrays)
 
     def _pack(self) -> None:
         if self._body_count == len(self._world.bodies):

@@ -18,13 +18,13 @@ from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, rays
 from sim.render.compilation import announce_compilation
-from sim.render.shadow_kernels import BLOCK
 from sim.render.shadow_map import ShadowCaster
+from sim.render.shadow_tiles import BLOCK
 from sim.shaders.bake_direct import sun_share
 from sim.shaders.baked_light_kernels import BakedArrays, add_up, shade_baked_picture
 from sim.shaders.black_body import black_body_rgb
 from sim.shaders.contact_shadows import STEP_M, ContactShadows
-from sim.shaders.daylight import PROBE_STEP_PX, ShadowArrays, shadows_in_view
+from sim.shaders.daylight import ShadowArrays, shadows_in_view
 from sim.shaders.lamps import BrightArea
 from sim.shaders.light_bake import BakedLight
 from sim.shaders.light_grid import light_up_places
@@ -157,7 +157,7 @@ class BakedLightShader:
         Bright areas show their own, and so does the sky where nothing is.
         """
         announce_compilation(shade_baked_picture)
-        light, shadows = self.row_light(gbuffer.depth_m[::PROBE_STEP_PX, ::PROBE_STEP_PX], camera, T_world_camera)
+        light, shadows = self.row_light(gbuffer.depth_m, camera, T_world_camera)
         radiance = np.empty((camera.height_px, 3, camera.width_px), np.float32)
         shade_baked_picture(
             light,
@@ -171,12 +171,12 @@ class BakedLightShader:
         return radiance
 
     def row_light(
-        self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> tuple[BakedArrays, ShadowArrays]:
         """Return the light of the world as it is now in one camera's picture, for the row kernel.
 
         Args:
-            probe_depth_m: depths at every 16th pixel of every 16th row.
+            depth_m: (H, W).
         """
         self._light_movers()
         corner, right, down = rays(camera, T_world_camera, np.array([(0.5, 0.5), (1.5, 0.5), (0.5, 1.5)]))
@@ -191,7 +191,7 @@ class BakedLightShader:
         casts = self._caster is not None and bool(self._sun.any())
         shadows = _NO_SHADOWS
         if casts and self._caster is not None:
-            shadows = shadows_in_view(self._caster, probe_depth_m, camera, T_world_camera)
+            shadows = shadows_in_view(self._caster, depth_m, camera, T_world_camera)
         sun_shares = self._baked.sun.share if self._baked.sun is not None else np.empty(0, np.float32)
         light = BakedArrays(
             self._panel,

@@ -25,7 +25,7 @@ from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
 from sim.render.compilation import announce_compilation
-from sim.render.shadow_kernels import bounds_across
+from sim.render.shadow_kernels import bounds_across, find_tiles
 from sim.render.shadow_map import ShadowCaster
 from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.daylight_kernels import shade_picture
@@ -34,7 +34,7 @@ from sim.world import World
 GROUND_REFLECTANCE = 0.2
 SHADOW_REACH_M = 400.0
 """Shadows are drawn on surfaces up to this depth."""
-PROBE_STEP_PX = 16
+_PROBE_STEP_PX = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,31 +132,31 @@ class DaylightShader:
         """
         announce_compilation(shade_picture)
         radiance = np.empty((camera.height_px, 3, camera.width_px), np.float32)
-        shadows = self.shadows(gbuffer.depth_m[::PROBE_STEP_PX, ::PROBE_STEP_PX], camera, T_world_camera)
+        shadows = self.shadows(gbuffer.depth_m, camera, T_world_camera)
         shade_picture(self.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
         return radiance
 
     def row_light(
-        self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> tuple[DaylightArrays, ShadowArrays]:
         """Return the light of the world as it is now in one camera's picture, for the row kernel; see ``shadows``."""
-        return self.light, self.shadows(probe_depth_m, camera, T_world_camera)
+        return self.light, self.shadows(depth_m, camera, T_world_camera)
 
     def shadows(
-        self, probe_depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> ShadowArrays:
         """Return the shadows on what a camera sees now.
 
         Args:
-            probe_depth_m: depths at every 16th pixel of every 16th row, which say what region the map must
-                cover.
+            depth_m: (H, W); those at every 16th pixel of every 16th row say what region the map must cover, all of them
+                what of it is looked at.
         """
-        return shadows_in_view(self._caster, probe_depth_m, camera, T_world_camera)
+        return shadows_in_view(self._caster, depth_m, camera, T_world_camera)
 
 
 def shadows_in_view(
     caster: ShadowCaster,
-    probe_depth_m: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
 ) -> ShadowArrays:
@@ -166,14 +166,18 @@ def shadows_in_view(
     across = caster.axes[:2]
     across_of_pixel = np.column_stack([across @ R_world_camera @ ray_of_pixel, across @ position_m])
     low_m, high_m = np.empty(2), np.empty(2)
-    bounds_across(probe_depth_m, PROBE_STEP_PX, SHADOW_REACH_M, across_of_pixel, low_m, high_m)
+    probe_depth_m = depth_m[::_PROBE_STEP_PX, ::_PROBE_STEP_PX]
+    bounds_across(probe_depth_m, _PROBE_STEP_PX, SHADOW_REACH_M, across_of_pixel, low_m, high_m)
     if not low_m[0] <= high_m[0]:
         low_m = high_m = across @ position_m
-    shadow_map = caster.covering(low_m, high_m)
-    in_map = shadow_map.light_view[[0, 1, 3]]
+    region = caster.region(low_m, high_m)
+    in_map = region.light_view[[0, 1, 3]]
     from_pixel = np.empty((3, 4))
     from_pixel[:, :3] = in_map[:, :3] @ R_world_camera @ ray_of_pixel
     from_pixel[:, 3] = in_map[:, :3] @ position_m + in_map[:, 3]
+    wanted = np.empty_like(region.arrays.drawn)
+    find_tiles(depth_m, from_pixel, wanted)
+    shadow_map = caster.draw(region, wanted)
     return ShadowArrays(
         shadow_map.height_m.ravel(),
         shadow_map.highest_m.ravel(),

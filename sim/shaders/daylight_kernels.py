@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.shadow_kernels import BLOCK
+from sim.render.shadow_tiles import BLOCK
 from sim.shaders.colour import srgb_to_linear
 
 if TYPE_CHECKING:

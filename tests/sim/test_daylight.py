@@ -8,8 +8,10 @@ import pytest
 from sim.mesh import Texture
 from sim.optics import PinholeCamera, look_down_pose, rays
 from sim.render.raster import Raster
-from sim.render.shadow_kernels import BLOCK
-from sim.render.shadow_map import NOTHING, ShadowCaster, light_axes
+from sim.render.shadow_kernels import bounds_across
+from sim.render.shadow_map import ShadowCaster, light_axes
+from sim.render.shadow_tiles import BLOCK, NOTHING, TILE
+from sim.shaders import daylight
 from sim.shaders.colour import linear_to_srgb, srgb_to_linear
 from sim.shaders.daylight import DaylightShader, Sun
 from sim.shaders.daylight_kernels import shade_picture
@@ -163,7 +165,8 @@ def test_map_knows_its_highest_texels_and_keeps_its_border_empty():
         for _ in range(12):
             for car in cars:
                 world.move(car, pose(*rng.uniform(-30, 30, 2), rng.uniform(0, 6)))
-            shadow_map = caster.covering(*np.sort(rng.uniform(-8, 8, (2, 2)), axis=0))
+            region = caster.region(*np.sort(rng.uniform(-8, 8, (2, 2)), axis=0))
+            shadow_map = caster.draw(region, np.ones_like(region.arrays.drawn))
             height_m = shadow_map.height_m
             for border in (height_m[0], height_m[-1], height_m[:, 0], height_m[:, -1]):
                 assert (border == NOTHING).all()
@@ -174,17 +177,39 @@ def test_map_knows_its_highest_texels_and_keeps_its_border_empty():
                     assert shadow_map.highest_m[i, j] == block.max()
 
 
-def test_what_lies_beyond_the_map_is_lit():
+def test_tiles_drawn_as_they_are_wanted_are_those_of_the_whole_map():
+    rng = np.random.default_rng(3)
+    with build_town(np.random.default_rng(5), extent_m=60, houses=40, cars=8, trees=10) as world:
+        bit_by_bit, at_once = (ShadowCaster(world, np.array(SUNS["low"]), size=256) for _ in range(2))
+        cars = [body for body in world.bodies if body.movable]
+        corners = np.array([[-9.0, -4.0], [6.0, 8.0]])
+        for _ in range(20):
+            for car in cars[: rng.integers(3)]:
+                world.move(car, pose(*rng.uniform(-30, 30, 2), rng.uniform(0, 6)))
+            low_m, high_m = corners + rng.uniform(0, 9)
+            regions = [caster.region(low_m, high_m) for caster in (bit_by_bit, at_once)]
+            wanted = rng.random(regions[0].arrays.drawn.shape) < 0.15
+            part = bit_by_bit.draw(regions[0], wanted)
+            whole = at_once.draw(regions[1], np.ones_like(wanted))
+            seen = np.repeat(np.repeat(wanted, TILE, axis=0), TILE, axis=1)
+            np.testing.assert_array_equal(part.height_m[seen], whole.height_m[seen])
+            for i, j in np.argwhere(wanted) * (TILE // BLOCK):
+                # Of the texels that are drawn: those of the next tiles are looked up through their own blocks.
+                inside = part.height_m[i * BLOCK : (i + 1) * BLOCK, j * BLOCK : (j + 1) * BLOCK]
+                assert part.highest_m[i, j] >= inside.max()
+
+
+def test_what_lies_beyond_the_map_is_lit(monkeypatch):
     with World() as world:
         world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
         world.add(box((300, 4, 30), GREY), pose(0, 0), name="wall", category="building")
         T_world_camera = look_down_pose(np.array([0, -30.0, 60.0]), 0, 0, 0)
         gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
         shader = DaylightShader(world, Sun((0.0, 1.0, 1.0), 1e5, colour_rgb=(1, 1, 1)), 0.0)
-        probe_m = gbuffer.depth_m[::16, ::16].copy()
-        probe_m[2:] = np.inf  # the map is asked to cover the picture's top alone
+        # The map is made to cover the picture's top alone.
+        monkeypatch.setattr(daylight, "bounds_across", lambda depth_m, *rest: bounds_across(depth_m[:2], *rest))
         radiance = np.empty((240, 3, 320), np.float32)
-        shadows = shader.shadows(probe_m, CAMERA, T_world_camera)
+        shadows = shader.shadows(gbuffer.depth_m, CAMERA, T_world_camera)
         shade_picture(shader.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
     sunny = REFLECTANCE * 1e5 * np.sqrt(0.5) / np.pi
     level = (gbuffer.instance_id == 0) & away_from_edges(gbuffer.instance_id, 2)
