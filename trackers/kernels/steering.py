@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -59,7 +61,7 @@ def steer(beliefs: NDArray[np.void], parameters: NDArray[np.void], out: NDArray[
 
 
 @njit(cache=True)
-def _is_lost(b: np.void, p: np.void) -> bool:
+def _is_lost(b: Any, p: Any) -> bool:
     """Return whether the target may as well be elsewhere: a wide posterior, or none and nothing seen for long."""
     if b.known > 0.0 and b.spread_m > 0.0:
         return b.spread_m > p.doubt * b.half_ahead_m
@@ -67,7 +69,7 @@ def _is_lost(b: np.void, p: np.void) -> bool:
 
 
 @njit(cache=True)
-def _aim(b: np.void, p: np.void) -> tuple[float, float, float]:
+def _aim(b: Any, p: Any) -> tuple[float, float, float]:
     """Return the place to bring into view (ahead, right), and which share of the target's velocity it moves with."""
     if not _is_lost(b, p):
         return b.ahead_m, b.right_m, 1.0
@@ -91,7 +93,7 @@ def _aim(b: np.void, p: np.void) -> tuple[float, float, float]:
 
 @njit(cache=True)
 def _pull(
-    b: np.void, p: np.void, ahead_m: float, right_m: float, velocity_ahead_mps: float, velocity_right_mps: float
+    b: Any, p: Any, ahead_m: float, right_m: float, velocity_ahead_mps: float, velocity_right_mps: float
 ) -> tuple[float, float]:
     """Return the velocity, over the target's, that brings a place to where it is safe in the picture."""
     height_m = max(b.height_m, 1.0)
@@ -114,7 +116,7 @@ def _pull(
 
 
 @njit(cache=True)
-def _axis_soon(b: np.void, p: np.void, height_m: float) -> tuple[float, float]:
+def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
     """Return where the optical axis meets the ground soon (ahead, right), over the height. Led outwards alone: a gust
     that dies down leaves the target in view, since it was brought no further than needed.
     """
@@ -126,7 +128,7 @@ def _axis_soon(b: np.void, p: np.void, height_m: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _climb(b: np.void, p: np.void) -> float:
+def _climb(b: Any, p: Any) -> float:
     """Return the climb rate: as low as the doubt about the target allows, to see as much of the posterior."""
     wanted_m = p.height_m
     if _is_lost(b, p):
