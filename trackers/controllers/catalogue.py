@@ -31,6 +31,8 @@ POLICY = "policy:"
 _MODULES = (
     "trackers.controllers.hold",
     "trackers.controllers.centre",
+    "trackers.controllers.search",
+    "trackers.controllers.reentry",
     "trackers.controllers.centre_robot",
     "trackers.controllers.search_robot",
     "trackers.controllers.reentry_robot",

@@ -1,0 +1,91 @@
+"""Ours: keeps the target where it stays in view, whatever the air does, and goes where it will come back into view."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackers.controllers.catalogue import register_controller
+from trackers.following.belief_keeper import BeliefKeeper
+from trackers.kernels.steering import REENTRY, steer
+from trackers.registry import tunable
+from trackers.types import CameraCommand, Carrier, Estimate, Observation
+
+_HELICOPTER = Carrier("helicopter", (), "down")
+
+
+@dataclass(frozen=True)
+class ReentryParameters:
+    """Setting of the controller.
+
+    Attributes:
+        gain_per_s: velocity for each metre that the target lies off its place.
+        urgent_per_s: velocity more for each metre that it will soon lie outside the picture.
+        soon_s: how soon; with the carrier's and the target's velocities as they are.
+        push_s: how much the carrier's lag is made up for: seconds of the acceleration wanted.
+        gust_lead_s: how far ahead a swing of the optical axis is taken to go on.
+        border: share of the picture's half sizes, along its border, that is not counted as in view.
+        rest: how far off its place, in halves of the picture, the target may lie before anything is done.
+        height_m: height above ground flown at while it is known where the target is.
+        sink_mps: how fast it sinks to that.
+        doubt: a posterior wider than this, in halves of the picture's height on the ground, is of a lost target.
+        patience_s: how long a target of a tracker without posterior may be out of view before it counts as lost.
+        search_mps: how fast the search for such a one goes outwards.
+        fastest_mps: limit of the velocity's magnitude.
+    """
+
+    gain_per_s: float = tunable(1.4, 0.2, 4.0, log=True)
+    urgent_per_s: float = tunable(2.0, 0.0, 10.0)
+    soon_s: float = tunable(0.4, 0.0, 1.0)
+    push_s: float = tunable(0.4, 0.0, 2.0)
+    gust_lead_s: float = tunable(0.8, 0.0, 1.5)
+    border: float = tunable(0.2, 0.05, 0.5)
+    rest: float = tunable(0.1, 0.0, 0.5)
+    height_m: float = tunable(42.0, 40.0, 65.0)
+    sink_mps: float = tunable(3.0, 0.5, 5.0)
+    doubt: float = 0.4
+    patience_s: float = 1.5
+    search_mps: float = 6.0
+    fastest_mps: float = 25.0
+
+
+@register_controller(
+    "reentry", role="ours", carrier="helicopter", summary="flies where the target stays, or comes back, in view"
+)
+class ReentryController:
+    """Flies no further than it must to have the target in view, soon and after the gust.
+
+    All places are on the ground, ahead and right of the point below the camera. With the place ``x`` and the velocity
+    ``v`` of the target, the own velocity ``u``, the picture's inner part ``Q`` (the border cut off) and the optical
+    axis ``a``, all as believed::
+
+        a' = a + gust_lead_s (da/dt along a, if outwards)
+        g  = the place within Q(a') nearest to the point below the camera
+        e  = x - g, nothing of it nearer than ``rest``
+        s  = x + soon_s (v - u),  s' = the place within Q(a') nearest to s
+        w  = v + gain_per_s e + urgent_per_s (s - s')
+        command = w + push_s (w - u), no faster than fastest_mps
+
+    In still air ``g`` is the point below the camera. A gust that throws the view aside moves ``g`` to the near border
+    of the tilted picture: the target is then as far off the middle as needed and no further, so that it is still in
+    view when the gust dies down. Lower down the same tilt is fewer metres of flight, so the helicopter sinks.
+
+    A target is lost when its posterior is wider than ``doubt``. Then ``x`` is the densest window of the posterior (its
+    tracker knows where it was looked for in vain), ``v`` fades, and the helicopter climbs until the picture is as large
+    as the posterior. With a tracker that gives none, the search goes outwards from the place last seen, where it was
+    not looked yet, at first the way that the target was heading.
+    """
+
+    Parameters = ReentryParameters
+
+    def __init__(self, parameters: ReentryParameters) -> None:
+        self._parameters = np.array([dataclasses.astuple(parameters)], REENTRY)
+        self._keeper = BeliefKeeper(_HELICOPTER)
+        self._command = np.zeros((1, 4))
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """Return the command for what is now believed."""
+        steer(self._keeper.update(observation, estimate), self._parameters, self._command)
+        return CameraCommand(*(float(number) for number in self._command[0]))
