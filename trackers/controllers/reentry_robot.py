@@ -54,7 +54,7 @@ class ReentryRobotParameters:
     onward_s: float = tunable(1.0, 0.0, 4.0)
     reached_m: float = tunable(0.6, 0.3, 1.5)
     look_rad_s: float = tunable(1.0, 0.4, 1.6)
-    ahead_rather: float = tunable(1.5, 0.0, 3.0)
+    ahead_rather: float = tunable(0.5, 0.0, 1.5)
     turn_cost: float = tunable(0.5, 0.0, 1.5)
 
 

@@ -39,8 +39,8 @@ _NEAREST_M = 0.4
 """Bearings to what is nearer change too fast to be followed."""
 _FASTEST_MPS = 2.0
 """People walk no faster, whatever a glimpse of them says."""
-_SEARCHED = 0.05
-"""A direction that was looked in so long ago is as good as new."""
+_ARRIVE_S = 5.0
+"""Who has not come to where the target was last seen by then does not get there: it looks around where it is."""
 
 
 @njit(cache=True)
@@ -133,7 +133,7 @@ def _look_for(b: Any, p: Any) -> tuple[float, float]:
     ahead_m, left_m = _in_own_frame(b, b.seen_x_m, b.seen_y_m)
     ahead_m, left_m = ahead_m + onward_s * ahead_mps, left_m + onward_s * left_mps
     distance_m = np.hypot(ahead_m, left_m)
-    if distance_m < p.reached_m or _has_looked(b):
+    if distance_m < p.reached_m or b.seconds_since_seen > p.patience_s + _ARRIVE_S:
         turn_rad = _unsearched_rad(b, p)
         return 0.0, min(max(p.turn_gain_per_s * turn_rad, -p.look_rad_s), p.look_rad_s)
     carrot = _carrot(b, p.carrot_m)
@@ -141,15 +141,6 @@ def _look_for(b: Any, p: Any) -> tuple[float, float]:
         ahead_m, left_m = _in_own_frame(b, b.trail_x_m[carrot], b.trail_y_m[carrot])
     course_rad = np.arctan2(left_m, ahead_m)
     return _FASTEST_MPS * max(np.cos(course_rad), 0.0) ** 2, p.turn_gain_per_s * course_rad
-
-
-@njit(cache=True)
-def _has_looked(b: Any) -> bool:
-    """Return whether it has begun to look around: some direction from the place last seen was looked in."""
-    for sector in range(SECTORS):
-        if b.searched[sector] > _SEARCHED:
-            return True
-    return False
 
 
 @njit(cache=True)
