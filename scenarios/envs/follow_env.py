@@ -85,7 +85,10 @@ class FollowEnv(gym.Env, EzPickle):
         run = self._run
         if run is None or run.ended:
             raise gym.error.ResetNeeded("step: expected reset() before it, got an episode not begun or over")
-        terms = run.step(checked_actions(action, self.action_space.shape))
+        checked = checked_actions(action, self.action_space.shape)
+        # Unless this step succeeds: after an error only a reset goes on.
+        run.ended = True
+        terms = run.step(checked)
         self._show()
         terminated = run.is_lost
         truncated = run.episode.is_over

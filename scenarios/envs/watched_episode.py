@@ -43,6 +43,7 @@ class WatchedEpisode:
         try:
             self._tracker.initialise(self.frame.observation, box.copy())
         except Exception as error:
+            self.close()
             raise self._blamed(error) from error
 
     def step(self, command: CameraCommand) -> None:
