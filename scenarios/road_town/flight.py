@@ -29,7 +29,7 @@ HELICOPTER = Carrier(
 )
 """A stick goes from its middle to the stop within about half a second."""
 _ATTITUDE_TIME_CONSTANT_S = 0.6
-_RESPONSE_TIME_S = 0.5
+RESPONSE_TIME_S = 0.5
 _WANDER_SHARE = 0.13
 """Standard deviation of a set path's wandering, as a share of half the picture's width on the ground."""
 
@@ -154,7 +154,7 @@ class Helicopter:
         horizontal = np.array([c * wanted[0] + s * wanted[1], s * wanted[0] - c * wanted[1]])
         horizontal *= min(1.0, MAXIMUM_SPEED_MPS / max(float(np.linalg.norm(horizontal)), 1e-9))
         climb = np.clip(wanted[2], -MAXIMUM_CLIMB_MPS, MAXIMUM_CLIMB_MPS)
-        response = 1 - np.exp(-self._dt_s / _RESPONSE_TIME_S)
+        response = 1 - np.exp(-self._dt_s / RESPONSE_TIME_S)
         self._velocity_mps += response * (np.array([*horizontal, climb]) - self._velocity_mps)
         yaw_rate = np.clip(wanted[3], -MAXIMUM_YAW_RATE_RAD_S, MAXIMUM_YAW_RATE_RAD_S)
         self._yaw_rate_rad_s += response * (yaw_rate - self._yaw_rate_rad_s)

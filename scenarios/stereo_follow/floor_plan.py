@@ -108,19 +108,23 @@ class FloorPlan:
         """Return where in a room people go."""
         return self.rooms[room].shrunk(_CLEARANCE_M[room])
 
+    @property
+    def free_parts(self) -> tuple[Area, ...]:
+        """Where people and the robot can be: in one of these, the free areas of rooms and lanes through openings."""
+        lanes = (
+            Area(gap.x0 - before_m, gap.y0 + _BESIDE_DOOR_M, gap.x1 + behind_m, gap.y1 - _BESIDE_DOOR_M)
+            for gap, before_m, behind_m in (
+                (self.passage, _CLEARANCE_M["corridor"], _CLEARANCE_M["hall"]),
+                (self.door, _CLEARANCE_M["hall"], _CLEARANCE_M["yard"]),
+            )
+        )
+        return (*(self.free_area(room) for room in self.rooms), *lanes)
+
     def is_free(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return at which points (..., 2) a person or the robot can be."""
         free = np.zeros(points_m.shape[:-1], dtype=np.bool_)
-        for room in self.rooms:
-            free |= self.free_area(room).holds(points_m)
-        for opening, before_m, behind_m in (
-            (self.passage, _CLEARANCE_M["corridor"], _CLEARANCE_M["hall"]),
-            (self.door, _CLEARANCE_M["hall"], _CLEARANCE_M["yard"]),
-        ):
-            lane = Area(
-                opening.x0 - before_m, opening.y0 + _BESIDE_DOOR_M, opening.x1 + behind_m, opening.y1 - _BESIDE_DOOR_M
-            )
-            free |= lane.holds(points_m)
+        for part in self.free_parts:
+            free |= part.holds(points_m)
         return free
 
     def way(self, stops_m: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:

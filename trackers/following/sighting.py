@@ -12,9 +12,9 @@ from trackers.types import Carrier, Estimate, Observation
 
 _ASSUMED_HEIGHT_M = 60.0
 """Of a camera that looks down without instruments."""
-_ASSUMED_DISTANCE_M = 3.0
+ASSUMED_DISTANCE_M = 3.0
 """Of a target before a camera that looks ahead, seen by a tracker that measures no depth; and where it looks."""
-_FARTHEST_M = 500.0
+FARTHEST_M = 500.0
 """Rays at or above the horizon meet the ground nowhere; what lies further off counts as that."""
 _TRIES = 24
 _AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -41,7 +41,7 @@ def sighting_of(carrier: Carrier, observation: Observation, estimate: Estimate) 
         axis_m = _on_ground(R, height_m, np.zeros((1, 2)))[0]
         said["axis_ahead_m"], said["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
     else:
-        said["axis_ahead_m"] = _ASSUMED_DISTANCE_M
+        said["axis_ahead_m"] = ASSUMED_DISTANCE_M
     position_px = np.asarray(estimate.position_px, dtype=float)
     if not np.isfinite(position_px).all():
         return sighting
@@ -58,7 +58,7 @@ def sighting_of(carrier: Carrier, observation: Observation, estimate: Estimate) 
         offset_m = _on_ground(R, height_m, tangents)[0]
         metres_per_pixel = height_m / camera.focal_px
     else:
-        depth_m = estimate.depth_m or _ASSUMED_DISTANCE_M
+        depth_m = estimate.depth_m or ASSUMED_DISTANCE_M
         offset_m = (R @ (depth_m * np.append(tangents[0], 1.0)))[:2]
         metres_per_pixel = depth_m / camera.focal_px
     said["known"] = 1.0
@@ -83,7 +83,7 @@ def _pose(observation: Observation, down: bool) -> tuple[NDArray[np.float64], ND
 def _on_ground(R: NDArray[np.float64], height_m: float, tangents: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return where rays (N, 2), tangents of angles right and down, meet the ground, from under the camera (N, 2)."""
     rays = tangents @ R[:, :2].T + R[:, 2]
-    steep = np.maximum(-rays[:, 2], height_m / _FARTHEST_M)
+    steep = np.maximum(-rays[:, 2], height_m / FARTHEST_M)
     return rays[:, :2] * (height_m / steep)[:, None]
 
 

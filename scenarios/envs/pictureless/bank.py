@@ -1,0 +1,88 @@
+"""Episodes decided but not drawn, as arrays: what a pictureless env plays through."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.envs.pictureless.road_bank import ROAD_VERSION, road_arrays
+from scenarios.envs.pictureless.stereo_bank import STEREO_VERSION, stereo_arrays
+from sim.checks import check
+from sim.rng import episode_seed
+
+_MAKERS = {"road-town-v1": (road_arrays, ROAD_VERSION), "stereo-follow-v1": (stereo_arrays, STEREO_VERSION)}
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeBank:
+    """E episodes of T frames of one configuration of a scenario.
+
+    Attributes:
+        scenario: catalogue id. preset: its configuration.
+        seeds: (E,) as ``reset(options={"episode_seed": ...})`` takes them.
+        arrays: what was planned, by name, E first; see ``road_bank`` and ``stereo_bank``.
+    """
+
+    scenario: str
+    preset: Any
+    seeds: NDArray[np.int64]
+    arrays: dict[str, NDArray[np.float64]]
+
+    @property
+    def frame_count(self) -> int:
+        """T."""
+        return int(self.preset.frame_count)
+
+    def index_of(self, seed: int) -> int:
+        """Return which episode has a seed. Raises ValueError for one that is not in the bank."""
+        found = np.flatnonzero(self.seeds == seed)
+        few = f"one of the {len(self.seeds)} seeds in the bank, {self.seeds[0]} to {self.seeds[-1]}"
+        check("episode_seed", len(found) > 0, few, seed)
+        return int(found[0])
+
+
+def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path | None = None) -> EpisodeBank:
+    """Plan episodes, or read those of an earlier call from a folder; planning one takes about a second.
+
+    Args:
+        preset: configuration. cache: folder, made if it is not there; None: nothing is kept.
+
+    Raises:
+        ValueError: for a scenario that cannot be played without pictures.
+    """
+    known = ", ".join(_MAKERS)
+    check("scenario", scenario in _MAKERS, f"one of {known}", repr(scenario))
+    wanted = np.array(list(seeds), dtype=np.int64)
+    check("seeds", len(wanted) > 0, "at least one", "none")
+    make, version = _MAKERS[scenario]
+    if cache is None:
+        planned = [make(preset, episode_seed(int(seed), scenario, 0)) for seed in wanted]
+        return EpisodeBank(scenario, preset, wanted, _stacked(planned))
+    settings = {k: v for k, v in dataclasses.asdict(preset).items() if k not in ("summary", "closed_loop")}
+    key = hashlib.sha256(repr((scenario, version, sorted(settings.items()))).encode()).hexdigest()[:16]
+    folder = cache / f"{scenario}-{key}"
+    folder.mkdir(parents=True, exist_ok=True)
+    planned = []
+    for seed in wanted:
+        path = folder / f"{seed}.npz"
+        if path.is_file():
+            with np.load(path, allow_pickle=False) as stored:
+                planned.append({name: stored[name] for name in stored.files})
+            continue
+        planned.append(make(preset, episode_seed(int(seed), scenario, 0)))
+        # Whoever is stopped half way leaves no file that looks whole.
+        part = folder / f"{seed}.part.npz"
+        np.savez(part, **planned[-1])
+        part.rename(path)
+    return EpisodeBank(scenario, preset, wanted, _stacked(planned))
+
+
+def _stacked(planned: list[dict[str, NDArray[np.float64]]]) -> dict[str, NDArray[np.float64]]:
+    return {name: np.ascontiguousarray(np.stack([each[name] for each in planned])) for name in planned[0]}

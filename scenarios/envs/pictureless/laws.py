@@ -1,0 +1,96 @@
+"""The controllers whose commands are corrected, for many at a time."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.envs.pictureless.worlds import AXES, World
+from trackers.controllers.catalogue import ControllerEntry, controller_entry
+from trackers.protocols import Controller
+from trackers.types import CameraModel, Carrier, EgoPose, Estimate, Observation
+
+
+class Law(Protocol):
+    """Commands of B envs."""
+
+    def begin(self, which: NDArray[np.int64]) -> None:
+        """Take it that episodes begin in the envs ``which`` (K,)."""
+        ...
+
+    def command(self, lives: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+        """Write commands (B, 4): forward, right, climb, yaw rate."""
+        ...
+
+
+class KernelLaw:
+    """A controller that is a kernel over beliefs."""
+
+    def __init__(self, entry: ControllerEntry, world: World) -> None:
+        from trackers.kernels.steering import REENTRY, steer
+
+        self._parameters = np.array([dataclasses.astuple(entry.parameters())], REENTRY)
+        self._limits, self._steer = world.limits, steer
+
+    def begin(self, which: NDArray[np.int64]) -> None:
+        """See ``Law``; beliefs are all that it goes by."""
+
+    def command(self, lives: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+        """See ``Law``."""
+        self._steer(beliefs, self._parameters, self._limits, out)
+
+
+class ControllersLaw:
+    """Any other controller, one object for each env, asked one after another: slow.
+
+    Posteriors are told as Gaussians: a controller that reads particles is told less than in the rendered env.
+    """
+
+    def __init__(self, entry: ControllerEntry, carrier: Carrier, world: World, count: int) -> None:
+        self._entry, self._world, self._down = entry, world, carrier.looks == "down"
+        self._controllers: list[Controller] = [entry.create() for _ in range(count)]
+
+    def begin(self, which: NDArray[np.int64]) -> None:
+        """See ``Law``."""
+        for k in which:
+            self._controllers[k] = self._entry.create()
+
+    def command(self, lives: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+        """See ``Law``."""
+        for k, controller in enumerate(self._controllers):
+            given = controller.command(self._observation(lives[k]), self._estimate(lives[k]))
+            out[k] = [getattr(given, name) for name in AXES]
+
+    def _observation(self, life: Any) -> Observation:
+        focal_px, half_width_px, half_height_px = self._world.camera
+        size = (round(2 * half_height_px), round(2 * half_width_px))
+        T_world_camera = np.eye(4)
+        T_world_camera[:3, :3], T_world_camera[:3, 3] = life["R_measured"], life["camera_measured_m"]
+        camera = CameraModel(size[1], size[0], float(focal_px))
+        time_s = float(life["steps"] * self._world.interval_s)
+        return Observation(np.zeros((*size, 3), np.uint8), time_s, camera, ego=EgoPose(T_world_camera))
+
+    def _estimate(self, life: Any) -> Estimate:
+        if life["known"] == 0.0:
+            return Estimate(np.full(2, np.nan), in_view_probability=0.0)
+        place_px = life["estimate_px"].copy()
+        half_px = float(life["length_share"] * self._world.camera[1])
+        spread_px = float(life["spread_m"]) * self._world.camera[0] / float(life["depth_m"])
+        return Estimate(
+            place_px,
+            box_xyxy=np.concatenate([place_px - half_px, place_px + half_px]),
+            in_view_probability=float(life["probability"]),
+            covariance_px=np.eye(2) * spread_px**2 if self._down else None,
+            depth_m=None if self._down else float(life["depth_m"]),
+        )
+
+
+def law_of(name: str, carrier: Carrier, world: World, count: int) -> Law:
+    """Return a controller for ``count`` envs. Raises ValueError for an unknown name."""
+    entry = controller_entry(name, carrier.name)
+    if name == "reentry" and carrier.name == "helicopter":
+        return KernelLaw(entry, world)
+    return ControllersLaw(entry, carrier, world, count)

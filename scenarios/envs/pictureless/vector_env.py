@@ -1,0 +1,234 @@
+"""Many envs about following at a time, without pictures: for training, see ``error_model`` for what stands for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numba import njit
+from numpy.typing import NDArray
+
+from scenarios import catalog
+from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank
+from scenarios.envs.pictureless.error_kernel import error_record
+from scenarios.envs.pictureless.error_model import SURE_PROBABILITY, ErrorModel, error_model
+from scenarios.envs.pictureless.laws import Law, law_of
+from scenarios.envs.pictureless.life import LIFE
+from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
+from scenarios.envs.pictureless.worlds import World, world_of
+from scenarios.envs.reward import TERMS
+from scenarios.envs.settings import FollowSettings
+from sim.checks import check
+from trackers.kernels.belief import BELIEF, SIGHTING, take_in
+from trackers.kernels.belief_features import FEATURES, features_of
+
+Starts = Literal["episodes", "frame-outs"]
+_TOLERANCE = 1e-6
+
+
+class PicturelessVectorEnv(gym.vector.VectorEnv):
+    """B envs with the observation ``track`` and the actions ``command`` and ``correction`` of ``FollowEnv``.
+
+    Nothing is drawn: where the target goes, the air and the walls are those of the rendered episodes with the same
+    seeds, and an error model stands for picture and tracker. A policy trained here is to be checked in the rendered
+    env. Episodes are drawn from a bank; who ends is begun anew within the same step (``final_obs`` in infos).
+    """
+
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
+
+    def __init__(
+        self,
+        num_envs: int,
+        scenario: str,
+        tracker: str,
+        *,
+        max_episode_steps: int | None = None,
+        starts: Starts = "episodes",
+        seeds: Iterable[int] = range(256),
+        cache: Path | str | None = None,
+        bank: EpisodeBank | None = None,
+        model: ErrorModel | None = None,
+        **settings: Any,
+    ) -> None:
+        """Plan the bank's episodes, or read them.
+
+        Args:
+            max_episode_steps: longer episodes are truncated; None: at their last frame.
+            starts: ``episodes``: on frame 0, as in the rendered env; ``frame-outs``: a little before the target is
+                about to be lost.
+            seeds: episodes of the bank. cache: folder where planned episodes are kept.
+            bank: takes the place of ``seeds``; the settings' configuration must be its own.
+            model: another error model than the one that comes with the tracker.
+            settings: those of ``FollowSettings``, as far as they need no picture.
+        """
+        check("num_envs", num_envs >= 1, "a whole number >= 1", num_envs)
+        good = max_episode_steps is None or max_episode_steps >= 1
+        check("max_episode_steps", good, "None or a whole number >= 1", max_episode_steps)
+        check("starts", starts in get_args(Starts), f"one of {', '.join(get_args(Starts))}", repr(starts))
+        self.settings = _checked(FollowSettings(scenario, tracker, **settings))
+        self.carrier = catalog.scenario(scenario).carrier
+        preset = self.settings.configuration({})
+        if bank is None:
+            bank = episode_bank(scenario, preset, seeds, None if cache is None else Path(cache))
+        check("bank", bank.preset == preset, f"episodes of the configuration {preset}", bank.preset)
+        self.bank, self.num_envs = bank, num_envs
+        model = error_model(tracker) if model is None else model
+        self._at_frame_outs = starts == "frame-outs"
+        self._most_steps = max_episode_steps or bank.frame_count
+        link = self.settings.link_settings
+        self._world: World = world_of(bank, self.carrier, link, error_record(model))
+        self._law: Law | None = None
+        if self.settings.action == "correction":
+            self._law = law_of(self.settings.controller, self.carrier, self._world, num_envs)
+        self._obeyed = np.flatnonzero(self._world.limits)
+        self.single_observation_space = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
+        self.single_action_space = gym.spaces.Box(-1.0, 1.0, (len(self._obeyed),), np.float32)
+        self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, num_envs)
+        self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
+        self.lives = np.zeros(num_envs, LIFE)
+        self.beliefs, self.sightings = np.zeros(num_envs, BELIEF), np.zeros(num_envs, SIGHTING)
+        self._waiting = np.zeros((num_envs, link.delay_frames, 4))
+        self._wanted, self._terms = np.zeros((num_envs, 4)), np.zeros((num_envs, len(TERMS)))
+        self._features = np.zeros((num_envs, len(FEATURES)), np.float32)
+        self._weights = weights_of(self.settings.reward)
+        self._loss_frames = max(round(self.settings.reward.loss_after_s / self._world.interval_s), 1)
+        lost_after_s = self.settings.lost_after_s
+        self._lost_frames = np.inf if lost_after_s is None else max(round(lost_after_s / self._world.interval_s), 1)
+        self._begun = False
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begin everywhere anew.
+
+        Args:
+            seed: of all that is random, one number for all envs together.
+            options: ``episode_seed``: which of the bank's episodes all envs live through, on frame 0.
+        """
+        check("seed", seed is None or isinstance(seed, int | np.integer), "None or one whole number", seed)
+        super().reset(seed=seed)  # type: ignore[arg-type]
+        wanted = options or {}
+        for name in wanted:
+            check("options", name == "episode_seed", "episode_seed alone", repr(name))
+        self._begun = True
+        every = np.arange(self.num_envs)
+        if "episode_seed" in wanted:
+            self._begin(every, np.full(self.num_envs, self.bank.index_of(wanted["episode_seed"])), False)
+        else:
+            self._begin(every, self._drawn(self.num_envs), self._at_frame_outs)
+        return self._observed(), self._infos()
+
+    def step(
+        self, actions: NDArray[Any]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Move all on by a frame.
+
+        Raises:
+            ResetNeeded: before the first reset.
+            ValueError: for actions of another shape, not finite or outside [-1, 1].
+        """
+        if not self._begun:
+            raise gym.error.ResetNeeded("step: expected reset() before it, got episodes not begun")
+        self._command(self._checked_actions(actions))
+        self._world.move(self.lives, self._wanted, self._waiting, self.sightings, self.np_random)
+        take_in(self.beliefs, self.sightings, self._world.interval_s)
+        lives = self.lives
+        terms_of(lives, self._weights, self._loss_frames, 2.0 * self._world.camera[1], self._world.limits, self._terms)
+        terminated = lives["frames_out"] >= self._lost_frames
+        truncated = (lives["frame"] + 1 >= self.bank.frame_count) | (lives["steps"] >= self._most_steps)
+        observed, infos = self._observed(), self._infos()
+        ended = np.flatnonzero(terminated | truncated)
+        if len(ended) > 0:
+            self._begin_again(ended, observed, infos)
+        return observed, self._terms.sum(axis=1), terminated, truncated, infos
+
+    def _begin_again(self, ended: NDArray[np.int64], observed: NDArray[np.float32], infos: dict[str, Any]) -> None:
+        """Begin anew where episodes have ended, and say with what they ended."""
+        last = np.full(self.num_envs, None, dtype=object)
+        for k in ended:
+            last[k] = observed[k].copy()
+        infos["final_obs"], infos["_final_obs"] = last, np.isin(np.arange(self.num_envs), ended)
+        self._begin(ended, self._drawn(len(ended)), self._at_frame_outs)
+        observed[ended] = self._observed()[ended]
+
+    def _drawn(self, count: int) -> NDArray[np.int64]:
+        return self.np_random.integers(len(self.bank.seeds), size=count)
+
+    def _begin(self, which: NDArray[np.int64], episodes: NDArray[np.int64], at_frame_outs: bool) -> None:
+        self._waiting[which] = self._wanted[which] = 0.0
+        self._world.begin(self.lives, which, episodes, at_frame_outs, self.sightings, self.np_random)
+        beliefs = np.zeros(len(which), BELIEF)
+        take_in(beliefs, self.sightings[which], self._world.interval_s)
+        if at_frame_outs:
+            _know_motion(beliefs, self.lives[which], *self._world.target_velocity_mps(self.lives[which]))
+        self.beliefs[which] = beliefs
+        if self._law is not None:
+            self._law.begin(which)
+
+    def _command(self, actions: NDArray[np.float64]) -> None:
+        """Write the commands (B, 4) that actions mean."""
+        limits = self._world.limits[self._obeyed]
+        if self._law is None:
+            self._wanted[:, self._obeyed] = np.clip(actions, -1.0, 1.0) * limits
+            return
+        self._law.command(self.lives, self.beliefs, self._wanted)
+        own = np.clip(self._wanted[:, self._obeyed] / limits, -1.0, 1.0)
+        corrected = np.clip(own + self.settings.correction_share * actions, -1.0, 1.0) * limits
+        if self.settings.corrects == "unseen":
+            seen = (self.lives["known"] > 0.0) & (self.lives["probability"] >= SURE_PROBABILITY)
+            corrected[seen] = self._wanted[:, self._obeyed][seen]
+        self._wanted[:, self._obeyed] = corrected
+
+    def _observed(self) -> NDArray[np.float32]:
+        """Return the beliefs' features (B, F), a fresh array."""
+        shares = self._wanted / np.where(self._world.limits > 0.0, self._world.limits, np.inf)
+        features_of(self.beliefs, np.clip(shares, -1.0, 1.0), self._features)
+        return np.clip(self._features, -1.0, 1.0)
+
+    def _infos(self) -> dict[str, Any]:
+        """Return what is so: arrays (B,), of the step itself where an episode has just ended."""
+        lives = self.lives
+        return {
+            "episode_seed": self.bank.seeds[lives["episode"]],
+            "frame": lives["frame"].copy(),
+            "in_view": lives["in_view"] > 0.0,
+            "centring": lives["centring"].copy(),
+            "length_px": lives["length_px"].copy(),
+            **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
+        }
+
+    def _checked_actions(self, actions: NDArray[Any]) -> NDArray[np.float64]:
+        shape = self.action_space.shape
+        given = np.asarray(actions, dtype=float)
+        good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
+        check("actions", good, f"numbers of shape {shape} from -1 to 1", actions)
+        return given
+
+
+@njit(cache=True)
+def _know_motion(
+    beliefs: Any, lives: Any, east_mps: NDArray[np.float64], north_mps: NDArray[np.float64]
+) -> None:
+    """Let fresh beliefs know of the motion that was before they began, as older ones do."""
+    for k in range(len(beliefs)):
+        b, life = beliefs[k], lives[k]
+        c, s = np.cos(b.heading_rad), np.sin(b.heading_rad)
+        b.velocity_x_mps, b.velocity_y_mps = east_mps[k], north_mps[k]
+        b.velocity_ahead_mps = c * east_mps[k] + s * north_mps[k]
+        b.velocity_right_mps = s * east_mps[k] - c * north_mps[k]
+        b.own_ahead_mps, b.own_right_mps = life.obeyed[0], life.obeyed[1]
+
+
+def _checked(settings: FollowSettings) -> FollowSettings:
+    """Return settings that need no picture, or raise ValueError."""
+    check("tracker", isinstance(settings.tracker, str), "the name of one with an error model", repr(settings.tracker))
+    check("observation", settings.observation == "track", "'track' without pictures", repr(settings.observation))
+    known = ("command", "correction")
+    check("action", settings.action in known, f"one of {', '.join(known)} without pictures", repr(settings.action))
+    check("controller", isinstance(settings.controller, str), "the name of one", repr(settings.controller))
+    check("randomise", not settings.randomise, "nothing without pictures", settings.randomise)
+    return settings
