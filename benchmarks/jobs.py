@@ -36,6 +36,7 @@ class Job:
     Attributes:
         suite, scenario, preset, renderer, seed: which episode.
         controller: who steers the camera by the (then only) tracker; None = the set path.
+        controller_values: values of its parameters, other than those it was tuned to.
         trackers: who watches.
         link: how commands reach the camera's carrier, see ``scenarios.command_link``; None = as they are given.
         modules: users' own modules to import first.
@@ -54,6 +55,7 @@ class Job:
     seed: int
     controller: str | None
     trackers: tuple[str, ...]
+    controller_values: dict[str, Any] = field(default_factory=dict)
     link: str | None = None
     modules: tuple[str, ...] = ()
     repeats: int = 3
@@ -145,7 +147,7 @@ def _steering(job: Job, episode: Episode, carrier: Carrier) -> Steering | None:
         # Suites of trackers have one controller for all: the paper's, as it was written.
         return Steering(entry.create_as_written(), None, job.limit_s)
     link = CommandLink(carrier, episode.rate_hz, link_named(job.link), generator(job.seed, "link"))
-    return Steering(entry.create(), link, job.limit_s)
+    return Steering(entry.create(**job.controller_values), link, job.limit_s)
 
 
 def _live_through(

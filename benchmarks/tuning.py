@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,18 +15,13 @@ import numpy as np
 from benchmarks import pooling
 from benchmarks.jobs import Job, run_job
 from benchmarks.records import Row, write_beside
+from benchmarks.search import Found, Progress, search
 from benchmarks.suites import suite
 from benchmarks.summary import grouped
 from scenarios import catalog
 from trackers import registry
 
 TUNED_FOLDER = Path(__file__).resolve().parent.parent / "trackers" / "tuned"
-_BATCH = 8
-"""Trials that watch the same pictures: making those is the larger part of the work."""
-_SEARCH_SEED = 0
-_INSTALL = "pip install 'frameout[tune]'"
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -91,43 +86,48 @@ def score_of(rows: Sequence[Row], suite_name: str) -> float:
     return total
 
 
-def tune(name: str, budget: Budget, progress: Progress) -> Tuned:
-    """Search the tunable parameters of one tracker; deterministic but for ties in time limits.
+def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = None) -> Tuned:
+    """Search the tunable parameters of one tracker; deterministic but for ties in time limits and stops on the way.
 
-    Tree-structured Parzen estimator (Optuna), asked for batches of settings that watch the same pictures. The best of
-    many settings on a few seeds is partly luck: it replaces the defaults only if it is better on fresh seeds too.
+    Settings are tried in batches that watch the same pictures. The best of many settings on a few seeds is partly
+    luck: it replaces the defaults only if it is better on fresh seeds too.
+
+    Args:
+        studies: see ``benchmarks.search``.
 
     Raises:
         ValueError: if Optuna is not there, the tracker has nothing to tune.
     """
-    optuna = _optuna()
-    fields = tunables(name)
-    study = optuna.create_study(
-        direction="maximize", sampler=optuna.samplers.TPESampler(seed=_SEARCH_SEED, constant_liar=True)
-    )
     defaults = registry.entry(name).written()
-    study.enqueue_trial(defaults)
-    tried = 0
-    while tried < budget.trials:
-        asked = [study.ask() for _ in range(min(_BATCH, budget.trials - tried))]
-        settings = {f"{name}#{trial.number}": _suggested(trial, fields) for trial in asked}
-        scores = _scores(name, settings, budget)
-        for trial, label in zip(asked, settings, strict=True):
-            study.tell(trial, scores[label])
-        tried += len(asked)
-        progress(tried, budget.trials)
-    fresh = _scores(name, {"best": study.best_params, "defaults": defaults}, budget.on_fresh_seeds())
+    found = search(
+        name,
+        tunables(name),
+        defaults,
+        budget.trials,
+        lambda settings: _scores(name, settings, budget),
+        progress,
+        studies,
+        dataclasses.replace(budget, trials=0, workers=0),
+    )
+    fresh = _scores(name, {"best": found.best, "defaults": defaults}, budget.on_fresh_seeds())
+    return chosen(found, fresh["best"], fresh["defaults"])
+
+
+def chosen(found: Found, fresh_score: float, fresh_default_score: float) -> Tuned:
+    """Return what a search found, or the defaults where those are as good on fresh seeds."""
     return Tuned(
-        parameters=study.best_params if fresh["best"] > fresh["defaults"] else {},
-        score=study.best_value,
-        default_score=study.trials[0].value,
-        fresh_score=fresh["best"],
-        fresh_default_score=fresh["defaults"],
-        trials=len(study.trials),
+        parameters=found.best if fresh_score > fresh_default_score else {},
+        score=found.score,
+        default_score=found.default_score,
+        fresh_score=fresh_score,
+        fresh_default_score=fresh_default_score,
+        trials=found.trials,
     )
 
 
-def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str, folder: Path) -> Path:
+def write_tuned(
+    name: str, tuned: Tuned, suite_name: str, presets: Sequence[str], seeds: range, command: str, folder: Path
+) -> Path:
     """Write ``NAME.json``; in ``TUNED_FOLDER`` its values take the place of the defaults. Return its path."""
     document = {
         "parameters": {key: tuned.parameters[key] for key in sorted(tuned.parameters)},
@@ -135,26 +135,17 @@ def write_tuned(name: str, tuned: Tuned, budget: Budget, command: str, folder: P
         "default_score": round(tuned.default_score, 6),
         "fresh_score": round(tuned.fresh_score, 6),
         "fresh_default_score": round(tuned.fresh_default_score, 6),
-        "score_is": " + ".join(f"{factor:g} {metric}" for metric, factor in suite(budget.suite).tuned_for.items()),
+        "score_is": " + ".join(f"{factor:g} {metric}" for metric, factor in suite(suite_name).tuned_for.items()),
         "trials": tuned.trials,
-        "seeds": f"{budget.seeds.start}:{budget.seeds.stop}",
-        "suite": budget.suite,
-        "preset": " ".join(budget.presets),
+        "seeds": f"{seeds.start}:{seeds.stop}",
+        "suite": suite_name,
+        "preset": " ".join(presets),
         "command": command,
     }
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.json"
     write_beside(path, json.dumps(document, indent=1) + "\n")
     return path
-
-
-def _suggested(trial: Any, fields: dict[str, dataclasses.Field[Any]]) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for key, field in fields.items():
-        low, high, log = (field.metadata[part] for part in ("low", "high", "log"))
-        suggest = trial.suggest_int if isinstance(field.default, int) else trial.suggest_float
-        values[key] = suggest(key, low, high, log=log)
-    return values
 
 
 def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
@@ -187,12 +178,3 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
 def _who_watches(closed_loop: bool, labels: tuple[str, ...]) -> list[tuple[str, ...]]:
     """In closed loop everyone has pictures of his own."""
     return [(label,) for label in labels] if closed_loop else [labels]
-
-
-def _optuna() -> Any:
-    try:
-        import optuna
-    except ImportError:
-        raise ValueError(f"tune: expected Optuna to be installed ({_INSTALL}), got none") from None
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
-    return optuna

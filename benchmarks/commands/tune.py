@@ -1,4 +1,4 @@
-"""``frameout tune``: choose trackers' parameters."""
+"""``frameout tune``: choose parameters of trackers and of controllers."""
 
 from __future__ import annotations
 
@@ -8,68 +8,113 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, SEEDS, TEST_SPLIT, WORKERS, cores, names
+from benchmarks.commands.arguments import FOLDER, NAMES, ONE_NAME, SEEDS, TEST_SPLIT, WORKERS, cores, names
 from benchmarks.commands.learn_colours import development_seeds
 from benchmarks.commands.progress import progress_bar
-from benchmarks.tuning import TUNED_FOLDER, Budget, tunables, tune, write_tuned
+from benchmarks.policies.controller_tuning import SUITE, ControllerBudget, tune_controller
+from benchmarks.suites import suite
+from benchmarks.tuning import TUNED_FOLDER, Budget, Tuned, tunables, tune, write_tuned
+from scenarios import catalog
 from trackers import registry
 
 
 @dataclass(frozen=True)
 class Tune:
-    """Choose trackers' parameters on development seeds, by the same search, score and number of trials for
-    each, on the first suite it takes part in.
+    """Choose parameters on development seeds, by the same search, score and number of trials for each.
 
-    Writes trackers/tuned/NAME.json with the values, the score, the number of trials, the seeds and this
-    command; from then on these values are used in place of the defaults. Variants share the values of the
-    tracker they are made of. Needs Optuna (pip install 'frameout[tune]').
+    Trackers are tuned on the first suite they take part in. Controllers are tuned for suite `follow`: searched for
+    without pictures, where a model of the tracker's errors stands for it, and checked in rendered episodes. Writes
+    trackers/tuned/NAME.json (controllers: trackers/tuned/controllers/CARRIER/NAME.json) with the values, the score, the
+    number of trials, the seeds and this command; from then on these values are used in place of the defaults. Variants
+    share the values of the tracker they are made of. Stopped at any moment, the same command goes on. Needs Optuna
+    (pip install 'frameout[tune]').
 
     Attributes:
-        trackers: names (default: every tracker that declares something to tune).
-        trials: settings to try for each tracker.
-        preset: one or more presets; their scores are averaged.
+        trackers: names (default, if no controllers are named: every tracker that declares something to tune).
+        controllers: names of controllers to tune instead.
+        scenario: what the controllers follow in.
+        tracker: that tells the controllers (default: the suite's own).
+        trials: settings to try for each.
+        preset: one or more presets, of controllers one; their scores are averaged.
         seeds: episodes A:B, below 10,000; the best setting takes the defaults' place if it is better than they are on
-            the B - A episodes after these too.
+            the B - A episodes after these too (controllers: on --fresh of them).
+        fresh: rendered episodes that controllers' best settings are checked on.
         workers: processes.
         out: folder for the values (default: trackers/tuned, the only place from which they are used).
+        studies: folder where every trial is kept, with plots.
     """
 
     trackers: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    controllers: Annotated[tuple[str, ...], NAMES] = ()
+    scenario: str = "road-town"
+    tracker: Annotated[str, ONE_NAME] = ""
     trials: int = 40
     preset: tuple[str, ...] = ("standard",)
     seeds: Annotated[str, SEEDS] = "0:4"
+    fresh: int = 8
     workers: Annotated[int | None, WORKERS] = None
     out: Annotated[Path, FOLDER] = TUNED_FOLDER
+    studies: Annotated[Path, FOLDER] = Path("results/tune")
 
     def run(self) -> int:
         """Tune them one after the other; return the exit status."""
         seeds = development_seeds(self.seeds)
-        if self.trials < 1:
-            raise ValueError(f"trials: expected a whole number >= 1, got {self.trials}")
-        chosen = names(self.trackers) or tuple(filter(_has_tunables, registry.entries()))
-        for name in chosen:
-            tunables(name)
-        budgets = {
-            name: Budget(registry.entry(name).suites[0], names(self.preset), seeds, self.trials, cores(self.workers))
-            for name in chosen
-        }
-        if seeds.stop + len(seeds) > TEST_SPLIT.start:
+        for parameter, value in (("trials", self.trials), ("fresh", self.fresh)):
+            if value < 1:
+                raise ValueError(f"{parameter}: expected a whole number >= 1, got {value}")
+        if seeds.stop + max(len(seeds), self.fresh) > TEST_SPLIT.start:
             raise ValueError(
                 f"seeds: expected as many development seeds after them, below {TEST_SPLIT.start}, to check the best "
                 f"setting on, got {self.seeds!r}"
             )
-        for name in chosen:
-            with progress_bar(f"{name}, {self.trials} trials") as progress:
-                tuned = tune(name, budgets[name], progress)
-            command = (
-                f"frameout tune {name} --trials {self.trials} --preset {' '.join(self.preset)} --seeds {self.seeds}"
-            )
-            path = write_tuned(name, tuned, budgets[name], command, self.out)
-            print(
-                f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}; on fresh seeds "
-                f"{tuned.fresh_score:.3f} and {tuned.fresh_default_score:.3f}: {path}"
-            )
+        if self.controllers:
+            self._tune_controllers(seeds)
+        if self.trackers or not self.controllers:
+            self._tune_trackers(seeds)
         return 0
+
+    def _tune_trackers(self, seeds: range) -> None:
+        known = names(self.trackers) or tuple(filter(_has_tunables, registry.entries()))
+        for name in known:
+            tunables(name)
+        for name in known:
+            suite_name = registry.entry(name).suites[0]
+            budget = Budget(suite_name, names(self.preset), seeds, self.trials, cores(self.workers))
+            with progress_bar(f"{name}, {self.trials} trials") as progress:
+                tuned = tune(name, budget, progress, self.studies)
+            path = write_tuned(name, tuned, suite_name, budget.presets, seeds, self._command(name), self.out)
+            _tell(name, tuned, path)
+
+    def _tune_controllers(self, seeds: range) -> None:
+        scenario = catalog.scenario(self.scenario)
+        (preset,) = names(self.preset)
+        tracker = self.tracker or suite(SUITE).scene(scenario.id).trackers[0]
+        budget = ControllerBudget(
+            scenario=scenario.id,
+            preset=preset,
+            tracker=tracker,
+            seeds=seeds,
+            fresh=range(seeds.stop, seeds.stop + self.fresh),
+            trials=self.trials,
+            workers=cores(self.workers),
+            cache=self.studies / "episodes",
+        )
+        for name in names(self.controllers):
+            with progress_bar(f"{name}, {self.trials} trials") as progress:
+                tuned = tune_controller(name, budget, progress, self.studies)
+            command = self._command(f"--controllers {name} --scenario {self.scenario} --fresh {self.fresh}")
+            folder = self.out / "controllers" / scenario.carrier.name
+            _tell(name, tuned, write_tuned(name, tuned, SUITE, (preset,), seeds, command, folder))
+
+    def _command(self, who: str) -> str:
+        return f"frameout tune {who} --trials {self.trials} --preset {' '.join(self.preset)} --seeds {self.seeds}"
+
+
+def _tell(name: str, tuned: Tuned, path: Path) -> None:
+    print(
+        f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}; on fresh seeds "
+        f"{tuned.fresh_score:.3f} and {tuned.fresh_default_score:.3f}: {path}"
+    )
 
 
 def _has_tunables(name: str) -> bool:

@@ -76,7 +76,7 @@ FOLLOW = Suite(
         "sr_500",
     ),
     compared=tuple(metric.name for metric in COMPARED),
-    tuned_for={"time_in_view": 1.0},
+    tuned_for={"time_in_view": 1.0, "effort": -0.1},
     events=EVENTS,
     silence="nothing by itself: its controller is told so, and what the camera sees is what counts",
     figures=figures,

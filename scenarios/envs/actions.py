@@ -82,10 +82,10 @@ def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
         return Commands(carrier)
     if settings.action == "parameters":
         entry = _named_entry(settings, carrier)
-        return Parameters(entry, entry.create())
+        return Parameters(entry, entry.create(**settings.controller_values))
     controller = settings.controller
     if isinstance(controller, str):
-        controller = controller_entry(controller, carrier.name).create()
+        controller = controller_entry(controller, carrier.name).create(**settings.controller_values)
     return Corrections(carrier, controller, settings.correction_share, settings.corrects == "unseen")
 
 

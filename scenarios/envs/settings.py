@@ -37,6 +37,7 @@ class FollowSettings:
             takes the place of ``preset``.
         link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``), or a ``Link``.
         controller: name, or an object with ``command``; for the actions ``correction`` and ``parameters`` alone.
+        controller_values: values of a named controller's parameters, other than those it was tuned to.
         observation: what is observed: ``track`` what the tracker believes and the carrier measures, ``pixels`` the
             picture (the left one of a pair), ``both``.
         action: what an action is: the ``command`` itself, a ``correction`` that is added to the controller's command,
@@ -56,6 +57,7 @@ class FollowSettings:
     difficulty: float | None = None
     link: str | Link = "prompt"
     controller: Any = "centre"
+    controller_values: Mapping[str, Any] = field(default_factory=dict)
     observation: ObservationMode = "track"
     action: ActionMode = "command"
     correction_share: float = 0.7

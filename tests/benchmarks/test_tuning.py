@@ -60,7 +60,9 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     assert tuned.fresh_score > tuned.fresh_default_score
     assert tune("fake_shaky", BUDGET, lambda done, of: None) == tuned
 
-    path = write_tuned("fake_shaky", tuned, BUDGET, "frameout tune fake_shaky", tmp_path)
+    path = write_tuned(
+        "fake_shaky", tuned, BUDGET.suite, BUDGET.presets, BUDGET.seeds, "frameout tune fake_shaky", tmp_path
+    )
     document = json.loads(path.read_text())
     assert path.name == "fake_shaky.json"
     assert document["parameters"] == tuned.parameters

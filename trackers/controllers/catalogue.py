@@ -74,6 +74,10 @@ class ControllerEntry:
         """Return a fresh controller with the values it was written with, whatever tuning found."""
         return self.controller(self._made(dict(self.overrides)))
 
+    def written(self) -> dict[str, Any]:
+        """Return the values that the controller was written with, of all that tuning may set."""
+        return {name: each.default for name, each in self.tunables().items()} | dict(self.overrides)
+
     def tunables(self) -> dict[str, dataclasses.Field[Any]]:
         """Return the parameters that declare a range to be tuned in (``registry.tunable``), by name."""
         fields = dataclasses.fields(self.controller.Parameters)  # type: ignore[attr-defined]

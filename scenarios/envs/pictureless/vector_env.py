@@ -210,9 +210,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
 
 @njit(cache=True)
-def _know_motion(
-    beliefs: Any, lives: Any, east_mps: NDArray[np.float64], north_mps: NDArray[np.float64]
-) -> None:
+def _know_motion(beliefs: Any, lives: Any, east_mps: NDArray[np.float64], north_mps: NDArray[np.float64]) -> None:
     """Let fresh beliefs know of the motion that was before they began, as older ones do."""
     for k in range(len(beliefs)):
         b, life = beliefs[k], lives[k]

@@ -1,0 +1,123 @@
+"""Chooses a controller's parameters: searched for without pictures, checked on fresh seeds with them."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+
+from benchmarks.jobs import Job, run_job
+from benchmarks.search import Progress, search
+from benchmarks.suites import suite
+from benchmarks.tuning import Tuned, chosen, score_of
+from scenarios import catalog
+from scenarios.envs.pictureless.bank import episode_bank
+from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from scenarios.envs.reward import Reward
+from trackers.controllers.catalogue import ControllerEntry, controller_entry
+
+SUITE = "follow"
+_DEFAULTS, _BEST = "defaults", "best"
+
+
+@dataclass(frozen=True)
+class ControllerBudget:
+    """How a search is done; the same for all controllers, so that none is favoured.
+
+    Attributes:
+        scenario: catalogue id. preset, tracker: what is followed with.
+        seeds: of the episodes without pictures on which a setting is scored.
+        fresh: of the rendered episodes that the best setting is checked on.
+        trials: settings tried, the first one is the defaults.
+        workers: processes.
+        cache: folder for planned episodes.
+    """
+
+    scenario: str
+    preset: str
+    tracker: str
+    seeds: range
+    fresh: range
+    trials: int
+    workers: int
+    cache: Path | None = None
+
+
+def tune_controller(name: str, budget: ControllerBudget, progress: Progress, studies: Path | None = None) -> Tuned:
+    """Search the tunable parameters of one controller; the best replace the defaults if they are better with pictures.
+
+    Raises:
+        ValueError: if Optuna is not there, or the controller has nothing to tune.
+    """
+    entry = controller_entry(name, catalog.scenario(budget.scenario).carrier.name)
+    fields, defaults = entry.tunables(), entry.written()
+    if not fields:
+        raise ValueError(f"controllers: expected one with tunable parameters, got {name!r}, which has none")
+
+    def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
+        jobs = (joblib.delayed(score_without_pictures)(entry, values, budget) for values in settings.values())
+        found = joblib.Parallel(n_jobs=budget.workers)(jobs)
+        return dict(zip(settings, found, strict=True))
+
+    told = dataclasses.replace(budget, trials=0, workers=0, cache=None)
+    found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, told)
+    fresh = _scores_with_pictures(entry, {_BEST: found.best, _DEFAULTS: defaults}, budget)
+    return chosen(found, fresh[_BEST], fresh[_DEFAULTS])
+
+
+def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget) -> float:
+    """Return what tuning maximises (the suite's ``tuned_for``) over the budget's episodes, each lived through once."""
+    configuration = catalog.scenario(budget.scenario).presets[budget.preset]
+    bank = episode_bank(budget.scenario, configuration, budget.seeds, budget.cache)
+    envs = PicturelessVectorEnv(
+        len(budget.seeds),
+        budget.scenario,
+        budget.tracker,
+        bank=bank,
+        preset=budget.preset,
+        action="correction",
+        controller=entry.name,
+        controller_values=values,
+        reward=Reward(effort=1.0),
+    )
+    envs.reset(seed=0, options={"episode_seeds": np.array(budget.seeds)})
+    nothing = np.zeros(envs.action_space.shape or ())
+    told: dict[str, list[float]] = {"time_in_view": [], "effort": []}
+    for _ in range(bank.frame_count - 1):
+        infos = envs.step(nothing)[4]
+        told["time_in_view"].append(float(infos["in_view"].mean()))
+        told["effort"].append(-float(infos["reward_effort"].mean()))
+    envs.close()
+    return sum(factor * float(np.mean(told[metric])) for metric, factor in suite(SUITE).tuned_for.items())
+
+
+def _scores_with_pictures(
+    entry: ControllerEntry, settings: dict[str, dict[str, Any]], budget: ControllerBudget
+) -> dict[str, float]:
+    jobs = {
+        label: [
+            Job(
+                suite=SUITE,
+                scenario=budget.scenario,
+                preset=budget.preset,
+                renderer="raster",
+                seed=seed,
+                controller=entry.name,
+                controller_values=values,
+                trackers=(budget.tracker,),
+                link="prompt",
+            )
+            for seed in budget.fresh
+        ]
+        for label, values in settings.items()
+    }
+    everyone = [job for mine in jobs.values() for job in mine]
+    results = iter(joblib.Parallel(n_jobs=budget.workers)(joblib.delayed(run_job)(job) for job in everyone))
+    rows = {
+        label: [row for _ in mine for block in next(results).blocks for row in block] for label, mine in jobs.items()
+    }
+    return {label: score_of(mine, SUITE) for label, mine in rows.items()}

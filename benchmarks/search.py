@@ -1,0 +1,139 @@
+"""A search for the best setting of some parameters: the same for trackers and controllers, resumable, with plots."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+_BATCH = 8
+"""Trials that are asked for at a time: those of a tracker watch the same pictures, others run side by side."""
+_SEARCH_SEED = 0
+_INSTALL = "pip install 'frameout[tune]'"
+
+Progress = Callable[[int, int], None]
+Scores = Callable[[dict[str, dict[str, Any]]], dict[str, float]]
+"""Takes labelled settings and returns the score of each."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found.
+
+    Attributes:
+        best: the best setting. score: its. default_score: of the defaults. trials: number of settings tried.
+    """
+
+    best: dict[str, Any]
+    score: float
+    default_score: float
+    trials: int
+
+
+def search(
+    name: str,
+    fields: Mapping[str, dataclasses.Field[Any]],
+    defaults: Mapping[str, Any],
+    trials: int,
+    scores: Scores,
+    progress: Progress,
+    studies: Path | None = None,
+    budget: object = None,
+) -> Found:
+    """Maximise the score by a tree-structured Parzen estimator (Optuna), the defaults first.
+
+    Args:
+        name: of what is set. fields: parameters with the range of each in its metadata. defaults: their values.
+        studies: folder where every trial is kept; a search that was stopped goes on from there, and plots are left
+            beside. None: nothing is kept.
+        budget: what scores depend on besides: another budget is another search.
+
+    Raises:
+        ValueError: if Optuna is not there.
+    """
+    optuna = _optuna()
+    study = _study(optuna, name, studies, f"{budget!r}/{sorted(fields)}/{dict(defaults)!r}")
+    if not study.trials:
+        study.enqueue_trial(dict(defaults))
+    tried = len(_complete(optuna, study))
+    progress(tried, trials)
+    while tried < trials:
+        asked = [study.ask() for _ in range(min(_BATCH, trials - tried))]
+        settings = {f"{name}#{trial.number}": _suggested(trial, fields) for trial in asked}
+        scored = scores(settings)
+        for trial, label in zip(asked, settings, strict=True):
+            study.tell(trial, scored[label])
+        tried += len(asked)
+        progress(tried, trials)
+    complete = _complete(optuna, study)
+    default_score = next((t.value for t in complete if t.params == dict(defaults)), float("nan"))
+    if studies is not None:
+        _draw(optuna, study, studies / f"{name}.svg")
+    return Found(dict(study.best_params), float(study.best_value), float(default_score), len(complete))
+
+
+def _study(optuna: Any, name: str, studies: Path | None, told: str) -> Any:
+    """Return a study, an earlier one of the same name and budget if it was kept."""
+    if studies is None:
+        sampler = optuna.samplers.TPESampler(seed=_SEARCH_SEED, constant_liar=True)
+        return optuna.create_study(direction="maximize", sampler=sampler)
+    studies.mkdir(parents=True, exist_ok=True)
+    backend = optuna.storages.journal.JournalFileBackend(str(studies / f"{name}.journal"))
+    key = f"{name}-{hashlib.sha256(told.encode()).hexdigest()[:10]}"
+    study = optuna.create_study(
+        study_name=key,
+        storage=optuna.storages.JournalStorage(backend),
+        direction="maximize",
+        load_if_exists=True,
+    )
+    # A search that goes on draws other numbers than those it has drawn already.
+    study.sampler = optuna.samplers.TPESampler(seed=_SEARCH_SEED + len(study.trials), constant_liar=True)
+    return study
+
+
+def _complete(optuna: Any, study: Any) -> list[Any]:
+    complete: list[Any] = study.get_trials(states=(optuna.trial.TrialState.COMPLETE,))
+    return complete
+
+
+def _suggested(trial: Any, fields: Mapping[str, dataclasses.Field[Any]]) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for key, field in fields.items():
+        low, high, log = (field.metadata[part] for part in ("low", "high", "log"))
+        suggest = trial.suggest_int if isinstance(field.default, int) else trial.suggest_float
+        values[key] = suggest(key, low, high, log=log)
+    return values
+
+
+def _draw(optuna: Any, study: Any, path: Path) -> None:
+    """Draw the score of every trial, and against every parameter."""
+    from matplotlib.figure import Figure
+
+    complete = _complete(optuna, study)
+    names = sorted(complete[0].params)
+    figure = Figure(figsize=(3.0 * (len(names) + 1), 3.0), layout="constrained")
+    axes = figure.subplots(1, len(names) + 1, sharey=True, squeeze=False)[0]
+    values = [trial.value for trial in complete]
+    best = [max(values[: k + 1]) for k in range(len(values))]
+    axes[0].plot([trial.number for trial in complete], values, ".", color="0.6")
+    axes[0].plot([trial.number for trial in complete], best, "-", color="#0072b2")
+    axes[0].set(xlabel="trial", ylabel="score")
+    for axis, name in zip(axes[1:], names, strict=True):
+        axis.plot([trial.params[name] for trial in complete], values, ".", color="#0072b2")
+        axis.plot([complete[0].params[name]], [values[0]], "x", color="#d55e00")
+        axis.set_xlabel(name)
+    beside = path.with_name(f".{path.name}")
+    figure.savefig(beside, format="svg", metadata={"Date": None})
+    beside.replace(path)
+
+
+def _optuna() -> Any:
+    try:
+        import optuna
+    except ImportError:
+        raise ValueError(f"tune: expected Optuna to be installed ({_INSTALL}), got none") from None
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    return optuna
