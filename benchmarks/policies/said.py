@@ -102,7 +102,9 @@ def said_in(run: NDArray[np.void], carrier: Carrier) -> Said:
 def _camera(run: NDArray[np.void], carrier: Carrier) -> tuple[float, NDArray[np.float64]]:
     """Return focal length and half the picture's size (2,), pixels, by what sightings say of them."""
     said = run["sighting"]
-    known = np.flatnonzero((said["known"] > 0) & (np.abs(said["picture_x"]) > 0.05) & (np.abs(said["picture_y"]) > 0.05))
+    known = np.flatnonzero(
+        (said["known"] > 0) & (np.abs(said["picture_x"]) > 0.05) & (np.abs(said["picture_y"]) > 0.05)
+    )
     first = known[0]
     place_px = run["estimate_px"][known]
     both = [np.column_stack([said[name][known], np.ones(len(known))]) for name in ("picture_x", "picture_y")]
