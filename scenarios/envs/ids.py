@@ -20,7 +20,7 @@ def register_envs() -> None:
             register(
                 id=env_id,
                 entry_point="scenarios.envs.follow_env:FollowEnv",
-                vector_entry_point="scenarios.envs.vector_env:FollowVectorEnv",
+                vector_entry_point="scenarios.envs.vector_entry:follow_vector_env",
                 max_episode_steps=DEFAULT_EPISODE_STEPS,
                 kwargs={"scenario": scenario, "tracker": tracker},
             )

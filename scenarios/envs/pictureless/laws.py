@@ -10,8 +10,16 @@ from numpy.typing import NDArray
 
 from scenarios.envs.pictureless.worlds import AXES, World
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
+from trackers.kernels.steering import REENTRY, steer
+from trackers.kernels.steering_robot import REENTRY_ROBOT, steer_robot
 from trackers.protocols import Controller
 from trackers.types import CameraModel, Carrier, EgoPose, Estimate, Observation
+
+_KERNELS: dict[tuple[str, str], tuple[Any, np.dtype[Any]]] = {
+    ("helicopter", "reentry"): (steer, REENTRY),
+    ("robot", "reentry"): (steer_robot, REENTRY_ROBOT),
+}
+"""Of controllers by carrier and name: the law, and its parameters' record, fields in the order of ``Parameters``."""
 
 
 class Law(Protocol):
@@ -27,20 +35,18 @@ class Law(Protocol):
 
 
 class KernelLaw:
-    """A controller that is a kernel over beliefs."""
+    """A controller whose law is a kernel over beliefs."""
 
-    def __init__(self, entry: ControllerEntry, world: World) -> None:
-        from trackers.kernels.steering import REENTRY, steer
-
-        self._parameters = np.array([dataclasses.astuple(entry.parameters())], REENTRY)
-        self._limits, self._steer = world.limits, steer
+    def __init__(self, entry: ControllerEntry, steer: Any, record: np.dtype[Any]) -> None:
+        self._parameters = np.array([dataclasses.astuple(entry.parameters())], record)
+        self._steer = steer
 
     def begin(self, which: NDArray[np.int64]) -> None:
         """See ``Law``; beliefs are all that it goes by."""
 
     def command(self, lives: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
         """See ``Law``."""
-        self._steer(beliefs, self._parameters, self._limits, out)
+        self._steer(beliefs, self._parameters, out)
 
 
 class ControllersLaw:
@@ -91,6 +97,6 @@ class ControllersLaw:
 def law_of(name: str, carrier: Carrier, world: World, count: int) -> Law:
     """Return a controller for ``count`` envs. Raises ValueError for an unknown name."""
     entry = controller_entry(name, carrier.name)
-    if name == "reentry" and carrier.name == "helicopter":
-        return KernelLaw(entry, world)
+    if (carrier.name, name) in _KERNELS:
+        return KernelLaw(entry, *_KERNELS[carrier.name, name])
     return ControllersLaw(entry, carrier, world, count)

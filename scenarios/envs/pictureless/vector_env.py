@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scenarios import catalog
+from scenarios.envs.actions import checked_actions
 from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank
 from scenarios.envs.pictureless.error_kernel import error_record
 from scenarios.envs.pictureless.error_model import SURE_PROBABILITY, ErrorModel, error_model
@@ -27,7 +28,6 @@ from trackers.kernels.belief import BELIEF, SIGHTING, take_in
 from trackers.kernels.belief_features import FEATURES, features_of
 
 Starts = Literal["episodes", "frame-outs"]
-_TOLERANCE = 1e-6
 
 
 class PicturelessVectorEnv(gym.vector.VectorEnv):
@@ -133,7 +133,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         """
         if not self._begun:
             raise gym.error.ResetNeeded("step: expected reset() before it, got episodes not begun")
-        self._command(self._checked_actions(actions))
+        self._command(checked_actions(actions, self.action_space.shape))
         self._world.move(self.lives, self._wanted, self._waiting, self.sightings, self.np_random)
         take_in(self.beliefs, self.sightings, self._world.interval_s)
         lives = self.lives
@@ -200,13 +200,6 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             "length_px": lives["length_px"].copy(),
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }
-
-    def _checked_actions(self, actions: NDArray[Any]) -> NDArray[np.float64]:
-        shape = self.action_space.shape
-        given = np.asarray(actions, dtype=float)
-        good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
-        check("actions", good, f"numbers of shape {shape} from -1 to 1", actions)
-        return given
 
 
 @njit(cache=True)

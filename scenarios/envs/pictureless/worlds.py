@@ -1,4 +1,4 @@
-"""What differs from scenario to scenario in a pictureless env: the carrier, its instruments, what the air or walls do."""
+"""What differs from scenario to scenario without pictures: the carrier, its instruments, what air or walls do."""
 
 from __future__ import annotations
 
