@@ -84,7 +84,7 @@ def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budge
         controller_values=values,
         reward=Reward(effort=1.0),
     )
-    envs.reset(seed=0, options={"episode_seeds": np.array(budget.seeds)})
+    envs.reset(seed=0, options={"episode_seed": np.array(budget.seeds)})
     nothing = np.zeros(envs.action_space.shape or ())
     told: dict[str, list[float]] = {"time_in_view": [], "effort": []}
     for _ in range(bank.frame_count - 1):

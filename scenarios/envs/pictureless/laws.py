@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.envs.pictureless.worlds import AXES, World
+from scenarios.envs.settings import FollowSettings
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
 from trackers.kernels.steering import REENTRY, steer
 from trackers.kernels.steering_robot import REENTRY_ROBOT, steer_robot
@@ -94,9 +95,10 @@ class ControllersLaw:
         )
 
 
-def law_of(name: str, carrier: Carrier, world: World, count: int) -> Law:
-    """Return a controller for ``count`` envs. Raises ValueError for an unknown name."""
-    entry = controller_entry(name, carrier.name)
-    if (carrier.name, name) in _KERNELS:
-        return KernelLaw(entry, *_KERNELS[carrier.name, name])
+def law_of(settings: FollowSettings, carrier: Carrier, world: World, count: int) -> Law:
+    """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name."""
+    entry = controller_entry(settings.controller, carrier.name)
+    entry = dataclasses.replace(entry, overrides={**entry.overrides, **settings.controller_values})
+    if (carrier.name, entry.name) in _KERNELS:
+        return KernelLaw(entry, *_KERNELS[carrier.name, entry.name])
     return ControllersLaw(entry, carrier, world, count)

@@ -83,7 +83,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._world: World = world_of(bank, self.carrier, link, error_record(model))
         self._law: Law | None = None
         if self.settings.action == "correction":
-            self._law = law_of(self.settings.controller, self.carrier, self._world, num_envs)
+            self._law = law_of(self.settings, self.carrier, self._world, num_envs)
         self._obeyed = np.flatnonzero(self._world.limits)
         self.single_observation_space = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, (len(self._obeyed),), np.float32)
@@ -107,7 +107,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
         Args:
             seed: of all that is random, one number for all envs together.
-            options: ``episode_seed``: which of the bank's episodes all envs live through, on frame 0.
+            options: ``episode_seed``: which of the bank's episodes all envs, or each of them (B,), live through, from
+                frame 0 on.
         """
         check("seed", seed is None or isinstance(seed, int | np.integer), "None or one whole number", seed)
         super().reset(seed=seed)  # type: ignore[arg-type]
@@ -117,7 +118,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._begun = True
         every = np.arange(self.num_envs)
         if "episode_seed" in wanted:
-            self._begin(every, np.full(self.num_envs, self.bank.index_of(wanted["episode_seed"])), False)
+            seeds = np.broadcast_to(wanted["episode_seed"], self.num_envs)
+            self._begin(every, np.array([self.bank.index_of(int(each)) for each in seeds]), False)
         else:
             self._begin(every, self._drawn(self.num_envs), self._at_frame_outs)
         return self._observed(), self._infos()
