@@ -32,10 +32,11 @@ class Exits:
 
 def state_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible: float) -> VisibilityState:
     """Return the state of an object by its amodal box and the share of it that is seen."""
-    size = np.array([camera.width_px, camera.height_px])
-    if np.isnan(box_xyxy).any() or (box_xyxy[2:] <= 0).any() or (box_xyxy[:2] >= size).any():
+    left, top, right, bottom = box_xyxy.tolist()
+    # Comparisons with NaN are false.
+    if not (right > 0 and bottom > 0 and left < camera.width_px and top < camera.height_px):
         return "out"
-    if (box_xyxy[:2] < 0).any() or (box_xyxy[2:] > size).any():
+    if left < 0 or top < 0 or right > camera.width_px or bottom > camera.height_px:
         return "partial"
     return "occluded" if visible < _MOSTLY_HIDDEN else "in"
 

@@ -125,6 +125,10 @@ def visible_fraction(
     return min(1.0, np.count_nonzero(window == instance_id) / max(int(np.count_nonzero(covered)), 1))
 
 
+_OF_GROUND = [0, 1, 3]
+"""Columns of a pose that tell where points on the ground z = 0 are."""
+
+
 def ground_homography(
     camera: PinholeCamera, T_world_before: NDArray[np.float64], T_world_after: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -132,9 +136,8 @@ def ground_homography(
 
     A ground point (x, y, 0) is seen at ``K [r1 r2 t] (x, y, 1)``; H is one such matrix times the other's inverse.
     """
-    before, after = (
-        camera.intrinsic_matrix @ invert_pose(pose)[:3][:, [0, 1, 3]] for pose in (T_world_before, T_world_after)
-    )
+    K = camera.intrinsic_matrix
+    before, after = (K @ invert_pose(pose)[:3, _OF_GROUND] for pose in (T_world_before, T_world_after))
     H = after @ np.linalg.inv(before)
     return H / H[2, 2]
 

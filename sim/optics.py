@@ -9,6 +9,7 @@ and the picture's centre at ``(width / 2, height / 2)``. Pixel coordinates go on
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,13 +44,22 @@ class PinholeCamera:
     @property
     def intrinsic_matrix(self) -> NDArray[np.float64]:
         """K (3, 3) with ``pixel ~ K @ point_camera``."""
-        cx, cy = self.centre_px
+        cx, cy = 0.5 * self.width_px, 0.5 * self.height_px
         return np.array([[self.focal_px, 0.0, cx], [0.0, self.focal_px, cy], [0.0, 0.0, 1.0]])
+
+
+_IDENTITY = np.eye(4)
+
+
+@lru_cache(maxsize=16)
+def ray_of_pixel(camera: PinholeCamera) -> NDArray[np.float64]:
+    """Return the inverse of the intrinsic matrix (3, 3), not to be written to."""
+    return np.linalg.inv(camera.intrinsic_matrix).astype(float)
 
 
 def invert_pose(T_a_b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return T_b_a of a rigid T_a_b (4, 4)."""
-    T_b_a = np.eye(4)
+    T_b_a = _IDENTITY.copy()
     T_b_a[:3, :3] = T_a_b[:3, :3].T
     T_b_a[:3, 3] = -T_a_b[:3, :3].T @ T_a_b[:3, 3]
     return T_b_a

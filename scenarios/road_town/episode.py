@@ -29,6 +29,7 @@ from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, 
 
 SUN_ILLUMINANCE_LX = 90_000.0
 SKY_ILLUMINANCE_LX = 18_000.0
+_NO_POSES = np.empty((0, 4, 4))
 _NO_FLOW = np.empty((0, 0, 2), np.float32)
 
 
@@ -49,6 +50,7 @@ class RoadTownEpisode:
         ]
         self._names = tuple(body.name for body in self._cars)
         self._kinds = tuple(look.model for look in plan.looks)
+        self._instance_id = np.array([body.index for body in self._cars])
         self._outline = outline([body.mesh for body in self._cars])
         self._renderer = create_renderer(renderer, self._world)
         self._light = _light(plan)
@@ -87,7 +89,8 @@ class RoadTownEpisode:
         elif command is not None and self._helicopter is None:
             raise ValueError("command: expected None, since this episode flies a set path, got a CameraCommand")
         # Before the first frame everything is where it is on it.
-        T_world_camera_before, body_poses_before = self._T_world_camera, self._world.poses.copy()
+        T_world_camera_before = self._T_world_camera
+        body_poses_before = self._world.poses.copy() if self._tells_all else _NO_POSES
         self._move_to(frame)
         self._frame = frame
         return self._capture(T_world_camera_before, body_poses_before)
@@ -171,7 +174,7 @@ class RoadTownEpisode:
             speed_mps=plan.motion.speed_mps[frame],
             position_px=centres_px(camera, T_world_camera, poses, plan.sizes_m),
             box_xyxy=boxes,
-            instance_id=np.array([body.index for body in self._cars]),
+            instance_id=self._instance_id.copy(),
             visible_fraction=fractions,
             state=state,
             side=side,

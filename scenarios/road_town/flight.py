@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -147,19 +148,21 @@ class Helicopter:
         Raises:
             ValueError: if the command is not finite.
         """
-        wanted = np.array([command.forward_mps, command.right_mps, command.climb_mps, command.yaw_rate_rad_s])
-        if not np.isfinite(wanted).all():
+        ahead, right, climb, yaw_rate = (
+            float(v) for v in (command.forward_mps, command.right_mps, command.climb_mps, command.yaw_rate_rad_s)
+        )
+        if not all(math.isfinite(v) for v in (ahead, right, climb, yaw_rate)):
             raise ValueError(f"command: expected finite numbers, got {command}")
         c, s = np.cos(self._yaw_rad), np.sin(self._yaw_rad)
-        horizontal = np.array([c * wanted[0] + s * wanted[1], s * wanted[0] - c * wanted[1]])
+        horizontal = np.array([c * ahead + s * right, s * ahead - c * right])
         horizontal *= min(1.0, MAXIMUM_SPEED_MPS / max(float(np.linalg.norm(horizontal)), 1e-9))
-        climb = np.clip(wanted[2], -MAXIMUM_CLIMB_MPS, MAXIMUM_CLIMB_MPS)
+        climb = min(max(climb, -MAXIMUM_CLIMB_MPS), MAXIMUM_CLIMB_MPS)
         response = 1 - np.exp(-self._dt_s / RESPONSE_TIME_S)
         self._velocity_mps += response * (np.array([*horizontal, climb]) - self._velocity_mps)
-        yaw_rate = np.clip(wanted[3], -MAXIMUM_YAW_RATE_RAD_S, MAXIMUM_YAW_RATE_RAD_S)
+        yaw_rate = min(max(yaw_rate, -MAXIMUM_YAW_RATE_RAD_S), MAXIMUM_YAW_RATE_RAD_S)
         self._yaw_rate_rad_s += response * (yaw_rate - self._yaw_rate_rad_s)
         self._position_m = self._position_m + self._velocity_mps * self._dt_s
-        self._position_m[2] = np.clip(self._position_m[2], *ALTITUDE_RANGE_M)
+        self._position_m[2] = min(max(self._position_m[2], ALTITUDE_RANGE_M[0]), ALTITUDE_RANGE_M[1])
         self._yaw_rad += self._yaw_rate_rad_s * self._dt_s
 
     def pose(self, frame: int) -> NDArray[np.float64]:

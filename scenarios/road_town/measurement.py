@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from scenarios.road_town.presets import EgoErrors
+from sim.pose import rotation_by
 
 
 class Instruments:
@@ -23,6 +23,6 @@ class Instruments:
         noise = self._rng.normal(0.0, 1.0, (2, 3))
         turn_deg = self._attitude_bias_deg + self._errors.attitude_noise_deg * noise[1]
         measured = T_world_camera.copy()
-        measured[:3, :3] @= Rotation.from_rotvec(np.deg2rad(turn_deg)).as_matrix()
+        measured[:3, :3] @= rotation_by(np.deg2rad(turn_deg))
         measured[:3, 3] += self._position_bias_m + self._errors.position_noise_m * noise[0]
         return measured

@@ -19,22 +19,21 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
-from sim.render.attributes import RowRoom, new_row_room, resolve_row
+from sim.render.attributes import RowRoom, resolve_row
 from sim.render.compilation import NO_COUNTING, announce_compilation, row_kernel
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
-from sim.render.runs import new_bench
 from sim.render.textures import TexturePool
 from sim.render.visibility import TriangleTable
+from sim.render.work_room import WorkRoom, work_room
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import Picture, SensorSettings
 from sim.sensors.exposure import METER_STEP_PX, metered_radiance
 from sim.sensors.motion_blur import needs_blur
-from sim.sensors.noise import NO_DEVELOPMENT, DarkRoom, Development, develop_row, develop_rows, new_dark_room
-from sim.shaders.baked_light_kernels import AT_ROWS, ROOM_ROWS, BakedArrays, baked_row
+from sim.sensors.noise import NO_DEVELOPMENT, DarkRoom, Development, develop_row, develop_rows
+from sim.shaders.baked_light_kernels import BakedArrays, baked_row
 from sim.shaders.daylight import DaylightArrays, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
-from sim.shaders.panel_kernels import BENCH_LINES
 
 
 class Shader(Protocol):
@@ -155,8 +154,10 @@ def _capture_by_rows(
             depth_m,
             instance_id,
             film,
+            work,
         )
 
+    work = work_room(width)
     if settings is None or _moves_light(camera, settings, motion, interval_s):
         film = sensor.film(height, width)
         finish(np.arange(height), film, NO_DEVELOPMENT)
@@ -222,6 +223,7 @@ def _finish_rows(
     depth_m: NDArray[np.float32],
     instance_id: NDArray[np.int32],
     radiance: NDArray[np.float32],
+    work: WorkRoom,
 ) -> None:
     """Write depth, ids and radiance of the given rows (R,), and their pictures if the development has one.
 
@@ -229,7 +231,6 @@ def _finish_rows(
         depth_m, instance_id: (H, W).
         radiance: (R, 3, W); or (1, 3, W), room for a row of it on its way to the picture.
     """
-    width = triangle.shape[1]
     _finish_each(
         textures,
         table,
@@ -242,12 +243,12 @@ def _finish_rows(
         depth_m,
         instance_id,
         radiance,
-        new_row_room(width),
-        new_dark_room(width),
-        np.empty(width, np.uint32),
-        np.empty((ROOM_ROWS, width), np.float32),
-        np.empty((AT_ROWS, width), np.uint32),
-        new_bench(BENCH_LINES, width),
+        work.row,
+        work.dark,
+        work.colour,
+        work.room,
+        work.at,
+        work.bench,
     )
 
 
@@ -271,7 +272,7 @@ def _finish_each(
     at: NDArray[np.uint32],
     bench: NDArray[np.float32],
 ) -> None:
-    """``_finish_rows`` with room for one row to work in."""
+    """``_finish_rows`` by a kernel that counts nobody who holds arrays."""
     for k in range(rows.shape[0]):
         row = rows[k]
         depth, identity = depth_m[row], instance_id[row]

@@ -25,6 +25,9 @@ class SceneArrays(NamedTuple):
         centre_m: (B, 3) float64, centre of the bounding sphere.
         radius_m: (B,) float64.
         texture: (B,) int32, index into the pool.
+        first_chunk: (B + 1,) int32. Each body's faces are in chunks of ``CHUNK``, the last one of fewer.
+        chunk_middle_m, chunk_half_m: (C, 3) float64, middles of the chunks' bounds, and half the bounds' sizes.
+        chunk_vertices: (C, 2) int32, first vertex of a chunk and the one after its last.
     """
 
     vertices_m: NDArray[np.float32]
@@ -37,6 +40,14 @@ class SceneArrays(NamedTuple):
     centre_m: NDArray[np.float64]
     radius_m: NDArray[np.float64]
     texture: NDArray[np.int32]
+    first_chunk: NDArray[np.int32]
+    chunk_middle_m: NDArray[np.float64]
+    chunk_half_m: NDArray[np.float64]
+    chunk_vertices: NDArray[np.int32]
+
+
+CHUNK = 24
+"""Faces that are looked at together: whether any of them can be seen."""
 
 
 def pack_scene(world: World) -> tuple[SceneArrays, TexturePool]:
@@ -61,8 +72,11 @@ def pack_geometry(meshes: list[TexturedMesh]) -> SceneArrays:
     radius_m = [
         np.linalg.norm(mesh.vertices_m - centre, axis=1).max() for mesh, centre in zip(meshes, centre_m, strict=True)
     ]
+    vertices_m = _joined([mesh.vertices_m for mesh in meshes], 3, np.float32)
+    first_chunk = np.cumsum([0] + [-(-len(mesh.faces) // CHUNK) for mesh in meshes]).astype(np.int32)
+    chunk_middle_m, chunk_half_m, chunk_vertices = _chunks(vertices_m, faces, first_face, first_chunk)
     return SceneArrays(
-        _joined([mesh.vertices_m for mesh in meshes], 3, np.float32),
+        vertices_m,
         normals,
         _joined([mesh.uv for mesh in meshes], 2, np.float32),
         faces,
@@ -72,7 +86,30 @@ def pack_geometry(meshes: list[TexturedMesh]) -> SceneArrays:
         centre_m.reshape(-1, 3),
         np.array(radius_m, dtype=float),
         np.zeros(len(meshes), dtype=np.int32),
+        first_chunk,
+        chunk_middle_m,
+        chunk_half_m,
+        chunk_vertices,
     )
+
+
+def _chunks(
+    vertices_m: NDArray[np.float32],
+    faces: NDArray[np.int32],
+    first_face: NDArray[np.int32],
+    first_chunk: NDArray[np.int32],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
+    """Return ``chunk_middle_m``, ``chunk_half_m`` and ``chunk_vertices``."""
+    if not len(faces):
+        return np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 2), np.int32)
+    body = np.repeat(np.arange(len(first_chunk) - 1), np.diff(first_chunk))
+    starts = first_face[body] + CHUNK * (np.arange(len(body)) - first_chunk[body])
+    corners = vertices_m[faces]
+    low = np.minimum.reduceat(corners.min(axis=1), starts).astype(float)
+    high = np.maximum.reduceat(corners.max(axis=1), starts).astype(float)
+    first = np.minimum.reduceat(faces.min(axis=1), starts)
+    last = np.maximum.reduceat(faces.max(axis=1), starts)
+    return 0.5 * (low + high), 0.5 * (high - low), np.column_stack([first, last + 1]).astype(np.int32)
 
 
 def _joined(parts: list[NDArray], columns: int, kind: type) -> NDArray:

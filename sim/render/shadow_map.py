@@ -59,10 +59,12 @@ class Region:
 
     Attributes:
         light_view, texel_m: see ``ShadowMap``.
+        in_map: (3, 4), the rows of ``light_view`` for column, row and height.
         arrays: what is drawn of it.
     """
 
     light_view: NDArray[np.float64]
+    in_map: NDArray[np.float64]
     texel_m: float
     arrays: MapArrays
 
@@ -118,11 +120,12 @@ class ShadowCaster:
     def _key(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> tuple[int, int, int]:
         # The lattice may miss the middle by half a step on either side; the outermost texels are empty.
         usable = 1.0 - 1.0 / _CENTRES_PER_SIDE - 4.0 / self._size
-        needed_m = max(float((high_m - low_m).max()), 1.0) / usable
+        # In plain floats: for so few numbers arrays take five times as long, and every picture comes here.
+        (low_x, low_y), (high_x, high_y) = low_m.tolist(), high_m.tolist()
+        needed_m = max(high_x - low_x, high_y - low_y, 1.0) / usable
         level = int(np.ceil(2.0 * np.log2(needed_m)))
         step_m = _side_m(level) / _CENTRES_PER_SIDE
-        column, row = np.round(0.5 * (low_m + high_m) / step_m).astype(int)
-        return level, int(column), int(row)
+        return level, round(0.5 * (low_x + high_x) / step_m), round(0.5 * (low_y + high_y) / step_m)
 
     def _light_view(self, key: tuple[int, int, int], texel_m: float) -> NDArray[np.float64]:
         step_m = _side_m(key[0]) / _CENTRES_PER_SIDE
@@ -140,7 +143,8 @@ class ShadowCaster:
             forget(arrays)
         else:
             arrays = new_map(self._size, len(self._movers))
-        return Region(self._light_view(key, texel_m), texel_m, arrays)
+        light_view = self._light_view(key, texel_m)
+        return Region(light_view, light_view[[0, 1, 3]], texel_m, arrays)
 
     def _pack(self) -> None:
         if self._body_count == len(self._world.bodies):

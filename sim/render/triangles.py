@@ -77,12 +77,63 @@ def project_body(
 ) -> None:
     """Write ``view @ T_world_body @ (vertex, 1)`` of every vertex (n, 3) to ``projected`` (>= n, 4)."""
     matrix = np.empty((4, 4))
+    view_of_body(view, T_world_body, matrix)
+    project_vertices(matrix, vertices_m, projected)
+
+
+@njit(cache=True)
+def view_of_body(view: NDArray[np.float64], T_world_body: NDArray[np.float64], matrix: NDArray[np.float64]) -> None:
+    """Write ``view @ T_world_body`` (4, 4)."""
     for i in range(4):
         for j in range(4):
             total = 0.0
             for k in range(4):
                 total += view[i, k] * T_world_body[k, j]
             matrix[i, j] = total
+
+
+@njit(cache=True)
+def chunk_may_show(
+    matrix: NDArray[np.float64],
+    middle_m: NDArray[np.float64],
+    half_m: NDArray[np.float64],
+    width: int,
+    height: int,
+    near: float,
+) -> bool:
+    """Return False if a box surely lies wholly beyond one side of the picture or before the near plane.
+
+    A side is the plane ``n . p + c = 0``; the box is beyond it if ``n . middle + c < -|n| . half``.
+
+    Args:
+        matrix: as ``view_of_body`` writes it.
+        middle_m, half_m: (3,) of the box, in the body's frame.
+    """
+    for side in range(5):
+        axis, size, sign = side // 2, 0.0, 1.0
+        if side == 1:
+            size, sign = float(width), -1.0
+        elif side == 3:
+            size, sign = float(height), -1.0
+        # Rounding may not leave out what touches a side.
+        value = sign * matrix[axis, 3] + size * matrix[2, 3] - (near if side == 4 else 0.0)
+        reach = 1e-6 * (1.0 + abs(value))
+        for k in range(3):
+            coefficient = sign * matrix[axis, k] + size * matrix[2, k]
+            value += coefficient * middle_m[k]
+            reach += abs(coefficient) * half_m[k] + 1e-6 * abs(coefficient * middle_m[k])
+        if value < -reach:
+            return False
+    return True
+
+
+@njit(cache=True)
+def project_vertices(
+    matrix: NDArray[np.float64],
+    vertices_m: NDArray[np.float32],
+    projected: NDArray[np.float64],
+) -> None:
+    """Write ``matrix @ (vertex, 1)`` of every vertex (n, 3) to ``projected`` (>= n, 4)."""
     for n in range(vertices_m.shape[0]):
         x, y, z = vertices_m[n, 0], vertices_m[n, 1], vertices_m[n, 2]
         for i in range(4):

@@ -9,9 +9,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.gbuffer import SKY
-from sim.render.scene import SceneArrays
+from sim.render.scene import CHUNK, SceneArrays
 from sim.render.textures import TexturePool
-from sim.render.triangles import body_may_show, project_body, row_span, set_up_triangle
+from sim.render.triangles import (
+    body_may_show,
+    chunk_may_show,
+    project_vertices,
+    row_span,
+    set_up_triangle,
+    view_of_body,
+)
 
 NEAR_M = 0.2
 """Nothing nearer to a camera than this is drawn."""
@@ -81,22 +88,30 @@ def draw_picture(
     height, width = nearness.shape
     nearness[:] = 0.0
     triangle[:] = NOTHING
-    edges, weights = np.empty((4, 3)), np.empty((3, 3))
+    edges, weights, matrix = np.empty((4, 3)), np.empty((3, 3)), np.empty((4, 4))
     count = NOTHING + 1
     for body in range(poses.shape[0]):
         pose = poses[body]
         if not body_may_show(view, pose, scene.centre_m[body], scene.radius_m[body], width, height, NEAR_M):
             continue
         start = scene.first_vertex[body]
-        project_body(view, pose, scene.vertices_m[start : scene.first_vertex[body + 1]], projected)
-        for face in range(scene.first_face[body], scene.first_face[body + 1]):
-            i, j, k = scene.faces[face, 0] - start, scene.faces[face, 1] - start, scene.faces[face, 2] - start
-            first, last, edge_count = set_up_triangle(projected, i, j, k, NEAR_M, height, edges, weights)
-            if first >= last:
+        view_of_body(view, pose, matrix)
+        first_face, last_face = scene.first_face[body], scene.first_face[body + 1]
+        for chunk in range(scene.first_chunk[body], scene.first_chunk[body + 1]):
+            chunk_face, first_face = first_face, min(first_face + CHUNK, last_face)
+            middle_m, half_m = scene.chunk_middle_m[chunk], scene.chunk_half_m[chunk]
+            if not chunk_may_show(matrix, middle_m, half_m, width, height, NEAR_M):
                 continue
-            if _draw_triangle(edges, weights, edge_count, first, last, count, nearness, triangle):
-                _write_attributes(scene, textures, pose, body, face, weights, table, count)
-                count += 1
+            vertices = scene.chunk_vertices[chunk]
+            project_vertices(matrix, scene.vertices_m[vertices[0] : vertices[1]], projected[vertices[0] - start :])
+            for face in range(chunk_face, first_face):
+                i, j, k = scene.faces[face, 0] - start, scene.faces[face, 1] - start, scene.faces[face, 2] - start
+                first, last, edge_count = set_up_triangle(projected, i, j, k, NEAR_M, height, edges, weights)
+                if first >= last:
+                    continue
+                if _draw_triangle(edges, weights, edge_count, first, last, count, nearness, triangle):
+                    _write_attributes(scene, textures, pose, body, face, weights, table, count)
+                    count += 1
     return count
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -42,12 +44,15 @@ def blur_by_motion(
 
 def _blur_length_px(width: int, height: int, motion: NDArray[np.float64], exposure_share: float) -> float:
     """Return how far the corner that moves most moves during the exposure."""
-    corners = np.array([[0, 0, 1], [width, 0, 1], [0, height, 1], [width, height, 1.0]])
-    moved = corners @ motion.T
-    if (moved[:, 2] <= 0).any():
-        expected = "a homography that keeps the picture before the camera"
-        raise ValueError(f"motion: expected {expected}, got {motion.tolist()}")
-    return exposure_share * float(np.linalg.norm(moved[:, :2] / moved[:, 2:] - corners[:, :2], axis=1).max())
+    (a, b, c), (d, e, f), (g, h, i) = motion.tolist()
+    length_px = 0.0
+    for x, y in ((0, 0), (width, 0), (0, height), (width, height)):
+        w = g * x + h * y + i
+        if w <= 0:
+            expected = "a homography that keeps the picture before the camera"
+            raise ValueError(f"motion: expected {expected}, got {motion.tolist()}")
+        length_px = max(length_px, math.hypot((a * x + b * y + c) / w - x, (d * x + e * y + f) / w - y))
+    return exposure_share * length_px
 
 
 @njit(cache=True)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from sim.checks import check
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera
+from sim.optics import PinholeCamera, ray_of_pixel
 from sim.render.compilation import announce_compilation
 from sim.render.shadow_kernels import bounds_across, find_tiles
 from sim.render.shadow_map import ShadowCaster
@@ -162,18 +162,19 @@ def shadows_in_view(
 ) -> ShadowArrays:
     """Return the shadows that a caster draws on what a camera sees now, see ``DaylightShader.shadows``."""
     position_m, R_world_camera = T_world_camera[:3, 3], T_world_camera[:3, :3]
-    ray_of_pixel = np.linalg.inv(camera.intrinsic_matrix)
+    rays = ray_of_pixel(camera)
     across = caster.axes[:2]
-    across_of_pixel = np.column_stack([across @ R_world_camera @ ray_of_pixel, across @ position_m])
+    across_of_pixel = np.empty((2, 4))
+    across_of_pixel[:, :3], across_of_pixel[:, 3] = across @ R_world_camera @ rays, across @ position_m
     low_m, high_m = np.empty(2), np.empty(2)
     probe_depth_m = depth_m[::_PROBE_STEP_PX, ::_PROBE_STEP_PX]
     bounds_across(probe_depth_m, _PROBE_STEP_PX, SHADOW_REACH_M, across_of_pixel, low_m, high_m)
     if not low_m[0] <= high_m[0]:
         low_m = high_m = across @ position_m
     region = caster.region(low_m, high_m)
-    in_map = region.light_view[[0, 1, 3]]
+    in_map = region.in_map
     from_pixel = np.empty((3, 4))
-    from_pixel[:, :3] = in_map[:, :3] @ R_world_camera @ ray_of_pixel
+    from_pixel[:, :3] = in_map[:, :3] @ R_world_camera @ rays
     from_pixel[:, 3] = in_map[:, :3] @ position_m + in_map[:, 3]
     wanted = np.empty_like(region.arrays.drawn)
     find_tiles(depth_m, from_pixel, wanted)
