@@ -40,7 +40,7 @@ TINY = Experiment(
 
 @pytest.fixture(scope="module", autouse=True)
 def _fake_suite() -> Any:
-    """Let the suite ``follow`` be about the world of arithmetic, whose cars are ten pixels long, with our controllers."""
+    """Let the suite be about the world of arithmetic, whose cars are ten pixels long, and about our controllers."""
     with pytest.MonkeyPatch.context() as patch:
         suites.suites()
         patch.setitem(suites._SUITES, "follow", FAKE_FOLLOW)
