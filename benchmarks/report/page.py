@@ -29,7 +29,7 @@ from benchmarks.summary import (
 )
 
 REPORT_FILE_NAME = "report.html"
-_RANKED_ROLES = ("ours", "policy", "as-written", "baseline", "external", "human")
+_RANKED_ROLES = ("ours", "policy", "as-written", "baseline", "external")
 _ROLE_ORDER = (*_RANKED_ROLES, "variant", "oracle")
 _DRAWN_ROLES = (*_RANKED_ROLES, "oracle")
 

@@ -1,7 +1,4 @@
-"""Controllers for the world of one line of arithmetic, good and bad, and the suite ``follow`` about it.
-
-Importing it adds them to the controllers of the helicopter.
-"""
+"""Controllers for the world of one line of arithmetic, good and bad, and the suite ``follow`` about it."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ from dataclasses import dataclass, replace
 from benchmarks.follow.suite import FOLLOW
 from benchmarks.suites import Scene, Suite
 from tests.fakes_scenario import FAKE_TOWN
-from trackers.controllers.catalogue import register_controller
+from trackers.controllers.catalogue import ControllerEntry
 from trackers.controllers.centre import CentreController
 from trackers.types import CameraCommand, Estimate, Observation
 
@@ -27,7 +24,6 @@ class NothingToSet:
     """No parameters."""
 
 
-@register_controller("fake_raises", role="baseline", carrier="helicopter", summary="raises at its twentieth command")
 class RaisingController:
     """Has a bug."""
 
@@ -44,7 +40,6 @@ class RaisingController:
         return CameraCommand(forward_mps=25.0)
 
 
-@register_controller("fake_nan", role="baseline", carrier="helicopter", summary="commands NaN at once")
 class NanController(RaisingController):
     """Divides by zero."""
 
@@ -53,6 +48,8 @@ class NanController(RaisingController):
         return CameraCommand(forward_mps=float("nan"))
 
 
-register_controller("fake_ours", role="ours", carrier="helicopter", summary="centre by another name")(
-    type("OursController", (CentreController,), {"__module__": __name__})
+FAKE_CONTROLLERS = (
+    ControllerEntry("fake_ours", "helicopter", "ours", "centre by another name", CentreController),
+    ControllerEntry("fake_raises", "helicopter", "baseline", "raises at its twentieth command", RaisingController),
+    ControllerEntry("fake_nan", "helicopter", "baseline", "commands NaN at once", NanController),
 )

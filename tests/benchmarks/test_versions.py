@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.contestants import entrant
 from benchmarks.versions import _imported, _modules_hash, versions_of
+from trackers.controllers.catalogue import controller_entry
 
 
 def test_a_change_of_parameters_shows_and_only_there() -> None:
@@ -16,6 +17,16 @@ def test_a_change_of_parameters_shows_and_only_there() -> None:
     assert first.pop("tracker") != second.pop("tracker")
     assert first == second
     assert set(first) == {"frameout", "numpy", "numba", "opencv", "pybullet", "scene"}
+
+
+def test_who_steers_shows_beside_what_tracks(monkeypatch: pytest.MonkeyPatch) -> None:
+    known, centre = entrant("colour_pf"), controller_entry("centre", "helicopter")
+    alone, steered = versions_of(known), versions_of(known, centre)
+    assert {name: steered[name] for name in alone} == alone
+    assert set(steered) - set(alone) == {"controller"}
+    other = versions_of(known, replace(centre, overrides={"fastest_mps": 1.0}))
+    assert {name for name in steered if steered[name] != other[name]} == {"controller"}
+    assert versions_of(known, controller_entry("hold", "helicopter"))["controller"] != steered["controller"]
 
 
 def test_a_tracker_is_made_of_what_it_imports_and_of_nothing_else(
