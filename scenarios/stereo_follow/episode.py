@@ -24,7 +24,7 @@ from sim.shaders.baked_light import BakedLightShader
 from sim.world import World
 from trackers.types import CameraCommand, EgoPose
 
-_NOD_RAD, _NOD_KEPT = np.deg2rad(0.12), 0.8
+NOD_RAD, NOD_KEPT = np.deg2rad(0.12), 0.8
 """The robot shakes: standard deviation of its nod and roll, and what is left of them from frame to frame."""
 _NEAR_M = 1.5
 
@@ -45,9 +45,9 @@ class StereoFollowEpisode:
         self._shader = BakedLightShader(self._world, baked)
         self._rig = StereoRig(self._world, self._camera, renderer, plan.seed)
         self._odometry = Odometry(generator(plan.seed, "odometry")) if preset.odometry else None
-        shake = generator(plan.seed, "shake").normal(0.0, _NOD_RAD, (preset.frame_count, 2))
+        shake = generator(plan.seed, "shake").normal(0.0, NOD_RAD, (preset.frame_count, 2))
         for frame in range(1, preset.frame_count):
-            shake[frame] = _NOD_KEPT * shake[frame - 1] + (1 - _NOD_KEPT**2) ** 0.5 * shake[frame]
+            shake[frame] = NOD_KEPT * shake[frame - 1] + (1 - NOD_KEPT**2) ** 0.5 * shake[frame]
         self._shake = shake
         crowd = plan.crowd
         self._robot = Robot(plan.building.plan, crowd.robot_m[0], crowd.robot_heading_rad[0], preset.rate_hz)

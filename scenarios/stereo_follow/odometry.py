@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from scenarios.stereo_follow.camera import camera_pose
 
-_SCALE_ERROR, _TURN_SCALE_ERROR = 0.01, 0.02
-_SLIP_M, _TURN_SLIP_RAD = 0.002, np.deg2rad(0.08)
+SCALE_ERROR, TURN_SCALE_ERROR = 0.01, 0.02
+SLIP_M, TURN_SLIP_RAD = 0.002, np.deg2rad(0.08)
 
 
 class Odometry:
@@ -20,8 +20,8 @@ class Odometry:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._scale = 1.0 + rng.normal(0.0, _SCALE_ERROR)
-        self._turn_scale = 1.0 + rng.normal(0.0, _TURN_SCALE_ERROR)
+        self._scale = 1.0 + rng.normal(0.0, SCALE_ERROR)
+        self._turn_scale = 1.0 + rng.normal(0.0, TURN_SCALE_ERROR)
         self._place_m, self._heading_rad = np.zeros(2), 0.0
         self._true: tuple[NDArray[np.float64], float] | None = None
 
@@ -31,7 +31,7 @@ class Odometry:
             before_m, before_rad = self._true
             step_m = float((place_m - before_m) @ (np.cos(before_rad), np.sin(before_rad)))
             turn_rad = heading_rad - before_rad
-            slips = self._rng.normal(0.0, (_SLIP_M, _TURN_SLIP_RAD)) * (abs(step_m) > 1e-4 or abs(turn_rad) > 1e-4)
+            slips = self._rng.normal(0.0, (SLIP_M, TURN_SLIP_RAD)) * (abs(step_m) > 1e-4 or abs(turn_rad) > 1e-4)
             step_m, turn_rad = self._scale * step_m + slips[0], self._turn_scale * turn_rad + slips[1]
             middle_rad = self._heading_rad + 0.5 * turn_rad
             self._place_m = self._place_m + step_m * np.array([np.cos(middle_rad), np.sin(middle_rad)])

@@ -9,12 +9,12 @@ from scenarios.stereo_follow.floor_plan import FloorPlan
 from trackers.types import CameraCommand, Carrier, CommandAxis
 
 FASTEST_MPS, FASTEST_TURN_RAD_S = 1.6, 1.6
-_ACCELERATION_MPS2, _TURN_ACCELERATION_RAD_S2 = 1.5, 4.0
+ACCELERATION_MPS2, TURN_ACCELERATION_RAD_S2 = 1.5, 4.0
 ROBOT = Carrier(
     "robot",
     (
-        CommandAxis("forward_mps", FASTEST_MPS, _ACCELERATION_MPS2),
-        CommandAxis("yaw_rate_rad_s", FASTEST_TURN_RAD_S, _TURN_ACCELERATION_RAD_S2),
+        CommandAxis("forward_mps", FASTEST_MPS, ACCELERATION_MPS2),
+        CommandAxis("yaw_rate_rad_s", FASTEST_TURN_RAD_S, TURN_ACCELERATION_RAD_S2),
     ),
     "ahead",
 )
@@ -44,8 +44,8 @@ class Robot:
         dt = self._interval_s
         wanted_mps = float(np.clip(command.forward_mps, -FASTEST_MPS, FASTEST_MPS))
         wanted_rad_s = float(np.clip(command.yaw_rate_rad_s, -FASTEST_TURN_RAD_S, FASTEST_TURN_RAD_S))
-        self._speed_mps += _limited(wanted_mps - self._speed_mps, _ACCELERATION_MPS2 * dt)
-        self._turn_rad_s += _limited(wanted_rad_s - self._turn_rad_s, _TURN_ACCELERATION_RAD_S2 * dt)
+        self._speed_mps += _limited(wanted_mps - self._speed_mps, ACCELERATION_MPS2 * dt)
+        self._turn_rad_s += _limited(wanted_rad_s - self._turn_rad_s, TURN_ACCELERATION_RAD_S2 * dt)
         middle_rad = self.heading_rad + 0.5 * self._turn_rad_s * dt
         self.heading_rad += self._turn_rad_s * dt
         step_m = self._speed_mps * dt * np.array([np.cos(middle_rad), np.sin(middle_rad)])

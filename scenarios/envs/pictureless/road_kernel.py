@@ -47,7 +47,7 @@ def begin_flights(
     scratch = np.zeros(3)
     for n in range(len(which)):
         life, episode = lives[which[n]], episodes[n]
-        frame = _frame_before_gust(onsets[episode], rng) if at_gusts else 0
+        frame = frame_before(onsets[episode], rng) if at_gusts else 0
         life.episode, life.frame, life.steps, life.frames_out = episode, frame, 0, 0
         for axis in range(3):
             life.velocity_mps[axis] = 0.0
@@ -64,7 +64,6 @@ def begin_flights(
         _hold_speed(life)
         start_tracker(life, rng)
         _see(life, target_m, target_rad, size_m, attitude_rad, noise[0], camera, rng, scratch)
-        life.mode = 0
         track(life, errors[0], size_m[episode], life.target_rad, camera, rng)
         tell_down(life, camera, sightings[which[n]])
 
@@ -115,11 +114,12 @@ def _see(
     life.target_m[0], life.target_m[1] = target_m[episode, frame, 0], target_m[episode, frame, 1]
     life.target_rad = target_rad[episode, frame]
     look_down(life, attitude_rad[episode, frame], noise.position_noise_m, noise.attitude_noise_rad, rng, scratch)
-    look(life, size_m[episode], camera, False)
+    look(life, size_m[episode], camera, 0.0)
 
 
 @njit(cache=True)
-def _frame_before_gust(onsets: Any, rng: np.random.Generator) -> int:
+def frame_before(onsets: Any, rng: np.random.Generator) -> int:
+    """Draw one of the frames (N,), -1 for none, on which something begins, and return one up to 25 frames earlier."""
     count = 0
     for k in range(len(onsets)):
         count += onsets[k] >= 0.0

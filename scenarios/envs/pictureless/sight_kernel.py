@@ -15,12 +15,12 @@ _NEAREST_M = 1e-6
 
 
 @njit(cache=True)
-def look(life: Any, size_m: Any, camera: Any, hidden: bool) -> None:
+def look(life: Any, size_m: Any, camera: Any, covered: float) -> None:
     """Write what is so: where the target's centre and the box around it lie in the picture.
 
     Args:
         size_m: (3,) length, width, height of the target. camera: focal length, half width, half height, pixels.
-        hidden: whether something stands before it.
+        covered: share of it that something stands before.
     """
     focal_px, half_right_px, half_down_px = camera[0], camera[1], camera[2]
     x_m, y_m = life.target_m[0], life.target_m[1]
@@ -32,14 +32,14 @@ def look(life: Any, size_m: Any, camera: Any, hidden: bool) -> None:
         life.target_px[1] = half_down_px + focal_px * down / ahead
         share = max(abs(life.target_px[0] / half_right_px - 1.0), abs(life.target_px[1] / half_down_px - 1.0))
         life.centring = 1.0 - share if share < 1.0 else 0.0
-        _box(life, size_m, camera, hidden)
+        _box(life, size_m, camera, covered)
     if life.centring > 0.0 and life.length_px >= SHORTEST_LENGTH_PX:
         life.in_view = 1.0
     life.frames_out = 0 if life.in_view > 0.0 else life.frames_out + 1
 
 
 @njit(cache=True)
-def _box(life: Any, size_m: Any, camera: Any, hidden: bool) -> None:
+def _box(life: Any, size_m: Any, camera: Any, covered: float) -> None:
     """Write the longer side of the box around the target, and which share of the box the picture shows."""
     focal_px, half_right_px, half_down_px = camera[0], camera[1], camera[2]
     c, s = np.cos(life.target_rad), np.sin(life.target_rad)
@@ -57,8 +57,8 @@ def _box(life: Any, size_m: Any, camera: Any, hidden: bool) -> None:
     life.length_px = max(right - left, bottom - top)
     wide = min(right, 2.0 * half_right_px) - max(left, 0.0)
     high = min(bottom, 2.0 * half_down_px) - max(top, 0.0)
-    if not hidden:
-        life.visible = max(wide, 0.0) * max(high, 0.0) / max((right - left) * (bottom - top), 1e-9)
+    shown = max(wide, 0.0) * max(high, 0.0) / max((right - left) * (bottom - top), 1e-9)
+    life.visible = shown * (1.0 - covered)
 
 
 @njit(cache=True)

@@ -7,12 +7,16 @@ from numpy.typing import NDArray
 
 from scenarios.stereo_follow.plan import TARGET, make_plan
 from scenarios.stereo_follow.presets import StereoFollow
+from sim.checks import check
 from sim.meshes.person import person_size_m
 
 STEREO_VERSION = 1
 """To be counted up with every change of what is below."""
 _MOST_OTHERS = 24
 _FAR_AWAY_M = 1e6
+_MOST_LOSSES = 16
+_LOST_RAD, _BEFORE_M = np.deg2rad(28.0), 0.35
+"""A target so far aside of the robot's heading, or with somebody so near the line of sight, is about to be lost."""
 
 
 def stereo_arrays(preset: StereoFollow, seed: int) -> dict[str, NDArray[np.float64]]:
@@ -36,4 +40,26 @@ def stereo_arrays(preset: StereoFollow, seed: int) -> dict[str, NDArray[np.float
         "openings_m": np.array([[a.x0, a.y0, a.x1, a.y1] for a in floor.openings]),
         "path_m": crowd.robot_m,
         "yaw_rad": crowd.robot_heading_rad,
+        "onsets": _onsets(crowd.walks[TARGET].place_m, others, crowd.robot_m, crowd.robot_heading_rad),
     }
+
+
+def _onsets(
+    target_m: NDArray[np.float64],
+    others_m: NDArray[np.float64],
+    robot_m: NDArray[np.float64],
+    heading_rad: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the frames (16,) on which the target goes far aside, or behind somebody, -1 for none."""
+    sight_m, to_m = target_m - robot_m, others_m - robot_m
+    bearing_rad = np.arctan2(sight_m[:, 1], sight_m[:, 0]) - heading_rad
+    aside = np.abs((bearing_rad + np.pi) % (2 * np.pi) - np.pi) > _LOST_RAD
+    share = (to_m * sight_m).sum(axis=-1) / np.maximum((sight_m**2).sum(axis=-1), 1e-6)
+    off_m = np.linalg.norm(to_m - share[..., None] * sight_m, axis=-1)
+    behind = ((share > 0.02) & (share < 0.95) & (off_m < _BEFORE_M)).any(axis=0)
+    # Near its end an episode is too short to be worth beginning.
+    begins = np.flatnonzero(np.diff((aside | behind).astype(int)) > 0)
+    begins = begins[begins < 0.85 * len(target_m)][:_MOST_LOSSES]
+    onsets = np.full(_MOST_LOSSES, -1.0)
+    onsets[: len(begins)] = begins
+    return onsets

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from scenarios.command_link import Link
 from scenarios.envs.pictureless.bank import EpisodeBank
 from scenarios.envs.pictureless.road_kernel import ROAD_NOISE, begin_flights, fly_on
+from scenarios.envs.pictureless.stereo_kernel import begin_drives, drive_on
+from scenarios.stereo_follow.camera import camera
 from sim.optics import PinholeCamera
 from trackers.types import Carrier
 
@@ -94,9 +96,36 @@ class RoadWorld:
         return velocity_mps(self._bank[0], lives, self.interval_s)
 
 
+class StereoWorld:
+    """Robots in buildings."""
+
+    def __init__(self, bank: EpisodeBank, carrier: Carrier, link: Link, errors: NDArray[np.void]) -> None:
+        preset = bank.preset
+        self.interval_s = 1.0 / preset.rate_hz
+        self.limits, self.steps = command_limits(carrier, self.interval_s)
+        self.camera = camera_numbers(camera(preset.width_px, preset.height_px))
+        names = ("target_m", "target_rad", "size_m", "others_m", "free_m", "openings_m", "path_m", "yaw_rad", "onsets")
+        self._bank = tuple(bank.arrays[name] for name in names)
+        self._link_noise, self._errors = link.noise, errors
+
+    def begin(self, lives: Any, which: Any, episodes: Any, at_frame_outs: bool, sightings: Any, rng: Any) -> None:
+        """See ``World``."""
+        fixed = (self._bank, self._errors, self.camera, self.interval_s)
+        begin_drives(lives, which, episodes, at_frame_outs, *fixed, sightings, rng)
+
+    def move(self, lives: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
+        """See ``World``."""
+        link = (self.limits, self.steps, waiting, self._link_noise)
+        drive_on(lives, wanted, *link, self._bank, self._errors, self.camera, self.interval_s, sightings, rng)
+
+    def target_velocity_mps(self, lives: Any) -> Any:
+        """See ``World``."""
+        return velocity_mps(self._bank[0], lives, self.interval_s)
+
+
 def world_of(bank: EpisodeBank, carrier: Carrier, link: Link, errors: NDArray[np.void]) -> World:
     """Return the world of a bank's scenario."""
-    return RoadWorld(bank, carrier, link, errors)
+    return (RoadWorld if carrier.looks == "down" else StereoWorld)(bank, carrier, link, errors)
 
 
 def velocity_mps(

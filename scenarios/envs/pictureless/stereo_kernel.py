@@ -1,0 +1,115 @@
+"""Pictureless ``stereo-follow``: beginnings and steps of many drives at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from scenarios.envs.pictureless.drive_kernel import covered_share, drive, look_ahead, measure
+from scenarios.envs.pictureless.error_kernel import start_tracker, track
+from scenarios.envs.pictureless.link_kernel import send
+from scenarios.envs.pictureless.road_kernel import frame_before
+from scenarios.envs.pictureless.sight_kernel import look, tell_ahead
+from scenarios.stereo_follow.odometry import SCALE_ERROR, TURN_SCALE_ERROR
+
+
+@njit(cache=True)
+def begin_drives(
+    lives: Any,
+    which: NDArray[np.int64],
+    episodes: NDArray[np.int64],
+    at_losses: bool,
+    bank: Any,
+    errors: Any,
+    camera: NDArray[np.float64],
+    interval_s: float,
+    sightings: Any,
+    rng: np.random.Generator,
+) -> None:
+    """Begin episodes (K,) in the lives ``which`` (K,): on frame 0, or on the way a little before the target is lost by
+    who drives by hand.
+    """
+    target_m, target_rad, size_m, others_m, _, openings_m, path_m, yaw_rad, onsets = bank
+    for n in range(len(which)):
+        life, episode = lives[which[n]], episodes[n]
+        frame = frame_before(onsets[episode], rng) if at_losses else 0
+        life.episode, life.frame, life.steps, life.frames_out = episode, frame, 0, 0
+        for axis in range(2):
+            life.place_m[axis] = path_m[episode, frame, axis]
+            life.shake_rad[axis] = 0.0
+        life.place_m[2] = 0.0
+        life.yaw_rad = yaw_rad[episode, frame]
+        life.speed_mps = life.yaw_rate_rad_s = 0.0
+        for axis in range(3):
+            life.odometry[axis] = 0.0
+        life.odometry_scales[0] = 1.0 + SCALE_ERROR * rng.standard_normal()
+        life.odometry_scales[1] = 1.0 + TURN_SCALE_ERROR * rng.standard_normal()
+        if at_losses:
+            east_m = path_m[episode, frame + 1, 0] - path_m[episode, frame, 0]
+            north_m = path_m[episode, frame + 1, 1] - path_m[episode, frame, 1]
+            life.speed_mps = np.hypot(east_m, north_m) / interval_s
+            life.yaw_rate_rad_s = (yaw_rad[episode, frame + 1] - yaw_rad[episode, frame]) / interval_s
+        for axis in range(4):
+            life.command[axis] = life.obeyed[axis] = 0.0
+        life.command[0] = life.obeyed[0] = life.speed_mps
+        life.command[3] = life.obeyed[3] = life.yaw_rate_rad_s
+        start_tracker(life, rng)
+        _see(life, target_m, target_rad, size_m, others_m, openings_m, camera, rng)
+        track(life, errors[0], size_m[episode], _sight_rad(life), camera, rng)
+        tell_ahead(life, camera, sightings[which[n]])
+
+
+@njit(cache=True)
+def drive_on(
+    lives: Any,
+    wanted: NDArray[np.float64],
+    limits: NDArray[np.float64],
+    steps: NDArray[np.float64],
+    waiting: NDArray[np.float64],
+    link_noise: float,
+    bank: Any,
+    errors: Any,
+    camera: NDArray[np.float64],
+    interval_s: float,
+    sightings: Any,
+    rng: np.random.Generator,
+) -> None:
+    """Move all lives on by one frame, by commands (B, 4), and write what the tracker says of it."""
+    target_m, target_rad, size_m, others_m, free_m, openings_m = bank[:6]
+    for k in range(len(lives)):
+        life = lives[k]
+        send(life, wanted[k], limits, steps, waiting[k], link_noise, rng)
+        x_m, y_m, yaw_rad = life.place_m[0], life.place_m[1], life.yaw_rad
+        drive(life, free_m[life.episode], interval_s)
+        measure(life, x_m, y_m, yaw_rad, rng)
+        life.frame += 1
+        life.steps += 1
+        _see(life, target_m, target_rad, size_m, others_m, openings_m, camera, rng)
+        track(life, errors[0], size_m[life.episode], _sight_rad(life), camera, rng)
+        tell_ahead(life, camera, sightings[k])
+
+
+@njit(cache=True)
+def _see(
+    life: Any,
+    target_m: Any,
+    target_rad: Any,
+    size_m: Any,
+    others_m: Any,
+    openings_m: Any,
+    camera: Any,
+    rng: np.random.Generator,
+) -> None:
+    episode, frame = life.episode, life.frame
+    life.target_m[0], life.target_m[1] = target_m[episode, frame, 0], target_m[episode, frame, 1]
+    life.target_rad = target_rad[episode, frame]
+    look_ahead(life, rng)
+    look(life, size_m[episode], camera, covered_share(life, others_m[episode, frame], openings_m[episode]))
+
+
+@njit(cache=True)
+def _sight_rad(life: Any) -> float:
+    return np.arctan2(life.target_m[1] - life.camera_m[1], life.target_m[0] - life.camera_m[0])
