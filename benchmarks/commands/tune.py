@@ -12,6 +12,7 @@ from benchmarks.commands.arguments import FOLDER, NAMES, ONE_NAME, SEEDS, TEST_S
 from benchmarks.commands.learn_colours import development_seeds
 from benchmarks.commands.progress import progress_bar
 from benchmarks.policies.controller_tuning import SUITE, ControllerBudget, tune_controller
+from benchmarks.policies.settings import EPISODES
 from benchmarks.suites import suite
 from benchmarks.tuning import TUNED_FOLDER, Budget, Tuned, tunables, tune, write_tuned
 from scenarios import catalog
@@ -97,7 +98,7 @@ class Tune:
             fresh=range(seeds.stop, seeds.stop + self.fresh),
             trials=self.trials,
             workers=cores(self.workers),
-            cache=self.studies / "episodes",
+            cache=EPISODES,
         )
         for name in names(self.controllers):
             with progress_bar(f"{name}, {self.trials} trials") as progress:

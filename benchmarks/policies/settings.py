@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.envs.reward import Reward
 from sim.checks import check
 
+EPISODES = Path("results/episodes")
+"""Where episodes planned for envs without pictures are kept, for whoever needs them again."""
 Algorithm = Literal["ppo", "sac"]
 Corrects = Literal["always", "unseen"]
 

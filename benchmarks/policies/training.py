@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.policies.checkpoint import checkpointed_settings, load_checkpoint, save_checkpoint
-from benchmarks.policies.settings import Training
+from benchmarks.policies.settings import EPISODES, Training
 from scenarios import catalog
 from sim.checks import check
 from trackers.controllers.catalogue import controller_entry
@@ -110,6 +110,7 @@ def _envs(training: Training) -> Any:
             max_episode_steps=training.episode_steps,
             pictures=False,
             starts="frame-outs",
+            cache=EPISODES,
             **training.env_keywords,
         )
         return GymnasiumVecEnv(envs, training.seed)
