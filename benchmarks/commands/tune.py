@@ -11,6 +11,7 @@ import tyro
 from benchmarks.commands.arguments import FOLDER, NAMES, ONE_NAME, SEEDS, TEST_SPLIT, WORKERS, cores, names
 from benchmarks.commands.learn_colours import development_seeds
 from benchmarks.commands.progress import progress_bar
+from benchmarks.experiment import make_folder
 from benchmarks.policies.controller_tuning import SUITE, ControllerBudget, tune_controller
 from benchmarks.policies.settings import EPISODES
 from benchmarks.suites import suite
@@ -60,6 +61,7 @@ class Tune:
     def run(self) -> int:
         """Tune them one after the other; return the exit status."""
         seeds = development_seeds(self.seeds)
+        make_folder(self.out)
         for parameter, value in (("trials", self.trials), ("fresh", self.fresh)):
             if value < 1:
                 raise ValueError(f"{parameter}: expected a whole number >= 1, got {value}")
