@@ -128,10 +128,10 @@ def smooth_noise(rng: np.random.Generator, size_px: int, deviation_by_cells: dic
     Args:
         deviation_by_cells: number of cells along a side -> standard deviation of the noise at that scale.
     """
-    total = np.zeros((size_px, size_px), dtype=np.float32)
+    total, scaled = np.zeros((size_px, size_px), np.float32), np.empty((size_px, size_px), np.float32)
     for cells, deviation in deviation_by_cells.items():
         noise = deviation * rng.standard_normal((cells, cells), dtype=np.float32)
-        total += cv2.resize(noise, (size_px, size_px), interpolation=cv2.INTER_CUBIC)
+        total += cv2.resize(noise, (size_px, size_px), dst=scaled, interpolation=cv2.INTER_CUBIC)
     return total
 
 
