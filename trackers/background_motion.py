@@ -48,8 +48,9 @@ class GroundMotion:
 
     def move(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where points (..., 2) of the previous frame lie in this one; those beyond the horizon come far off."""
-        moved = points_px @ self.homography[:, :2].T + self.homography[:, 2]
-        return np.clip(moved[..., :2] / np.maximum(moved[..., 2:], 1e-3), -_FAR_PX, _FAR_PX)
+        moved = points_px @ self.homography[:, :2].T
+        moved += self.homography[:, 2]
+        return np.minimum(np.maximum(moved[..., :2] / np.maximum(moved[..., 2:], 1e-3), -_FAR_PX), _FAR_PX)
 
 
 _FAR_PX = 1e4

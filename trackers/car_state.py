@@ -54,7 +54,9 @@ def move_on(
     paper's rigid motion: ``m(p) = Rot(-ω) p - (Vx, Vy)``, ``θ' = θ - ω`` (paper A, equations 2.2-2.4, 4.19-4.21).
     Reading: a speed is never negative (it would turn the heading round), so the walk is reflected at zero.
     """
-    heading = np.column_stack([np.cos(states[:, HEADING]), np.sin(states[:, HEADING])])
+    heading = np.empty((len(states), 2))
+    np.cos(states[:, HEADING], out=heading[:, 0])
+    np.sin(states[:, HEADING], out=heading[:, 1])
     before = states[:, POSITION] + states[:, SPEED, None] * heading
     moved = np.empty_like(states)
     moved[:, POSITION] = motion.move(before)

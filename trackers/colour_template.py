@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
-from trackers.kernels.histogram import BINS, bhattacharyya, hs_bins, rectangle_histogram, rectangle_similarities
+from trackers.kernels.histogram import (
+    bhattacharyya,
+    hs_bins,
+    picture_histogram,
+    rectangle_histogram,
+    rectangle_similarities,
+)
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,5 @@ class ColourTemplate:
         The three cases of section 3.2: fully outside, the whole picture's histogram stands in (3.13); partly outside,
         missing pixels are filled from the visible ones; inside, L = sum sqrt(p q) (2.7).
         """
-        whole = np.bincount(bins.ravel(), minlength=BINS) / bins.size
-        outside = bhattacharyya(whole, self.histogram)
+        outside = bhattacharyya(picture_histogram(bins), self.histogram)
         return rectangle_similarities(bins, centres_px, self.rectangle_px, self.histogram, outside)

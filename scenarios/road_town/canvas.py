@@ -70,15 +70,19 @@ class Canvas:
     def grain(self, rng: np.random.Generator, deviation: float) -> None:
         """Add noise of texel size to everything drawn so far; a tile of it is repeated, turned and mirrored."""
         noise = rng.normal(0.0, deviation, (_GRAIN_TILE_PX, _GRAIN_TILE_PX, 1)).round()
-        tiles = [(np.maximum(sign * noise, 0).astype(np.uint8) + np.zeros(3, np.uint8)) for sign in (1, -1)]
-        size = len(self.picture)
+        brighter, darker = (np.maximum(sign * noise, 0).astype(np.uint8) + np.zeros(3, np.uint8) for sign in (1, -1))
+        turned = [(_turned(brighter, *turn), _turned(darker, *turn)) for turn in _TURNS]
+        size, is_mirrored, quarters = len(self.picture), False, 0
         for top in range(0, size, _GRAIN_TILE_PX):
             for left in range(0, size, _GRAIN_TILE_PX):
                 part = self.picture[top : top + _GRAIN_TILE_PX, left : left + _GRAIN_TILE_PX]
                 rows, columns = part.shape[:2]
-                brighter, darker = (np.ascontiguousarray(tile[:rows, :columns]) for tile in tiles)
-                cv2.subtract(cv2.add(part, brighter), darker, dst=part)
-                tiles = [np.rot90(tile) if (top + left) % 1024 else tile[::-1] for tile in tiles]
+                brighter, darker = turned[_TURNS.index((is_mirrored, quarters))]
+                cv2.subtract(cv2.add(part, brighter[:rows, :columns]), darker[:rows, :columns], dst=part)
+                if (top + left) % 1024:
+                    quarters = (quarters + 1) % 4
+                else:
+                    is_mirrored, quarters = not is_mirrored, -quarters % 4
 
     def window(self, corners_m: NDArray[np.float64]) -> tuple[slice, slice, NDArray[np.int32]]:
         """Return the rows and columns that a polygon (n, 2) reaches over, and its corners in them, whole pixels."""
@@ -91,7 +95,16 @@ class Canvas:
         half_m = 0.5 * self.extent_m
         x = (points_m[:, 0] + half_m) * self._px_per_m - 0.5
         y = (half_m - points_m[:, 1]) * self._px_per_m - 0.5
-        return np.round(np.column_stack([x, y]) * (1 << _SHIFT)).astype(np.int32)
+        fixed = np.empty((len(x), 2))
+        fixed[:, 0], fixed[:, 1] = x, y
+        return np.rint(fixed * (1 << _SHIFT)).astype(np.int32)
+
+
+_TURNS = [(is_mirrored, quarters) for is_mirrored in (False, True) for quarters in range(4)]
+
+
+def _turned(tile: NDArray[np.uint8], is_mirrored: bool, quarters: int) -> NDArray[np.uint8]:
+    return np.ascontiguousarray(np.rot90(tile[::-1] if is_mirrored else tile, quarters))
 
 
 def rectangle(
@@ -115,10 +128,10 @@ def smooth_noise(rng: np.random.Generator, size_px: int, deviation_by_cells: dic
     Args:
         deviation_by_cells: number of cells along a side -> standard deviation of the noise at that scale.
     """
-    total = np.zeros((size_px, size_px), dtype=np.float32)
+    total, scaled = np.zeros((size_px, size_px), np.float32), np.empty((size_px, size_px), np.float32)
     for cells, deviation in deviation_by_cells.items():
         noise = deviation * rng.standard_normal((cells, cells), dtype=np.float32)
-        total += cv2.resize(noise, (size_px, size_px), interpolation=cv2.INTER_CUBIC)
+        total += cv2.resize(noise, (size_px, size_px), dst=scaled, interpolation=cv2.INTER_CUBIC)
     return total
 
 

@@ -25,7 +25,7 @@ def paint_land(layout: Layout, rng: np.random.Generator, size_px: int) -> NDArra
     _paint_footpaths(canvas, rng)
     nearest = _nearest_building(layout, size_px)
     for index, building in enumerate(layout.buildings):
-        _paint_plot(canvas, building, nearest == index, rng)
+        _paint_plot(canvas, building, nearest, index, rng)
     _paint_tufts(canvas, rng)
     return _varied(canvas.picture, rng)
 
@@ -69,7 +69,8 @@ def _varied(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.
     size_px = len(picture)
     light = smooth_noise(rng, size_px, {24: 3.0, 128: 5.0, 400: 6.0, 1024: 7.0})
     hue = rng.normal(0.0, 3.5, (_HUE_CELLS, _HUE_CELLS, 3)).astype(np.float32)
-    variation = cv2.resize(hue, (size_px, size_px)) + light[..., None]
+    variation = cv2.resize(hue, (size_px, size_px))
+    variation += light[..., None]
     return np.asarray(cv2.add(picture, variation, dtype=cv2.CV_8U))
 
 
@@ -149,8 +150,14 @@ def _nearest_building(layout: Layout, size_px: int) -> NDArray[np.int32]:
     return np.asarray(cv2.resize(nearest, (size_px, size_px), interpolation=cv2.INTER_NEAREST))
 
 
-def _paint_plot(canvas: Canvas, building: Building, own: NDArray[np.bool_], rng: np.random.Generator) -> None:
-    """Paint a plot up to the neighbours' plots: lawn, perhaps in mowing stripes, or yard; hedge or fence around it."""
+def _paint_plot(
+    canvas: Canvas, building: Building, nearest: NDArray[np.int32], index: int, rng: np.random.Generator
+) -> None:
+    """Paint a plot up to the neighbours' plots: lawn, perhaps in mowing stripes, or yard; hedge or fence around it.
+
+    Args:
+        nearest: (size, size) number of the building that each pixel belongs to; ``index`` is this one's.
+    """
     margin, depth = rng.uniform(4.0, 9.0), rng.uniform(6.0, 15.0)
     size = (building.size_m[0] + 2 * margin, building.size_m[1] + 12.0 + depth)
     frame = _HouseFrame(building)
@@ -161,7 +168,7 @@ def _paint_plot(canvas: Canvas, building: Building, own: NDArray[np.bool_], rng:
     if not mask.size:
         return
     cv2.fillConvexPoly(mask, pixels, 1)
-    mask &= own[rows, columns]
+    mask &= nearest[rows, columns] == index
     kind = rng.random()
     tone = pick(LAWNS if kind < 0.75 else YARDS, rng, 10.0)
     stripes = float(rng.uniform(4, 8)) if kind < 0.25 else 0.0
@@ -188,14 +195,17 @@ def _fill_striped(
     if mask is None:
         mask = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.uint8)
         cv2.fillConvexPoly(mask, pixels, 1)
+    part, inside = canvas.picture[rows, columns], mask > 0
+    if contrast == 0.0:
+        part[inside] = tone
+        return
     across = (pixels[3] - pixels[0]).astype(np.float32)
     across /= max(float(np.linalg.norm(across)), 1.0)
     period_px = period_m * len(canvas.picture) / canvas.extent_m
     y, x = np.mgrid[0 : mask.shape[0], 0 : mask.shape[1]].astype(np.float32)
-    wave = contrast * np.sign(np.sin((2 * np.pi / period_px) * (x * across[0] + y * across[1])))
-    filled = np.clip(np.array(tone, dtype=np.float32) + wave[..., None], 0, 255).astype(np.uint8)
-    part = canvas.picture[rows, columns]
-    part[mask > 0] = filled[mask > 0]
+    row = np.sign(np.sin((2 * np.pi / period_px) * (x * across[0] + y * across[1])))
+    tones = np.array(tone, dtype=np.float32) + np.float32(contrast) * np.array([[-1], [0], [1]], dtype=np.float32)
+    part[inside] = np.clip(tones, 0, 255).astype(np.uint8)[(row[inside] + 1).astype(np.intp)]
 
 
 def _paint_beds(canvas: Canvas, frame: _HouseFrame, rng: np.random.Generator) -> None:

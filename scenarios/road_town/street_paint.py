@@ -76,6 +76,9 @@ class _Strip:
         tangent = np.gradient(street.centre_m, axis=0)
         tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         self._left = np.column_stack([-tangent[:, 1], tangent[:, 0]])
+        # Contiguous, and once: places on a street are asked for thousands of times.
+        self._columns = [(self._centre_m[:, axis].copy(), self._left[:, axis].copy()) for axis in range(2)]
+        self._places = np.arange(len(self._centre_m), dtype=float)
         self._step_m = float(np.linalg.norm(np.diff(street.centre_m, axis=0), axis=1).mean())
         self.length_m = self._step_m * (len(street.centre_m) - 1)
         self.half_m = 0.5 * street.width_m
@@ -83,11 +86,11 @@ class _Strip:
 
     def at(self, along_m: NDArray[np.float64] | float, left_m: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Return world places (..., 2) of distances along the street and to the left of its centre line."""
-        index = np.clip(np.asarray(along_m) / self._step_m, 0, len(self._centre_m) - 1)
-        places = np.arange(len(self._centre_m))
-        line = [np.interp(index, places, column) for column in self._centre_m.T]
-        left = [np.interp(index, places, column) for column in self._left.T]
-        world: NDArray[np.float64] = np.stack(line, axis=-1) + np.stack(left, axis=-1) * np.asarray(left_m)[..., None]
+        index = np.minimum(np.maximum(np.asarray(along_m) / self._step_m, 0), len(self._centre_m) - 1)
+        left_m = np.asarray(left_m)
+        world = np.empty((*np.broadcast_shapes(index.shape, left_m.shape), 2))
+        for axis, (line, left) in enumerate(self._columns):
+            world[..., axis] = np.interp(index, self._places, line) + np.interp(index, self._places, left) * left_m
         return world
 
     def along(self, start_m: float, end_m: float, left_m: float, width_m: float, colour: Rgb) -> None:

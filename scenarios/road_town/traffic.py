@@ -23,6 +23,7 @@ _TIME_GAP_S = 1.2
 _STANDSTILL_GAP_M = 2.5
 _CAR_LENGTH_M = 4.8
 _LOOK_AHEAD_M = np.arange(1.0, 42.0, 1.5)
+_HERE_AND_AHEAD_M = np.concatenate([[0.0], _LOOK_AHEAD_M])
 _SAME_LANE_M = 1.7
 
 
@@ -104,6 +105,7 @@ class _State:
 
     def __post_init__(self) -> None:
         self.limits = [speed_limit_mps(d.route, d.cruise_mps) for d in self.drivers]
+        self.places = [np.arange(len(limits), dtype=float) for limits in self.limits]
         self.arc_m = np.array([d.start_m for d in self.drivers])
         self.speed_mps = np.array([self._limit(car) for car in range(len(self.drivers))])
         self.next_passage = [sum(p.leave_m <= d.start_m for p in d.route.passages) for d in self.drivers]
@@ -127,12 +129,12 @@ class _State:
         self.arc_m = np.minimum(self.arc_m + 0.5 * (speed + self.speed_mps) * dt_s, lengths)
 
     def _limit(self, car: int) -> float:
-        return float(np.interp(self.arc_m[car] / POINT_SPACING_M, np.arange(len(self.limits[car])), self.limits[car]))
+        return float(np.interp(self.arc_m[car] / POINT_SPACING_M, self.places[car], self.limits[car]))
 
     def _gap_to_cars(self) -> NDArray[np.float64]:
         """Return the free distance (N,) to the next car that stands or drives on each car's own path."""
-        here = np.stack([d.route.at(np.array(self.arc_m[i]))[0] for i, d in enumerate(self.drivers)])
-        ahead = np.stack([d.route.at(self.arc_m[i] + _LOOK_AHEAD_M)[0] for i, d in enumerate(self.drivers)])
+        path = np.stack([d.route.at(self.arc_m[i] + _HERE_AND_AHEAD_M)[0] for i, d in enumerate(self.drivers)])
+        here, ahead = path[:, 0], path[:, 1:]
         distance = np.linalg.norm(ahead[:, :, None] - here[None, None], axis=-1)
         blocked = distance < _SAME_LANE_M
         blocked[np.arange(len(here)), :, np.arange(len(here))] = False

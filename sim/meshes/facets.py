@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sim.mesh import Texture, TexturedMesh
+
+_Row = list[float]
 
 
 class Facets:
@@ -18,48 +21,53 @@ class Facets:
     """
 
     def __init__(self) -> None:
-        self._vertices_m: list[NDArray[np.float64]] = []
-        self._normals: list[NDArray[np.float64]] = []
-        self._uv: list[NDArray[np.float64]] = []
-        self._faces: list[NDArray[np.int32]] = []
-        self._vertex_count = 0
+        self._vertices_m: list[_Row] = []
+        self._normals: list[_Row] = []
+        self._uv: list[_Row] = []
+        self._faces: list[tuple[int, int, int]] = []
 
     def polygon(self, corners_m: ArrayLike, uv: ArrayLike) -> None:
         """Add one plane convex polygon (n, 3), its corners counter-clockwise seen from outside.
 
         Corners that coincide with the one before them are left out; what has no area is not added.
         """
-        corners = np.asarray(corners_m, dtype=float)
-        colours = np.broadcast_to(np.asarray(uv, dtype=float), (len(corners), 2))
-        distinct = np.linalg.norm(corners - corners[np.arange(-1, len(corners) - 1)], axis=1) > 1e-6
-        corners, colours = corners[distinct], colours[distinct]
-        if len(corners) < 3:
-            return
-        area = _twice_area(corners)
-        length = np.linalg.norm(area)
-        if length < 1e-9:
-            return
-        if len(corners) > 4:
-            start = _best_fan_start(corners)
-            corners, colours = np.roll(corners, -start, axis=0), np.roll(colours, -start, axis=0)
-        fan = np.arange(1, len(corners) - 1)
-        self._faces.append((self._vertex_count + np.column_stack([np.zeros_like(fan), fan, fan + 1])).astype(np.int32))
-        self._vertices_m.append(corners)
-        self._normals.append(np.broadcast_to(area / length, corners.shape))
-        self._uv.append(colours)
-        self._vertex_count += len(corners)
+        corners: list[_Row] = np.asarray(corners_m, dtype=float).tolist()
+        self._add_polygon(corners, _rows(uv, len(corners)))
 
     def quad(self, corners_m: ArrayLike, uv: ArrayLike) -> None:
         """Add four corners (4, 3) that need not lie in one plane: one face, or two triangles."""
-        corners = np.asarray(corners_m, dtype=float)
-        colours = np.broadcast_to(np.asarray(uv, dtype=float), (4, 2))
-        normal = _twice_area(corners)
-        warp_m = abs(normal @ (corners[1] - corners[0])) / max(float(np.linalg.norm(normal)), 1e-12)
-        if warp_m < 1e-3:
-            self.polygon(corners, colours)
+        self._add_quad(np.asarray(corners_m, dtype=float).tolist(), uv)
+
+    def _add_quad(self, corners: list[_Row], uv: ArrayLike) -> None:
+        colours = _rows(uv, 4)
+        normal, (a, b) = _twice_area(corners), corners[:2]
+        rise = abs(sum(n * (q - p) for n, p, q in zip(normal, a, b, strict=True)))
+        if rise / max(math.hypot(*normal), 1e-12) < 1e-3:
+            self._add_polygon(corners, colours)
         else:
-            for triangle in ([0, 1, 2], [0, 2, 3]):
-                self.polygon(corners[triangle], colours[triangle])
+            for triangle in ((0, 1, 2), (0, 2, 3)):
+                self._add_polygon([corners[k] for k in triangle], [colours[k] for k in triangle])
+
+    def _add_polygon(self, corners: list[_Row], colours: list[_Row]) -> None:
+        # In plain floats: a town has thirty thousand faces, and arrays of four rows take five times as long.
+        distinct = [math.dist(corner, corners[k - 1]) > 1e-6 for k, corner in enumerate(corners)]
+        if not all(distinct):
+            corners = [corner for corner, kept in zip(corners, distinct, strict=True) if kept]
+            colours = [colour for colour, kept in zip(colours, distinct, strict=True) if kept]
+        if len(corners) < 3:
+            return
+        area = np.array(_twice_area(corners))
+        length = math.sqrt(area @ area)
+        if length < 1e-9:
+            return
+        if len(corners) > 4:
+            start = _best_fan_start(np.array(corners))
+            corners, colours = corners[start:] + corners[:start], colours[start:] + colours[:start]
+        first, count = len(self._vertices_m), len(corners)
+        self._faces += [(first, first + k, first + k + 1) for k in range(1, count - 1)]
+        self._vertices_m += corners
+        self._normals += [(area / length).tolist()] * count
+        self._uv += colours
 
     def box(self, low_m: ArrayLike, high_m: ArrayLike, uv: ArrayLike) -> None:
         """Add an axis-aligned box between two opposite corners (3,), in one colour."""
@@ -84,27 +92,27 @@ class Facets:
                 the first of these.
             first_uv, last_uv: colours of the end faces, which must be convex; None leaves an end open.
         """
-        rings = np.asarray(rings_m, dtype=float)
-        count = rings.shape[1]
+        rings: list[list[_Row]] = np.asarray(rings_m, dtype=float).tolist()
+        count = len(rings[0])
         for segment in range(len(rings) - 1):
             for side in range(count):
                 after = (side + 1) % count
                 near, far = rings[segment], rings[segment + 1]
                 uv = side_uv(segment, side)
                 if uv is not None:
-                    self.quad([near[side], near[after], far[after], far[side]], uv)
+                    self._add_quad([near[side], near[after], far[after], far[side]], uv)
         if first_uv is not None:
-            self.polygon(rings[0, ::-1], first_uv)
+            self.polygon(rings[0][::-1], first_uv)
         if last_uv is not None:
             self.polygon(rings[-1], last_uv)
 
     def mesh(self, texture: Texture) -> TexturedMesh:
         """Return what was added so far."""
         return TexturedMesh(
-            np.concatenate(self._vertices_m).astype(np.float32),
-            np.concatenate(self._normals).astype(np.float32),
-            np.concatenate(self._uv).astype(np.float32),
-            np.concatenate(self._faces),
+            np.array(self._vertices_m, dtype=float).astype(np.float32),
+            np.array(self._normals, dtype=float).astype(np.float32),
+            np.array(self._uv, dtype=float).astype(np.float32),
+            np.array(self._faces, dtype=np.int32),
             texture,
         )
 
@@ -118,11 +126,27 @@ def _best_fan_start(corners_m: NDArray[np.float64]) -> int:
     return int(np.argmax(smallest))
 
 
-def _twice_area(corners_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return twice the area of a polygon (n, 3) as a vector (3,) along its normal (Newell's method)."""
-    x, y, z = corners_m.T
-    after = np.arange(1 - len(corners_m), 1)
-    return np.array([y @ z[after] - z @ y[after], z @ x[after] - x @ z[after], x @ y[after] - y @ x[after]])
+def _twice_area(corners_m: list[_Row]) -> list[float]:
+    """Return twice the area of a polygon as a vector along its normal (Newell's method)."""
+    if len(corners_m) != 4:
+        x, y, z = np.array(corners_m).T
+        after = np.arange(1 - len(corners_m), 1)
+        return [y @ z[after] - z @ y[after], z @ x[after] - x @ z[after], x @ y[after] - y @ x[after]]
+    # Nearly all have four corners. Summed in the order of the products above: shapes stay the same to the last bit.
+    (x0, y0, z0), (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = corners_m
+    return [
+        ((y0 * z1 + y2 * z3) + (y1 * z2 + y3 * z0)) - ((z0 * y1 + z2 * y3) + (z1 * y2 + z3 * y0)),
+        ((z0 * x1 + z2 * x3) + (z1 * x2 + z3 * x0)) - ((x0 * z1 + x2 * z3) + (x1 * z2 + x3 * z0)),
+        ((x0 * y1 + x2 * y3) + (x1 * y2 + x3 * y0)) - ((y0 * x1 + y2 * x3) + (y1 * x2 + y3 * x0)),
+    ]
+
+
+def _rows(uv: ArrayLike, count: int) -> list[_Row]:
+    """Return a colour for each of ``count`` corners."""
+    if isinstance(uv, tuple) and isinstance(uv[0], float):
+        return [list(uv)] * count
+    rows: list[_Row] = np.broadcast_to(np.asarray(uv, dtype=float), (count, 2)).tolist()
+    return rows
 
 
 def palette(colours_rgb: Sequence[tuple[int, int, int]]) -> Texture:

@@ -76,35 +76,70 @@ def rectangle_similarities(
     return _similarities(bins, np.ascontiguousarray(centres_px), width, height, np.sqrt(template), outside_similarity)
 
 
-@njit(cache=True, fastmath={"nsz", "contract", "reassoc"})
+@njit(cache=True)
+def picture_histogram(bins: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return the histogram (128,), sum 1, of a binned picture (H, W)."""
+    counts = np.zeros(BINS, np.int64)
+    for i in range(bins.shape[0]):
+        for j in range(bins.shape[1]):
+            counts[bins[i, j]] += 1
+    return counts / bins.size
+
+
+_MOST_REMEMBERED = 1 << 14
+
+
+@njit(cache=True)
 def _similarities(bins, centres_px, width, height, root_template, outside_similarity):  # type: ignore[no-untyped-def]
     rows, columns = bins.shape
     similarities = np.empty(len(centres_px))
-    counts = np.empty(2 * root_template.size, np.int32)
-    half = root_template.size
+    corners = np.empty((len(centres_px), 2), np.int64)
+    first_left, first_top, last_left, last_top = columns, rows, -width, -height
     for n in range(len(centres_px)):
         x, y = centres_px[n]
-        if not (-1e6 < x < 1e6 and -1e6 < y < 1e6):
+        corners[n] = columns, rows
+        if -1e6 < x < 1e6 and -1e6 < y < 1e6:
+            left = int(np.floor(x - 0.5 * width + 0.5))
+            top = int(np.floor(y - 0.5 * height + 0.5))
+            if -width < left < columns and -height < top < rows:
+                corners[n] = left, top
+                first_left, last_left = min(first_left, left), max(last_left, left)
+                first_top, last_top = min(first_top, top), max(last_top, top)
+    # Particles that agree lie on the same pixels, and share their answer.
+    pitch, lines = max(last_left - first_left + 1, 0), max(last_top - first_top + 1, 0)
+    remembered = np.full(pitch * lines if pitch * lines <= _MOST_REMEMBERED else 0, np.nan)
+    counts = np.empty(2 * root_template.size, np.int32)
+    for n in range(len(centres_px)):
+        left, top = corners[n]
+        if left == columns:
             similarities[n] = outside_similarity
             continue
-        left = int(np.floor(x - 0.5 * width + 0.5))
-        top = int(np.floor(y - 0.5 * height + 0.5))
-        first_column, last_column = max(left, 0), min(left + width, columns)
-        first_row, last_row = max(top, 0), min(top + height, rows)
-        if first_column >= last_column or first_row >= last_row:
-            similarities[n] = outside_similarity
+        k = (top - first_top) * pitch + left - first_left
+        if remembered.size == 0:
+            similarities[n] = _similarity(bins, left, top, width, height, root_template, counts)
             continue
-        counts[:] = 0
-        # Two counters in turn: neighbours share a bin, and one counter would wait for its own last store.
-        even_end = first_column + (last_column - first_column) // 2 * 2
-        for i in range(first_row, last_row):
-            for j in range(first_column, even_end, 2):
-                counts[bins[i, j]] += 1
-                counts[half + bins[i, j + 1]] += 1
-            if even_end < last_column:
-                counts[bins[i, even_end]] += 1
-        total = 0.0
-        for b in range(half):
-            total += np.sqrt(np.float64(counts[b] + counts[half + b])) * root_template[b]
-        similarities[n] = total / np.sqrt((last_row - first_row) * (last_column - first_column))
+        if np.isnan(remembered[k]):
+            remembered[k] = _similarity(bins, left, top, width, height, root_template, counts)
+        similarities[n] = remembered[k]
     return similarities
+
+
+@njit(cache=True, fastmath={"nsz", "contract", "reassoc"})
+def _similarity(bins, left, top, width, height, root_template, counts):  # type: ignore[no-untyped-def]
+    rows, columns = bins.shape
+    half = root_template.size
+    first_column, last_column = max(left, 0), min(left + width, columns)
+    first_row, last_row = max(top, 0), min(top + height, rows)
+    counts[:] = 0
+    # Two counters in turn: neighbours share a bin, and one counter would wait for its own last store.
+    even_end = first_column + (last_column - first_column) // 2 * 2
+    for i in range(first_row, last_row):
+        for j in range(first_column, even_end, 2):
+            counts[bins[i, j]] += 1
+            counts[half + bins[i, j + 1]] += 1
+        if even_end < last_column:
+            counts[bins[i, even_end]] += 1
+    total = 0.0
+    for b in range(half):
+        total += np.sqrt(np.float64(counts[b] + counts[half + b])) * root_template[b]
+    return total / np.sqrt((last_row - first_row) * (last_column - first_column))

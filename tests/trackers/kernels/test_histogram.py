@@ -64,3 +64,14 @@ def test_every_hue_and_saturation_falls_into_opencvs_bin() -> None:
     rgb = cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
     counts = np.bincount(hs_bins(rgb).ravel(), minlength=BINS)
     np.testing.assert_allclose(counts / counts.sum(), opencv_histogram(rgb), atol=1e-7)
+
+
+def test_each_rectangle_is_answered_as_if_it_were_alone(picture: NDArray[np.uint8]) -> None:
+    bins, size = hs_bins(picture), np.array([7.0, 5.0])
+    template = rectangle_histogram(bins, np.array([20.0, 20.0]), size)
+    rng = np.random.default_rng(4)
+    for spread_px in (2.0, 30.0, 3000.0):
+        centres = np.array([[20.0, 20.0]]) + rng.normal(0.0, spread_px, (60, 2))
+        centres[::17] = np.nan
+        each = [rectangle_similarities(bins, centre[None], size, template, 0.25)[0] for centre in centres]
+        np.testing.assert_array_equal(rectangle_similarities(bins, centres, size, template, 0.25), each)
