@@ -195,7 +195,7 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
         assert words in text
     assert "fake_ours + fake_knowing minus each other controller, on the same seeds" in text
     assert "--link prompt --controllers" in text
-    assert page.count('<th scope="col">controller</th><th scope="col">tracker</th>') == 2
+    assert page.count('<th scope="col" class="kind">controller</th><th scope="col" class="kind">tracker</th>') == 2
     # Everyone had episodes of his own: losses are those of all.
     losses = sum(row["metric"] == "watched_frames" for row in read_rows(outcome[1]))
     assert f"{losses} losses of " in text
