@@ -152,16 +152,20 @@ class PersonFollowing:
 def person_following(in_picture: NDArray[np.bool_], distance_m: NDArray[np.float64]) -> PersonFollowing:
     """Return what EVT-Bench (TrackVLA, 2025) says of an episode.
 
-    Following is to face the person (here: the centre is in the picture) from at most 3 m. With more than 20 steps in a
-    row beyond 4 m the person is lost, which ends their episode: from there on nothing is following. Their tracking rate
-    divides by the larger of reference length and steps; episodes here have one length, F - 1, for everybody.
+    Following is to face the person (here: the centre is in the picture) from at most 3 m. Their episode ends with a
+    collision, and with the person lost: more than 20 steps beyond 4 m since the last step following. Ours goes on, and
+    nothing of that is following. Their tracking rate divides by the larger of reference length and steps; episodes here
+    have one length, F - 1, for everybody.
 
     Args:
         in_picture: (F,). distance_m: (F,) on the ground from the camera to the person.
     """
     following = in_picture & (distance_m <= FOLLOWING_M)
-    far = next((first for first, end in runs(distance_m > FAR_M) if end - first > FAR_STEPS), None)
-    if far is not None:
-        following[far + FAR_STEPS :] = False
+    far_steps = 0
+    for step in range(1, len(following)):
+        far_steps = 0 if following[step] else far_steps + bool(distance_m[step] > FAR_M)
+        if far_steps > FAR_STEPS or distance_m[step] < COLLISION_M:
+            following[step:] = False
+            break
     steps = following[1:]
-    return PersonFollowing(bool(steps[-1]), float(steps.mean()), bool((distance_m < COLLISION_M).any()))
+    return PersonFollowing(bool(steps[-1]), float(steps.mean()), bool((distance_m[1:] < COLLISION_M).any()))

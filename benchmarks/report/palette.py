@@ -61,7 +61,7 @@ def _style(role: str, place: int) -> LineStyle:
         return _line("ours", (), 2.6, in_front=True)
     if role == "variant":
         return _line("ours", dashes, 1.2)
-    if role == "as-written":
+    if role in ("as-written", "policy"):
         return _line(_WRITTEN[place % len(_WRITTEN)], () if place < len(_WRITTEN) else dashes, 1.8)
     if role == "oracle":
         return _line("ink", _ORACLE_DASHES[place % len(_ORACLE_DASHES)], 2.2)

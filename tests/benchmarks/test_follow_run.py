@@ -14,9 +14,11 @@ import pytest
 from benchmarks import suites
 from benchmarks.cli import main
 from benchmarks.experiment import Experiment, Outcome, run
+from benchmarks.follow.figures import plot_shares
 from benchmarks.follow.suite import FOLLOW
 from benchmarks.records import append_block, read_blocks, read_rows
 from benchmarks.report.page import write_report
+from benchmarks.report.palette import line_styles
 from benchmarks.summary import write_summary
 from scenarios.road_town.flight import HELICOPTER
 from tests.benchmarks.fake_steering import FAKE_CONTROLLERS, FAKE_FOLLOW
@@ -195,11 +197,27 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
         assert words in text
     assert "fake_ours + fake_knowing minus each other controller, on the same seeds" in text
     assert "--link prompt --controllers" in text
-    assert page.count('<th scope="col">controller</th><th scope="col">tracker</th>') == 2
+    assert page.count('<th scope="col" class="kind">controller</th><th scope="col" class="kind">tracker</th>') == 2
     # Everyone had episodes of his own: losses are those of all.
     losses = sum(row["metric"] == "watched_frames" for row in read_rows(outcome[1]))
     assert f"{losses} losses of " in text
     assert write_report(outcome[1]).read_text() == page
+
+
+def test_marks_stand_where_their_shares_are() -> None:
+    styles = line_styles([("reentry", "ours"), ("policy:a", "policy"), ("hold", "baseline")])
+    shares = {"one": {"reentry": (0.9, 0.8, 0.95), "hold": (0.2, 0.1, 0.3)}, "two": {"policy:a": (0.5, 0.4, 0.6)}}
+    svg = plot_shares(shares, styles, "time in view")
+    marks = {
+        colour: [float(x) for x in re.findall(rf'<use [^>]*x="([\d.]+)"[^>]*fill: var\(--{colour}\)', svg)]
+        for colour in ("ours", "plain", "ground")
+    }
+    # The first tracker's marks are full, those of others hollow.
+    assert [len(marks[colour]) for colour in ("ours", "plain")] == [1, 1]
+    assert marks["plain"][0] < marks["ground"][0] < marks["ours"][0]
+    ticks = [svg.index(f">{name}<") for name in ("reentry", "policy:a", "hold")]
+    assert len(set(ticks)) == 3
+    assert ">by two<" in svg
 
 
 def test_the_command_line_runs_resumes_prints_and_compares(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -146,14 +146,32 @@ def test_following_a_person_is_to_face_him_from_near() -> None:
     facing = np.array([True, True, False, True, True])
     near = following.person_following(facing, np.array([2.0, 2.0, 2.0, 3.5, 3.0]))
     assert (near.success, near.tracking_rate, near.collision) == (True, 0.5, False)
-    assert following.person_following(facing, np.array([2.0, 2.0, 0.4, 2.0, 3.1])).success is False
-    assert following.person_following(facing, np.array([2.0, 2.0, 0.4, 2.0, 3.1])).collision is True
+    assert not following.person_following(facing, np.array([2.0, 2.0, 2.0, 2.0, 3.1])).success
+    assert not following.person_following(~facing, np.full(5, 2.0)).success
 
 
-def test_a_person_who_was_far_for_long_stays_lost() -> None:
-    facing = np.ones(61, dtype=bool)
-    for far_steps, success, rate in ((20, True, 40 / 60), (21, False, 9 / 60)):
-        distance_m = np.full(61, 2.0)
-        distance_m[10 : 10 + far_steps] = 4.5
-        came = following.person_following(facing, distance_m)
-        assert (came.success, came.tracking_rate) == (success, pytest.approx(rate))
+def test_a_collision_ends_it() -> None:
+    hit = following.person_following(np.ones(5, dtype=bool), np.array([2.0, 2.0, 0.4, 2.0, 2.0]))
+    assert (hit.success, hit.tracking_rate, hit.collision) == (False, 0.25, True)
+
+
+@pytest.mark.parametrize(
+    ("far_steps", "between_m", "success", "rate"),
+    [
+        (20, None, True, 40 / 60),
+        (21, None, False, 9 / 60),
+        # Somewhat nearer is not following yet, so that the count goes on; following begins it anew.
+        (21, 3.5, False, 9 / 60),
+        (21, 2.0, True, 39 / 60),
+    ],
+)
+def test_a_person_who_was_far_for_long_stays_lost(
+    far_steps: int, between_m: float | None, success: bool, rate: float
+) -> None:
+    distance_m = np.full(61, 2.0)
+    distance_m[10 : 10 + far_steps] = 4.5
+    if between_m is not None:
+        distance_m[20] = between_m
+        distance_m[10 + far_steps] = 4.5
+    came = following.person_following(np.ones(61, dtype=bool), distance_m)
+    assert (came.success, came.tracking_rate) == (success, pytest.approx(rate))
