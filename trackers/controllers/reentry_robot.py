@@ -62,7 +62,7 @@ class ReentryRobotParameters:
     "reentry", role="ours", carrier="robot", summary="steers by the belief; looks where the target must come back"
 )
 class ReentryRobotController:
-    """Keeps the belief and asks the law ``steer_robot`` about it."""
+    """Keeps the belief and asks the law ``steer_robot`` about it; its memory of ways and places wants odometry."""
 
     Parameters = ReentryRobotParameters
 
