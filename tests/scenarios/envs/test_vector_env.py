@@ -22,6 +22,7 @@ from scenarios.envs.ids import register_envs
 from scenarios.envs.truth_info import INFO
 from scenarios.envs.vector_env import FollowVectorEnv
 from tests.fakes_scenario import NoParameters, Raises, Still
+from tests.scenarios.envs.compared import assert_same
 
 COUNT, LAST_FRAME = 3, 11
 ROOT = Path(__file__).parents[3]
@@ -42,21 +43,6 @@ def worked() -> Iterator[FollowVectorEnv]:
     envs = FollowVectorEnv(COUNT, workers=2, render_mode="rgb_array", **keywords())
     yield envs
     envs.close()
-
-
-def assert_same(ours: Any, theirs: Any) -> None:
-    """Hold two answers to each other: keys in order, kinds, dtypes, every number."""
-    assert type(ours) is type(theirs)
-    if isinstance(ours, dict):
-        assert list(ours) == list(theirs)
-        for key in ours:
-            assert_same(ours[key], theirs[key])
-    elif isinstance(ours, tuple):
-        for mine, other in zip(ours, theirs, strict=True):
-            assert_same(mine, other)
-    else:
-        assert ours.dtype == theirs.dtype
-        np.testing.assert_array_equal(ours, theirs)
 
 
 def live_through(envs: gym.vector.VectorEnv) -> list[Any]:
