@@ -53,6 +53,6 @@ clean:
 	@touch $@
 
 .venv/installed-dev: .venv/installed
-	@echo "installing what tests and tuning need"
-	@$(INSTALL) --no-build-isolation -e '.[dev,tune]'
+	@echo "installing what tests, tuning, training and play need"
+	@$(INSTALL) --no-build-isolation -e '.[dev,tune,train,play]'
 	@touch $@

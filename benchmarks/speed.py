@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -33,6 +33,9 @@ UNTIMED_FRAMES = 5
 FRAMES_PER_BARE_CALL = 8
 _NEAR_M, _FAR_M = 0.2, 1000.0
 _PATIENCE_S = 300.0
+
+Figure = tuple[str, str, str, Sequence[float], Sequence[float]]
+"""Metric, unit, which way is better, and what is divided by what, in each town."""
 
 
 class Subject(Protocol):
@@ -183,19 +186,26 @@ def measure_scenario(
     progress(of, of)
     bare, finished = ([float(np.mean(getattr(s, name))) for s in samples] for name in ("bare_s", "frame_s"))
     ones, walls = [1.0] * len(samples), [sample.wall_frame_s for sample in samples]
-    entries = (
+    figures = (
         ("speedup_over_tinyrenderer", "ratio", "higher", bare, finished),
         ("frames_per_s", "1/s", "higher", ones, walls),
         ("process_scaling", "ratio", "higher", two, one),
         ("frame_cpu_ms", "ms", "lower", [1e3 * each for each in finished], ones),
         ("tinyrenderer_cpu_ms", "ms", "lower", [1e3 * each for each in bare], ones),
     )
+    return entries_of(scenario, preset, "raster", seeds, figures)
+
+
+def entries_of(
+    scenario: str, preset: str, subject: str, seeds: range, figures: Iterable[Figure]
+) -> list[dict[str, Any]]:
+    """Return the entries of ``summary.json`` of what was measured in these towns; ``subject`` says what was."""
     id_of = catalog.scenario(scenario).id
     return [
-        {"suite": "speed", "scenario": id_of, "preset": preset, "tracker": "raster", "role": "ours"}
+        {"suite": "speed", "scenario": id_of, "preset": preset, "tracker": subject, "role": "ours"}
         | {"renderer": "raster", "metric": metric, "unit": unit, "better": better}
         | dict(_statistic(np.array(seeds), np.array(above), np.array(below)))
-        for metric, unit, better, above, below in entries
+        for metric, unit, better, above, below in figures
     ]
 
 

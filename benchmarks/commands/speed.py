@@ -14,11 +14,15 @@ from rich.table import Table
 
 from benchmarks.commands.arguments import SEEDS, names, seed_range
 from benchmarks.commands.progress import progress_bar
+from benchmarks.env_speed import ENV_ID, SCENARIO, measure_env
 from benchmarks.experiment import make_folder
 from benchmarks.records import write_beside
+from benchmarks.soak import LARGEST_GROWTH, WARM_UP_SHARE, SoakSample, growth, soak
 from benchmarks.speed import FRAMES_PER_BARE_CALL, measure_scenario
 from benchmarks.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
+
+_SOAKED_ENVS, _SOAKED_WORKERS = 4, 2
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,8 @@ class Speed:
     """Time a finished frame with all its truth against a bare call of PyBullet's TinyRenderer on the same scene.
 
     One core, shadows on, CPU time of the thread; then frames a second as such, and what two processes make against one.
+    Then likewise steps of frameout/RoadTownFollow-v1 with a tracker in the loop and pictures of 84 × 84, if its
+    scenario is among those chosen; what two workers of its vector env make against one; and what a reset takes.
     Leave the machine alone meanwhile: processes that share its cores are measured too.
 
     Attributes:
@@ -33,6 +39,7 @@ class Speed:
         preset: whose picture size and scene.
         seeds: towns A to B - 1.
         frames: frames timed in each town.
+        soak: instead take so many steps of that env in a vector env with two workers, and print the memory they hold.
         out: folder for summary.json.
         json: print JSON instead of a table.
     """
@@ -41,6 +48,7 @@ class Speed:
     preset: str = "standard"
     seeds: Annotated[str, SEEDS] = "0:4"
     frames: int = 60
+    soak: int | None = None
     out: Path = Path("results/speed")
     json: bool = False
 
@@ -48,6 +56,8 @@ class Speed:
         """Measure; return the exit status."""
         if self.frames < FRAMES_PER_BARE_CALL:
             raise ValueError(f"frames: expected a whole number >= {FRAMES_PER_BARE_CALL}, got {self.frames}")
+        if self.soak is not None:
+            return self._soak(self.soak)
         make_folder(self.out)
         seeds = seed_range(self.seeds)
         chosen = [catalog.scenario(name) for name in names(self.scenarios) or catalog.names()]
@@ -57,6 +67,9 @@ class Speed:
                 raise ValueError(f"preset: expected one of {', '.join(scenario.presets)}; got {self.preset!r}")
             with progress_bar(f"speed of {scenario.id}") as progress:
                 entries += measure_scenario(scenario.id, self.preset, seeds, self.frames, progress)
+            if scenario.id == SCENARIO:
+                with progress_bar(f"speed of {ENV_ID}") as progress:
+                    entries += measure_env(self.preset, seeds, self.frames, progress)
         write_beside(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
         if self.json:
             print(json.dumps(entries, indent=1))
@@ -72,3 +85,18 @@ class Speed:
             table.add_row(*row, f"{entry['mean']:.2f}", interval)
         Console(width=None if Console().is_terminal else 118).print(table)
         return 0
+
+    def _soak(self, steps: int) -> int:
+        """Soak, telling how it goes; return 1 if memory grew by more than is allowed."""
+        if steps < 1:
+            raise ValueError(f"soak: expected a whole number >= 1, got {steps}")
+        samples = soak(self.preset, steps, _SOAKED_ENVS, _SOAKED_WORKERS, _print_sample)
+        grown = growth(samples)
+        print(f"after the first {WARM_UP_SHARE:.0%} of the steps memory grew by {grown:.1%} at most")
+        return int(grown > LARGEST_GROWTH)
+
+
+def _print_sample(sample: SoakSample) -> None:
+    held = " ".join(f"{each:.0f}" for each in sample.rss_mib)
+    done = f"{sample.steps} steps, {sample.episodes} episodes, {sample.seconds:.0f} s"
+    print(f"{done}: this process and its workers hold {held} MiB", flush=True)

@@ -144,6 +144,11 @@ class FollowVectorEnv(VectorEnv):
             found |= answer
         return tuple(found[index] for index in range(self.num_envs))
 
+    @property
+    def worker_ids(self) -> tuple[int, ...]:
+        """Process ids of the workers."""
+        return tuple(host.process_id for host in self._hosts if isinstance(host, Worker))
+
     def close_extras(self, **_: Any) -> None:
         """End the workers, or free the worlds; ``close`` calls it once."""
         hosts, self._hosts = self._hosts, []

@@ -96,8 +96,9 @@ class Worker:
             far_end.close()
 
     @property
-    def process_id(self) -> int | None:
+    def process_id(self) -> int:
         """Of the worker."""
+        assert self._process.pid is not None
         return self._process.pid
 
     def ask(self, request: str, *arguments: Any) -> None:

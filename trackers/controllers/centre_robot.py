@@ -45,13 +45,13 @@ class CentreRobotController:
     Parameters = CentreRobotParameters
 
     def __init__(self, parameters: CentreRobotParameters) -> None:
-        self._parameters = parameters
+        self.parameters = parameters
         self._sum_rad_s = 0.0
         self._before: tuple[float, float] | None = None
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command that brings the estimate into the middle and to its distance."""
-        p, camera = self._parameters, observation.camera
+        p, camera = self.parameters, observation.camera
         if not np.isfinite(estimate.position_px).all():
             self._before = None
             return CameraCommand()
@@ -65,7 +65,7 @@ class CentreRobotController:
         )
 
     def _integral_and_derivative(self, observation: Observation, bearing_rad: float) -> float:
-        p = self._parameters
+        p = self.parameters
         before, self._before = self._before, (observation.time_s, bearing_rad)
         if before is None or observation.time_s <= before[0]:
             return p.turn_integral_per_s2 * self._sum_rad_s

@@ -81,11 +81,21 @@ class ReentryController:
     Parameters = ReentryParameters
 
     def __init__(self, parameters: ReentryParameters) -> None:
-        self._parameters = np.array([dataclasses.astuple(parameters)], REENTRY)
+        self.parameters = parameters
         self._keeper = BeliefKeeper(_HELICOPTER)
         self._command = np.zeros((1, 4))
 
+    @property
+    def parameters(self) -> ReentryParameters:
+        """The setting; another may take its place between two pictures."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: ReentryParameters) -> None:
+        self._parameters = parameters
+        self._record = np.array([dataclasses.astuple(parameters)], REENTRY)
+
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command for what is now believed."""
-        steer(self._keeper.update(observation, estimate), self._parameters, self._command)
+        steer(self._keeper.update(observation, estimate), self._record, self._command)
         return CameraCommand(*(float(number) for number in self._command[0]))

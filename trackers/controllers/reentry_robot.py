@@ -67,11 +67,21 @@ class ReentryRobotController:
     Parameters = ReentryRobotParameters
 
     def __init__(self, parameters: ReentryRobotParameters) -> None:
-        self._parameters = np.array([dataclasses.astuple(parameters)], REENTRY_ROBOT)
+        self.parameters = parameters
         self._keeper = BeliefKeeper(_ROBOT)
         self._out = np.zeros((1, 4))
 
+    @property
+    def parameters(self) -> ReentryRobotParameters:
+        """The setting; another may take its place between two pictures."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: ReentryRobotParameters) -> None:
+        self._parameters = parameters
+        self._record = np.array([dataclasses.astuple(parameters)], REENTRY_ROBOT)
+
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command by all that the tracker has said so far."""
-        steer_robot(self._keeper.update(observation, estimate), self._parameters, self._out)
+        steer_robot(self._keeper.update(observation, estimate), self._record, self._out)
         return CameraCommand(*(float(number) for number in self._out[0]))

@@ -42,10 +42,20 @@ class SearchController:
     Parameters = SearchParameters
 
     def __init__(self, parameters: SearchParameters) -> None:
-        self._parameters = parameters
         self._centre = CentreController(parameters)
+        self.parameters = parameters
         self._keeper = BeliefKeeper(_HELICOPTER)
         self._searching_s = 0.0
+
+    @property
+    def parameters(self) -> SearchParameters:
+        """The setting; another may take its place between two pictures."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: SearchParameters) -> None:
+        self._parameters = parameters
+        self._centre.parameters = parameters
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command that brings the camera over the estimate, or on along the square."""

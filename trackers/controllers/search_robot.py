@@ -42,10 +42,20 @@ class SearchRobotController:
     Parameters = SearchRobotParameters
 
     def __init__(self, parameters: SearchRobotParameters) -> None:
-        self._parameters = parameters
         self._centre = CentreRobotController(parameters)
+        self.parameters = parameters
         self._keeper = BeliefKeeper(_ROBOT)
         self._lost_at_s: float | None = None
+
+    @property
+    def parameters(self) -> SearchRobotParameters:
+        """The setting; another may take its place between two pictures."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: SearchRobotParameters) -> None:
+        self._parameters = parameters
+        self._centre.parameters = parameters
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command to centre the target or to search for it."""

@@ -22,6 +22,7 @@ from scenarios.envs.ids import register_envs
 from scenarios.envs.truth_info import INFO
 from scenarios.envs.vector_env import FollowVectorEnv
 from tests.fakes_scenario import NoParameters, Raises, Still
+from tests.scenarios.envs.compared import assert_same
 
 COUNT, LAST_FRAME = 3, 11
 ROOT = Path(__file__).parents[3]
@@ -42,21 +43,6 @@ def worked() -> Iterator[FollowVectorEnv]:
     envs = FollowVectorEnv(COUNT, workers=2, render_mode="rgb_array", **keywords())
     yield envs
     envs.close()
-
-
-def assert_same(ours: Any, theirs: Any) -> None:
-    """Hold two answers to each other: keys in order, kinds, dtypes, every number."""
-    assert type(ours) is type(theirs)
-    if isinstance(ours, dict):
-        assert list(ours) == list(theirs)
-        for key in ours:
-            assert_same(ours[key], theirs[key])
-    elif isinstance(ours, tuple):
-        for mine, other in zip(ours, theirs, strict=True):
-            assert_same(mine, other)
-    else:
-        assert ours.dtype == theirs.dtype
-        np.testing.assert_array_equal(ours, theirs)
 
 
 def live_through(envs: gym.vector.VectorEnv) -> list[Any]:
@@ -191,7 +177,7 @@ def test_before_a_reset_and_after_closing_there_are_no_steps():
 def test_a_tracker_that_raises_is_named_with_its_env_and_everything_is_closed(workers):
     tracker = Raises(NoParameters(), np.random.default_rng(0))
     envs = FollowVectorEnv(COUNT, workers=workers, **keywords(tracker=tracker, changes={"frame_count": 40}))
-    ids = worker_ids(envs)
+    ids = envs.worker_ids
     envs.reset(seed=0)
     # Env 1 is 5 frames ahead of the others.
     step_on(envs, 5)
@@ -206,7 +192,7 @@ def test_a_tracker_that_raises_is_named_with_its_env_and_everything_is_closed(wo
 
 def test_a_worker_that_is_killed_is_named_with_its_envs_and_the_others_are_closed():
     envs = FollowVectorEnv(COUNT, workers=2, **keywords())
-    ids = worker_ids(envs)
+    ids = envs.worker_ids
     envs.reset(seed=0)
     os.kill(ids[1], signal.SIGKILL)
     with pytest.raises(RuntimeError, match=r"^worker 1 \(envs 2\): expected it to answer, got its end \(exit code -9"):
@@ -219,11 +205,11 @@ SCRIPT = """
 import sys, time
 import numpy as np
 from scenarios.envs.vector_env import FollowVectorEnv
-from tests.scenarios.envs.test_vector_env import keywords, worker_ids
+from tests.scenarios.envs.test_vector_env import keywords
 
 envs = FollowVectorEnv(2, workers=1, **keywords())
 envs.reset(seed=0)
-print(*worker_ids(envs), flush=True)
+print(*envs.worker_ids, flush=True)
 while True:
     envs.step(np.zeros((2, 4)))
     if "leave" in sys.argv:
@@ -275,11 +261,6 @@ def step_on(envs: FollowVectorEnv, steps: int) -> None:
     """Step without a movement."""
     for _ in range(steps):
         envs.step(np.zeros((envs.num_envs, 4)))
-
-
-def worker_ids(envs: FollowVectorEnv) -> list[int]:
-    """Return the workers' process ids."""
-    return [each.process_id for each in envs._hosts if hasattr(each, "process_id")]  # type: ignore[misc]
 
 
 def is_alive(process_id: int) -> bool:

@@ -1,0 +1,33 @@
+"""The env ids over a world without a renderer, in which a reset costs nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios import catalog
+from scenarios.stereo_follow.robot import ROBOT
+from tests.fakes_scenario import FAKE_TOWN, Knowing, NoParameters
+
+IDS = ("frameout/RoadTownFollow-v1", "frameout/StereoFollow-v1")
+FRAMES = 40
+
+
+@pytest.fixture
+def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let both ids mean cars on circles, below a helicopter and below what moves like the robot."""
+    worlds = (replace(FAKE_TOWN, id="road-town-v1"), replace(FAKE_TOWN, id="stereo-follow-v1", carrier=ROBOT))
+    monkeypatch.setattr(catalog, "_SCENARIOS", worlds)
+
+
+def keywords(**others: Any) -> dict[str, Any]:
+    """Return those of an env in the stand-in's world, with a tracker that is right but for noise."""
+    return {"preset": "tiny", "changes": {"frame_count": FRAMES}, "observation": "both", "tracker": knowing()} | others
+
+
+def knowing() -> Knowing:
+    """Return a tracker that knows the circle."""
+    return Knowing(NoParameters(), np.random.default_rng(0))

@@ -1,0 +1,290 @@
+"""What an env promises, held in a world without a renderer: that is all the env's own code."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from typing import Any, get_args
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.ids import DEFAULT_EPISODE_STEPS
+from scenarios.envs.settings import ActionMode, ObservationMode
+from tests import fakes_scenario
+from tests.fakes_scenario import HalfNan, NoParameters, Raises, Silent, Still
+from tests.scenarios.envs.compared import assert_same
+from tests.scenarios.envs.stand_in import FRAMES, IDS, keywords, stand_in
+from trackers.types import Estimate, Observation
+
+__all__ = ["stand_in"]
+pytestmark = pytest.mark.usefixtures("stand_in")
+
+
+def make(env_id: str = IDS[0], **others: Any) -> FollowEnv:
+    env = gym.make(env_id, **keywords(**others)).unwrapped
+    assert isinstance(env, FollowEnv)
+    return env
+
+
+class Far(Still):
+    """Answers places that no picture has."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        return Estimate(np.array([1e12, -1e12]), np.array([-1e12, -1e12, 1e12, 1e12]), in_view_probability=1.0)
+
+
+def fresh(tracker: type) -> Any:
+    return tracker(NoParameters(), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("observation", get_args(ObservationMode))
+@pytest.mark.parametrize("action", get_args(ActionMode))
+def test_both_checkers_are_content(env_id, observation, action, monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    pytest.importorskip("pygame")
+    check_env(make(env_id, observation=observation, action=action))
+    checker = pytest.importorskip("stable_baselines3.common.env_checker")
+    checker.check_env(make(env_id, observation=observation, action=action, render_mode="rgb_array"))
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_the_same_seed_brings_exactly_the_same_and_an_env_from_a_pickle_too(env_id):
+    env = make(env_id, link="noisy", render_mode="rgb_array")
+    env.reset(seed=1)
+    env.step(env.action_space.high)
+    again = pickle.loads(pickle.dumps(env))
+    assert again.settings.link == "noisy"
+    lives = []
+    for each in (env, again, env):
+        rng = np.random.default_rng(2)
+        told: list[Any] = [each.reset(seed=9), each.reset()]
+        for _ in range(15):
+            told.append(each.step(rng.uniform(-1, 1, each.action_space.shape).astype(np.float32)))
+        lives.append(tuple(told))
+    assert_same(lives[0], lives[1])
+    assert_same(lives[0], lives[2])
+    assert lives[0][0][1]["episode_seed"] != lives[0][1][1]["episode_seed"]
+
+
+def test_seeds_are_of_development_unless_one_is_asked_for():
+    env = make()
+    seeds = [env.reset(seed=seed)[1]["episode_seed"] for seed in range(50)]
+    assert len(set(seeds)) > 45
+    assert max(seeds) < 10_000
+    assert env.reset(options={"episode_seed": 12_345})[1]["episode_seed"] == 12_345
+
+
+def test_an_option_does_not_shift_what_later_resets_draw():
+    env, other = make(), make()
+    env.reset(seed=4)
+    other.reset(seed=4)
+    env.reset(options={"episode_seed": 3})
+    other.reset()
+    assert env.reset()[1]["episode_seed"] == other.reset()[1]["episode_seed"]
+
+
+@pytest.mark.parametrize("tracker", [Still, Silent, Far])
+@pytest.mark.parametrize("env_id", IDS)
+def test_spaces_contain_every_observation_and_info_has_the_same_keys_always(env_id, tracker):
+    env = make(env_id, tracker=fresh(tracker))
+    observed, first = env.reset(seed=0)
+    kinds = {key: (type(value), np.shape(value)) for key, value in first.items()}
+    states = set()
+    for _ in range(FRAMES - 1):
+        assert observed in env.observation_space
+        observed, reward, _, truncated, info = env.step(env.action_space.low)
+        assert {key: (type(value), np.shape(value)) for key, value in info.items()} == kinds
+        assert reward == pytest.approx(sum(info[key] for key in info if key.startswith("reward_")))
+        states.add(info["state"])
+    assert truncated
+    assert observed in env.observation_space
+    assert len(states) > 1, "the target was in view, and out of it"
+
+
+def test_arrays_are_the_caller_s_own():
+    env, other = make(), make()
+    observed, info = env.reset(seed=3)
+    other.reset(seed=3)
+    kept = observed["track"].copy(), observed["pixels"].copy(), info["T_world_camera"].copy()
+    theirs = other.step(np.ones(4, dtype=np.float32))
+    action = np.ones(4, dtype=np.float32)
+    for array in (observed["track"], observed["pixels"], info["T_world_camera"], info["box_xyxy"]):
+        array[...] = 0
+    ours = env.step(action)
+    assert (action == 1).all()
+    assert_same(ours, theirs)
+    observed, info = env.reset(seed=3)
+    env.step(action)
+    for was, now in zip(kept, (observed["track"], observed["pixels"], info["T_world_camera"]), strict=True):
+        np.testing.assert_array_equal(was, now)
+
+
+def run(env: FollowEnv) -> tuple[list[Any], list[Any]]:
+    """Return observations and infos of an episode steered to and fro."""
+    observed, info = env.reset(seed=6)
+    observations, infos = [observed], [info]
+    for k in range(FRAMES - 1):
+        observed, *_, info = env.step(np.full(4, 0.8 * np.cos(0.4 * k), dtype=np.float32))
+        observations.append(observed)
+        infos.append(info)
+    return observations, infos
+
+
+def test_an_observation_does_not_change_when_truth_alone_does(monkeypatch):
+    expected, true_infos = run(make())
+    said = fakes_scenario.FakeEpisode._truth
+
+    def elsewhere(self: Any, *arguments: Any) -> Any:
+        truth = said(self, *arguments)
+        places = truth.T_world_object.copy()
+        places[:, :3, 3] += 7.0
+        box = truth.box_xyxy + 5.0
+        return replace(
+            truth, position_px=truth.position_px - 31, box_xyxy=box, T_world_object=places, visible_fraction=np.zeros(3)
+        )
+
+    monkeypatch.setattr(fakes_scenario.FakeEpisode, "_truth", elsewhere)
+    observations, infos = run(make())
+    assert_same(tuple(observations), tuple(expected))
+    assert any(a["centring"] != b["centring"] for a, b in zip(infos, true_infos, strict=True))
+
+
+def test_what_a_silent_tracker_does_not_say_is_not_observed(monkeypatch):
+    told = {}
+    for tracker in (Silent, fakes_scenario.Knowing):
+        for turn_rad_s in (0.5, -0.5):
+            # The first box is the same: from there the car drives on, or back.
+            monkeypatch.setattr(fakes_scenario, "TURN_RAD_S", turn_rad_s)
+            env = make(tracker=fresh(tracker))
+            told[tracker, turn_rad_s] = run_from_the_same_place(env)
+    assert_same(told[Silent, 0.5][0], told[Silent, -0.5][0])
+    assert not np.allclose(told[Silent, 0.5][1], told[Silent, -0.5][1]), "truth differs"
+    knows = [told[fakes_scenario.Knowing, turn][0] for turn in (0.5, -0.5)]
+    assert not np.allclose(knows[0][-1]["track"], knows[1][-1]["track"]), "who sees it, says so"
+
+
+def run_from_the_same_place(env: FollowEnv) -> tuple[tuple[Any, ...], np.ndarray]:
+    """Return what is observed, and where the target is, of an episode whose car begins where its phase is 0."""
+    env.reset(options={"episode_seed": 0})
+    steps = [env.step(np.full(4, 0.3, dtype=np.float32)) for _ in range(FRAMES - 1)]
+    return tuple(step[0] for step in steps), np.array([step[-1]["place_m"] for step in steps])
+
+
+def test_an_action_that_is_none_is_refused_and_does_not_count():
+    env = make()
+    env.reset(seed=0)
+    for bad in (np.full(4, np.nan), np.full(4, np.inf), np.array([0, 0, 0, 1.01]), np.zeros(3), np.zeros((1, 4)), "up"):
+        with pytest.raises(ValueError, match=r"^action: expected numbers of shape \(4,\) from -1 to 1, got"):
+            env.step(bad)  # type: ignore[arg-type]
+    assert env.step(np.zeros(4))[-1]["frame"] == 1
+
+
+def test_without_a_reset_and_after_the_end_there_are_no_steps():
+    env = make()
+    for act in (lambda: env.step(np.zeros(4)), env.render):
+        with pytest.raises(gym.error.ResetNeeded):
+            act()
+    env.reset(seed=0)
+    for _ in range(FRAMES - 1):
+        env.step(np.zeros(4))
+    with pytest.raises(gym.error.ResetNeeded, match="step: expected reset"):
+        env.step(np.zeros(4))
+    env.reset()
+    env.close()
+    env.close()
+    with pytest.raises(gym.error.ResetNeeded):
+        env.step(np.zeros(4))
+
+
+@pytest.mark.parametrize("tracker", [Raises, HalfNan])
+def test_a_tracker_that_fails_inside_a_step_is_named_and_a_reset_mends_it(tracker):
+    env = make(tracker=fresh(tracker))
+    env.reset(options={"episode_seed": 8})
+    for _ in range(19):
+        env.step(np.zeros(4))
+    with pytest.raises(
+        RuntimeError, match=f"tracker: expected an estimate of {tracker.__name__} after frame 20 of .* 8"
+    ):
+        env.step(np.zeros(4))
+    with pytest.raises(gym.error.ResetNeeded):
+        env.step(np.zeros(4))
+    env.reset(seed=0)
+    env.step(np.zeros(4))
+
+
+class NeverBegins(Still):
+    """Fails at once."""
+
+    def initialise(self, observation: Observation, box_xyxy: Any) -> None:
+        raise ZeroDivisionError("nothing")
+
+
+def test_the_world_is_freed_when_a_tracker_does_not_begin(monkeypatch):
+    closed = []
+    monkeypatch.setattr(fakes_scenario.FakeEpisode, "close", lambda self: closed.append(self))
+    with pytest.raises(RuntimeError, match=r"tracker: expected an estimate of NeverBegins after frame 0 .*nothing"):
+        make(tracker=fresh(NeverBegins)).reset(seed=0)
+    assert len(closed) == 1
+
+
+def test_every_world_is_freed_before_the_next(monkeypatch):
+    closed = []
+    monkeypatch.setattr(fakes_scenario.FakeEpisode, "close", lambda self: closed.append(self))
+    env = make()
+    for expected in range(3):
+        env.reset(seed=expected)
+        assert len(closed) == expected
+    env.close()
+    assert len(closed) == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"weather": 1}, "options: expected keys among episode_seed, preset, changes, .*, got 'weather'"),
+        ({"episode_seed": -1}, "episode_seed: expected a whole number >= 0, got -1"),
+        ({"episode_seed": 1.5}, "episode_seed: expected a whole number >= 0, got 1.5"),
+        ({"changes": {"wheels": 3}}, "changes: expected fields of FakeTown: .*, got 'wheels'"),
+        ({"changes": {"width_px": 200}}, r"options: expected pictures of the size \(120, 160, 3\), .*, got"),
+    ],
+)
+def test_unfit_options_are_refused_and_the_episode_goes_on(options, message):
+    env = make()
+    env.reset(seed=0)
+    env.step(np.zeros(4))
+    with pytest.raises(ValueError, match=message):
+        env.reset(options=options)
+    assert env.step(np.zeros(4))[-1]["frame"] == 2
+
+
+def test_unknown_keywords_and_render_modes_are_refused():
+    with pytest.raises(ValueError, match=r"keywords: expected some of scenario, tracker, .*, got 'weather'"):
+        make(weather="bad")
+    with pytest.raises(ValueError, match="render_mode: expected None or one of rgb_array, human, got 'ansi'"):
+        FollowEnv("road-town-v1", render_mode="ansi", **keywords())
+
+
+def test_an_episode_ends_when_the_target_is_lost_if_so_asked():
+    env = make(tracker=fresh(Silent), lost_after_s=0.4)
+    env.reset(seed=0)
+    for _ in range(FRAMES - 1):
+        *_, terminated, truncated, info = env.step(np.array([-1.0, 0, 0, 0]))
+        if terminated:
+            break
+    assert terminated
+    assert not truncated
+    assert info["frame"] < FRAMES - 1
+    assert not info["in_view"]
+
+
+def test_ids_have_a_time_limit():
+    for env_id in IDS:
+        assert gym.spec(env_id).max_episode_steps == DEFAULT_EPISODE_STEPS
+    env = gym.make(IDS[0], max_episode_steps=5, **keywords())
+    env.reset(seed=0)
+    assert [env.step(np.zeros(4))[3] for _ in range(5)] == [False] * 4 + [True]

@@ -1,0 +1,85 @@
+"""The env ids over their own worlds, with pictures of 84 × 84."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from scenarios import catalog
+from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios.envs.vector_env import FollowVectorEnv
+from tests.scenarios.envs.compared import assert_same
+from trackers.types import CameraCommand
+
+TRACKERS = {"frameout/RoadTownFollow-v1": "colour_pf", "frameout/StereoFollow-v1": "stereo_wb"}
+STEPS, SEED = 6, 21
+
+
+def keywords(env_id: str) -> dict[str, Any]:
+    changes = {"width_px": 84, "height_px": 84}
+    common = {"preset": "quick", "changes": changes, "observation": "both"}
+    return {"scenario": FOLLOW_ENVS[env_id][0], "tracker": TRACKERS[env_id]} | common
+
+
+def live(env: FollowEnv) -> tuple[Any, ...]:
+    """Return what a few steps of one episode bring."""
+    rng = np.random.default_rng(0)
+    told = [env.reset(seed=0, options={"episode_seed": SEED})]
+    for _ in range(STEPS):
+        told.append(env.step(rng.uniform(-1, 1, env.action_space.shape)))
+    return tuple(told)
+
+
+@pytest.mark.parametrize("env_id", FOLLOW_ENVS)
+def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_lives_it_again(env_id):
+    env = FollowEnv(**keywords(env_id))
+    told = live(env)
+    again = pickle.loads(pickle.dumps(env))
+    env.close()
+    assert_same(live(again), told)
+    again.close()
+    settings = env.settings
+    episode = catalog.scenario(settings.scenario).episode(settings.configuration({}), SEED, closed_loop=True)
+    for observed, *_, info in told:
+        assert observed in env.observation_space
+        command = CameraCommand(*info["command"].tolist()) if info["frame"] else None
+        frame = episode.step(command)
+        np.testing.assert_array_equal(frame.observation.image_rgb, observed["pixels"])
+        np.testing.assert_array_equal(frame.truth.T_world_camera, info["T_world_camera"])
+        np.testing.assert_array_equal(frame.truth.box_xyxy[frame.truth.target], info["box_xyxy"])
+        assert frame.truth.visible_fraction[frame.truth.target] == info["visible_fraction"]
+    episode.close()
+
+
+@pytest.mark.parametrize("env_id", FOLLOW_ENVS)
+def test_both_checkers_are_content(env_id):
+    env = FollowEnv(**keywords(env_id))
+    check_env(env, skip_render_check=True)
+    checker = pytest.importorskip("stable_baselines3.common.env_checker")
+    checker.check_env(env)
+    env.close()
+
+
+def test_two_worlds_in_one_process_do_not_disturb_each_other(capfd):
+    envs = FollowVectorEnv(2, workers=0, **keywords("frameout/RoadTownFollow-v1"))
+    single = FollowEnv(**keywords("frameout/RoadTownFollow-v1"))
+    both = [envs.reset(seed=3)[0]]
+    alone = [single.reset(seed=4)[0]]
+    for k in range(STEPS):
+        actions = np.full(envs.action_space.shape, np.cos(k))
+        both.append(envs.step(actions)[0])
+        alone.append(single.step(actions[1])[0])
+    for pair, one in zip(both, alone, strict=True):
+        assert_same({key: pair[key][1] for key in pair}, one)
+    assert not np.array_equal(both[0]["pixels"][0], both[0]["pixels"][1])
+    envs.close()
+    # The world that stays is not the one that was closed.
+    assert single.step(np.zeros(4))[0] in single.observation_space
+    single.close()
+    said = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("compiling kernels")]
+    assert said == []
