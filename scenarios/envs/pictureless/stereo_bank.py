@@ -23,8 +23,13 @@ def stereo_arrays(preset: StereoFollow, seed: int) -> dict[str, NDArray[np.float
 
     ``target_m`` (T, 2), ``target_rad`` (T,), ``size_m`` (3,) of the target; ``others_m`` (24, T, 2), far away for
     nobody; ``free_m`` (5, 4) rectangles x0, y0, x1, y1 where one can be; ``openings_m`` (2, 4) those of the gaps in
-    the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven by hand.
+    the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven by hand; ``onsets`` (16,) frames on which the
+    target is about to be lost by it, -1 for none.
+
+    Raises:
+        ValueError: for a preset without odometry: places would not be measured.
     """
+    check("preset", preset.odometry, "one with odometry", "odometry=False")
     plan = make_plan(preset, seed, closed_loop=True)
     crowd, floor = plan.crowd, plan.building.plan
     others = np.full((_MOST_OTHERS, preset.frame_count, 2), _FAR_AWAY_M)
