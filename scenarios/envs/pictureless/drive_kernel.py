@@ -85,17 +85,25 @@ def look_ahead(life: Any, rng: np.random.Generator) -> None:
 
 
 @njit(cache=True)
-def covered_share(life: Any, others_m: NDArray[np.float64], openings_m: NDArray[np.float64]) -> float:
-    """Return which share of the target is behind walls or, at most, behind one of the others (N, 2)."""
-    from_x_m, from_y_m = life.place_m[0], life.place_m[1]
-    to_x_m, to_y_m = life.target_m[0] - from_x_m, life.target_m[1] - from_y_m
+def is_walled(from_x_m: float, from_y_m: float, to_x_m: float, to_y_m: float, openings_m: NDArray[np.float64]) -> bool:
+    """Return whether a wall bars the line from one place to another: it has gaps (W, 4), x0, y0, x1, y1, alone."""
     for k in range(len(openings_m)):
         for side in (0, 2):
             wall_x_m = openings_m[k, side]
-            if (wall_x_m - from_x_m) * (wall_x_m - from_x_m - to_x_m) < 0.0:
-                y_m = from_y_m + to_y_m * (wall_x_m - from_x_m) / to_x_m
+            if (wall_x_m - from_x_m) * (wall_x_m - to_x_m) < 0.0:
+                y_m = from_y_m + (to_y_m - from_y_m) * (wall_x_m - from_x_m) / (to_x_m - from_x_m)
                 if not openings_m[k, 1] < y_m < openings_m[k, 3]:
-                    return 1.0
+                    return True
+    return False
+
+
+@njit(cache=True)
+def covered_share(life: Any, others_m: NDArray[np.float64], openings_m: NDArray[np.float64]) -> float:
+    """Return which share of the target is behind walls or, at most, behind one of the others (N, 2)."""
+    from_x_m, from_y_m = life.place_m[0], life.place_m[1]
+    if is_walled(from_x_m, from_y_m, life.target_m[0], life.target_m[1], openings_m):
+        return 1.0
+    to_x_m, to_y_m = life.target_m[0] - from_x_m, life.target_m[1] - from_y_m
     most, distance_m = 0.0, max(np.hypot(to_x_m, to_y_m), 1e-6)
     for n in range(len(others_m)):
         x_m, y_m = others_m[n, 0] - from_x_m, others_m[n, 1] - from_y_m

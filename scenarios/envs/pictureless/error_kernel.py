@@ -20,16 +20,19 @@ from scenarios.envs.pictureless.error_model import (
     TRACKING,
     UNSEEN,
     UNSEEN_SHARE,
+    WRONG,
     ErrorModel,
 )
 from scenarios.envs.pictureless.life import (
     ACROSS,
     ALONG,
+    ANYTHING,
     DENSEST_ACROSS,
     DENSEST_ALONG,
     DENSEST_SHARE,
     LATENTS,
     LENGTH,
+    NOBODY,
     PROBABILITY,
     SPREAD,
 )
@@ -71,6 +74,7 @@ def error_record(model: ErrorModel) -> NDArray[np.void]:
 def start_tracker(life: Any, rng: np.random.Generator) -> None:
     """Put the tracker on its target."""
     life.mode, life.condition, life.condition_frames, life.unsure_frames = TRACKING, PLAIN, 0, 0
+    life.other = ANYTHING
     for latent in range(LATENTS):
         life.latent[latent] = rng.standard_normal()
 
@@ -86,7 +90,9 @@ def track(life: Any, errors: Any, size_m: Any, axis_rad: float, camera: Any, rng
     _notice_condition(life)
     before = life.mode
     life.mode = _next_mode(life, errors, rng)
-    _age(life, before, axis_rad)
+    if life.mode == WRONG and life.other == NOBODY:
+        life.mode = LOST
+    _age(life, axis_rad)
     mode = life.mode
     if mode == before:
         for latent in range(LATENTS):
@@ -132,7 +138,7 @@ def _next_mode(life: Any, errors: Any, rng: np.random.Generator) -> int:
 
 
 @njit(cache=True)
-def _age(life: Any, before: int, axis_rad: float) -> None:
+def _age(life: Any, axis_rad: float) -> None:
     """Count frames since the target was tracked, and keep the axis of that moment."""
     if life.mode == TRACKING:
         life.unsure_frames, life.axis_rad = 0, axis_rad
@@ -157,10 +163,15 @@ def _knot(life: Any) -> tuple[int, float]:
 def _answer(life: Any, errors: Any, size_m: Any, camera: Any, low: int, share: float) -> None:
     """Write what the tracker says, all but the probability."""
     mode, latent = life.mode, life.latent
-    along_m = _between(errors.error_m[0, mode], low, share, latent[ALONG])
-    across_m = _between(errors.error_m[1, mode], low, share, latent[ACROSS])
     c, s = np.cos(life.axis_rad), np.sin(life.axis_rad)
-    x_m, y_m = life.target_m[0] + c * along_m - s * across_m, life.target_m[1] + s * along_m + c * across_m
+    x_m, y_m = life.target_m[0], life.target_m[1]
+    followed = mode
+    if mode == WRONG and life.other >= 0:
+        # On somebody whose way is known it is as exact as on its target.
+        x_m, y_m, followed, low, share = x_m + life.other_offset_m[0], y_m + life.other_offset_m[1], TRACKING, 0, 0.0
+    along_m = _between(errors.error_m[0, followed], low, share, latent[ALONG])
+    across_m = _between(errors.error_m[1, followed], low, share, latent[ACROSS])
+    x_m, y_m = x_m + c * along_m - s * across_m, y_m + s * along_m + c * across_m
     right_m, down_m, depth_m = in_camera(life.R, life.camera_m, x_m, y_m, 0.5 * size_m[2])
     known_share = errors.known_share[mode, low]
     if share > 0.0:

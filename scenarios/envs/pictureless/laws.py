@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from scenarios.envs.pictureless.worlds import AXES, World
 from scenarios.envs.settings import FollowSettings
-from trackers.controllers.catalogue import ControllerEntry, controller_entry
+from trackers.controllers.catalogue import controller_entry
 from trackers.kernels.steering import REENTRY, steer
 from trackers.kernels.steering_robot import REENTRY_ROBOT, steer_robot
 from trackers.protocols import Controller
@@ -38,8 +39,8 @@ class Law(Protocol):
 class KernelLaw:
     """A controller whose law is a kernel over beliefs."""
 
-    def __init__(self, entry: ControllerEntry, steer: Any, record: np.dtype[Any]) -> None:
-        self._parameters = np.array([dataclasses.astuple(entry.parameters())], record)
+    def __init__(self, parameters: Any, steer: Any, record: np.dtype[Any]) -> None:
+        self._parameters = np.array([dataclasses.astuple(parameters)], record)
         self._steer = steer
 
     def begin(self, which: NDArray[np.int64]) -> None:
@@ -56,14 +57,15 @@ class ControllersLaw:
     Posteriors are told as Gaussians: a controller that reads particles is told less than in the rendered env.
     """
 
-    def __init__(self, entry: ControllerEntry, carrier: Carrier, world: World, count: int) -> None:
-        self._entry, self._world, self._down = entry, world, carrier.looks == "down"
-        self._controllers: list[Controller] = [entry.create() for _ in range(count)]
+    def __init__(self, create: Callable[[], Controller], carrier: Carrier, world: World, count: int) -> None:
+        self._create, self._world, self._down = create, world, carrier.looks == "down"
+        self._controllers = [create() for _ in range(count)]
+        self._picture = np.zeros((*(2 * world.camera[:0:-1]).astype(int), 3), np.uint8)
 
     def begin(self, which: NDArray[np.int64]) -> None:
         """See ``Law``."""
         for k in which:
-            self._controllers[k] = self._entry.create()
+            self._controllers[k] = self._create()
 
     def command(self, lives: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
         """See ``Law``."""
@@ -73,12 +75,11 @@ class ControllersLaw:
 
     def _observation(self, life: Any) -> Observation:
         focal_px, half_width_px, half_height_px = self._world.camera
-        size = (round(2 * half_height_px), round(2 * half_width_px))
         T_world_camera = np.eye(4)
         T_world_camera[:3, :3], T_world_camera[:3, 3] = life["R_measured"], life["camera_measured_m"]
-        camera = CameraModel(size[1], size[0], float(focal_px))
+        camera = CameraModel(round(2 * half_width_px), round(2 * half_height_px), float(focal_px))
         time_s = float(life["steps"] * self._world.interval_s)
-        return Observation(np.zeros((*size, 3), np.uint8), time_s, camera, ego=EgoPose(T_world_camera))
+        return Observation(self._picture, time_s, camera, ego=EgoPose(T_world_camera))
 
     def _estimate(self, life: Any) -> Estimate:
         if life["known"] == 0.0:
@@ -96,9 +97,8 @@ class ControllersLaw:
 
 
 def law_of(settings: FollowSettings, carrier: Carrier, world: World, count: int) -> Law:
-    """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name."""
-    entry = controller_entry(settings.controller, carrier.name)
-    entry = dataclasses.replace(entry, overrides={**entry.overrides, **settings.controller_values})
+    """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
+    entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
     if (carrier.name, entry.name) in _KERNELS:
-        return KernelLaw(entry, *_KERNELS[carrier.name, entry.name])
-    return ControllersLaw(entry, carrier, world, count)
+        return KernelLaw(entry.parameters(**values), *_KERNELS[carrier.name, entry.name])
+    return ControllersLaw(lambda: entry.create(**values), carrier, world, count)

@@ -8,6 +8,9 @@ LATENTS = 8
 ALONG, ACROSS, SPREAD, DENSEST_ALONG, DENSEST_ACROSS, DENSEST_SHARE, PROBABILITY, LENGTH = range(LATENTS)
 """What is random about a tracker's answer, in the order of ``LIFE``'s ``latent``."""
 
+NOBODY, ANYTHING = -1, -2
+"""Instead of an index of somebody else: there is nobody whom it could follow; nobody else is known of."""
+
 LIFE = np.dtype(
     [
         # Which of the bank's episodes, on which frame, and how many steps ago it was begun.
@@ -48,6 +51,9 @@ LIFE = np.dtype(
         ("condition_frames", "i8"),
         ("mode", "i8"),
         ("unsure_frames", "i8"),
+        # Whom it follows, or would, if it takes somebody else for its target, and where he is from there.
+        ("other", "i8"),
+        ("other_offset_m", "f8", (2,)),
         ("axis_rad", "f8"),
         ("latent", "f8", (LATENTS,)),
         # What it says.

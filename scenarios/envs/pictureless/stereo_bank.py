@@ -9,9 +9,9 @@ from scenarios.stereo_follow.plan import TARGET, make_plan
 from scenarios.stereo_follow.presets import StereoFollow
 from sim.meshes.person import person_size_m
 
-STEREO_VERSION = 1
+STEREO_VERSION = 2
 """To be counted up with every change of what is below."""
-_MOST_OTHERS = 24
+_MOST_OTHERS = 16
 _FAR_AWAY_M = 1e6
 _MOST_LOSSES = 16
 _LOST_RAD, _BEFORE_M = np.deg2rad(28.0), 0.35
@@ -21,15 +21,20 @@ _LOST_RAD, _BEFORE_M = np.deg2rad(28.0), 0.35
 def stereo_arrays(preset: StereoFollow, seed: int) -> dict[str, NDArray[np.float64]]:
     """Return everybody's way, and where walls are.
 
-    ``target_m`` (T, 2), ``target_rad`` (T,), ``size_m`` (3,) of the target; ``others_m`` (24, T, 2), far away for
+    ``target_m`` (T, 2), ``target_rad`` (T,), ``size_m`` (3,) of the target; ``others_m`` (T, 16, 2), far away for
     nobody; ``free_m`` (5, 4) rectangles x0, y0, x1, y1 where one can be; ``openings_m`` (2, 4) those of the gaps in
-    the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven by hand.
+    the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven by hand; ``onsets`` (16,) frames on which the
+    target is about to be lost by it, -1 for none.
+
+    Raises:
+        ValueError: for a preset without odometry: places would not be measured.
     """
+    check("preset", preset.odometry, "one with odometry", "odometry=False")
     plan = make_plan(preset, seed, closed_loop=True)
     crowd, floor = plan.crowd, plan.building.plan
-    others = np.full((_MOST_OTHERS, preset.frame_count, 2), _FAR_AWAY_M)
+    others = np.full((preset.frame_count, _MOST_OTHERS, 2), _FAR_AWAY_M)
     for k, walk in enumerate(crowd.walks[1 : _MOST_OTHERS + 1]):
-        others[k] = walk.place_m
+        others[:, k] = walk.place_m
     return {
         "target_m": crowd.walks[TARGET].place_m,
         "target_rad": crowd.walks[TARGET].heading_rad,
@@ -50,12 +55,13 @@ def _onsets(
     heading_rad: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return the frames (16,) on which the target goes far aside, or behind somebody, -1 for none."""
-    sight_m, to_m = target_m - robot_m, others_m - robot_m
+    sight_m = target_m - robot_m
+    to_m = others_m - robot_m[:, None]
     bearing_rad = np.arctan2(sight_m[:, 1], sight_m[:, 0]) - heading_rad
     aside = np.abs((bearing_rad + np.pi) % (2 * np.pi) - np.pi) > _LOST_RAD
-    share = (to_m * sight_m).sum(axis=-1) / np.maximum((sight_m**2).sum(axis=-1), 1e-6)
-    off_m = np.linalg.norm(to_m - share[..., None] * sight_m, axis=-1)
-    behind = ((share > 0.02) & (share < 0.95) & (off_m < _BEFORE_M)).any(axis=0)
+    share = (to_m * sight_m[:, None]).sum(axis=-1) / np.maximum((sight_m**2).sum(axis=-1), 1e-6)[:, None]
+    off_m = np.linalg.norm(to_m - share[..., None] * sight_m[:, None], axis=-1)
+    behind = ((share > 0.02) & (share < 0.95) & (off_m < _BEFORE_M)).any(axis=1)
     # Near its end an episode is too short to be worth beginning.
     begins = np.flatnonzero(np.diff((aside | behind).astype(int)) > 0)
     begins = begins[begins < 0.85 * len(target_m)][:_MOST_LOSSES]

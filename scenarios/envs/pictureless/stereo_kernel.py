@@ -8,12 +8,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scenarios.envs.pictureless.drive_kernel import covered_share, drive, look_ahead, measure
+from scenarios.envs.pictureless.drive_kernel import covered_share, drive, is_walled, look_ahead, measure
 from scenarios.envs.pictureless.error_kernel import start_tracker, track
+from scenarios.envs.pictureless.error_model import WRONG
+from scenarios.envs.pictureless.life import NOBODY
 from scenarios.envs.pictureless.link_kernel import send
+from scenarios.envs.pictureless.poses import in_camera
 from scenarios.envs.pictureless.road_kernel import frame_before
 from scenarios.envs.pictureless.sight_kernel import look, tell_ahead
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.odometry import SCALE_ERROR, TURN_SCALE_ERROR
+
+_NEAREST_M, _FARTHEST_M = 0.5, 8.0
+"""People are taken for the target at these distances."""
 
 
 @njit(cache=True)
@@ -107,9 +114,35 @@ def _see(
     life.target_m[0], life.target_m[1] = target_m[episode, frame, 0], target_m[episode, frame, 1]
     life.target_rad = target_rad[episode, frame]
     look_ahead(life, rng)
+    _notice_others(life, others_m[episode, frame], openings_m[episode], camera)
     look(life, size_m[episode], camera, covered_share(life, others_m[episode, frame], openings_m[episode]))
 
 
 @njit(cache=True)
 def _sight_rad(life: Any) -> float:
     return np.arctan2(life.target_m[1] - life.camera_m[1], life.target_m[0] - life.camera_m[0])
+
+
+@njit(cache=True)
+def _notice_others(life: Any, others_m: NDArray[np.float64], openings_m: Any, camera: Any) -> None:
+    """Note who is taken for the target, if somebody is or comes to be: of those in sight the nearest."""
+    if life.mode != WRONG:
+        life.other, nearest_m = NOBODY, _FARTHEST_M
+        for n in range(len(others_m)):
+            away_m = np.hypot(others_m[n, 0] - life.place_m[0], others_m[n, 1] - life.place_m[1])
+            if away_m < nearest_m and _is_in_sight(life, others_m[n], openings_m, camera):
+                life.other, nearest_m = n, away_m
+    elif life.other >= 0 and not _is_in_sight(life, others_m[life.other], openings_m, camera):
+        life.other = NOBODY
+    if life.other >= 0:
+        life.other_offset_m[0] = others_m[life.other, 0] - life.target_m[0]
+        life.other_offset_m[1] = others_m[life.other, 1] - life.target_m[1]
+
+
+@njit(cache=True)
+def _is_in_sight(life: Any, place_m: NDArray[np.float64], openings_m: Any, camera: Any) -> bool:
+    """Return whether a place (2,) is in the picture, not behind a wall and not too far."""
+    right_m, _, ahead_m = in_camera(life.R, life.camera_m, place_m[0], place_m[1], CAMERA_HEIGHT_M)
+    if not _NEAREST_M < ahead_m < _FARTHEST_M or abs(right_m) * camera[0] > ahead_m * camera[1]:
+        return False
+    return not is_walled(life.place_m[0], life.place_m[1], place_m[0], place_m[1], openings_m)

@@ -1,0 +1,140 @@
+"""What is so and what is said without a picture is what it is with one."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit
+
+from scenarios.envs.pictureless.drive_kernel import covered_share
+from scenarios.envs.pictureless.life import LIFE
+from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
+from scenarios.envs.pictureless.sight_kernel import look, tell_ahead, tell_down
+from scenarios.envs.pictureless.worlds import camera_numbers
+from scenarios.envs.reward import TERMS, Reward, Rewarder
+from scenarios.road_town.flight import HELICOPTER
+from scenarios.stereo_follow.robot import ROBOT
+from sim.optics import PinholeCamera, look_down_pose, project
+from sim.pose import pose_on_ground
+from trackers.following.sighting import sighting_of
+from trackers.kernels.belief import SIGHTING
+from trackers.types import CameraModel, EgoPose, Estimate, Observation
+
+CAMERA = PinholeCamera(640, 480, 500.0)
+SIZE_M = np.array([4.6, 1.9, 1.5])
+
+
+@njit
+def look_one(lives: Any, size_m: Any, camera: Any, covered: float) -> None:
+    look(lives[0], size_m, camera, covered)
+
+
+@njit
+def tell_one(lives: Any, camera: Any, said: Any, down: bool) -> None:
+    if down:
+        tell_down(lives[0], camera, said[0])
+    else:
+        tell_ahead(lives[0], camera, said[0])
+
+
+@njit
+def covered_one(lives: Any, others_m: Any, openings_m: Any) -> float:
+    return covered_share(lives[0], others_m, openings_m)
+
+
+def above(rng: np.random.Generator) -> np.ndarray:
+    place_m = np.array([*rng.normal(0, 25, 2), rng.uniform(40, 90)])
+    return look_down_pose(place_m, rng.uniform(-3, 3), *rng.normal(0, 0.25, 2))
+
+
+def lives_at(T_world_camera: np.ndarray, heading_rad: float) -> np.ndarray:
+    lives = np.zeros(1, LIFE)
+    lives["R"], lives["camera_m"] = T_world_camera[:3, :3], T_world_camera[:3, 3]
+    lives["R_measured"], lives["camera_measured_m"] = lives["R"], lives["camera_m"]
+    lives["target_rad"] = heading_rad
+    return lives
+
+
+def truth_of(T_world_camera: np.ndarray, heading_rad: float) -> Any:
+    """Return what the rendered env makes of a box at the origin."""
+    pose = pose_on_ground(0.0, 0.0, heading_rad)
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)]) * SIZE_M
+    pixels = project(CAMERA, T_world_camera, corners @ pose[:3, :3].T)[0]
+    centre = project(CAMERA, T_world_camera, np.array([[0.0, 0.0, 0.5 * SIZE_M[2]]]))[0]
+    box = np.array([[*pixels.min(axis=0), *pixels.max(axis=0)]])
+    return SimpleNamespace(target=0, position_px=centre, box_xyxy=box)
+
+
+def test_truth_and_reward_are_those_of_the_rendered_env() -> None:
+    rng = np.random.default_rng(7)
+    reward = Reward(1.0, 0.7, 0.5, 0.3, 2.0, loss_after_s=0.2)
+    rewarder, limits = Rewarder(reward, 15.0), np.array([25.0, 25.0, 5.0, 1.0])
+    lives, terms, seen = np.zeros(1, LIFE), np.zeros((1, len(TERMS))), 0
+    for _ in range(300):
+        heading_rad, pose = rng.uniform(-3, 3), above(rng)
+        frames_out = lives["frames_out"].copy()
+        lives = lives_at(pose, heading_rad)
+        lives["frames_out"], lives["obeyed"] = frames_out, limits * rng.uniform(-1, 1, 4)
+        look_one(lives, SIZE_M, camera_numbers(CAMERA), 0.0)
+        truth = truth_of(pose, heading_rad)
+        np.testing.assert_allclose(lives["target_px"][0], truth.position_px[0], atol=1e-6)
+        frame: Any = SimpleNamespace(truth=truth, camera=CAMERA)
+        effort = float(np.linalg.norm(lives["obeyed"][0] / limits) / 2.0)
+        expected = rewarder.terms(frame, effort)
+        terms_of(lives, weights_of(reward), 3, 640.0, limits, terms)
+        np.testing.assert_allclose(terms[0], list(expected.values()), atol=1e-9)
+        seen += int(lives["in_view"][0])
+        box = truth.box_xyxy[0]
+        shown = np.minimum(box[2:], [640, 480]) - np.maximum(box[:2], 0)
+        share = np.prod(np.maximum(shown, 0)) / np.prod(box[2:] - box[:2])
+        assert lives["visible"][0] == pytest.approx(share, abs=1e-9)
+    assert 50 < seen < 250
+
+
+@pytest.mark.parametrize("carrier", [HELICOPTER, ROBOT], ids=lambda carrier: carrier.name)
+def test_sightings_are_those_of_the_rendered_env(carrier: Any) -> None:
+    rng = np.random.default_rng(8)
+    down = carrier.looks == "down"
+    for _ in range(50):
+        pose = above(rng)
+        if not down:
+            pose = look_down_pose(np.array([*rng.normal(0, 5, 2), 1.2]), rng.uniform(-3, 3), 0.5 * np.pi, 0.0)
+        lives, said = lives_at(pose, 0.0), np.ones(1, SIGHTING)
+        place_px = rng.uniform(-200, 800, 2)
+        lives["known"], lives["estimate_px"], lives["depth_m"] = 1.0, place_px, 3.3
+        lives["probability"], lives["length_share"] = 0.8, 0.1
+        lives["densest_share"] = 1.0
+        tell_one(lives, camera_numbers(CAMERA), said, down)
+        estimate = Estimate(
+            place_px,
+            box_xyxy=np.array([0.0, 0.0, 64.0, 20.0]),
+            in_view_probability=0.8,
+            depth_m=None if down else 3.3,
+        )
+        model = CameraModel(640, 480, 500.0)
+        observation = Observation(np.zeros((480, 640, 3), np.uint8), 0.0, model, ego=EgoPose(pose))
+        expected = sighting_of(carrier, observation, estimate)
+        for name in SIGHTING.names or ():
+            np.testing.assert_allclose(said[name], expected[name], atol=1e-9, err_msg=name)
+        lives["known"] = 0.0
+        tell_one(lives, camera_numbers(CAMERA), said, down)
+        expected = sighting_of(carrier, observation, Estimate(np.full(2, np.nan), in_view_probability=0.3))
+        for name in SIGHTING.names or ():
+            np.testing.assert_allclose(said[name], expected[name], atol=1e-9, err_msg=name)
+
+
+def test_walls_and_people_hide() -> None:
+    lives = np.zeros(1, LIFE)
+    lives["place_m"], lives["target_m"] = [-2.0, 1.0, 0.0], [2.0, 1.0]
+    wall, nobody = np.array([[0.0, 0.0, 0.0, 2.0]]), np.full((1, 2), 1e6)
+    assert covered_one(lives, nobody, wall) == 0.0
+    # The opening is elsewhere.
+    assert covered_one(lives, nobody, np.array([[0.0, 3.0, 0.0, 5.0]])) == 1.0
+    # On the line, his shadow is wider than the target; aside by a shadow's and the target's half widths it is gone.
+    assert covered_one(lives, np.array([[0.0, 1.0]]), wall) == 1.0
+    assert covered_one(lives, np.array([[0.0, 1.0 + 0.5 * 0.5]]), wall) == pytest.approx(0.5)
+    assert covered_one(lives, np.array([[0.0, 1.0 + 0.5 * 0.76]]), wall) == 0.0
+    assert covered_one(lives, np.array([[3.0, 1.0]]), wall) == 0.0, "he stands behind the target"
