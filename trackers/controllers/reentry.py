@@ -22,10 +22,11 @@ class ReentryParameters:
 
     Attributes:
         gain_per_s: velocity for each metre that the target lies off its place.
-        urgent_per_s: velocity more for each metre that it will soon lie outside the picture.
-        soon_s: how soon; with the carrier's and the target's velocities as they are.
+        urgent_per_s: velocity more for each metre that it lies outside the picture.
         push_s: how much the carrier's lag is made up for: seconds of the acceleration wanted.
         gust_lead_s: how far ahead a swing of the optical axis is taken to go on.
+        lean: how far the target's place goes along when the optical axis swings away; 0 keeps it under the camera.
+        damping: share of the velocity at which the target moves off its place that is taken back.
         border: share of the picture's half sizes, along its border, that is not counted as in view.
         rest: how far off its place, in halves of the picture, the target may lie before anything is done.
         height_m: height above ground flown at while it is known where the target is.
@@ -36,15 +37,16 @@ class ReentryParameters:
         fastest_mps: limit of the velocity's magnitude.
     """
 
-    gain_per_s: float = tunable(1.4, 0.2, 4.0, log=True)
-    urgent_per_s: float = tunable(2.0, 0.0, 10.0)
-    soon_s: float = tunable(0.4, 0.0, 1.0)
-    push_s: float = tunable(0.4, 0.0, 2.0)
-    gust_lead_s: float = tunable(0.8, 0.0, 1.5)
-    border: float = tunable(0.2, 0.05, 0.5)
-    rest: float = tunable(0.1, 0.0, 0.5)
-    height_m: float = tunable(42.0, 40.0, 65.0)
-    sink_mps: float = tunable(3.0, 0.5, 5.0)
+    gain_per_s: float = tunable(1.0, 0.2, 8.0, log=True)
+    urgent_per_s: float = tunable(1.0, 0.0, 8.0)
+    push_s: float = tunable(0.45, 0.0, 2.0)
+    gust_lead_s: float = tunable(0.45, 0.0, 1.5)
+    lean: float = tunable(0.45, 0.0, 0.7)
+    damping: float = tunable(0.25, 0.0, 0.8)
+    border: float = tunable(0.14, 0.05, 0.5)
+    rest: float = tunable(0.05, 0.0, 0.5)
+    height_m: float = tunable(40.0, 40.0, 65.0)
+    sink_mps: float = tunable(4.0, 0.5, 5.0)
     doubt: float = 0.4
     patience_s: float = 1.5
     search_mps: float = 6.0
@@ -61,16 +63,16 @@ class ReentryController:
     ``v`` of the target, the own velocity ``u``, the picture's inner part ``Q`` (the border cut off) and the optical
     axis ``a``, all as believed::
 
-        a' = a + gust_lead_s (da/dt along a, if outwards)
-        g  = the place within Q(a') nearest to the point below the camera
-        e  = x - g, nothing of it nearer than ``rest``
-        s  = x + soon_s (v - u),  s' = the place within Q(a') nearest to s
-        w  = v + gain_per_s e + urgent_per_s (s - s')
+        a' = a + gust_lead_s (da/dt along a)
+        g  = the place within Q(a') nearest to: lean a', brought within Q(0)
+        e  = x - g, less what of it is nearer than ``rest``
+        s  = the place within Q(a') nearest to x
+        w  = v + gain_per_s e + urgent_per_s (x - s) + damping (v - u - lean da/dt)
         command = w + push_s (w - u), no faster than fastest_mps
 
-    In still air ``g`` is the point below the camera. A gust that throws the view aside moves ``g`` to the near border
-    of the tilted picture: the target is then as far off the middle as needed and no further, so that it is still in
-    view when the gust dies down. Lower down the same tilt is fewer metres of flight, so the helicopter sinks.
+    In still air ``g`` is about the point below the camera. A gust that throws the view aside takes ``g`` along part of
+    the way: into the tilted picture, and still within the level one, so that the target is in view while the gust
+    lasts and when it is over. Lower down the same tilt is fewer metres of flight, so the helicopter sinks.
 
     A target is lost when its posterior is wider than ``doubt``. Then ``x`` is the densest window of the posterior (its
     tracker knows where it was looked for in vain), ``v`` fades, and the helicopter climbs until the picture is as large

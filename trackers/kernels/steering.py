@@ -14,9 +14,10 @@ REENTRY = np.dtype(
     [
         ("gain_per_s", "f8"),
         ("urgent_per_s", "f8"),
-        ("soon_s", "f8"),
         ("push_s", "f8"),
         ("gust_lead_s", "f8"),
+        ("lean", "f8"),
+        ("damping", "f8"),
         ("border", "f8"),
         ("rest", "f8"),
         ("height_m", "f8"),
@@ -100,30 +101,32 @@ def _pull(
     inner = 1.0 - p.border
     half_ahead, half_right = inner * b.half_ahead_m / height_m, inner * b.half_right_m / height_m
     axis_ahead, axis_right = _axis_soon(b, p, height_m)
-    goal_ahead, goal_right = nearest_seen(0.0, 0.0, axis_ahead, axis_right, half_ahead, half_right)
+    lean_ahead = min(max(p.lean * axis_ahead, -half_ahead), half_ahead)
+    lean_right = min(max(p.lean * axis_right, -half_right), half_right)
+    goal_ahead, goal_right = nearest_seen(lean_ahead, lean_right, axis_ahead, axis_right, half_ahead, half_right)
     off_ahead_m, off_right_m = ahead_m - height_m * goal_ahead, right_m - height_m * goal_right
     off = np.hypot(off_ahead_m / max(b.half_ahead_m, 1e-3), off_right_m / max(b.half_right_m, 1e-3))
     gain_per_s = p.gain_per_s * max(0.0, 1.0 - p.rest / max(off, 1e-9))
-    soon_ahead_m = ahead_m + p.soon_s * (velocity_ahead_mps - b.own_ahead_mps)
-    soon_right_m = right_m + p.soon_s * (velocity_right_mps - b.own_right_mps)
     seen_ahead, seen_right = nearest_seen(
-        soon_ahead_m / height_m, soon_right_m / height_m, axis_ahead, axis_right, half_ahead, half_right
+        ahead_m / height_m, right_m / height_m, axis_ahead, axis_right, half_ahead, half_right
     )
     return (
-        gain_per_s * off_ahead_m + p.urgent_per_s * (soon_ahead_m - height_m * seen_ahead),
-        gain_per_s * off_right_m + p.urgent_per_s * (soon_right_m - height_m * seen_right),
+        gain_per_s * off_ahead_m
+        + p.urgent_per_s * (ahead_m - height_m * seen_ahead)
+        + p.damping * (velocity_ahead_mps - b.own_ahead_mps - p.lean * b.axis_ahead_mps),
+        gain_per_s * off_right_m
+        + p.urgent_per_s * (right_m - height_m * seen_right)
+        + p.damping * (velocity_right_mps - b.own_right_mps - p.lean * b.axis_right_mps),
     )
 
 
 @njit(cache=True)
 def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
-    """Return where the optical axis meets the ground soon (ahead, right), over the height. Led outwards alone: a gust
-    that dies down leaves the target in view, since it was brought no further than needed.
-    """
+    """Return where the optical axis meets the ground soon (ahead, right), over the height."""
     ahead, right = b.axis_ahead_m / height_m, b.axis_right_m / height_m
     far = max(np.hypot(ahead, right), 1e-9)
-    outwards = (ahead * b.axis_ahead_mps + right * b.axis_right_mps) / (far * height_m)
-    soon = min(far + p.gust_lead_s * max(outwards, 0.0), max(_STRONGEST_GUST, far))
+    outwards_per_s = (ahead * b.axis_ahead_mps + right * b.axis_right_mps) / (far * height_m)
+    soon = min(max(far + p.gust_lead_s * outwards_per_s, 0.0), max(_STRONGEST_GUST, far))
     return ahead * soon / far, right * soon / far
 
 

@@ -15,7 +15,7 @@ from trackers.kernels.steering import REENTRY, nearest_seen, steer
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
-HEIGHT_M = 42.0
+HEIGHT_M = 41.0
 HALF_AHEAD_M, HALF_RIGHT_M = HEIGHT_M * 240 / CAMERA.focal_px, HEIGHT_M * 320 / CAMERA.focal_px
 MIRRORED = [name for name in BELIEF.names if "right" in name]
 
@@ -87,8 +87,10 @@ def test_a_target_that_drives_on_under_the_camera_is_flown_along_with():
     np.testing.assert_allclose(_steered(beliefs)[0, :2], [9.0, -2.0], atol=1e-9)
 
 
-def test_a_small_offset_and_a_little_tilt_are_let_be():
-    command = _steered(_beliefs(ahead_m=1.0, axis_ahead_m=3.0, axis_right_m=-2.0))
+def test_a_small_offset_from_its_place_is_let_be():
+    parameters = ReentryParameters()
+    still = parameters.rest * HALF_AHEAD_M
+    command = _steered(_beliefs(ahead_m=0.9 * still + parameters.lean * 3.0, axis_ahead_m=3.0))
     np.testing.assert_allclose(command, 0.0, atol=1e-9)
 
 
@@ -103,20 +105,22 @@ def test_a_gust_is_answered_before_the_target_is_out():
     calm = _steered(_beliefs(axis_ahead_m=8.0))
     rising = _steered(_beliefs(axis_ahead_m=8.0, axis_ahead_mps=40.0))
     dying = _steered(_beliefs(axis_ahead_m=8.0, axis_ahead_mps=-40.0))
-    assert rising[0, 0] < -5.0
-    assert (dying == calm).all()
+    assert rising[0, 0] < calm[0, 0] - 5.0
+    assert dying[0, 0] > calm[0, 0] + 5.0
 
 
-def test_it_brings_the_target_no_further_than_it_must():
-    """At rest where the law wants it, the target is in the picture while the gust lasts and when it is over."""
-    for tilt in (0.5, 0.6):
-        inner = 1.0 - ReentryParameters().border
-        goal = nearest_seen(0.0, 0.0, tilt, 0.0, inner * 240 / CAMERA.focal_px, inner * 320 / CAMERA.focal_px)
-        for pitch in (np.arctan(tilt), 0.0):
-            T = look_down_pose(np.array([0.0, 0.0, HEIGHT_M]), 0.0, pitch, 0.0)
-            pixel, _ = project(CAMERA, T, np.array([goal[0] * HEIGHT_M, -goal[1] * HEIGHT_M, 0.0]))
-            assert ((pixel > 0) & (pixel < [640, 480])).all()
-        assert _steered(_beliefs(axis_ahead_m=tilt * HEIGHT_M, ahead_m=goal[0] * HEIGHT_M)) == pytest.approx(0.0)
+@pytest.mark.parametrize("tilt", [0.4, 0.5, 0.6])
+def test_where_it_comes_to_rest_the_target_is_in_view_in_the_gust_and_after_it(tilt):
+    ahead_m = 0.0
+    for _ in range(400):
+        command = _steered(_beliefs(axis_ahead_m=tilt * HEIGHT_M, ahead_m=ahead_m))[0]
+        assert command[1] == 0.0
+        ahead_m -= 0.05 * command[0]
+    assert abs(command[0]) < 0.05
+    for pitch in (np.arctan(tilt), 0.0):
+        T = look_down_pose(np.array([0.0, 0.0, HEIGHT_M]), 0.0, pitch, 0.0)
+        pixel, _ = project(CAMERA, T, np.array([ahead_m, 0.0, 0.0]))
+        assert ((pixel > 0) & (pixel < [640, 480])).all()
 
 
 def test_nearest_seen_is_the_clipped_pixel_on_the_ground():
@@ -146,7 +150,7 @@ def test_a_lost_target_leads_to_the_densest_window_and_up():
 
 def test_a_known_target_is_followed_low():
     assert _steered(_beliefs(height_m=70.0))[0, 2] == -ReentryParameters().sink_mps
-    assert _steered(_beliefs(height_m=42.0))[0, 2] == 0.0
+    assert _steered(_beliefs(height_m=41.0))[0, 2] == 0.0
 
 
 def test_without_posterior_it_looks_where_it_has_not_looked():
