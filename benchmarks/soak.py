@@ -14,8 +14,6 @@ import numpy as np
 from benchmarks.env_speed import env_keywords
 from scenarios.envs.vector_env import FollowVectorEnv
 
-WARM_UP_SHARE = 0.2
-"""Of the steps: until then caches of meshes and kernels fill, and the allocator finds its size."""
 LARGEST_GROWTH = 0.05
 _MEBIBYTE = 2**20
 
@@ -42,7 +40,7 @@ def soak(
     """Step with random actions, resets included, and return how things stood, evenly spread.
 
     Args:
-        steps: of all envs together.
+        steps: of all envs together, at least ``samples`` for each env.
         report: called with every sample when it is taken.
     """
     rounds = -(-steps // num_envs)
@@ -64,10 +62,14 @@ def soak(
 
 
 def growth(samples: list[SoakSample]) -> float:
-    """Return by which share the processes' memory together was larger after the warm-up than at its end, at most."""
+    """Return by which share the processes together hold more memory in the last fifth of the steps than in the second.
+
+    Means, as a large town takes more than a small one. In the first fifth caches of meshes and kernels fill.
+    """
     total_mib = np.array([sum(each.rss_mib) for each in samples])
-    warm = int(np.searchsorted([each.steps for each in samples], WARM_UP_SHARE * samples[-1].steps))
-    return float(total_mib[warm:].max() / total_mib[warm] - 1.0)
+    share = np.array([each.steps for each in samples]) / samples[-1].steps
+    early, late = (share > 0.2) & (share <= 0.4), share > 0.8
+    return float(total_mib[late].mean() / total_mib[early].mean() - 1.0)
 
 
 def resident_mib(process_id: int) -> float:

@@ -17,12 +17,13 @@ from benchmarks.commands.progress import progress_bar
 from benchmarks.env_speed import ENV_ID, SCENARIO, measure_env
 from benchmarks.experiment import make_folder
 from benchmarks.records import write_beside
-from benchmarks.soak import LARGEST_GROWTH, WARM_UP_SHARE, SoakSample, growth, soak
+from benchmarks.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from benchmarks.speed import FRAMES_PER_BARE_CALL, measure_scenario
 from benchmarks.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
 
 _SOAKED_ENVS, _SOAKED_WORKERS = 4, 2
+_FEWEST_SOAKED_STEPS = 1000
 
 
 @dataclass(frozen=True)
@@ -88,11 +89,11 @@ class Speed:
 
     def _soak(self, steps: int) -> int:
         """Soak, telling how it goes; return 1 if memory grew by more than is allowed."""
-        if steps < 1:
-            raise ValueError(f"soak: expected a whole number >= 1, got {steps}")
+        if steps < _FEWEST_SOAKED_STEPS:
+            raise ValueError(f"soak: expected a whole number >= {_FEWEST_SOAKED_STEPS}, got {steps}")
         samples = soak(self.preset, steps, _SOAKED_ENVS, _SOAKED_WORKERS, _print_sample)
         grown = growth(samples)
-        print(f"after the first {WARM_UP_SHARE:.0%} of the steps memory grew by {grown:.1%} at most")
+        print(f"mean memory in the last fifth of the steps against the second: {grown:+.1%}")
         return int(grown > LARGEST_GROWTH)
 
 

@@ -164,6 +164,7 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
             "seeds: expected development seeds, below 10000, got '10000:10001'",
         ),
         (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
+        (["speed", "--soak", "7"], "soak: expected a whole number >= 1000, got 7"),
         (["compare", "a", "b", "--directory", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
     ],
 )

@@ -1,0 +1,114 @@
+"""The measurement of an env's speed, and the soak, in a world without a renderer."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks import env_speed, soak
+from benchmarks.env_speed import measure_env, measure_env_steps
+from benchmarks.soak import SoakSample, growth
+from benchmarks.speed import UNTIMED_FRAMES
+from scenarios.envs.vector_env import FollowVectorEnv
+from tests import fakes_scenario
+from tests.fakes_scenario import FakeEpisode, NoParameters, Still
+
+STEP_S, BARE_S = 0.004, 0.02
+FRAMES = 60
+
+
+def work(seconds: float) -> None:
+    """Keep the processor busy."""
+    until = time.thread_time() + seconds
+    while time.thread_time() < until:
+        pass
+
+
+class FakeWorld:
+    """Takes its time over a picture, and longer over being told what changed, which is not timed."""
+
+    calls = 0
+
+    def hand_over(self) -> None:
+        work(2 * BARE_S)
+
+    def camera_image(self, *arguments: Any, **options: Any) -> None:
+        FakeWorld.calls += 1
+        work(BARE_S)
+
+
+def fake_keywords(preset: str) -> dict[str, Any]:
+    tracker = Still(NoParameters(), np.random.default_rng(0))
+    return {"scenario": "fake-town-v1", "preset": preset, "changes": {"frame_count": FRAMES}, "tracker": tracker}
+
+
+@pytest.fixture(autouse=True)
+def _stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(FakeEpisode, "world", FakeWorld(), raising=False)
+    for module in (env_speed, soak):
+        monkeypatch.setattr(module, "env_keywords", fake_keywords)
+    FakeWorld.calls = 0
+
+
+def test_steps_are_timed_against_bare_calls_alone(monkeypatch):
+    step = fakes_scenario.FakeEpisode.step
+
+    def slow(self: Any, command: Any = None) -> Any:
+        work(STEP_S)
+        return step(self, command)
+
+    monkeypatch.setattr(FakeEpisode, "step", slow)
+    sample = measure_env_steps("tiny", 0, 16)
+    assert (len(sample.step_s), len(sample.bare_s)) == (16, 2)
+    assert FakeWorld.calls == 2 * (1 + 2), "a rehearsal, and one call before each life's steps"
+    # An env's own work comes on top of the world's.
+    assert STEP_S <= np.median(sample.step_s) < 2 * STEP_S
+    assert np.median(sample.bare_s) == pytest.approx(BARE_S, rel=0.2)
+    assert sample.reset_s >= STEP_S
+
+
+def test_more_steps_than_an_episode_has_are_refused():
+    longest = FRAMES - 1 - UNTIMED_FRAMES
+    with pytest.raises(ValueError, match=f"frames: expected at most {longest}, .* got {longest + 1}"):
+        measure_env_steps("tiny", 0, longest + 1)
+
+
+def test_the_entries_are_those_of_a_summary(monkeypatch):
+    monkeypatch.setattr(env_speed, "FollowVectorEnv", lambda n, workers, **rest: FollowVectorEnv(n, workers=0, **rest))
+    done = []
+    entries = measure_env("tiny", range(2), 8, lambda part, of: done.append((part, of)))
+    assert [entry["metric"] for entry in entries] == [
+        "env_speedup_over_tinyrenderer",
+        "env_steps_per_s",
+        "env_process_scaling",
+        "env_tinyrenderer_cpu_ms",
+        "env_reset_cpu_s",
+    ]
+    for entry in entries:
+        assert (entry["suite"], entry["tracker"], entry["n"]) == ("speed", "env", 2)
+        assert 0 < entry["ci_low"] <= entry["mean"] <= entry["ci_high"] < np.inf
+    assert done[-1] == (4, 4)
+
+
+def test_a_soak_goes_through_episodes_and_weighs_every_process():
+    told: list[SoakSample] = []
+    samples = soak.soak("tiny", 2 * 3 * FRAMES, 2, 1, told.append, samples=10)
+    assert told == samples
+    assert samples[-1].steps == 2 * 3 * FRAMES
+    # A step of every episode is its reset, which is the step after its last.
+    assert samples[-1].episodes == 2 * 4
+    assert all(len(each.rss_mib) == 2 and min(each.rss_mib) > 20 for each in samples)
+
+
+def test_growth_is_what_stays_of_it():
+    def told(mib: Any) -> list[SoakSample]:
+        return [SoakSample(k + 1, 0, 0.0, (100.0, float(mib(k)))) for k in range(100)]
+
+    assert growth(told(lambda k: 300)) == 0.0
+    assert growth(told(lambda k: 100 if k < 20 else 300)) == 0.0
+    # 30.5 steps and 90.5 steps after the beginning, on average.
+    assert growth(told(lambda k: 300 + k + 1)) == pytest.approx((400 + 90.5) / (400 + 30.5) - 1)
+    assert abs(growth(told(lambda k: 300 + 40 * (k % 2)))) < 0.01
