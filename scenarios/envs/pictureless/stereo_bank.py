@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from scenarios.stereo_follow.plan import TARGET, make_plan
 from scenarios.stereo_follow.presets import StereoFollow
+from sim.checks import check
 from sim.meshes.person import person_size_m
 
 STEREO_VERSION = 2

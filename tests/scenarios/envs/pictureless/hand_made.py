@@ -1,0 +1,71 @@
+"""A bank of two short flights over nothing, and an error model by hand."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from scenarios.envs.pictureless.bank import EpisodeBank
+from scenarios.envs.pictureless.error_model import CONDITION_FRAMES, KNOT_FRAMES, QUANTILE_Z, ErrorModel
+from scenarios.envs.pictureless.life import LATENTS
+from scenarios.road_town.presets import PRESETS
+
+FRAMES = 60
+SEEDS = (3, 8)
+PRESET = dataclasses.replace(PRESETS["standard"], frame_count=FRAMES)
+SETTINGS: dict[str, Any] = {
+    "scenario": "road-town-v1",
+    "tracker": "mosaic_graph_pf",
+    "changes": {"frame_count": FRAMES},
+}
+
+
+def bank() -> EpisodeBank:
+    """Return two flights after cars that go straight, with a gust that throws the view aside on frame 30."""
+    target_m = np.zeros((2, FRAMES, 2))
+    target_m[0, :, 0] = np.arange(FRAMES) * 9.0 / 15.0
+    target_m[1, :, 1] = np.arange(FRAMES) * 7.0 / 15.0
+    attitude_rad = np.zeros((2, FRAMES, 3))
+    attitude_rad[:, 30:50, 0] = 0.7
+    onsets = np.full((2, 8), -1.0)
+    onsets[:, 0] = 28
+    arrays = {
+        "target_m": target_m,
+        "target_rad": np.array([[0.0] * FRAMES, [0.5 * np.pi] * FRAMES]),
+        "size_m": np.tile([4.6, 1.9, 1.5], (2, 1)),
+        "attitude_rad": attitude_rad,
+        "start_m": np.tile([0.0, 0.0, 60.0], (2, 1)),
+        "path_m": target_m.copy(),
+        "yaw_rad": np.zeros((2, FRAMES)),
+        "onsets": onsets,
+    }
+    return EpisodeBank("road-town-v1", PRESET, np.array(SEEDS), arrays)
+
+
+def model(**changes: Any) -> ErrorModel:
+    """Return a tracker that tracks what is plain to see with errors of 0.3 m, and else is lost with errors of 4 m."""
+    knots, quantiles = len(KNOT_FRAMES), len(QUANTILE_Z)
+    rates = np.zeros((3, len(CONDITION_FRAMES), 2, 3, 3))
+    rates[0, ..., 0], rates[1:, ..., 1] = 1.0, 1.0
+    error_m = np.zeros((2, 3, knots, quantiles))
+    error_m[:, 0], error_m[:, 1], error_m[:, 2] = 0.3 * QUANTILE_Z, 4.0 * QUANTILE_Z, 10.0 + QUANTILE_Z
+    probability = np.zeros((3, 2, quantiles))
+    probability[0], probability[1], probability[2] = 0.95, 0.1, 0.8
+    values: dict[str, Any] = {
+        "tracker": "nobody",
+        "scenario": "road-town-v1",
+        "made": {},
+        "rates": rates,
+        "kept": np.tile([[0.5], [0.9], [0.9]], (1, LATENTS)),
+        "error_m": error_m,
+        "spread_m": np.tile(np.exp(0.2 * QUANTILE_Z), (3, knots, 1)),
+        "densest_share": np.ones((3, knots, quantiles)),
+        "densest_offset": np.zeros((2, 3, quantiles)),
+        "probability": probability,
+        "length": np.ones((3, quantiles)),
+        "known_share": np.ones((3, knots)),
+        "looked_again": 0.0,
+    }
+    return ErrorModel(**values | changes)

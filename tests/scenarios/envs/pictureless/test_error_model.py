@@ -1,0 +1,110 @@
+"""What a tracker is made to say has the distribution that its model holds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit
+
+from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios.envs.pictureless.error_kernel import error_record, start_tracker, track
+from scenarios.envs.pictureless.error_model import LOST, TRACKING, WRONG, error_model, model_from_json
+from scenarios.envs.pictureless.life import ACROSS, ALONG, LIFE
+from scenarios.envs.pictureless.poses import turn_down
+from tests.scenarios.envs.pictureless.hand_made import model
+
+CAMERA = np.array([500.0, 320.0, 240.0])
+SIZE_M = np.array([4.6, 1.9, 1.5])
+
+
+@njit
+def track_all(lives: Any, errors: Any, size_m: Any, camera: Any, rng: Any) -> None:
+    for k in range(len(lives)):
+        track(lives[k], errors[0], size_m, 0.5, camera, rng)
+
+
+@njit
+def start_all(lives: Any, rng: Any) -> None:
+    for k in range(len(lives)):
+        start_tracker(lives[k], rng)
+        lives[k].camera_m[2] = 60.0
+        turn_down(lives[k].R, 0.0, 0.0, 0.0)
+
+
+def said_m(lives: np.ndarray) -> np.ndarray:
+    """Return places (B, 2) that a camera straight above the origin makes of what is said."""
+    offset_px = lives["estimate_px"] - CAMERA[1:]
+    return np.column_stack([-offset_px[:, 1], -offset_px[:, 0]]) * (60.0 - 0.75) / CAMERA[0]
+
+
+def test_errors_have_the_model_s_mean_variance_and_memory() -> None:
+    rng, lives = np.random.default_rng(2), np.zeros(20_000, LIFE)
+    errors = error_record(model())
+    start_all(lives, rng)
+    lives["visible"] = 1.0
+    track_all(lives, errors, SIZE_M, CAMERA, rng)
+    before = lives["latent"].copy()
+    track_all(lives, errors, SIZE_M, CAMERA, rng)
+    assert (lives["mode"] == TRACKING).all()
+    places_m = said_m(lives)
+    np.testing.assert_allclose(places_m.mean(axis=0), 0.0, atol=0.01)
+    # Outermost quantiles, beyond 2.4 deviations, are cut.
+    np.testing.assert_allclose(places_m.std(axis=0), 0.3, rtol=0.02)
+    for latent in (ALONG, ACROSS):
+        assert np.corrcoef(before[:, latent], lives["latent"][:, latent])[0, 1] == pytest.approx(0.5, abs=0.02)
+    lives["visible"] = 0.0
+    for _ in range(40):
+        track_all(lives, errors, SIZE_M, CAMERA, rng)
+    assert (lives["mode"] == LOST).all()
+    assert (lives["unsure_frames"] == 40).all()
+    np.testing.assert_allclose(said_m(lives).std(axis=0), 4.0, rtol=0.03)
+    assert (lives["probability"] == 0.1).all()
+
+
+def test_modes_follow_their_rates() -> None:
+    rates = model().rates.copy()
+    rates[0, :, :, TRACKING] = [0.9, 0.08, 0.02]
+    rng, lives = np.random.default_rng(2), np.zeros(40_000, LIFE)
+    start_all(lives, rng)
+    lives["visible"] = 1.0
+    track_all(lives, error_record(model(rates=rates)), SIZE_M, CAMERA, rng)
+    shares = np.bincount(lives["mode"], minlength=3) / len(lives)
+    np.testing.assert_allclose(shares, [0.9, 0.08, 0.02], atol=0.005)
+    wrong = lives["mode"] == WRONG
+    np.testing.assert_allclose(np.linalg.norm(said_m(lives[wrong]), axis=1).mean(), 10 * np.sqrt(2), rtol=0.03)
+
+
+def test_what_is_not_known_is_not_said() -> None:
+    known_share = model().known_share.copy()
+    known_share[LOST] = 0.3
+    rng, lives = np.random.default_rng(2), np.zeros(20_000, LIFE)
+    start_all(lives, rng)
+    track_all(lives, error_record(model(known_share=known_share)), SIZE_M, CAMERA, rng)
+    assert lives["known"].mean() == pytest.approx(0.3, abs=0.015)
+
+
+def test_text_and_back() -> None:
+    made = model(made={"runs": 3})
+    read = model_from_json(made.to_json())
+    assert read.made == {"runs": 3}
+    np.testing.assert_allclose(read.error_m, made.error_m, rtol=1e-4)
+    np.testing.assert_array_equal(read.rates, made.rates)
+
+
+@pytest.mark.parametrize(("scenario", "tracker"), FOLLOW_ENVS.values())
+def test_every_env_s_tracker_has_a_model(scenario: str, tracker: str) -> None:
+    shipped = error_model(tracker)
+    assert (shipped.scenario, shipped.tracker) == (scenario, tracker)
+    np.testing.assert_allclose(shipped.rates.sum(axis=-1), 1.0, atol=1e-3)
+    assert (np.diff(shipped.error_m, axis=-1) >= 0).all()
+    assert (np.abs(shipped.kept) < 1.0).all()
+    assert shipped.made["runs"]
+
+
+def test_unfit_numbers_are_refused() -> None:
+    with pytest.raises(ValueError, match="kept: expected finite numbers"):
+        model(kept=np.zeros((2, 8)))
+    with pytest.raises(ValueError, match=r"tracker: expected one with an error model: .*got 'hold'"):
+        error_model("hold")

@@ -1,0 +1,122 @@
+"""The vector env as Gymnasium wants it: spaces, seeds, resets within the step, errors in one line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from scenarios.envs.reward import TERMS
+from tests.scenarios.envs.pictureless.hand_made import FRAMES, SEEDS, SETTINGS, bank, model
+
+
+def envs(count: int = 5, **changes: Any) -> PicturelessVectorEnv:
+    return PicturelessVectorEnv(count, **SETTINGS | {"bank": bank(), "model": model()} | changes)
+
+
+def lived(made: PicturelessVectorEnv, seed: int, steps: int = 80) -> list[np.ndarray]:
+    rng = np.random.default_rng(1)
+    told = [made.reset(seed=seed)[0]]
+    for _ in range(steps):
+        observed, rewards, *_ = made.step(rng.uniform(-1, 1, made.action_space.shape or ()).astype(np.float32))
+        told += [observed, rewards]
+    return told
+
+
+@pytest.mark.parametrize("starts", ["episodes", "frame-outs"])
+@pytest.mark.parametrize("link", ["prompt", "delayed", "noisy"])
+def test_the_same_seed_repeats_everything(starts: str, link: str) -> None:
+    first, again, other = (lived(envs(starts=starts, link=link), seed) for seed in (4, 4, 5))
+    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
+    assert any(not np.array_equal(a, b) for a, b in zip(first, other, strict=True))
+
+
+def test_spaces_contain_what_is_observed_and_rewards_are_sums_of_their_terms() -> None:
+    made = envs(starts="frame-outs", max_episode_steps=20)
+    observed, infos = made.reset(seed=1)
+    assert made.observation_space.contains(observed)
+    assert set(infos["episode_seed"]) <= set(SEEDS)
+    for _ in range(50):
+        observed, rewards, terminated, truncated, infos = made.step(made.action_space.sample())
+        assert made.observation_space.contains(observed)
+        np.testing.assert_allclose(rewards, sum(infos[f"reward_{term}"] for term in TERMS))
+        assert terminated.dtype == truncated.dtype == bool
+        assert not terminated.any()
+
+
+def test_who_ends_begins_anew_within_the_step() -> None:
+    made = envs(3)
+    made.reset(seed=1, options={"episode_seed": np.array([3, 8, 3])})
+    nothing = np.zeros((3, 4))
+    for frame in range(1, FRAMES - 1):
+        *_, truncated, infos = made.step(nothing)
+        assert not truncated.any()
+        assert (infos["frame"] == frame).all()
+        assert "final_obs" not in infos
+    observed, _, _, truncated, infos = made.step(nothing)
+    assert truncated.all()
+    assert infos["_final_obs"].all()
+    assert (infos["frame"] == FRAMES - 1).all(), "infos are those of the step"
+    assert made.single_observation_space.contains(infos["final_obs"][0])
+    assert not np.array_equal(observed[0], infos["final_obs"][0])
+    assert (made.lives["frame"] == 0).all()
+    assert (made.step(nothing)[4]["frame"] == 1).all()
+
+
+def test_being_lost_may_end_an_episode() -> None:
+    made = envs(4, lost_after_s=0.4)
+    made.reset(seed=1)
+    ends = [made.step(np.zeros((4, 4)))[2].any() for _ in range(FRAMES - 1)]
+    # The gust throws the view aside on frame 30.
+    assert ends.index(True) == 30 - 1 + 6 - 1
+
+
+def test_a_gust_is_lost_and_a_controller_follows_until_then() -> None:
+    made = envs(2, action="correction", controller="reentry")
+    made.reset(seed=1, options={"episode_seed": 3})
+    seen = np.array([made.step(np.zeros((2, 4)))[4]["in_view"] for _ in range(FRAMES - 1)])
+    assert seen[:28].all()
+    assert not seen[30:33].any()
+    command = envs(2)
+    command.reset(seed=1, options={"episode_seed": 3})
+    away = np.tile([-1.0, 0.0, 0.0, 0.0], (2, 1))
+    assert not np.array([command.step(away)[4]["in_view"] for _ in range(28)])[-1].any()
+
+
+def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
+    always, unseen = (envs(2, action="correction", controller="centre", corrects=when) for when in ("always", "unseen"))
+    for made in (always, unseen):
+        made.reset(seed=1)
+        for _ in range(20):
+            made.step(np.ones((2, 4)))
+    assert (always.lives["obeyed"][:, 3] > 0).all()
+    assert (unseen.lives["obeyed"][:, 3] == 0).all(), "it saw its target all the time"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"starts": "anywhere"}, "starts: expected one of"),
+        ({"observation": "pixels"}, "observation: expected 'track'"),
+        ({"action": "parameters", "controller": "centre"}, "action: expected one of"),
+        ({"preset": "hard"}, "bank: expected episodes of"),
+        ({"model": None, "tracker": "hold"}, "tracker: expected one with an error model"),
+    ],
+)
+def test_errors_say_what_was_expected(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        envs(**changes)
+
+
+def test_steps_are_checked() -> None:
+    made = envs(2)
+    with pytest.raises(gym.error.ResetNeeded):
+        made.step(np.zeros((2, 4)))
+    made.reset(seed=0)
+    with pytest.raises(ValueError, match="action: expected numbers of shape"):
+        made.step(np.full((2, 4), np.nan))
+    with pytest.raises(ValueError, match="episode_seed: expected one of the 2 seeds"):
+        made.reset(options={"episode_seed": 99})
