@@ -94,7 +94,9 @@ def fitted_seeds(model: ErrorModel) -> set[int]:
 
 def as_table(compared: Sequence[Compared]) -> str:
     """Return the comparison in words: shares of time in view in per cent, and how far episodes differ."""
-    rows = [("controller", "episodes", "with pictures", "without", "difference", "mean |difference|")]
+    rows: list[tuple[str, ...]] = [
+        ("controller", "episodes", "with pictures", "without", "difference", "mean |difference|")
+    ]
     for each in compared:
         apart = each.pictureless - each.rendered
         numbers = [each.rendered.mean(), each.pictureless.mean()]

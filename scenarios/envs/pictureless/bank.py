@@ -17,7 +17,10 @@ from scenarios.envs.pictureless.stereo_bank import STEREO_VERSION, stereo_arrays
 from sim.checks import check
 from sim.rng import episode_seed
 
-_MAKERS = {"road-town-v1": (road_arrays, ROAD_VERSION), "stereo-follow-v1": (stereo_arrays, STEREO_VERSION)}
+_MAKERS: dict[str, tuple[Any, int]] = {
+    "road-town-v1": (road_arrays, ROAD_VERSION),
+    "stereo-follow-v1": (stereo_arrays, STEREO_VERSION),
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -104,7 +104,7 @@ class ErrorModel:
 def model_from_json(text: str) -> ErrorModel:
     """Return a model as ``to_json`` wrote it."""
     values = json.loads(text)
-    arrays = {
+    arrays: dict[str, Any] = {
         name: np.array(value, dtype=float) if isinstance(value, list) else value for name, value in values.items()
     }
     return ErrorModel(**arrays)

@@ -89,7 +89,8 @@ class RoadWorld:
         """See ``World``."""
         link = (self.limits, self.steps, waiting, self._link_noise)
         fixed = (self._bank, self._noise, self._errors, self.camera, self.interval_s)
-        fly_on(lives, wanted, *link, *fixed, sightings, rng)
+        told = (*link, *fixed, sightings, rng)
+        fly_on(lives, wanted, *told)
 
     def target_velocity_mps(self, lives: Any) -> Any:
         """See ``World``."""
