@@ -28,7 +28,7 @@ def bank() -> EpisodeBank:
     target_m[0, :, 0] = np.arange(FRAMES) * 9.0 / 15.0
     target_m[1, :, 1] = np.arange(FRAMES) * 7.0 / 15.0
     attitude_rad = np.zeros((2, FRAMES, 3))
-    attitude_rad[:, 30:50, 0] = 0.7
+    attitude_rad[:, 30:50, 0] = -0.7
     onsets = np.full((2, 8), -1.0)
     onsets[:, 0] = 28
     arrays = {
