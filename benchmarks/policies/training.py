@@ -24,6 +24,7 @@ _HIDDEN = (128, 64)
 _FIRST_SHARE = 0.01
 """The last layer starts so small: a correction begins as hardly any."""
 _CHECKPOINT_S = 60.0
+_DISCOUNT = 0.99
 _ROLLOUT_STEPS, _BATCH = 128, 2048
 
 Report = Callable[[int, int], None]
@@ -113,15 +114,23 @@ def _envs(training: Training) -> Any:
             cache=EPISODES,
             **training.env_keywords,
         )
-        return GymnasiumVecEnv(envs, training.seed)
+        return GymnasiumVecEnv(envs, training.seed, 1.0 - _DISCOUNT)
     return make_vec_env(
         # Processes of their own learn the ids by the module's name.
         f"scenarios:{training.env}",
         n_envs=training.envs,
         seed=training.seed,
+        wrapper_class=_scaled,
         env_kwargs=training.env_keywords | {"max_episode_steps": training.episode_steps},
         vec_env_cls=SubprocVecEnv if training.envs > 1 else DummyVecEnv,
     )
+
+
+def _scaled(env: Any) -> Any:
+    """Return an env whose returns are about one, as those of the envs without pictures."""
+    import gymnasium as gym
+
+    return gym.wrappers.TransformReward(env, lambda reward: (1.0 - _DISCOUNT) * reward)
 
 
 def _model(training: Training, envs: Any, out: Path) -> Any:
@@ -133,7 +142,7 @@ def _model(training: Training, envs: Any, out: Path) -> Any:
         "seed": training.seed,
         "tensorboard_log": str(out / "tensorboard"),
         "device": "cpu",
-        "gamma": 0.99,
+        "gamma": _DISCOUNT,
         "policy_kwargs": {"net_arch": list(_HIDDEN), "activation_fn": torch.nn.Tanh},
     }
     if training.algorithm == "sac":

@@ -14,13 +14,16 @@ from sim.checks import check
 
 
 class GymnasiumVecEnv(VecEnv):
-    """Passes everything on; resets happen within the step that ends an episode, as stable-baselines3 wants it."""
+    """Passes everything on; resets happen within the step that ends an episode, as stable-baselines3 wants it.
 
-    def __init__(self, envs: gym.vector.VectorEnv, seed: int) -> None:
+    Rewards are multiplied by ``reward_scale``: a critic learns numbers about one soonest.
+    """
+
+    def __init__(self, envs: gym.vector.VectorEnv, seed: int, reward_scale: float) -> None:
         mode = envs.metadata["autoreset_mode"]
         check("envs", mode == AutoresetMode.SAME_STEP, "ones that reset within the step", mode)
         super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
-        self._envs, self._seed = envs, seed
+        self._envs, self._seed, self._reward_scale = envs, seed, reward_scale
         self._actions: NDArray[Any] = np.zeros((0, 0))
 
     def reset(self) -> Any:
@@ -43,7 +46,7 @@ class GymnasiumVecEnv(VecEnv):
                 "terminal_observation": infos["final_obs"][k],
                 "TimeLimit.truncated": bool(truncated[k] and not terminated[k]),
             }
-        return observations, rewards.astype(np.float32), dones, told
+        return observations, (self._reward_scale * rewards).astype(np.float32), dones, told
 
     def close(self) -> None:
         """Close them."""
