@@ -241,7 +241,8 @@ def _registered(experiment: Experiment) -> list[str]:
 
 
 def _check_trackers(experiment: Experiment) -> None:
-    everyone, expected = entrants(), entrants(suite(experiment.suite).scene(experiment.scenario).trackers_of)
+    judged = suite(experiment.suite)
+    everyone, expected = entrants(), entrants(judged.tracked_by(judged.scene(experiment.scenario)))
     for name in experiment.trackers:
         if name not in expected:
             whose = f", which is of suite {', '.join(everyone[name].suites)}" if name in everyone else ""

@@ -121,12 +121,12 @@ class Scene:
 
     Attributes:
         scenario: catalogue id without version.
-        trackers_of: name of the suite whose trackers take part.
+        trackers_of: name of the suite whose trackers take part; "" = the suite's own.
         trackers: who takes part if nobody is named; () = everyone.
     """
 
     scenario: str
-    trackers_of: str
+    trackers_of: str = ""
     trackers: tuple[str, ...] = ()
 
 
@@ -190,7 +190,11 @@ class Suite:
     def scene(self, scenario: str) -> Scene:
         """Return the scene of a scenario, with or without version; of one that it is not about, its own trackers."""
         known = {scene.scenario: scene for scene in self.scenes}
-        return known.get(scenario) or known.get(scenario.rsplit("-v", 1)[0]) or Scene(scenario, self.name)
+        return known.get(scenario) or known.get(scenario.rsplit("-v", 1)[0]) or Scene(scenario)
+
+    def tracked_by(self, scene: Scene) -> str:
+        """Return the name of the suite whose trackers take part in a scene."""
+        return scene.trackers_of or self.name
 
     def names_of(self, row: Mapping[str, Any]) -> tuple[str, ...]:
         """Return what names the contestant of a row, or of an entry of the summary."""

@@ -42,7 +42,7 @@ def parties(
         ValueError: for scenarios that the suite is not about.
     """
     scenes = _scenes(suite, scenarios)
-    tracking = _shared(trackers, [partial(_tracks, scene) for scene in scenes])
+    tracking = _shared(trackers, [partial(_tracks, suite.tracked_by(scene)) for scene in scenes])
     driving = _shared(steering, [partial(_steers, scene) for scene in scenes])
     found = []
     for scene, watching, commanding in zip(scenes, tracking, driving, strict=True):
@@ -51,7 +51,7 @@ def parties(
         found.append(
             Party(
                 catalog.scenario(scene.scenario).id,
-                watching or scene.trackers or _everyone(scene, variants),
+                watching or scene.trackers or _everyone(suite.tracked_by(scene), variants),
                 commanding or (_everybody(scene, variants) if suite.judges_controllers else ()),
             )
         )
@@ -81,8 +81,8 @@ def _shared(names: Sequence[str], known_by: Sequence[Callable[[str], bool]]) -> 
     return [tuple(share) for share in shares]
 
 
-def _tracks(scene: Scene, name: str) -> bool:
-    return name in entrants(scene.trackers_of)
+def _tracks(suite_name: str, name: str) -> bool:
+    return name in entrants(suite_name)
 
 
 def _steers(scene: Scene, name: str) -> bool:
@@ -93,8 +93,8 @@ def _steers(scene: Scene, name: str) -> bool:
     return True
 
 
-def _everyone(scene: Scene, variants: bool) -> tuple[str, ...]:
-    everyone = entrants(scene.trackers_of)
+def _everyone(suite_name: str, variants: bool) -> tuple[str, ...]:
+    everyone = entrants(suite_name)
     return tuple(name for name, who in everyone.items() if variants or who.role != "variant")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from benchmarks.commands.taking_part import parties
@@ -44,3 +46,9 @@ def test_a_suite_of_trackers_is_as_it_was() -> None:
     assert party.controllers == ("set-path",)
     assert set(party.trackers) == {name for name, who in entrants("frame-out").items() if who.role != "variant"}
     assert parties(FRAME_OUT, (), (), (), variants=True)[0].controllers == ()
+
+
+def test_a_suite_made_of_another_has_trackers_of_its_own() -> None:
+    """As CONTRIBUTING makes one: the name is new, and nobody has entered for it yet."""
+    (party,) = parties(replace(FRAME_OUT, name="while-seen"), (), (), (), variants=True)
+    assert party.trackers == ()
