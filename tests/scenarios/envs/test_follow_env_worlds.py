@@ -75,7 +75,7 @@ def test_two_worlds_in_one_process_do_not_disturb_each_other(capfd):
         both.append(envs.step(actions)[0])
         alone.append(single.step(actions[1])[0])
     for pair, one in zip(both, alone, strict=True):
-        assert_same({key: pair[key][1] for key in pair}, one)
+        assert_same({key: pair[key][1] for key in one}, one)
     assert not np.array_equal(both[0]["pixels"][0], both[0]["pixels"][1])
     envs.close()
     # The world that stays is not the one that was closed.
