@@ -130,7 +130,7 @@ def _scaled(env: Any) -> Any:
     """Return an env whose returns are about one, as those of the envs without pictures."""
     import gymnasium as gym
 
-    return gym.wrappers.TransformReward(env, lambda reward: (1.0 - _DISCOUNT) * reward)
+    return gym.wrappers.TransformReward(env, lambda reward: (1.0 - _DISCOUNT) * float(reward))
 
 
 def _model(training: Training, envs: Any, out: Path) -> Any:
