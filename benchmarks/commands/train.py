@@ -8,12 +8,16 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME
+from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, SEEDS, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import make_folder
+from benchmarks.policies.model_check import as_table, model_check
 from benchmarks.policies.settings import Algorithm, Corrects, Training
 from benchmarks.policies.training import train
+from scenarios import catalog
 from scenarios.envs.reward import Reward
+from scenarios.envs.settings import FollowSettings
+from trackers.controllers.catalogue import controllers
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,8 @@ class Train:
         envs: number of envs that run together.
         episode_steps: episodes are cut to so many steps.
         seed: of everything random.
+        check_model: episodes A:B in which controllers are run with pictures and without, to be shown side by side,
+            instead of training: how far the model of the tracker's errors is to be trusted.
         out: folder (default: results/policies/ENV).
     """
 
@@ -54,6 +60,7 @@ class Train:
     envs: Annotated[int, COUNT] = 256
     episode_steps: int = 150
     seed: int = 0
+    check_model: Annotated[str, SEEDS] = ""
     out: Annotated[Path | None, FOLDER] = None
 
     def run(self) -> int:
@@ -75,7 +82,18 @@ class Train:
         )
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
         make_folder(out)
+        if self.check_model:
+            return self._check_model(training, out)
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, progress)
         print(f"policy: {path}\njudge it: frameout bench follow --controllers policy:{path}")
+        return 0
+
+    def _check_model(self, training: Training, out: Path) -> int:
+        settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset)
+        names = tuple(controllers(catalog.scenario(training.scenario).carrier.name))
+        seeds = seed_range(self.check_model, "check_model")
+        with progress_bar("controllers with pictures and without") as progress:
+            compared = model_check(settings, names, seeds, out, progress)
+        print(as_table(compared))
         return 0

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.policies.runs import read_run, write_runs
+from benchmarks.policies.settings import EPISODES
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.settings import FollowSettings
@@ -43,7 +44,7 @@ def model_check(
 
     Args:
         seeds: of episodes that the model was not fitted to.
-        folder: where runs with pictures and planned episodes are kept; what is there is not run again.
+        folder: where runs with pictures are kept; what is there is not run again.
         report: told how many runs with pictures are done, of how many.
 
     Raises:
@@ -59,7 +60,7 @@ def model_check(
             report(k * len(seeds) + n, len(controllers) * len(seeds))
             [path] = write_runs(settings, range(seed, seed + 1), [controller], folder)
             rendered.append(float(read_run(path)["in_view"][1:].mean()))
-        pictureless = without_pictures(settings, controller, seeds, folder / "episodes")
+        pictureless = without_pictures(settings, controller, seeds, EPISODES)
         compared.append(Compared(controller, tuple(seeds), np.array(rendered), pictureless))
     report(len(controllers) * len(seeds), len(controllers) * len(seeds))
     return compared
