@@ -21,10 +21,12 @@ from scenarios.envs.pictureless.error_model import (
     WRONG,
     WRONG_FROM_M,
 )
+from sim.checks import check
 from trackers.types import Carrier
 
 _FARTHEST_M = 300.0
 _LEAST_SPREAD_M = 0.05
+_OFF_BORDER = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,13 +104,12 @@ def said_in(run: NDArray[np.void], carrier: Carrier) -> Said:
 def _camera(run: NDArray[np.void], carrier: Carrier) -> tuple[float, NDArray[np.float64]]:
     """Return focal length and half the picture's size (2,), pixels, by what sightings say of them."""
     said = run["sighting"]
-    known = np.flatnonzero(
-        (said["known"] > 0) & (np.abs(said["picture_x"]) > 0.05) & (np.abs(said["picture_y"]) > 0.05)
-    )
+    # From the picture's corner, in halves of its width and height; what lies on the border there tells nothing.
+    shares = 1.0 + np.column_stack([said["picture_x"], said["picture_y"]])
+    known = np.flatnonzero((said["known"] > 0) & (np.abs(shares) > _OFF_BORDER).all(axis=1))
+    check("run", len(known) > 0, "one in which the tracker says something", "none")
+    half_px = np.median(run["estimate_px"][known] / shares[known], axis=0)
     first = known[0]
-    place_px = run["estimate_px"][known]
-    both = [np.column_stack([said[name][known], np.ones(len(known))]) for name in ("picture_x", "picture_y")]
-    half_px = np.array([np.linalg.lstsq(both[axis], place_px[:, axis], rcond=None)[0][0] for axis in range(2)])
     reach_m = said["height_m"][first] if carrier.looks == "down" else 1.0
     return float(half_px[0] * reach_m / said["half_right_m"][first]), half_px
 
