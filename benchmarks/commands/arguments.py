@@ -12,6 +12,7 @@ import tyro
 COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
 FILE = tyro.conf.arg(metavar="FILE", help_behavior_hint="")
 ONE_NAME = tyro.conf.arg(metavar="NAME", help_behavior_hint="")
+VALUES = tyro.conf.arg(metavar="NAME VALUE …", help_behavior_hint="")
 WORKERS = tyro.conf.arg(metavar="N", help_behavior_hint="(default: one a core)")
 NAMES = tyro.conf.arg(metavar="NAME …", help_behavior_hint="")
 SEEDS = tyro.conf.arg(metavar="A:B")

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, SEEDS, seed_range
+from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, SEEDS, VALUES, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import make_folder
 from benchmarks.policies.model_check import as_table, model_check
@@ -35,6 +35,7 @@ class Train:
         tracker: in the loop (default: the env's).
         preset: of the scenario.
         controller: the one that the policy corrects; none: the policy steers alone.
+        controller_values: of its parameters, other than those it was tuned to, e.g. gain_per_s 0.8.
         corrects: when it corrects: always, or while the tracker does not see the target (unseen).
         correction_share: the largest correction, as a share of the command's limit.
         reward: weights of the reward's terms.
@@ -53,6 +54,7 @@ class Train:
     tracker: Annotated[str, ONE_NAME] = ""
     preset: str = "standard"
     controller: str = "reentry"
+    controller_values: Annotated[dict[str, float], VALUES] = field(default_factory=dict)
     corrects: Corrects = "always"
     correction_share: float = 0.5
     reward: Reward = field(default_factory=Reward)
@@ -72,6 +74,7 @@ class Train:
             tracker=self.tracker,
             preset=self.preset,
             controller=self.controller,
+            controller_values=self.controller_values,
             corrects=self.corrects,
             correction_share=self.correction_share,
             reward=self.reward,

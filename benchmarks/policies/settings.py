@@ -27,6 +27,7 @@ class Training:
         tracker: in the loop; without pictures its error model is.
         preset: of the scenario.
         controller: the one that the policy corrects, ``none`` for a policy that steers alone.
+        controller_values: of its parameters, other than those it was tuned to.
         corrects: when it corrects: ``always``, or while the target is ``unseen``.
         correction_share: the largest correction, as a share of the command's limit.
         reward: weights of its terms.
@@ -42,6 +43,7 @@ class Training:
     tracker: str = ""
     preset: str = "standard"
     controller: str = "reentry"
+    controller_values: dict[str, float] = field(default_factory=dict)
     corrects: Corrects = "always"
     correction_share: float = 0.5
     reward: Reward = field(default_factory=Reward)
@@ -76,6 +78,7 @@ class Training:
             steering = {
                 "action": "correction",
                 "controller": self.controller,
+                "controller_values": self.controller_values,
                 "corrects": self.corrects,
                 "correction_share": self.correction_share,
             }

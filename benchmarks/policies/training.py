@@ -78,7 +78,7 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
     carrier = catalog.scenario(training.scenario).carrier
     base = None
     if training.controller != "none":
-        parameters = controller_entry(training.controller, carrier.name).parameters()
+        parameters = controller_entry(training.controller, carrier.name).parameters(**training.controller_values)
         base = {"controller": training.controller, "parameters": dataclasses.asdict(parameters)}
     return Policy(
         env=training.env,
