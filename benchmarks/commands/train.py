@@ -41,6 +41,7 @@ class Train:
         reward: weights of the reward's terms.
         pictures: train in the rendered env.
         envs: number of envs that run together.
+        episodes: planned for the env without pictures, about a second each; they are kept.
         episode_steps: episodes are cut to so many steps.
         seed: of everything random.
         check_model: episodes A:B in which controllers are run with pictures and without, to be shown side by side,
@@ -60,6 +61,7 @@ class Train:
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
     envs: Annotated[int, COUNT] = 256
+    episodes: Annotated[int, COUNT] = 256
     episode_steps: int = 150
     seed: int = 0
     check_model: Annotated[str, SEEDS] = ""
@@ -80,6 +82,7 @@ class Train:
             reward=self.reward,
             pictures=self.pictures,
             envs=self.envs,
+            episodes=self.episodes,
             episode_steps=self.episode_steps,
             seed=self.seed,
         )

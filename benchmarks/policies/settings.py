@@ -33,6 +33,7 @@ class Training:
         reward: weights of its terms.
         pictures: train in the rendered env; otherwise in the one without pictures.
         envs: number of envs that run together.
+        episodes: planned for the env without pictures, those with the seeds from 0 on.
         episode_steps: episodes are cut to so many steps.
         seed: of everything random.
     """
@@ -49,13 +50,14 @@ class Training:
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
     envs: int = 256
+    episodes: int = 256
     episode_steps: int = 150
     seed: int = 0
 
     def __post_init__(self) -> None:
         check("env", self.env in FOLLOW_ENVS, f"one of {', '.join(FOLLOW_ENVS)}", repr(self.env))
         check("algorithm", self.algorithm in ("ppo", "sac"), "ppo or sac", repr(self.algorithm))
-        for name in ("steps", "envs", "episode_steps"):
+        for name in ("steps", "envs", "episodes", "episode_steps"):
             check(name, getattr(self, name) >= 1, "a whole number >= 1", getattr(self, name))
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
 

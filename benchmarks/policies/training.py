@@ -111,6 +111,7 @@ def _envs(training: Training) -> Any:
             max_episode_steps=training.episode_steps,
             pictures=False,
             starts="frame-outs",
+            seeds=range(training.episodes),
             cache=EPISODES,
             **training.env_keywords,
         )

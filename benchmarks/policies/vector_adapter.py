@@ -22,8 +22,9 @@ class GymnasiumVecEnv(VecEnv):
     def __init__(self, envs: gym.vector.VectorEnv, seed: int, reward_scale: float) -> None:
         mode = envs.metadata["autoreset_mode"]
         check("envs", mode == AutoresetMode.SAME_STEP, "ones that reset within the step", mode)
+        # Asked for attributes already while it is made.
+        self._envs, self._seed, self._reward_scale, self.num_envs = envs, seed, reward_scale, envs.num_envs
         super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
-        self._envs, self._seed, self._reward_scale = envs, seed, reward_scale
         self._actions: NDArray[Any] = np.zeros((0, 0))
 
     def reset(self) -> Any:
