@@ -129,6 +129,8 @@ from typing import Any
 
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
+HUMAN = "human"
+"""Controller of the rows of a person who played; the role is ``external``."""
 
 Row = dict[str, Any]
 

@@ -56,9 +56,9 @@ def search(
     """
     optuna = _optuna()
     study = _study(optuna, name, studies, f"{budget!r}/{sorted(fields)}/{dict(defaults)!r}")
-    if not study.trials:
-        study.enqueue_trial(dict(defaults))
     tried = len(_complete(optuna, study))
+    if _default_score(optuna, study, defaults) is None:
+        study.enqueue_trial(dict(defaults))
     progress(tried, trials)
     while tried < trials:
         asked = [study.ask() for _ in range(min(_BATCH, trials - tried))]
@@ -69,9 +69,10 @@ def search(
         tried += len(asked)
         progress(tried, trials)
     complete = _complete(optuna, study)
-    default_score = next((t.value for t in complete if t.params == dict(defaults)), float("nan"))
+    default_score = _default_score(optuna, study, defaults)
+    assert default_score is not None
     if studies is not None:
-        _draw(optuna, study, studies / f"{name}.svg")
+        _draw(complete, dict(defaults), studies / f"{name}.svg")
     return Found(dict(study.best_params), float(study.best_value), float(default_score), len(complete))
 
 
@@ -108,12 +109,17 @@ def _suggested(trial: Any, fields: Mapping[str, dataclasses.Field[Any]]) -> dict
     return values
 
 
-def _draw(optuna: Any, study: Any, path: Path) -> None:
-    """Draw the score of every trial, and against every parameter."""
+def _default_score(optuna: Any, study: Any, defaults: Mapping[str, Any]) -> float | None:
+    """Return the score of the defaults, None if they were not tried yet, or only by a search that was stopped."""
+    return next((trial.value for trial in _complete(optuna, study) if trial.params == dict(defaults)), None)
+
+
+def _draw(complete: list[Any], defaults: dict[str, Any], path: Path) -> None:
+    """Draw the score of every trial, and against every parameter; the defaults are crosses."""
     from matplotlib.figure import Figure
 
-    complete = _complete(optuna, study)
-    names = sorted(complete[0].params)
+    names = sorted(defaults)
+    first = next(trial.value for trial in complete if trial.params == defaults)
     figure = Figure(figsize=(3.0 * (len(names) + 1), 3.0), layout="constrained")
     axes = figure.subplots(1, len(names) + 1, sharey=True, squeeze=False)[0]
     values = [trial.value for trial in complete]
@@ -123,7 +129,7 @@ def _draw(optuna: Any, study: Any, path: Path) -> None:
     axes[0].set(xlabel="trial", ylabel="score")
     for axis, name in zip(axes[1:], names, strict=True):
         axis.plot([trial.params[name] for trial in complete], values, ".", color="#0072b2")
-        axis.plot([complete[0].params[name]], [values[0]], "x", color="#d55e00")
+        axis.plot([defaults[name]], [first], "x", color="#d55e00")
         axis.set_xlabel(name)
     beside = path.with_name(f".{path.name}")
     figure.savefig(beside, format="svg", metadata={"Date": None})

@@ -24,7 +24,8 @@ class Link:
     noise: float = 0.0
 
     def __post_init__(self) -> None:
-        check("delay_frames", self.delay_frames >= 0, "a whole number >= 0", self.delay_frames)
+        good = isinstance(self.delay_frames, int) and self.delay_frames >= 0
+        check("delay_frames", good, "a whole number >= 0", self.delay_frames)
         check("noise", 0.0 <= self.noise < np.inf, "a finite number >= 0", self.noise)
 
 

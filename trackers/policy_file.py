@@ -6,7 +6,7 @@
      "carrier": {"name": "helicopter", "looks": "down", "axes": [["forward_mps", 25.0, 40.0], ...]},
      "tracker": "mosaic_graph_pf", "base": {"controller": "reentry", "parameters": {...}} or null,
      "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "layers": 3,
-     "hidden": "tanh" | "relu", "output": "clip" | "tanh", "made": {...}}
+     "hidden": "tanh" | "relu", "output": "clip" | "tanh", "weights_sha256": "...", "made": {...}}
 
 ``base`` null means that the policy gives the whole command; else it corrects that controller's. ``made`` says how it
 was trained. ``NAME.safetensors`` holds ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` …
@@ -15,6 +15,7 @@ was trained. ``NAME.safetensors`` holds ``weight_0`` (out, in), ``bias_0`` (out,
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import os
 from dataclasses import dataclass, field
@@ -73,8 +74,10 @@ def save_policy(policy: Policy, path: Path) -> Path:
     tensors |= {f"bias_{k}": bias for k, bias in enumerate(policy.biases)}
     document = {"format": FORMAT} | {name: getattr(policy, name) for name in _KEYS} | {"layers": len(policy.weights)}
     axes = [dataclasses.astuple(axis) for axis in policy.carrier.axes]
+    weights = save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
+    document["weights_sha256"] = hashlib.sha256(weights).hexdigest()
     document["carrier"] = {"name": policy.carrier.name, "looks": policy.carrier.looks, "axes": axes}
-    _write_beside(path.with_suffix(".safetensors"), save({k: np.ascontiguousarray(v) for k, v in tensors.items()}))
+    _write_beside(path.with_suffix(".safetensors"), weights)
     _write_beside(path, (json.dumps(document, indent=1) + "\n").encode())
     return path
 
@@ -88,7 +91,10 @@ def load_policy(name: str) -> Policy:
     path = policy_path(name)
     try:
         said = json.loads(path.read_text())
-        tensors = load(path.with_suffix(".safetensors").read_bytes())
+        stored = path.with_suffix(".safetensors").read_bytes()
+        if hashlib.sha256(stored).hexdigest() != said["weights_sha256"]:
+            raise ValueError("the weights that were saved with it, got others")
+        tensors = load(stored)
         layers = range(said["layers"])
         if said["format"] != FORMAT:
             raise ValueError(f"format {FORMAT}, got {said['format']!r}")
@@ -116,6 +122,11 @@ def policy_path(name: str) -> Path:
 def _check_shapes(policy: Policy) -> None:
     if policy.features != FEATURES:
         raise ValueError(f"one that is told the {len(FEATURES)} features of this version, got other features")
+    for name, known in (("hidden", ("tanh", "relu")), ("output", ("clip", "tanh")), ("corrects", ("always", "unseen"))):
+        if getattr(policy, name) not in known:
+            raise ValueError(f"{name} of {' or '.join(known)}, got {getattr(policy, name)!r}")
+    if not isinstance(policy.correction_share, int | float) or not 0 < policy.correction_share <= 2:
+        raise ValueError(f"correction_share in (0, 2], got {policy.correction_share!r}")
     width = len(policy.features)
     for weight, bias in zip(policy.weights, policy.biases, strict=True):
         if weight.ndim != 2 or weight.shape[1] != width or bias.shape != (len(weight),):
@@ -123,6 +134,8 @@ def _check_shapes(policy: Policy) -> None:
         if not (np.isfinite(weight).all() and np.isfinite(bias).all()):
             raise ValueError("finite weights, got others")
         width = len(weight)
+    if not policy.weights or width != len(policy.carrier.axes):
+        raise ValueError(f"as many outputs as its carrier has axes, {len(policy.carrier.axes)}, got {width}")
 
 
 def _write_beside(path: Path, content: bytes) -> None:

@@ -18,6 +18,7 @@ from benchmarks.records import write_beside
 from benchmarks.suites import suites
 from benchmarks.versions import hash_of_survey
 from scenarios import catalog
+from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.road_town.survey import survey
 from trackers.controllers.catalogue import controllers
@@ -126,7 +127,14 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
         (f"controllers of the {carrier}", [(who.name, who.role, who.summary) for who in controllers(carrier).values()])
         for carrier in _carriers()
     ]
-    return [("suites", _suites()), *trackers, *steering]
+    return [("suites", _suites()), *trackers, *steering, ("envs", _envs())]
+
+
+def _envs() -> list[tuple[str, str, str]]:
+    return [
+        (name, scenario, f"follow in a Gymnasium env; in the loop, unless said otherwise: {tracker}")
+        for name, (scenario, tracker) in FOLLOW_ENVS.items()
+    ]
 
 
 def _suites() -> list[tuple[str, str, str]]:

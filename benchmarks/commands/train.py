@@ -40,7 +40,7 @@ class Train:
         correction_share: the largest correction, as a share of the command's limit.
         reward: weights of the reward's terms.
         pictures: train in the rendered env.
-        envs: number of envs that run together.
+        envs: number of envs that run together (default: 256 without pictures, one for each core with them).
         episodes: planned for the env without pictures, about a second each; they are kept.
         episode_steps: episodes are cut to so many steps.
         seed: of everything random.
@@ -60,7 +60,7 @@ class Train:
     correction_share: float = 0.5
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
-    envs: Annotated[int, COUNT] = 256
+    envs: Annotated[int, COUNT] = 0
     episodes: Annotated[int, COUNT] = 256
     episode_steps: int = 150
     seed: int = 0

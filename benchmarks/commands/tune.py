@@ -105,7 +105,9 @@ class Tune:
         for name in names(self.controllers):
             with progress_bar(f"{name}, {self.trials} trials") as progress:
                 tuned = tune_controller(name, budget, progress, self.studies)
-            command = self._command(f"--controllers {name} --scenario {self.scenario} --fresh {self.fresh}")
+            command = self._command(
+                f"--controllers {name} --scenario {self.scenario} --tracker {tracker} --fresh {self.fresh}"
+            )
             folder = self.out / "controllers" / scenario.carrier.name
             _tell(name, tuned, write_tuned(name, tuned, SUITE, (preset,), seeds, command, folder))
 

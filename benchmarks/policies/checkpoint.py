@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-_FOLDER = "checkpoint"
+_FOLDER, _OLD = "checkpoint", ".checkpoint.old"
 _REPLAYED = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 _OPTIMISER = "optimizer"
 
@@ -19,8 +19,9 @@ def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
     """Write a model's state beside its place and rename it: a killed run leaves the one before."""
     from safetensors.torch import save_file
 
-    beside = out / f".{_FOLDER}.{os.getpid()}"
-    shutil.rmtree(beside, ignore_errors=True)
+    for left_over in out.glob(f".{_FOLDER}.new.*"):
+        shutil.rmtree(left_over, ignore_errors=True)
+    beside = out / f".{_FOLDER}.new.{os.getpid()}"
     beside.mkdir(parents=True)
     save_file(_tensors(model), beside / "tensors.safetensors")
     state = {"settings": settings, "steps": model.num_timesteps, "updates": model._n_updates}
@@ -30,9 +31,9 @@ def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
         np.savez(beside / "replay.npz", **{name: getattr(buffer, name)[:filled] for name in _REPLAYED})
         state |= {"replay_position": int(buffer.pos), "replay_full": bool(buffer.full)}
     (beside / "state.json").write_text(json.dumps(state) + "\n")
-    place, old = out / _FOLDER, out / f".{_FOLDER}.old"
-    shutil.rmtree(old, ignore_errors=True)
+    place, old = out / _FOLDER, out / _OLD
     if place.exists():
+        shutil.rmtree(old, ignore_errors=True)
         place.rename(old)
     beside.rename(place)
     shutil.rmtree(old, ignore_errors=True)
@@ -40,18 +41,23 @@ def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
 
 def checkpointed_settings(out: Path) -> dict[str, Any] | None:
     """Return the settings of the checkpoint in a folder, None if there is none."""
-    state = out / _FOLDER / "state.json"
+    state = _latest(out) / "state.json"
     if not state.is_file():
         return None
     settings: dict[str, Any] = json.loads(state.read_text())["settings"]
     return settings
 
 
+def checkpointed_steps(out: Path) -> int:
+    """Return how many steps the checkpoint in a folder has behind it."""
+    return int(json.loads((_latest(out) / "state.json").read_text())["steps"])
+
+
 def load_checkpoint(model: Any, out: Path) -> None:
     """Bring a fresh model of the same settings to where the checkpoint in a folder stands."""
     from safetensors.torch import load_file
 
-    folder = out / _FOLDER
+    folder = _latest(out)
     state = json.loads((folder / "state.json").read_text())
     parameters = model.get_parameters()
     for name, tensor in load_file(folder / "tensors.safetensors").items():
@@ -71,6 +77,11 @@ def load_checkpoint(model: Any, out: Path) -> None:
             for name in _REPLAYED:
                 getattr(buffer, name)[: len(arrays[name])] = arrays[name]
         buffer.pos, buffer.full = state["replay_position"], state["replay_full"]
+
+
+def _latest(out: Path) -> Path:
+    """Return the folder of the checkpoint; the one before where a kill came between the two renames."""
+    return out / _FOLDER if (out / _FOLDER).exists() else out / _OLD
 
 
 def _tensors(model: Any) -> dict[str, Any]:

@@ -63,6 +63,8 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
         found = joblib.Parallel(n_jobs=budget.workers)(jobs)
         return dict(zip(settings, found, strict=True))
 
+    # Planned once, for all workers.
+    episode_bank(budget.scenario, catalog.scenario(budget.scenario).presets[budget.preset], budget.seeds, budget.cache)
     told = dataclasses.replace(budget, trials=0, workers=0, cache=None)
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, told)
     fresh = _scores_with_pictures(entry, {_BEST: found.best, _DEFAULTS: defaults}, budget)

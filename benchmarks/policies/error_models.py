@@ -7,6 +7,7 @@ from pathlib import Path
 
 from benchmarks.policies.error_fit import fit
 from benchmarks.policies.runs import read_run, write_runs
+from benchmarks.records import write_beside
 from scenarios import catalog
 from scenarios.envs.pictureless.error_model import ErrorModel
 from scenarios.envs.settings import FollowSettings
@@ -44,5 +45,5 @@ def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
 def save_error_model(model: ErrorModel) -> Path:
     """Write a model to where the package keeps them; return its file."""
     path = Path(__file__).parents[2] / "scenarios" / "envs" / "models" / f"{model.tracker}.json"
-    path.write_text(model.to_json())
+    write_beside(path, model.to_json())
     return path

@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 from benchmarks.contestants import entrant
 from benchmarks.jobs import Job, as_row, heading_of
 from benchmarks.judging import Judge, Score, ScoreSheet
-from benchmarks.records import LAST_METRIC, append_block
+from benchmarks.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.suites import suite
 from benchmarks.versions import versions_of
 from scenarios.envs.follow_env import FollowEnv
 from trackers.types import Carrier
 
-HUMAN = "human"
-"""Who steers, in the rows; the role is ``external``."""
 _KEYS = {
     "forward_mps": ("w", "s"),
     "right_mps": ("d", "a"),
@@ -77,6 +75,8 @@ def play(played: Play) -> int:
         link=played.link,
         render_mode="rgb_array",
         disable_env_checker=True,
+        # An episode is as long as its preset says, as in the benchmark.
+        max_episode_steps=-1,
     )
     recorded = _Recorded(env, played)
     keys = {word: shares.astype(np.float32) for word, shares in key_combinations(recorded.carrier)}

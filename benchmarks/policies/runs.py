@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +89,10 @@ def write_runs(settings: FollowSettings, seeds: range, controllers: list[str], f
         controller = controllers[k % len(controllers)]
         path = folder / f"{settings.scenario}-{settings.preset}-{seed}-{controller.replace(':', '-')}.npy"
         if not path.exists():
-            np.save(path, run_of(settings, seed, controller), allow_pickle=False)
+            # Beside its place first: whoever is stopped half way leaves no run that looks whole.
+            beside = path.with_name(f".{path.name}.{os.getpid()}.npy")
+            np.save(beside, run_of(settings, seed, controller), allow_pickle=False)
+            beside.replace(path)
         paths.append(path)
     return paths
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -10,6 +11,7 @@ from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.envs.reward import Reward
 from sim.checks import check
 
+_PICTURELESS_ENVS = 256
 EPISODES = Path("results/episodes")
 """Where episodes planned for envs without pictures are kept, for whoever needs them again."""
 Algorithm = Literal["ppo", "sac"]
@@ -32,7 +34,7 @@ class Training:
         correction_share: the largest correction, as a share of the command's limit.
         reward: weights of its terms.
         pictures: train in the rendered env; otherwise in the one without pictures.
-        envs: number of envs that run together.
+        envs: number of envs that run together; 0: 256 without pictures, one for each core with them.
         episodes: planned for the env without pictures, those with the seeds from 0 on.
         episode_steps: episodes are cut to so many steps.
         seed: of everything random.
@@ -49,7 +51,7 @@ class Training:
     correction_share: float = 0.5
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
-    envs: int = 256
+    envs: int = 0
     episodes: int = 256
     episode_steps: int = 150
     seed: int = 0
@@ -57,9 +59,15 @@ class Training:
     def __post_init__(self) -> None:
         check("env", self.env in FOLLOW_ENVS, f"one of {', '.join(FOLLOW_ENVS)}", repr(self.env))
         check("algorithm", self.algorithm in ("ppo", "sac"), "ppo or sac", repr(self.algorithm))
-        for name in ("steps", "envs", "episodes", "episode_steps"):
+        for name in ("steps", "episodes", "episode_steps"):
             check(name, getattr(self, name) >= 1, "a whole number >= 1", getattr(self, name))
+        check("envs", self.envs >= 0, "a whole number >= 0", self.envs)
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
+
+    @property
+    def env_count(self) -> int:
+        """How many envs run together."""
+        return self.envs or (len(os.sched_getaffinity(0)) if self.pictures else _PICTURELESS_ENVS)
 
     @property
     def scenario(self) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.policies.checkpoint import checkpointed_settings, load_checkpoint, save_checkpoint
+from benchmarks.policies.checkpoint import checkpointed_settings, checkpointed_steps, load_checkpoint, save_checkpoint
 from benchmarks.policies.settings import EPISODES, Training
 from scenarios import catalog
 from sim.checks import check
@@ -46,9 +46,11 @@ def train(training: Training, out: Path, report: Report) -> Path:
     if before is not None:
         changed = sorted(name for name in settings if name != "steps" and before.get(name) != settings[name])
         check("out", not changed, f"a folder of the same training, or a new one (other: {', '.join(changed)})", out)
-    envs = _envs(training)
+    # Who goes on draws other episodes and actions than those drawn before.
+    seed = training.seed if before is None else training.seed + checkpointed_steps(out)
+    envs = _envs(training, seed)
     try:
-        model = _model(training, envs, out)
+        model = _model(training, envs, out, seed)
         if before is None:
             _start_small(model)
         else:
@@ -96,7 +98,7 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
     )
 
 
-def _envs(training: Training) -> Any:
+def _envs(training: Training, seed: int) -> Any:
     """Return the envs as stable-baselines3 takes them."""
     import gymnasium as gym
     from stable_baselines3.common.env_util import make_vec_env
@@ -107,7 +109,7 @@ def _envs(training: Training) -> Any:
     if not training.pictures:
         envs = gym.make_vec(
             training.env,
-            num_envs=training.envs,
+            num_envs=training.env_count,
             max_episode_steps=training.episode_steps,
             pictures=False,
             starts="frame-outs",
@@ -115,15 +117,15 @@ def _envs(training: Training) -> Any:
             cache=EPISODES,
             **training.env_keywords,
         )
-        return GymnasiumVecEnv(envs, training.seed, 1.0 - _DISCOUNT)
+        return GymnasiumVecEnv(envs, seed, 1.0 - _DISCOUNT)
     return make_vec_env(
         # Processes of their own learn the ids by the module's name.
         f"scenarios:{training.env}",
-        n_envs=training.envs,
-        seed=training.seed,
+        n_envs=training.env_count,
+        seed=seed,
         wrapper_class=_scaled,
         env_kwargs=training.env_keywords | {"max_episode_steps": training.episode_steps},
-        vec_env_cls=SubprocVecEnv if training.envs > 1 else DummyVecEnv,
+        vec_env_cls=SubprocVecEnv if training.env_count > 1 else DummyVecEnv,
     )
 
 
@@ -134,13 +136,13 @@ def _scaled(env: Any) -> Any:
     return gym.wrappers.TransformReward(env, lambda reward: (1.0 - _DISCOUNT) * float(reward))
 
 
-def _model(training: Training, envs: Any, out: Path) -> Any:
+def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:
     """Return a fresh model; the recipe is that of a trial that worked, see the card."""
     import torch
     from stable_baselines3 import PPO, SAC
 
     shared: dict[str, Any] = {
-        "seed": training.seed,
+        "seed": seed,
         "tensorboard_log": str(out / "tensorboard"),
         "device": "cpu",
         "gamma": _DISCOUNT,
@@ -156,7 +158,7 @@ def _model(training: Training, envs: Any, out: Path) -> Any:
         envs,
         learning_rate=lambda left: 5e-4 * left,
         n_steps=_ROLLOUT_STEPS,
-        batch_size=min(_BATCH, _ROLLOUT_STEPS * training.envs),
+        batch_size=min(_BATCH, _ROLLOUT_STEPS * training.env_count),
         n_epochs=6,
         gae_lambda=0.95,
         **shared,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from typing import Any, Protocol
 
@@ -47,7 +48,8 @@ class Corrections:
     def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
         """See ``Steering``."""
         own = self._controller.command(observation, estimate)
-        if self._only_unseen and is_seen(estimate):
+        # Uncorrected it is the controller's own to the last bit, not a share of a limit times that limit.
+        if not action.any() or (self._only_unseen and is_seen(estimate)):
             return own
         return command_of(self._carrier, shares_of(self._carrier, own) + self._share * action)
 
@@ -67,8 +69,16 @@ class Parameters:
 
 
 def action_count(settings: FollowSettings, carrier: Carrier) -> int:
-    """Return the length of an action. Raises ValueError for a controller that has nothing to set."""
-    if settings.action != "parameters":
+    """Return the length of an action.
+
+    Raises:
+        ValueError: for an unknown controller, values that it does not take, or one that has nothing to set.
+    """
+    if settings.action == "command":
+        return len(carrier.axes)
+    if settings.action == "correction":
+        if isinstance(settings.controller, str):
+            controller_entry(settings.controller, carrier.name).parameters(**settings.controller_values)
         return len(carrier.axes)
     entry = _named_entry(settings, carrier)
     count = len(entry.tunables())
@@ -83,9 +93,11 @@ def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
     if settings.action == "parameters":
         entry = _named_entry(settings, carrier)
         return Parameters(entry, entry.create(**settings.controller_values))
-    controller = settings.controller
-    if isinstance(controller, str):
-        controller = controller_entry(controller, carrier.name).create(**settings.controller_values)
+    if isinstance(settings.controller, str):
+        controller = controller_entry(settings.controller, carrier.name).create(**settings.controller_values)
+    else:
+        # A copy, so that it carries nothing over from one episode to the next.
+        controller = copy.deepcopy(settings.controller)
     return Corrections(carrier, controller, settings.correction_share, settings.corrects == "unseen")
 
 

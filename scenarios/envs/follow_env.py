@@ -148,10 +148,11 @@ class _Run:
     """All that one episode of the env has."""
 
     def __init__(self, settings: FollowSettings, seed: int, carrier: Carrier) -> None:
+        self._carrier = carrier
+        # Before the world is made: what is refused leaves none behind.
+        self._steering: Steering = steering(settings, carrier)
         self.episode = WatchedEpisode(settings, seed)
         self.ended = False
-        self._carrier = carrier
-        self._steering: Steering = steering(settings, carrier)
         self._rewarder = Rewarder(settings.reward, self.episode.rate_hz)
         lost_after_s = settings.lost_after_s
         self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * self.episode.rate_hz), 1)

@@ -8,6 +8,9 @@ import numpy as np
 
 from scenarios.in_view import SHORTEST_LENGTH_PX, centring, is_in_view, length_px
 from scenarios.scenario import Frame
+from sim.checks import check
+
+TERMS = ("in_view", "centred", "size", "effort", "loss")
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,12 @@ class Reward:
     length_share: float = 0.12
     loss_after_s: float = 1.0
 
-
-TERMS = ("in_view", "centred", "size", "effort", "loss")
+    def __post_init__(self) -> None:
+        for name in TERMS:
+            check(f"reward.{name}", bool(np.isfinite(getattr(self, name))), "a finite number", getattr(self, name))
+        for name in ("length_share", "loss_after_s"):
+            good = 0 < getattr(self, name) < np.inf
+            check(f"reward.{name}", good, "a finite number > 0", getattr(self, name))
 
 
 class Rewarder:

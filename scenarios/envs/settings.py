@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
@@ -14,6 +14,7 @@ from scenarios.command_link import LINKS, Link
 from scenarios.envs.reward import Reward
 from scenarios.scenario import RendererName
 from sim.checks import check
+from trackers import registry
 
 ObservationMode = Literal["track", "pixels", "both"]
 ActionMode = Literal["command", "correction", "parameters"]
@@ -74,11 +75,25 @@ class FollowSettings:
         check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
         check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
         check("reward", isinstance(self.reward, Reward), "a Reward", repr(self.reward))
-        check("lost_after_s", self.lost_after_s is None or self.lost_after_s > 0, "None or > 0", self.lost_after_s)
+        good = self.lost_after_s is None or (_is_number(self.lost_after_s) and self.lost_after_s > 0)
+        check("lost_after_s", good, "None or a number > 0", repr(self.lost_after_s))
+        check(
+            "tracker",
+            _is_tracker(self.tracker),
+            "the name of a tracker, or one with initialise and update",
+            repr(self.tracker),
+        )
+        if isinstance(self.tracker, str):
+            registry.entry(self.tracker)
+        for name in ("changes", "randomise", "controller_values"):
+            check(name, isinstance(getattr(self, name), Mapping), "a dictionary", repr(getattr(self, name)))
         known_links = f"one of {', '.join(LINKS)} or a Link"
-        check("link", isinstance(self.link, Link) or self.link in LINKS, known_links, repr(self.link))
-        check("preset", self.preset in scenario.presets, f"one of {', '.join(scenario.presets)}", repr(self.preset))
-        self.configuration({})
+        good = isinstance(self.link, Link) or (isinstance(self.link, str) and self.link in LINKS)
+        check("link", good, known_links, repr(self.link))
+        good = isinstance(self.preset, str) and self.preset in scenario.presets
+        check("preset", good, f"one of {', '.join(scenario.presets)}", repr(self.preset))
+        for end in (0, 1):
+            self.configuration({name: limits[end] for name, limits in self._checked_ranges().items()})
 
     def with_options(self, options: Mapping[str, Any]) -> FollowSettings:
         """Return these settings with those of ``reset(options=...)`` in their places."""
@@ -89,6 +104,17 @@ class FollowSettings:
         check("episode_seed", good, "a whole number >= 0", repr(seed))
         changes = {name: value for name, value in options.items() if name in EPISODE_OPTIONS}
         return dataclasses.replace(self, **changes) if changes else self
+
+    def _checked_ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Return ``randomise``. Raises ValueError for what is no range of a number that may differ by episode."""
+        preset = self.configuration({})
+        for name, limits in self.randomise.items():
+            check("randomise", _is_number(getattr(preset, name)), "fields that are numbers", repr(name))
+            same = self.observation != "track" and name in ("width_px", "height_px")
+            check("randomise", not same, "no size of the picture where that is observed", repr(name))
+            good = isinstance(limits, Sequence) and len(limits) == 2 and all(map(_is_number, limits))
+            check(f"randomise.{name}", good and limits[0] <= limits[1], "two numbers in ascending order", limits)
+        return self.randomise
 
     @property
     def link_settings(self) -> Link:
@@ -111,9 +137,6 @@ class FollowSettings:
         for group in ("changes", "randomise"):
             for name in getattr(self, group):
                 check(group, name in known, fields, repr(name))
-        for name, limits in self.randomise.items():
-            good = len(limits) == 2 and limits[0] <= limits[1]
-            check(f"randomise.{name}", good, "two numbers in ascending order", limits)
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **self.changes, **values)
 
@@ -134,6 +157,14 @@ def _between(easy: Any, hard: Any, difficulty: float) -> Any:
     if not numbers:
         return hard if difficulty >= 0.5 else easy
     return _like(easy, easy + difficulty * (hard - easy))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_tracker(tracker: Any) -> bool:
+    return isinstance(tracker, str) or all(callable(getattr(tracker, name, None)) for name in ("initialise", "update"))
 
 
 def _like(example: Any, value: float) -> Any:

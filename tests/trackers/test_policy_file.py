@@ -6,6 +6,7 @@ import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -98,7 +99,16 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"policy: expected a file that can be read, got .*nobody.json"):
         load_policy(str(tmp_path / "nobody.json"))
     said = json.loads(path.read_text())
-    for change in ({"format": 2}, {"layers": 3}, {"features": ["one"]}, {"carrier": None}):
+    wrong: list[dict[str, Any]] = [
+        {"format": 2},
+        {"layers": 3},
+        {"layers": 0},
+        {"features": ["one"]},
+        {"carrier": None},
+    ]
+    wrong += [{"hidden": "gelu"}, {"output": "sign"}, {"corrects": "never"}, {"correction_share": 0}]
+    wrong += [{"weights_sha256": "0"}]
+    for change in wrong:
         path.write_text(json.dumps(said | change))
         with pytest.raises(ValueError, match="policy: expected a policy of format 1, got"):
             load_policy(str(path))

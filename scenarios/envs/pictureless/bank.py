@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,10 +81,10 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
                 planned.append({name: stored[name] for name in stored.files})
             continue
         planned.append(make(preset, episode_seed(int(seed), scenario, 0)))
-        # Whoever is stopped half way leaves no file that looks whole.
-        part = folder / f"{seed}.part.npz"
+        # Whoever is stopped half way leaves no file that looks whole; several may plan the same episode at a time.
+        part = folder / f".{seed}.{os.getpid()}.npz"
         np.savez(part, **planned[-1])
-        part.rename(path)
+        part.replace(path)
     return EpisodeBank(scenario, preset, wanted, _stacked(planned))
 
 

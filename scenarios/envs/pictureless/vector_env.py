@@ -77,6 +77,13 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         check("bank", bank.preset == preset, f"episodes of the configuration {preset}", bank.preset)
         self.bank, self.num_envs = bank, num_envs
         model = error_model(tracker) if model is None else model
+        check(
+            "tracker",
+            model.scenario == scenario,
+            f"one with an error model for {scenario}",
+            f"one for {model.scenario}",
+        )
+        check("bank", bank.scenario == scenario, f"episodes of {scenario}", bank.scenario)
         self._at_frame_outs = starts == "frame-outs"
         self._most_steps = max_episode_steps or bank.frame_count
         link = self.settings.link_settings

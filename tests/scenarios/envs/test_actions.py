@@ -20,6 +20,17 @@ from trackers.types import CameraCommand, CameraModel, EgoPose, Estimate, Observ
 SHARES = st.floats(-1, 1)
 
 
+class Counting:
+    """A controller that remembers how often it was asked."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        self.asked += 1
+        return CameraCommand(forward_mps=float(self.asked))
+
+
 class Constant:
     """A controller that always says the same."""
 
@@ -57,6 +68,24 @@ def test_a_correction_is_added_within_the_limits() -> None:
     assert got == CameraCommand(25.0, -12.5, pytest.approx(-0.5), 0.0)
 
 
+def test_a_controller_carries_nothing_from_one_episode_to_the_next() -> None:
+    mine = Counting()
+    setting = settings(action="correction", controller=mine)
+    for _ in range(2):
+        episode = steering(setting, HELICOPTER)
+        assert [episode.command(np.zeros(4), *told()).forward_mps for _ in range(3)] == [1.0, 2.0, 3.0]
+    assert mine.asked == 0
+
+
+def test_no_correction_is_the_controllers_own_command_to_the_last_bit() -> None:
+    class Odd(Constant):
+        def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+            return CameraCommand(forward_mps=0.1 + 0.2, climb_mps=1 / 3)
+
+    odd = steering(settings(action="correction", controller=Odd()), HELICOPTER)
+    assert odd.command(np.zeros(4), *told()) == CameraCommand(forward_mps=0.1 + 0.2, climb_mps=1 / 3)
+
+
 def test_a_correction_may_be_for_the_unseen_alone() -> None:
     correcting = steering(settings(action="correction", controller=Constant(), corrects="unseen"), HELICOPTER)
     assert correcting.command(np.ones(4), *told(0.9)).climb_mps == -1.0
@@ -86,5 +115,9 @@ def test_modes_that_need_a_controller_with_parameters_say_so() -> None:
         action_count(settings(action="parameters", controller="hold"), HELICOPTER)
     with pytest.raises(ValueError, match="controller: expected the name of a controller"):
         action_count(settings(action="parameters", controller=Constant()), HELICOPTER)
+    with pytest.raises(ValueError, match=r"centre\.wheels: expected one of"):
+        action_count(settings(action="correction", controller="centre", controller_values={"wheels": 3}), HELICOPTER)
+    with pytest.raises(ValueError, match="got 'chase'"):
+        action_count(settings(action="correction", controller="chase"), HELICOPTER)
     with pytest.raises(ValueError, match="got 'chase'"):
         steering(settings(action="correction", controller="chase"), HELICOPTER)

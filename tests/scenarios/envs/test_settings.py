@@ -16,7 +16,7 @@ STANDARD, HARD = PRESETS["standard"], PRESETS["hard"]
 
 
 def settings(**changes: Any) -> FollowSettings:
-    return FollowSettings("road-town-v1", "hold", **changes)
+    return FollowSettings("road-town-v1", **{"tracker": "hold", **changes})
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,16 @@ def settings(**changes: Any) -> FollowSettings:
         ("corrects", "never", "corrects: expected one of always, unseen"),
         ("correction_share", 0.0, "correction_share: expected a number in"),
         ("reward", {"in_view": 1}, "reward: expected a Reward"),
-        ("lost_after_s", -1.0, "lost_after_s: expected None or > 0, got -1"),
+        ("lost_after_s", -1.0, "lost_after_s: expected None or a number > 0, got -1"),
+        ("lost_after_s", "a", "lost_after_s: expected None or a number > 0, got 'a'"),
+        ("link", {}, "link: expected one of prompt, delayed, noisy or a Link, got {}"),
+        ("preset", [], r"preset: expected one of .*, got \[\]"),
+        ("tracker", "owl", "tracker: expected one of .*; got 'owl'"),
+        ("tracker", 3, "tracker: expected the name of a tracker, or one with initialise and update, got 3"),
+        ("changes", 3, "changes: expected a dictionary, got 3"),
+        ("randomise", {"ego": (0, 1)}, "randomise: expected fields that are numbers, got 'ego'"),
+        ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, got 3"),
+        ("randomise", {"frame_count": (-5, 300)}, "frame_count: expected at least 2, got -5"),
         ("link", "slow", "link: expected one of prompt, delayed, noisy or a Link, got 'slow'"),
         ("difficulty", 1.5, "difficulty: expected None or a number from 0 to 1, got 1.5"),
         ("changes", {"wheels": 3}, "changes: expected fields of RoadTown: .*, got 'wheels'"),
@@ -41,6 +50,12 @@ def settings(**changes: Any) -> FollowSettings:
 def test_what_is_wrong_is_named(name: str, value: Any, expected: str) -> None:
     with pytest.raises(ValueError, match=expected):
         settings(**{name: value})
+
+
+def test_what_is_observed_keeps_its_size() -> None:
+    with pytest.raises(ValueError, match="randomise: expected no size of the picture where that is observed"):
+        settings(observation="pixels", randomise={"width_px": (64, 128)})
+    settings(observation="track", randomise={"width_px": (64, 128)})
 
 
 def test_an_unknown_scenario_is_refused() -> None:
