@@ -12,7 +12,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.commands.arguments import SEEDS, names, seed_range
+from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.env_speed import ENV_ID, SCENARIO, measure_env
 from benchmarks.experiment import make_folder
@@ -49,7 +49,7 @@ class Speed:
     preset: str = "standard"
     seeds: Annotated[str, SEEDS] = "0:4"
     frames: int = 60
-    soak: int | None = None
+    soak: Annotated[int | None, COUNT] = None
     out: Path = Path("results/speed")
     json: bool = False
 

@@ -257,7 +257,7 @@ def policy(bias: float) -> Policy:
         carrier=HELICOPTER,
         tracker="fake_knowing",
         base=None,
-        correction_share=0.0,
+        correction_share=0.5,
         corrects="always",
         features=FEATURES,
         hidden="tanh",

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
@@ -57,9 +56,9 @@ def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_li
 
 
 @pytest.mark.parametrize("env_id", FOLLOW_ENVS)
-def test_both_checkers_are_content(env_id):
+def test_a_checker_is_content(env_id):
+    """That of fewer resets, which take long here; both look at every mode of the same env in ``test_follow_env``."""
     env = FollowEnv(**keywords(env_id))
-    check_env(env, skip_render_check=True)
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
     checker.check_env(env)
     env.close()
