@@ -141,6 +141,7 @@ class CameraCommand:
     yaw_rate_rad_s: float = 0.0
 
 
+Looks = Literal["down", "ahead"]
 CommandName = Literal["forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s"]
 
 
@@ -171,4 +172,4 @@ class Carrier:
 
     name: str
     axes: tuple[CommandAxis, ...]
-    looks: Literal["down", "ahead"]
+    looks: Looks

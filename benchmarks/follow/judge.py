@@ -14,6 +14,7 @@ from scenarios.in_view import centring, is_in_view
 from scenarios.scenario import Episode, Frame
 from scenarios.stereo_follow.truth import PeopleTruth
 from trackers.following.steering import shares_of
+from trackers.kernels.belief import SEEN_PROBABILITY
 from trackers.types import CameraCommand, Carrier, Estimate
 
 
@@ -133,8 +134,8 @@ class FollowSheet:
 
 
 def _says_in_view(estimate: Estimate, frame: Frame) -> bool:
-    """Return whether its probability of being in view is at least 0.5; without one, its position is in the picture."""
+    """Return whether it says that it sees its target; without a probability, its position is in the picture."""
     if estimate.in_view_probability is not None:
-        return estimate.in_view_probability >= 0.5
+        return estimate.in_view_probability >= SEEN_PROBABILITY
     x, y = estimate.position_px
     return bool(0 <= x < frame.camera.width_px and 0 <= y < frame.camera.height_px)

@@ -119,7 +119,7 @@ def _frame(carrier: Carrier, episode: WatchedEpisode) -> NDArray[np.void]:
         "visible_fraction": truth.visible_fraction[target],
         "in_view": is_in_view(truth, frame.camera),
         "out": truth.state == "out",
-        "sighting": sighting_of(carrier, frame.observation, episode.estimate)[0],
+        "sighting": sighting_of(carrier.looks, frame.observation, episode.estimate)[0],
         "command": [obeyed.forward_mps, obeyed.right_mps, obeyed.climb_mps, obeyed.yaw_rate_rad_s],
     }
     for name, value in values.items():

@@ -14,7 +14,6 @@ from scenarios.envs.pictureless.error_model import (
     LOST,
     PLAIN,
     PLAIN_SHARE,
-    SURE_PROBABILITY,
     TRACKING,
     UNSEEN,
     UNSEEN_SHARE,
@@ -22,6 +21,7 @@ from scenarios.envs.pictureless.error_model import (
     WRONG_FROM_M,
 )
 from sim.checks import check
+from trackers.kernels.belief import SEEN_PROBABILITY
 from trackers.types import Carrier
 
 _FARTHEST_M = 300.0
@@ -70,7 +70,7 @@ def said_in(run: NDArray[np.void], carrier: Carrier) -> Said:
     known = (said["known"] > 0) & np.isfinite(place_m).all(axis=1)
     error_m = place_m - run["place_m"]
     far = np.linalg.norm(error_m, axis=1)
-    sure = known & (said["in_view_probability"] >= SURE_PROBABILITY)
+    sure = known & (said["in_view_probability"] >= SEEN_PROBABILITY)
     mode = np.where(sure, np.where(far < WRONG_FROM_M[carrier.name], TRACKING, WRONG), LOST)
     visible = run["visible_fraction"] * ~run["out"]
     condition = np.where(visible >= PLAIN_SHARE, PLAIN, np.where(visible < UNSEEN_SHARE, UNSEEN, CUT))

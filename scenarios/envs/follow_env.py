@@ -65,10 +65,9 @@ class FollowEnv(gym.Env, EzPickle):
         wanted = options or {}
         settings = self.settings.with_options(wanted)
         drawn = int(self.np_random.integers(DEVELOPMENT_SEEDS))
-        if self.settings.observation != "track":
-            size = (settings.configuration({}).height_px, settings.configuration({}).width_px, 3)
-            same = self._pixels_space().shape
-            check("options", size == same, f"pictures of the size {same}, which the env was made for", size)
+        if settings.observation != "track":
+            size, made_for = _picture_size(settings), _picture_size(self.settings)
+            check("options", size == made_for, f"pictures of the size {made_for}, which the env was made for", size)
         self._end()
         self._run = _Run(settings, int(wanted.get("episode_seed", drawn)), self.carrier)
         self._show()
@@ -117,14 +116,10 @@ class FollowEnv(gym.Env, EzPickle):
 
     def _observation_space(self) -> gym.Space[Any]:
         track = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
-        pixels = self._pixels_space()
+        pixels = gym.spaces.Box(0, 255, _picture_size(self.settings), np.uint8)
         if self.settings.observation == "both":
             return gym.spaces.Dict({"track": track, "pixels": pixels})
         return pixels if self.settings.observation == "pixels" else track
-
-    def _pixels_space(self) -> gym.spaces.Box:
-        preset = self.settings.configuration({})
-        return gym.spaces.Box(0, 255, (preset.height_px, preset.width_px, 3), np.uint8)
 
     def _observed(self, run: _Run) -> Observed:
         mode = self.settings.observation
@@ -142,6 +137,11 @@ class FollowEnv(gym.Env, EzPickle):
         if self._run is not None:
             self._run.episode.close()
             self._run = None
+
+
+def _picture_size(settings: FollowSettings) -> tuple[int, int, int]:
+    preset = settings.configuration({})
+    return preset.height_px, preset.width_px, 3
 
 
 class _Run:

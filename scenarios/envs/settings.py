@@ -18,7 +18,6 @@ from trackers import registry
 
 ObservationMode = Literal["track", "pixels", "both"]
 ActionMode = Literal["command", "correction", "parameters"]
-RenderMode = Literal["rgb_array", "human"]
 EPISODE_OPTIONS = ("preset", "changes", "randomise", "difficulty", "link")
 """Settings that an episode may have other than the env, by ``reset(options=...)``."""
 RESET_OPTIONS = ("episode_seed", *EPISODE_OPTIONS)

@@ -11,9 +11,7 @@ from trackers.controllers.catalogue import register_controller
 from trackers.following.belief_keeper import BeliefKeeper
 from trackers.kernels.steering import REENTRY, steer
 from trackers.registry import tunable
-from trackers.types import CameraCommand, Carrier, Estimate, Observation
-
-_HELICOPTER = Carrier("helicopter", (), "down")
+from trackers.types import CameraCommand, Estimate, Observation
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,7 @@ class ReentryController:
 
     def __init__(self, parameters: ReentryParameters) -> None:
         self.parameters = parameters
-        self._keeper = BeliefKeeper(_HELICOPTER)
+        self._keeper = BeliefKeeper("down")
         self._command = np.zeros((1, 4))
 
     @property

@@ -11,9 +11,7 @@ from trackers.controllers.catalogue import register_controller
 from trackers.following.belief_keeper import BeliefKeeper
 from trackers.kernels.steering_robot import REENTRY_ROBOT, steer_robot
 from trackers.registry import tunable
-from trackers.types import CameraCommand, Carrier, Estimate, Observation
-
-_ROBOT = Carrier("robot", (), "ahead")
+from trackers.types import CameraCommand, Estimate, Observation
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ class ReentryRobotController:
 
     def __init__(self, parameters: ReentryRobotParameters) -> None:
         self.parameters = parameters
-        self._keeper = BeliefKeeper(_ROBOT)
+        self._keeper = BeliefKeeper("ahead")
         self._out = np.zeros((1, 4))
 
     @property

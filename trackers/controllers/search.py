@@ -11,9 +11,7 @@ from trackers.controllers.catalogue import register_controller
 from trackers.controllers.centre import CentreController, CentreParameters
 from trackers.following.belief_keeper import BeliefKeeper
 from trackers.registry import tunable
-from trackers.types import CameraCommand, Carrier, Estimate, Observation
-
-_HELICOPTER = Carrier("helicopter", (), "down")
+from trackers.types import CameraCommand, Estimate, Observation
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class SearchController:
     def __init__(self, parameters: SearchParameters) -> None:
         self._centre = CentreController(parameters)
         self.parameters = parameters
-        self._keeper = BeliefKeeper(_HELICOPTER)
+        self._keeper = BeliefKeeper("down")
         self._searching_s = 0.0
 
     @property

@@ -10,9 +10,8 @@ from trackers.controllers.catalogue import register_controller
 from trackers.controllers.centre_robot import CentreRobotController, CentreRobotParameters
 from trackers.following.belief_keeper import BeliefKeeper
 from trackers.registry import tunable
-from trackers.types import CameraCommand, Carrier, Estimate, Observation
+from trackers.types import CameraCommand, Estimate, Observation
 
-_ROBOT = Carrier("robot", (), "ahead")
 _FASTEST_MPS = 1.0
 
 
@@ -44,7 +43,7 @@ class SearchRobotController:
     def __init__(self, parameters: SearchRobotParameters) -> None:
         self._centre = CentreRobotController(parameters)
         self.parameters = parameters
-        self._keeper = BeliefKeeper(_ROBOT)
+        self._keeper = BeliefKeeper("ahead")
         self._lost_at_s: float | None = None
 
     @property

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from trackers.following.sighting import sighting_of
 from trackers.kernels.belief import BELIEF, take_in
-from trackers.types import Carrier, Estimate, Observation
+from trackers.types import Estimate, Looks, Observation
 
 
 class BeliefKeeper:
@@ -18,8 +18,8 @@ class BeliefKeeper:
         interval_s: between the latest two pictures.
     """
 
-    def __init__(self, carrier: Carrier) -> None:
-        self._carrier = carrier
+    def __init__(self, looks: Looks) -> None:
+        self._looks: Looks = looks
         self._time_s = 0.0
         self.interval_s = 1.0
         self.belief = np.zeros(1, BELIEF)
@@ -29,5 +29,5 @@ class BeliefKeeper:
         if observation.time_s > self._time_s:
             self.interval_s = observation.time_s - self._time_s
         self._time_s = observation.time_s
-        take_in(self.belief, sighting_of(self._carrier, observation, estimate), self.interval_s)
+        take_in(self.belief, sighting_of(self._looks, observation, estimate), self.interval_s)
         return self.belief

@@ -18,7 +18,7 @@ class FeatureKeeper:
     def __init__(self, carrier: Carrier) -> None:
         limits = {axis.name: axis.limit for axis in carrier.axes}
         self._limits = np.array([limits.get(name, np.inf) for name in get_args(CommandName)])
-        self._keeper = BeliefKeeper(carrier)
+        self._keeper = BeliefKeeper(carrier.looks)
 
     def update(self, observation: Observation, estimate: Estimate, given: CameraCommand) -> NDArray[np.float32]:
         """Return the features (``len(FEATURES)``,) in [-1, 1] of the belief after the next picture, a fresh array.

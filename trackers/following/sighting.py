@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.belief import SIGHTING, densest_window
-from trackers.types import Carrier, Estimate, Observation
+from trackers.types import Estimate, Looks, Observation
 
 _ASSUMED_HEIGHT_M = 60.0
 """Of a camera that looks down without instruments."""
@@ -22,11 +22,11 @@ _DOWN = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 """R_world_camera of a level camera with the heading 0."""
 
 
-def sighting_of(carrier: Carrier, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
-    """Return one sighting (1,) of dtype ``SIGHTING``; the ground is z = 0."""
+def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
+    """Return one sighting (1,) of dtype ``SIGHTING`` of a camera that looks down or ahead; the ground is z = 0."""
     sighting = np.zeros(1, SIGHTING)
     said: Any = sighting[0]
-    down = carrier.looks == "down"
+    down = looks == "down"
     R, place_m, height_m = _pose(observation, down)
     forward = -R[:2, 1] if down else R[:2, 2]
     heading_rad = np.arctan2(forward[1], forward[0])

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.kernels.belief import SEEN_PROBABILITY
 from trackers.types import CameraCommand, Carrier, Estimate
-
-SEEN_PROBABILITY = 0.5
-"""The target counts as unseen to the tracker below that."""
 
 
 def command_of(carrier: Carrier, shares: NDArray[np.float64]) -> CameraCommand:

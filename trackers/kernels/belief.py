@@ -99,7 +99,8 @@ BELIEF = np.dtype(
     align=True,
 )
 
-_SEEN_PROBABILITY = 0.5
+SEEN_PROBABILITY = 0.5
+"""A target counts as unseen to its tracker below that."""
 _VELOCITY_SHARE = 0.12
 """Of an alpha-beta filter for the target's velocity; the place is as the tracker says, which has filtered it."""
 _OWN_SHARE = 0.3
@@ -182,7 +183,7 @@ def _target_motion(b: Any, s: Any, interval_s: float) -> None:
 @njit(cache=True)
 def _search(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
     """Note when the target was last seen, and in which directions from there it was looked for since."""
-    if s.known > 0.0 and s.in_view_probability >= _SEEN_PROBABILITY:
+    if s.known > 0.0 and s.in_view_probability >= SEEN_PROBABILITY:
         b.seconds_since_seen = 0.0
         b.seen_x_m, b.seen_y_m = s.x_m, s.y_m
         for sector in range(SECTORS):

@@ -25,8 +25,6 @@ from sim.checks import check
 
 TRACKING, LOST, WRONG = range(3)
 PLAIN, CUT, UNSEEN = range(3)
-SURE_PROBABILITY = 0.5
-"""From this on a tracker says that it sees its target."""
 PLAIN_SHARE, UNSEEN_SHARE = 0.6, 0.1
 """Shares of the target that is seen: from the first on it is plain to see, below the second unseen."""
 CONDITION_FRAMES = (0, 2, 5, 15, 45)

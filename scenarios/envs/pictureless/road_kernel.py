@@ -12,6 +12,7 @@ from scenarios.envs.pictureless.error_kernel import start_tracker, track
 from scenarios.envs.pictureless.flight_kernel import fly, look_down
 from scenarios.envs.pictureless.link_kernel import send
 from scenarios.envs.pictureless.sight_kernel import look, tell_down
+from scenarios.envs.pictureless.starts import frame_before
 
 ROAD_NOISE = np.dtype(
     [
@@ -24,7 +25,6 @@ ROAD_NOISE = np.dtype(
 )
 """Errors of the instruments."""
 _LOWEST_M = 40.0
-_LEAD_FRAMES = (5, 25)
 _OFF_COURSE_M = 3.0
 
 
@@ -115,17 +115,6 @@ def _see(
     life.target_rad = target_rad[episode, frame]
     look_down(life, attitude_rad[episode, frame], noise.position_noise_m, noise.attitude_noise_rad, rng, scratch)
     look(life, size_m[episode], camera, 0.0)
-
-
-@njit(cache=True)
-def frame_before(onsets: Any, rng: np.random.Generator) -> int:
-    """Draw one of the frames (N,), -1 for none, on which something begins, and return one up to 25 frames earlier."""
-    count = 0
-    for k in range(len(onsets)):
-        count += onsets[k] >= 0.0
-    onset = int(onsets[int(rng.random() * count)]) if count > 0 else 0
-    lead = _LEAD_FRAMES[0] + int(rng.random() * (_LEAD_FRAMES[1] - _LEAD_FRAMES[0]))
-    return max(onset - lead, 0)
 
 
 @njit(cache=True)

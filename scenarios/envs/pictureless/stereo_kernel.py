@@ -14,8 +14,8 @@ from scenarios.envs.pictureless.error_model import WRONG
 from scenarios.envs.pictureless.life import NOBODY
 from scenarios.envs.pictureless.link_kernel import send
 from scenarios.envs.pictureless.poses import in_camera
-from scenarios.envs.pictureless.road_kernel import frame_before
 from scenarios.envs.pictureless.sight_kernel import look, tell_ahead
+from scenarios.envs.pictureless.starts import frame_before
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.odometry import SCALE_ERROR, TURN_SCALE_ERROR
 

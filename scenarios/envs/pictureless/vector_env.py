@@ -9,14 +9,13 @@ from typing import Any, Literal, get_args
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
-from numba import njit
 from numpy.typing import NDArray
 
 from scenarios import catalog
 from scenarios.envs.actions import checked_actions
 from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank
 from scenarios.envs.pictureless.error_kernel import error_record
-from scenarios.envs.pictureless.error_model import SURE_PROBABILITY, ErrorModel, error_model
+from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.pictureless.laws import Law, law_of
 from scenarios.envs.pictureless.life import LIFE
 from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
@@ -24,7 +23,7 @@ from scenarios.envs.pictureless.worlds import World, world_of
 from scenarios.envs.reward import TERMS
 from scenarios.envs.settings import FollowSettings
 from sim.checks import check
-from trackers.kernels.belief import BELIEF, SIGHTING, take_in
+from trackers.kernels.belief import BELIEF, SEEN_PROBABILITY, SIGHTING, take_in
 from trackers.kernels.belief_features import FEATURES, features_of
 
 Starts = Literal["episodes", "frame-outs"]
@@ -172,8 +171,6 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._world.begin(self.lives, which, episodes, at_frame_outs, self.sightings, self.np_random)
         beliefs = np.zeros(len(which), BELIEF)
         take_in(beliefs, self.sightings[which], self._world.interval_s)
-        if at_frame_outs:
-            _know_motion(beliefs, self.lives[which], *self._world.target_velocity_mps(self.lives[which]))
         self.beliefs[which] = beliefs
         if self._law is not None:
             self._law.begin(which)
@@ -188,7 +185,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         own = np.clip(self._wanted[:, self._obeyed] / limits, -1.0, 1.0)
         corrected = np.clip(own + self.settings.correction_share * actions, -1.0, 1.0) * limits
         if self.settings.corrects == "unseen":
-            seen = (self.lives["known"] > 0.0) & (self.lives["probability"] >= SURE_PROBABILITY)
+            seen = (self.lives["known"] > 0.0) & (self.lives["probability"] >= SEEN_PROBABILITY)
             corrected[seen] = self._wanted[:, self._obeyed][seen]
         self._wanted[:, self._obeyed] = corrected
 
@@ -209,18 +206,6 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             "length_px": lives["length_px"].copy(),
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }
-
-
-@njit(cache=True)
-def _know_motion(beliefs: Any, lives: Any, east_mps: NDArray[np.float64], north_mps: NDArray[np.float64]) -> None:
-    """Let fresh beliefs know of the motion that was before they began, as older ones do."""
-    for k in range(len(beliefs)):
-        b, life = beliefs[k], lives[k]
-        c, s = np.cos(b.heading_rad), np.sin(b.heading_rad)
-        b.velocity_x_mps, b.velocity_y_mps = east_mps[k], north_mps[k]
-        b.velocity_ahead_mps = c * east_mps[k] + s * north_mps[k]
-        b.velocity_right_mps = s * east_mps[k] - c * north_mps[k]
-        b.own_ahead_mps, b.own_right_mps = life.obeyed[0], life.obeyed[1]
 
 
 def _checked(settings: FollowSettings) -> FollowSettings:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,7 @@ from scenarios.envs.pictureless.road_kernel import ROAD_NOISE, begin_flights, fl
 from scenarios.envs.pictureless.stereo_kernel import begin_drives, drive_on
 from scenarios.stereo_follow.camera import camera
 from sim.optics import PinholeCamera
-from trackers.types import Carrier
-
-AXES = ("forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s")
+from trackers.types import Carrier, CommandAxis, CommandName
 
 
 class World(Protocol):
@@ -55,10 +53,6 @@ class World(Protocol):
         """Move all on by a frame, by commands wanted (B, 4); ``waiting`` (B, D, 4) are those on their way."""
         ...
 
-    def target_velocity_mps(self, lives: NDArray[np.void]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the targets' velocities along x and y (B,) each."""
-        ...
-
 
 class RoadWorld:
     """Helicopters over towns."""
@@ -92,10 +86,6 @@ class RoadWorld:
         told = (*link, *fixed, sightings, rng)
         fly_on(lives, wanted, *told)
 
-    def target_velocity_mps(self, lives: Any) -> Any:
-        """See ``World``."""
-        return velocity_mps(self._bank[0], lives, self.interval_s)
-
 
 class StereoWorld:
     """Robots in buildings."""
@@ -119,23 +109,10 @@ class StereoWorld:
         link = (self.limits, self.steps, waiting, self._link_noise)
         drive_on(lives, wanted, *link, self._bank, self._errors, self.camera, self.interval_s, sightings, rng)
 
-    def target_velocity_mps(self, lives: Any) -> Any:
-        """See ``World``."""
-        return velocity_mps(self._bank[0], lives, self.interval_s)
-
 
 def world_of(bank: EpisodeBank, carrier: Carrier, link: Link, errors: NDArray[np.void]) -> World:
     """Return the world of a bank's scenario."""
     return (RoadWorld if carrier.looks == "down" else StereoWorld)(bank, carrier, link, errors)
-
-
-def velocity_mps(
-    target_m: NDArray[np.float64], lives: NDArray[np.void], interval_s: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return velocities along x and y (B,) each, of targets whose places (E, T, 2) are given."""
-    frame = np.minimum(lives["frame"], target_m.shape[1] - 2)
-    step_m = target_m[lives["episode"], frame + 1] - target_m[lives["episode"], frame]
-    return step_m[:, 0] / interval_s, step_m[:, 1] / interval_s
 
 
 def camera_numbers(camera: PinholeCamera) -> NDArray[np.float64]:
@@ -145,7 +122,7 @@ def camera_numbers(camera: PinholeCamera) -> NDArray[np.float64]:
 
 def command_limits(carrier: Carrier, interval_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return range and largest change a frame (4,) each of all commands, 0 of those that the carrier does not obey."""
-    axes = {axis.name: axis for axis in carrier.axes}
-    limits = [axes[name].limit if name in axes else 0.0 for name in AXES]  # type: ignore[index]
-    steps = [axes[name].slew_per_s * interval_s if name in axes else 0.0 for name in AXES]  # type: ignore[index]
+    axes: dict[str, CommandAxis] = {axis.name: axis for axis in carrier.axes}
+    limits = [axes[name].limit if name in axes else 0.0 for name in get_args(CommandName)]
+    steps = [axes[name].slew_per_s * interval_s if name in axes else 0.0 for name in get_args(CommandName)]
     return np.array(limits), np.array(steps)

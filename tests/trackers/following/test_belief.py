@@ -17,7 +17,6 @@ from trackers.kernels.belief_features import FEATURES
 from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis, EgoPose, Estimate, Observation
 
 HELICOPTER = Carrier("helicopter", (CommandAxis("forward_mps", 25.0, 40.0),), "down")
-ROBOT = Carrier("robot", (CommandAxis("forward_mps", 1.6, 1.5),), "ahead")
 CAMERA = PinholeCamera(640, 480, 700.0)
 MODEL = CameraModel(640, 480, 700.0)
 RATE_HZ = 15.0
@@ -38,7 +37,7 @@ def estimate_of(T_world_camera: NDArray[np.float64], place_m: NDArray[np.float64
 def test_a_place_is_found_whatever_the_attitude(yaw: float, pitch: float, roll: float, x: float, y: float) -> None:
     pose = look_down_pose(np.array([5.0, -3.0, 60.0]), yaw, pitch, roll)
     place = np.array([x, y])
-    said = sighting_of(HELICOPTER, seen_from(pose), estimate_of(pose, place, 1.0))[0]
+    said = sighting_of("down", seen_from(pose), estimate_of(pose, place, 1.0))[0]
     np.testing.assert_allclose([said["x_m"], said["y_m"]], place, atol=1e-6)
     assert said["half_right_m"] == pytest.approx(60.0 * 320 / 700)
 
@@ -51,16 +50,16 @@ def test_the_robot_measures_by_depth() -> None:
     place = np.array([1.0, 2.0]) + 3.0 * np.array([np.cos(heading), np.sin(heading)])
     # To the right by 70 pixels at 3 m: 0.3 m.
     place += 0.3 * np.array([np.sin(heading), -np.cos(heading)])
-    said = sighting_of(ROBOT, seen_from(T), Estimate(np.array([390.0, 240.0]), depth_m=3.0))
+    said = sighting_of("ahead", seen_from(T), Estimate(np.array([390.0, 240.0]), depth_m=3.0))
     np.testing.assert_allclose([said["x_m"][0], said["y_m"][0]], place, atol=1e-9)
-    keeper = BeliefKeeper(ROBOT)
+    keeper = BeliefKeeper("ahead")
     belief = keeper.update(seen_from(T), Estimate(np.array([390.0, 240.0]), depth_m=3.0))[0]
     assert belief["ahead_m"] == pytest.approx(3.0)
     assert belief["right_m"] == pytest.approx(0.3)
 
 
 def test_motion_of_target_and_carrier_is_followed() -> None:
-    keeper = BeliefKeeper(HELICOPTER)
+    keeper = BeliefKeeper("down")
     velocity, own = np.array([6.0, -4.0]), np.array([0.0, 8.0])
     for frame in range(60):
         carrier = own * frame / RATE_HZ
@@ -76,7 +75,7 @@ def test_motion_of_target_and_carrier_is_followed() -> None:
 
 
 def test_what_is_lost_is_timed_and_searched_for() -> None:
-    keeper = BeliefKeeper(HELICOPTER)
+    keeper = BeliefKeeper("down")
     pose = look_down_pose(np.array([0.0, 0.0, 60.0]), 0.0, 0.0, 0.0)
     keeper.update(seen_from(pose), estimate_of(pose, np.zeros(2), 1.0))
     for frame in range(1, 16):
@@ -94,7 +93,7 @@ def test_what_is_lost_is_timed_and_searched_for() -> None:
 
 
 def test_who_says_nothing_leaves_the_belief_where_it_was() -> None:
-    keeper = BeliefKeeper(HELICOPTER)
+    keeper = BeliefKeeper("down")
     pose = look_down_pose(np.array([0.0, 0.0, 60.0]), 0.0, 0.0, 0.0)
     keeper.update(seen_from(pose), estimate_of(pose, np.array([3.0, 4.0]), 1.0))
     belief = keeper.update(seen_from(pose, 1), Estimate(np.full(2, np.nan)))[0]
@@ -121,7 +120,7 @@ def test_the_posterior_is_summarised_on_the_ground() -> None:
     pose = look_down_pose(np.array([0.0, 0.0, 70.0]), 0.3, 0.1, -0.1)
     places = rng.normal([8.0, -5.0], 2.0, (800, 2))
     pixels = project(CAMERA, pose, np.column_stack([places, np.zeros(800)]))[0]
-    said = sighting_of(HELICOPTER, seen_from(pose), Estimate(pixels.mean(axis=0), particles_px=pixels))[0]
+    said = sighting_of("down", seen_from(pose), Estimate(pixels.mean(axis=0), particles_px=pixels))[0]
     assert said["spread_m"] == pytest.approx(np.sqrt(0.5 * places.var(axis=0).sum()), rel=1e-6)
     np.testing.assert_allclose([said["densest_x_m"], said["densest_y_m"]], places.mean(axis=0), atol=0.3)
     assert said["densest_share"] > 0.99

@@ -116,12 +116,12 @@ def test_sightings_are_those_of_the_rendered_env(carrier: Any) -> None:
         )
         model = CameraModel(640, 480, 500.0)
         observation = Observation(np.zeros((480, 640, 3), np.uint8), 0.0, model, ego=EgoPose(pose))
-        expected = sighting_of(carrier, observation, estimate)
+        expected = sighting_of(carrier.looks, observation, estimate)
         for name in SIGHTING.names or ():
             np.testing.assert_allclose(said[name], expected[name], atol=1e-9, err_msg=name)
         lives["known"] = 0.0
         tell_one(lives, camera_numbers(CAMERA), said, down)
-        expected = sighting_of(carrier, observation, Estimate(np.full(2, np.nan), in_view_probability=0.3))
+        expected = sighting_of(carrier.looks, observation, Estimate(np.full(2, np.nan), in_view_probability=0.3))
         for name in SIGHTING.names or ():
             np.testing.assert_allclose(said[name], expected[name], atol=1e-9, err_msg=name)
 
