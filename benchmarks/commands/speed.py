@@ -16,11 +16,14 @@ from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.env_speed import ENV_ID, SCENARIO, measure_env
 from benchmarks.experiment import make_folder
+from benchmarks.policies.pictureless_speed import measure_pictureless
+from benchmarks.policies.settings import EPISODES
 from benchmarks.records import write_beside
 from benchmarks.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from benchmarks.speed import FRAMES_PER_BARE_CALL, measure_scenario
 from benchmarks.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
+from scenarios.envs.ids import FOLLOW_ENVS
 
 _SOAKED_ENVS, _SOAKED_WORKERS = 4, 2
 _FEWEST_SOAKED_STEPS = 1000
@@ -32,7 +35,8 @@ class Speed:
 
     One core, shadows on, CPU time of the thread; then frames a second as such, and what two processes make against one.
     Then likewise steps of frameout/RoadTownFollow-v1 with a tracker in the loop and pictures of 84 × 84, if its
-    scenario is among those chosen; what two workers of its vector env make against one; and what a reset takes.
+    scenario is among those chosen; what two workers of its vector env make against one; and what a reset takes. Then
+    steps a second of the envs without pictures.
     Leave the machine alone meanwhile: processes that share its cores are measured too.
 
     Attributes:
@@ -71,6 +75,9 @@ class Speed:
             if scenario.id == SCENARIO:
                 with progress_bar(f"speed of {ENV_ID}") as progress:
                     entries += measure_env(self.preset, seeds, self.frames, progress)
+            for env_id, (followed, _) in FOLLOW_ENVS.items():
+                if followed == scenario.id:
+                    entries += measure_pictureless(env_id, self.preset, seeds, EPISODES)
         write_beside(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
         if self.json:
             print(json.dumps(entries, indent=1))

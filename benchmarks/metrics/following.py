@@ -140,7 +140,7 @@ class PersonFollowing:
     """How EVT-Bench scores an episode.
 
     Attributes:
-        success: following on the last step. collision: ever nearer than 0.5 m.
+        success: following on the last step. collision: the episode ended with one, nearer than 0.5 m.
         tracking_rate: share of the steps following, in [0, 1].
     """
 
@@ -161,11 +161,12 @@ def person_following(in_picture: NDArray[np.bool_], distance_m: NDArray[np.float
         in_picture: (F,). distance_m: (F,) on the ground from the camera to the person.
     """
     following = in_picture & (distance_m <= FOLLOWING_M)
-    far_steps = 0
+    far_steps, collision = 0, False
     for step in range(1, len(following)):
         far_steps = 0 if following[step] else far_steps + bool(distance_m[step] > FAR_M)
-        if far_steps > FAR_STEPS or distance_m[step] < COLLISION_M:
+        collision = bool(distance_m[step] < COLLISION_M)
+        if far_steps > FAR_STEPS or collision:
             following[step:] = False
             break
     steps = following[1:]
-    return PersonFollowing(bool(steps[-1]), float(steps.mean()), bool((distance_m[1:] < COLLISION_M).any()))
+    return PersonFollowing(bool(steps[-1]), float(steps.mean()), collision)

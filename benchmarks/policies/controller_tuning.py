@@ -8,16 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import joblib
-import numpy as np
 
 from benchmarks.jobs import Job, run_job
+from benchmarks.policies.without_pictures import lived_without_pictures
 from benchmarks.search import Progress, search
 from benchmarks.suites import suite
 from benchmarks.tuning import Tuned, chosen, score_of
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
-from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
-from scenarios.envs.reward import Reward
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
 
 SUITE = "follow"
@@ -57,6 +55,8 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
     fields, defaults = entry.tunables(), entry.written()
     if not fields:
         raise ValueError(f"controllers: expected one with tunable parameters, got {name!r}, which has none")
+    if entry.role == "variant":
+        raise ValueError(f"controllers: expected one that is used as tuned, got {name!r}, which never is")
 
     def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
         jobs = (joblib.delayed(score_without_pictures)(entry, values, budget) for values in settings.values())
@@ -73,28 +73,10 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
 
 def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget) -> float:
     """Return what tuning maximises (the suite's ``tuned_for``) over the budget's episodes, each lived through once."""
-    configuration = catalog.scenario(budget.scenario).presets[budget.preset]
-    bank = episode_bank(budget.scenario, configuration, budget.seeds, budget.cache)
-    envs = PicturelessVectorEnv(
-        len(budget.seeds),
-        budget.scenario,
-        budget.tracker,
-        bank=bank,
-        preset=budget.preset,
-        action="correction",
-        controller=entry.name,
-        controller_values=values,
-        reward=Reward(effort=1.0),
+    told = lived_without_pictures(
+        budget.scenario, budget.preset, budget.tracker, entry.name, values, budget.seeds, budget.cache
     )
-    envs.reset(seed=0, options={"episode_seed": np.array(budget.seeds)})
-    nothing = np.zeros(envs.action_space.shape or ())
-    told: dict[str, list[float]] = {"time_in_view": [], "effort": []}
-    for _ in range(bank.frame_count - 1):
-        infos = envs.step(nothing)[4]
-        told["time_in_view"].append(float(infos["in_view"].mean()))
-        told["effort"].append(-float(infos["reward_effort"].mean()))
-    envs.close()
-    return sum(factor * float(np.mean(told[metric])) for metric, factor in suite(SUITE).tuned_for.items())
+    return sum(factor * float(told[metric].mean()) for metric, factor in suite(SUITE).tuned_for.items())
 
 
 def _scores_with_pictures(

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from benchmarks.policies.runs import read_run, write_runs
 from benchmarks.policies.settings import EPISODES
+from benchmarks.policies.without_pictures import lived_without_pictures
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
-from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.settings import FollowSettings
 from sim.checks import check
 
@@ -60,32 +60,11 @@ def model_check(
             report(k * len(seeds) + n, len(controllers) * len(seeds))
             [path] = write_runs(settings, range(seed, seed + 1), [controller], folder)
             rendered.append(float(read_run(path)["in_view"][1:].mean()))
-        pictureless = without_pictures(settings, controller, seeds, EPISODES)
+        followed = (settings.scenario, settings.preset, settings.tracker)
+        pictureless = lived_without_pictures(*followed, controller, {}, seeds, EPISODES, _REPEATS)["time_in_view"]
         compared.append(Compared(controller, tuple(seeds), np.array(rendered), pictureless))
     report(len(controllers) * len(seeds), len(controllers) * len(seeds))
     return compared
-
-
-def without_pictures(
-    settings: FollowSettings, controller: str, seeds: Sequence[int], cache: Path
-) -> NDArray[np.float64]:
-    """Return the mean share of frames in view (S,) of a controller over episodes without pictures."""
-    envs = PicturelessVectorEnv(
-        len(seeds) * _REPEATS,
-        settings.scenario,
-        settings.tracker,
-        seeds=seeds,
-        cache=cache,
-        preset=settings.preset,
-        action="correction",
-        controller=controller,
-    )
-    envs.reset(seed=0, options={"episode_seed": np.repeat(seeds, _REPEATS)})
-    nothing = np.zeros(envs.action_space.shape or ())
-    steps = envs.bank.frame_count - 1
-    seen = sum(envs.step(nothing)[4]["in_view"].astype(float) for _ in range(steps)) / steps
-    envs.close()
-    return np.asarray(np.reshape(seen, (len(seeds), _REPEATS)).mean(axis=1))
 
 
 def fitted_seeds(model: ErrorModel) -> set[int]:

@@ -36,6 +36,9 @@ class CentreParameters:
 
 
 @register_controller("centre", role="baseline", carrier="helicopter", summary="keeps the estimate in the middle (PID)")
+@register_controller(
+    "centre_as_written", role="variant", carrier="helicopter", summary="with the values of paper A.2, not tuned"
+)
 class CentreController:
     """Proportional, as written: the velocity is ``gain`` times the estimate's offset on the ground from the camera.
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from benchmarks.policies.error_models import model_of
-from benchmarks.policies.model_check import Compared, as_table, fitted_seeds, model_check, without_pictures
-from benchmarks.policies.pictureless_speed import steps_per_s
-from benchmarks.policies.runs import Disturbed, read_run, write_runs
+from benchmarks.policies.model_check import Compared, as_table, fitted_seeds, model_check
+from benchmarks.policies.pictureless_speed import measure_pictureless
+from benchmarks.policies.runs import Disturbed, read_run, run_of, write_runs
+from benchmarks.policies.without_pictures import lived_without_pictures
 from scenarios.envs.settings import FollowSettings
 from scenarios.road_town.flight import HELICOPTER
 from trackers.controllers.hold import HoldController, HoldParameters
@@ -63,14 +64,30 @@ def test_comparisons_are_told_in_per_cent() -> None:
     assert row.split() == ["centre", "2", "60.0", "%", "65.0", "%", "+5.0", "5.0"]
 
 
-def test_one_who_stands_loses_the_same_episodes_without_pictures(tmp_path: Path) -> None:
-    settings = FollowSettings("stereo-follow-v1", "stereo_people", preset="quick")
-    shares = without_pictures(settings, "hold", [3, 4], tmp_path)
-    assert shares.shape == (2,)
-    assert ((shares > 0.0) & (shares <= 1.0)).all()
+def test_one_who_hovers_sees_the_same_with_pictures_and_without(tmp_path: Path) -> None:
+    """Whoever does not move needs no tracker, so that its errors play no part: what is left is plan and dynamics."""
+    told = lived_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3], tmp_path)
+    rendered = run_of(FollowSettings("road-town-v1", "hold", preset="quick"), 3, "hold")
+    assert told["time_in_view"] == pytest.approx([rendered["in_view"][1:].mean()], abs=1e-12)
+    assert 0.0 < told["time_in_view"][0] < 1.0
+    assert told["effort"] == pytest.approx([0.0])
 
 
-def test_speed_is_measured(tmp_path: Path) -> None:
-    assert steps_per_s("frameout/StereoFollow-v1", envs=16, seeds=range(2), cache=tmp_path) > 1000
-    with pytest.raises(ValueError, match="env_id: expected one of"):
-        steps_per_s("frameout/Nothing-v1")
+def test_repeats_are_drawn_anew_and_averaged(tmp_path: Path) -> None:
+    once, often = (
+        lived_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "centre", {}, [3, 4], tmp_path, repeats)
+        for repeats in (1, 5)
+    )
+    assert once["time_in_view"].shape == often["time_in_view"].shape == (2,)
+    assert (often["time_in_view"] != once["time_in_view"]).any()
+    assert ((often["effort"] > 0.0) & (often["effort"] < 1.0)).all()
+
+
+def test_speed_without_pictures_is_an_entry_of_a_summary(tmp_path: Path) -> None:
+    [entry] = measure_pictureless("frameout/StereoFollow-v1", "quick", range(2), tmp_path)
+    assert (entry["metric"], entry["scenario"], entry["n"]) == (
+        "env_steps_per_s_without_pictures",
+        "stereo-follow-v1",
+        2,
+    )
+    assert 0 < entry["ci_low"] <= entry["mean"] <= entry["ci_high"] < np.inf
