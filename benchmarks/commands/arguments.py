@@ -38,6 +38,14 @@ def seed_range(text: str, parameter: str = "seeds") -> range:
     return range(int(match[1]), int(match[2]))
 
 
+def development_seeds(text: str, parameter: str = "seeds") -> range:
+    """Return seeds A:B that one may learn from. Raises ValueError for others."""
+    seeds = seed_range(text, parameter)
+    if seeds.stop > TEST_SPLIT.start:
+        raise ValueError(f"{parameter}: expected development seeds, below {TEST_SPLIT.start}, got {text!r}")
+    return seeds
+
+
 def cores(workers: int | None) -> int:
     """Return the number of workers wanted: one for each core that this process may use, unless said
     otherwise.

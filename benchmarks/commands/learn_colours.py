@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from benchmarks.commands.arguments import SEEDS, TEST_SPLIT, names, seed_range
+from benchmarks.commands.arguments import SEEDS, development_seeds, names
 from benchmarks.pixel_colours import learn_colours, write_model
 
 
@@ -38,11 +38,3 @@ class LearnColours:
         model = learn_colours(self.scenario, names(self.preset), seeds, self.every)
         print(write_model(model, command))
         return 0
-
-
-def development_seeds(text: str) -> range:
-    """Return seeds A:B that one may learn from. Raises ValueError for others."""
-    seeds = seed_range(text)
-    if seeds.stop > TEST_SPLIT.start:
-        raise ValueError(f"seeds: expected development seeds, below {TEST_SPLIT.start}, got {text!r}")
-    return seeds

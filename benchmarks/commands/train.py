@@ -8,9 +8,10 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, SEEDS, VALUES, seed_range
+from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, SEEDS, VALUES, development_seeds, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import make_folder
+from benchmarks.policies.error_models import make_error_model, save_error_model
 from benchmarks.policies.model_check import as_table, model_check
 from benchmarks.policies.settings import Algorithm, Corrects, Training
 from benchmarks.policies.training import train
@@ -46,6 +47,8 @@ class Train:
         seed: of everything random.
         check_model: episodes A:B in which controllers are run with pictures and without, to be shown side by side,
             instead of training: how far the model of the tracker's errors is to be trusted.
+        fit_model: episodes A:B that are run with pictures, and to which the model of the tracker's errors is fitted
+            anew, instead of training; it takes the place of the one that there is.
         out: folder (default: results/policies/ENV).
     """
 
@@ -65,6 +68,7 @@ class Train:
     episode_steps: int = 150
     seed: int = 0
     check_model: Annotated[str, SEEDS] = ""
+    fit_model: Annotated[str, SEEDS] = ""
     out: Annotated[Path | None, FOLDER] = None
 
     def run(self) -> int:
@@ -88,16 +92,25 @@ class Train:
         )
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
         make_folder(out)
+        settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset)
+        if self.fit_model:
+            return self._fit_model(settings, out)
         if self.check_model:
-            return self._check_model(training, out)
+            return self._check_model(settings, out)
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, progress)
         print(f"policy: {path}\njudge it: frameout bench follow --controllers policy:{path}")
         return 0
 
-    def _check_model(self, training: Training, out: Path) -> int:
-        settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset)
-        names = tuple(controllers(catalog.scenario(training.scenario).carrier.name))
+    def _fit_model(self, settings: FollowSettings, out: Path) -> int:
+        seeds = development_seeds(self.fit_model, "fit_model")
+        with progress_bar("episodes with pictures") as progress:
+            model = make_error_model(settings, seeds, out, progress)
+        print(f"model of the errors of {settings.tracker}: {save_error_model(model)}")
+        return 0
+
+    def _check_model(self, settings: FollowSettings, out: Path) -> int:
+        names = tuple(controllers(catalog.scenario(settings.scenario).carrier.name))
         seeds = seed_range(self.check_model, "check_model")
         with progress_bar("controllers with pictures and without") as progress:
             compared = model_check(settings, names, seeds, out, progress)

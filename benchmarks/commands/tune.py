@@ -8,8 +8,17 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, NAMES, ONE_NAME, SEEDS, TEST_SPLIT, WORKERS, cores, names
-from benchmarks.commands.learn_colours import development_seeds
+from benchmarks.commands.arguments import (
+    FOLDER,
+    NAMES,
+    ONE_NAME,
+    SEEDS,
+    TEST_SPLIT,
+    WORKERS,
+    cores,
+    development_seeds,
+    names,
+)
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import make_folder
 from benchmarks.policies.controller_tuning import SUITE, ControllerBudget, tune_controller

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from benchmarks.policies.error_fit import fit
@@ -19,14 +19,17 @@ CONTROLLERS = {
 """In turn, by carrier: between them the target is seen, cut, hidden, lost for moments and lost for good."""
 
 
-def make_error_model(settings: FollowSettings, seeds: range, folder: Path) -> ErrorModel:
+def make_error_model(
+    settings: FollowSettings, seeds: range, folder: Path, report: Callable[[int, int], None]
+) -> ErrorModel:
     """Run one episode with pictures for each seed and return the model fitted to these runs.
 
     Args:
         seeds: of development episodes. folder: where runs are kept; what is there is not run again.
+        report: called with (episodes done, all).
     """
     carrier = catalog.scenario(settings.scenario).carrier
-    return model_of(settings, write_runs(settings, seeds, list(CONTROLLERS[carrier.name]), folder))
+    return model_of(settings, write_runs(settings, seeds, list(CONTROLLERS[carrier.name]), folder, report))
 
 
 def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -81,11 +82,21 @@ def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.v
     return np.concatenate(frames)
 
 
-def write_runs(settings: FollowSettings, seeds: range, controllers: list[str], folder: Path) -> list[Path]:
-    """Write a run of every seed, the controllers in turn, to ``folder``; those that are there already are kept."""
+def write_runs(
+    settings: FollowSettings,
+    seeds: range,
+    controllers: list[str],
+    folder: Path,
+    report: Callable[[int, int], None] = lambda done, of: None,
+) -> list[Path]:
+    """Write a run of every seed, the controllers in turn, to ``folder``; those that are there already are kept.
+
+    ``report`` is called with (runs done, all).
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for k, seed in enumerate(seeds):
+        report(k, len(seeds))
         controller = controllers[k % len(controllers)]
         path = folder / f"{settings.scenario}-{settings.preset}-{seed}-{controller.replace(':', '-')}.npy"
         if not path.exists():
@@ -94,6 +105,7 @@ def write_runs(settings: FollowSettings, seeds: range, controllers: list[str], f
             np.save(beside, run_of(settings, seed, controller), allow_pickle=False)
             beside.replace(path)
         paths.append(path)
+    report(len(seeds), len(seeds))
     return paths
 
 

@@ -163,6 +163,11 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
             ["learn-colours", "--seeds", "10000:10001"],
             "seeds: expected development seeds, below 10000, got '10000:10001'",
         ),
+        (
+            ["train", "--fit-model", "9999:10001"],
+            "fit_model: expected development seeds, below 10000, got '9999:10001'",
+        ),
+        (["tune", "--controllers", "centre_as_written"], "controllers: expected one that is used as tuned, got .*"),
         (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
         (["speed", "--soak", "7"], "soak: expected a whole number >= 1000, got 7"),
         (["compare", "a", "b", "--directory", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),

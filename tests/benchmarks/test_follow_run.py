@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks import suites
@@ -20,12 +19,9 @@ from benchmarks.records import append_block, read_blocks, read_rows
 from benchmarks.report.page import write_report
 from benchmarks.report.palette import line_styles
 from benchmarks.summary import write_summary
-from scenarios.road_town.flight import HELICOPTER
 from tests.benchmarks.fake_steering import FAKE_CONTROLLERS, FAKE_FOLLOW
 from tests.benchmarks.test_experiment import without_times
 from trackers.controllers import catalogue
-from trackers.kernels.belief_features import FEATURES
-from trackers.policy_file import Policy, save_policy
 
 CONTROLLERS = ("hold", "centre", "fake_ours")
 TRACKERS = ("fake_knowing", "fake_still")
@@ -247,38 +243,6 @@ def test_results_over_two_links_are_not_compared(tmp_path: Path, capsys: pytest.
     pair = "hold+fake_knowing"
     assert main(["compare", pair, pair, "--directory", str(tmp_path)]) == 2
     assert "error: directory: expected results of one link, got noisy, prompt" in capsys.readouterr().err
-
-
-def policy(bias: float) -> Policy:
-    """Return a policy that flies forward at the same share of full speed, whatever it is told."""
-    weights = np.zeros((len(HELICOPTER.axes), len(FEATURES)), np.float32)
-    return Policy(
-        env="frameout/RoadTownFollow-v1",
-        carrier=HELICOPTER,
-        tracker="fake_knowing",
-        base=None,
-        correction_share=0.5,
-        corrects="always",
-        features=FEATURES,
-        hidden="tanh",
-        output="clip",
-        weights=(weights,),
-        biases=(np.array([bias, 0, 0, 0], np.float32),),
-    )
-
-
-def test_another_content_of_a_policys_file_is_run_anew(tmp_path: Path) -> None:
-    file = save_policy(policy(0.1), tmp_path / "mine.json")
-    experiment = replace(TINY, controllers=(f"policy:{file}", "hold"), trackers=TRACKERS[:1], seeds=range(1))
-    out = tmp_path / "out"
-    assert run(experiment, out).episodes == 2
-    assert run(experiment, out).episodes == 0
-    efforts = [row["value"] for row in read_rows(out) if row["metric"] == "effort" and row["role"] == "policy"]
-    assert efforts == [pytest.approx(0.05, abs=0.001)]
-    save_policy(policy(0.2), file)
-    again = run(experiment, out)
-    assert (again.resumed, again.episodes) == (1, 1)
-    assert (read_rows(out)[0]["role"], "policy" in read_rows(out)[0]["versions"]) == ("baseline", False)
 
 
 @pytest.mark.parametrize(
