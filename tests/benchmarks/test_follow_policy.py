@@ -1,7 +1,8 @@
-"""A trained policy as a controller of the suite ``follow``, in the world of arithmetic."""
+"""Policies as controllers of the suite ``follow``, and envs that live what it judges, in the world of arithmetic."""
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import pytest
 
 from benchmarks.experiment import run
 from benchmarks.records import read_rows
+from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.reward import Reward
 from scenarios.road_town.flight import HELICOPTER
 from tests.benchmarks.test_follow_run import TINY, TRACKERS, _fake_suite  # noqa: F401
 from trackers.kernels.belief_features import FEATURES
@@ -46,3 +49,19 @@ def test_another_content_of_a_policys_file_is_run_anew(tmp_path: Path) -> None:
     again = run(experiment, out)
     assert (again.resumed, again.episodes) == (1, 1)
     assert (read_rows(out)[0]["role"], "policy" in read_rows(out)[0]["versions"]) == ("baseline", False)
+
+
+@pytest.mark.parametrize("link", ["prompt", "noisy"])
+def test_an_env_lives_what_the_suite_judges(link: str, tmp_path: Path) -> None:
+    """The same scenario, seed, tracker, controller and link are the same episode; rows have six places."""
+    out = tmp_path / "out"
+    run(replace(TINY, controllers=("centre",), trackers=TRACKERS[:1], seeds=range(3, 4), link=link), out)
+    judged = {row["metric"]: row["value"] for row in read_rows(out) if row.get("event") is None}
+    settings = {"preset": "tiny", "tracker": TRACKERS[0], "controller": "centre", "action": "correction", "link": link}
+    with closing(FollowEnv(TINY.scenario, reward=Reward(effort=1.0), **settings)) as env:
+        env.reset(options={"episode_seed": 3})
+        told = []
+        while not env.episode.is_over:
+            told.append(env.step(np.zeros(4, np.float32))[4])
+    assert np.mean([info["in_view"] for info in told]) == pytest.approx(judged["time_in_view"], abs=1e-6)
+    assert -np.mean([info["reward_effort"] for info in told]) == pytest.approx(judged["effort"], abs=1e-6)

@@ -23,6 +23,10 @@ from scenarios.envs.truth_info import INFO
 from scenarios.envs.vector_env import FollowVectorEnv
 from tests.fakes_scenario import NoParameters, Raises, Still
 from tests.scenarios.envs.compared import assert_same
+from tests.scenarios.envs.stand_in import IDS, stand_in
+from tests.scenarios.envs.stand_in import keywords as of_ids
+
+__all__ = ["stand_in"]
 
 COUNT, LAST_FRAME = 3, 11
 ROOT = Path(__file__).parents[3]
@@ -95,6 +99,18 @@ def test_what_is_returned_is_fresh_unless_a_copy_is_declined(worked):
         observed, _ = shared.reset(seed=2)
         again = shared.step(still)[0]
         assert np.shares_memory(observed["track"], again["track"])
+
+
+@pytest.mark.usefixtures("stand_in")
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_gymnasium_s_own_vector_envs_take_the_ids(mode):
+    with (
+        contextlib.closing(gym.make_vec(IDS[0], 2, vectorization_mode=mode, **of_ids())) as theirs,
+        contextlib.closing(gym.make_vec(IDS[0], 2, workers=0, **of_ids())) as ours,
+    ):
+        assert_same(theirs.reset(seed=4), ours.reset(seed=4))
+        for action in np.random.default_rng(0).uniform(-1, 1, (5, *ours.action_space.shape)).astype(np.float32):
+            assert_same(theirs.step(action), ours.step(action))
 
 
 def test_make_vec_makes_it_and_its_time_limit_truncates():
