@@ -48,6 +48,8 @@ def lived_without_pictures(
     told = {"time_in_view": np.zeros(envs.num_envs), "effort": np.zeros(envs.num_envs)}
     for _ in range(steps):
         infos = envs.step(nothing)[4]
+        # All end with their last step together.
+        infos = infos.get("final_info", infos)
         told["time_in_view"] += infos["in_view"]
         told["effort"] -= infos["reward_effort"]
     envs.close()

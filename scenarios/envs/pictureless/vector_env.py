@@ -34,7 +34,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
     Nothing is drawn: where the target goes, the air and the walls are those of the rendered episodes with the same
     seeds, and an error model stands for picture and tracker. A policy trained here is to be checked in the rendered
-    env. Episodes are drawn from a bank; who ends is begun anew within the same step (``final_obs`` in infos).
+    env. Episodes are drawn from a bank; who ends is begun anew within the same step, in Gymnasium's form: ``final_obs``
+    and ``final_info`` say with what it ended. Infos are those of ``truth_info`` that are known without a picture.
     """
 
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
@@ -116,12 +117,14 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             options: ``episode_seed``: which of the bank's episodes all envs, or each of them (B,), live through, from
                 frame 0 on.
         """
+        self._check_open()
         check("seed", seed is None or isinstance(seed, int | np.integer), "None or one whole number", seed)
         super().reset(seed=seed)  # type: ignore[arg-type]
         wanted = options or {}
         for name in wanted:
             check("options", name == "episode_seed", "episode_seed alone", repr(name))
         self._begun = True
+        self._terms[:] = 0.0
         every = np.arange(self.num_envs)
         if "episode_seed" in wanted:
             seeds = np.broadcast_to(wanted["episode_seed"], self.num_envs)
@@ -137,8 +140,10 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
         Raises:
             ResetNeeded: before the first reset.
+            ClosedEnvironmentError: after closing.
             ValueError: for actions of another shape, not finite or outside [-1, 1].
         """
+        self._check_open()
         if not self._begun:
             raise gym.error.ResetNeeded("step: expected reset() before it, got episodes not begun")
         self._command(checked_actions(actions, self.action_space.shape))
@@ -148,20 +153,30 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         terms_of(lives, self._weights, self._loss_frames, 2.0 * self._world.camera[1], self._world.limits, self._terms)
         terminated = lives["frames_out"] >= self._lost_frames
         truncated = (lives["frame"] + 1 >= self.bank.frame_count) | (lives["steps"] >= self._most_steps)
-        observed, infos = self._observed(), self._infos()
-        ended = np.flatnonzero(terminated | truncated)
-        if len(ended) > 0:
-            self._begin_again(ended, observed, infos)
-        return observed, self._terms.sum(axis=1), terminated, truncated, infos
+        observed, rewards, infos = self._observed(), self._terms.sum(axis=1), self._infos()
+        ended = terminated | truncated
+        if ended.any():
+            infos = self._begun_again(ended, observed, infos)
+        return observed, rewards, terminated, truncated, infos
 
-    def _begin_again(self, ended: NDArray[np.int64], observed: NDArray[np.float32], infos: dict[str, Any]) -> None:
-        """Begin anew where episodes have ended, and say with what they ended."""
+    def _check_open(self) -> None:
+        if self.closed:
+            raise gym.error.ClosedEnvironmentError("vector env: expected it to be open, got a closed one")
+
+    def _begun_again(
+        self, ended: NDArray[np.bool_], observed: NDArray[np.float32], infos: dict[str, Any]
+    ) -> dict[str, Any]:
+        """Begin anew where episodes have ended; return the infos from there on, with what the episodes ended with."""
+        which = np.flatnonzero(ended)
         last = np.full(self.num_envs, None, dtype=object)
-        for k in ended:
+        for k in which:
             last[k] = observed[k].copy()
-        infos["final_obs"], infos["_final_obs"] = last, np.isin(np.arange(self.num_envs), ended)
-        self._begin(ended, self._drawn(len(ended)), self._at_frame_outs)
-        observed[ended] = self._observed()[ended]
+        final = _masked({name: array for name, array in infos.items() if not name.startswith("_")}, ended)
+        self._begin(which, self._drawn(len(which)), self._at_frame_outs)
+        self._terms[which] = 0.0
+        observed[which] = self._observed()[which]
+        told = {"final_obs": last, "_final_obs": ended.copy(), "final_info": final, "_final_info": ended.copy()}
+        return self._infos() | told
 
     def _drawn(self, count: int) -> NDArray[np.int64]:
         return self.np_random.integers(len(self.bank.seeds), size=count)
@@ -196,16 +211,33 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         return np.clip(self._features, -1.0, 1.0)
 
     def _infos(self) -> dict[str, Any]:
-        """Return what is so: arrays (B,), of the step itself where an episode has just ended."""
+        """Return what is so, as ``truth_info`` has it, in Gymnasium's form."""
         lives = self.lives
-        return {
+        known = lives["known"] > 0.0
+        error_px = np.hypot(*(lives["estimate_px"] - lives["target_px"]).T)
+        infos = {
             "episode_seed": self.bank.seeds[lives["episode"]],
             "frame": lives["frame"].copy(),
+            "time_s": lives["frame"] * self._world.interval_s,
             "in_view": lives["in_view"] > 0.0,
             "centring": lives["centring"].copy(),
             "length_px": lives["length_px"].copy(),
+            "visible_fraction": lives["visible"].copy(),
+            "position_px": lives["target_px"].copy(),
+            "error_px": np.where(known, error_px, np.nan),
+            "command": lives["obeyed"].copy(),
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }
+        return _masked(infos, np.ones(self.num_envs, dtype=bool))
+
+
+def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return an array for each key, 0 outside the mask (B,), and the mask as ``_key``."""
+    told: dict[str, Any] = {}
+    for name, array in infos.items():
+        array[~mask] = 0
+        told[name], told[f"_{name}"] = array, mask.copy()
+    return told
 
 
 def _checked(settings: FollowSettings) -> FollowSettings:

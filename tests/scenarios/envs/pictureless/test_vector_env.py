@@ -10,6 +10,7 @@ import pytest
 
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import TERMS
+from scenarios.envs.truth_info import INFO
 from tests.scenarios.envs.pictureless.hand_made import FRAMES, SEEDS, SETTINGS, bank, model
 
 
@@ -42,7 +43,8 @@ def test_spaces_contain_what_is_observed_and_rewards_are_sums_of_their_terms() -
     for _ in range(50):
         observed, rewards, terminated, truncated, infos = made.step(made.action_space.sample())
         assert made.observation_space.contains(observed)
-        np.testing.assert_allclose(rewards, sum(infos[f"reward_{term}"] for term in TERMS))
+        ended_with = infos.get("final_info", infos)
+        np.testing.assert_allclose(rewards, sum(ended_with[f"reward_{term}"] for term in TERMS))
         assert terminated.dtype == truncated.dtype == bool
         assert not terminated.any()
 
@@ -59,7 +61,11 @@ def test_who_ends_begins_anew_within_the_step() -> None:
     observed, _, _, truncated, infos = made.step(nothing)
     assert truncated.all()
     assert infos["_final_obs"].all()
-    assert (infos["frame"] == FRAMES - 1).all(), "infos are those of the step"
+    assert infos["_final_info"].all()
+    assert (infos["final_info"]["frame"] == FRAMES - 1).all()
+    assert (infos["final_info"]["reward_in_view"] > 0.0).any()
+    assert (infos["frame"] == 0).all()
+    assert not any(infos[f"reward_{term}"].any() for term in TERMS)
     assert made.single_observation_space.contains(infos["final_obs"][0])
     assert not np.array_equal(observed[0], infos["final_obs"][0])
     assert (made.lives["frame"] == 0).all()
@@ -111,6 +117,28 @@ def test_errors_say_what_was_expected(changes: dict[str, Any], said: str) -> Non
         envs(**changes)
 
 
+def test_infos_are_those_of_the_rendered_env_and_mask_who_goes_on() -> None:
+    made = envs(4, lost_after_s=0.2)
+    _, infos = made.reset(seed=1, options={"episode_seed": np.array([3, 3, 8, 8])})
+    keys = {name for name in infos if not name.startswith("_")}
+    assert keys <= set(INFO)
+    for _ in range(FRAMES):
+        _, _, terminated, truncated, infos = made.step(np.tile([-1.0, 0.0, 0.0, 0.0], (4, 1)) * [[1], [0], [1], [0]])
+        for name in keys:
+            kind, shape = INFO[name]
+            assert (infos[name].dtype, infos[name].shape) == (np.dtype(kind), (4, *shape)), name
+            assert infos[f"_{name}"].all()
+        ended = terminated | truncated
+        if ended.any() and not ended.all():
+            break
+    final = infos["final_info"]
+    np.testing.assert_array_equal(infos["_final_info"], ended)
+    np.testing.assert_array_equal(final["_frame"], ended)
+    assert (final["frame"][ended] > 0).all()
+    assert (final["frame"][~ended] == 0).all()
+    assert [each is None for each in infos["final_obs"]] == list(~ended)
+
+
 def test_steps_are_checked() -> None:
     made = envs(2)
     with pytest.raises(gym.error.ResetNeeded):
@@ -120,3 +148,7 @@ def test_steps_are_checked() -> None:
         made.step(np.full((2, 4), np.nan))
     with pytest.raises(ValueError, match="episode_seed: expected one of the 2 seeds"):
         made.reset(options={"episode_seed": 99})
+    made.close()
+    for refused in (made.reset, lambda: made.step(np.zeros((2, 4)))):
+        with pytest.raises(gym.error.ClosedEnvironmentError, match="vector env: expected it to be open"):
+            refused()
