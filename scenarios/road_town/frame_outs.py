@@ -66,7 +66,7 @@ def draw_pulses(
         events: frames at which the car starts a ``turn`` or an ``excursion``; frame-outs are laid over them.
 
     Raises:
-        RuntimeError: if no schedule fits, which a test over many seeds excludes for the presets.
+        ValueError: if no schedule fits, which a test over many seeds excludes for the presets.
     """
     # An excursion too near either end cannot happen outside the picture; it is then seen to happen.
     first, last = (
@@ -83,7 +83,11 @@ def draw_pulses(
             states = picture_states(camera, set_path(preset, air, car_position_m, pulses), car_corners_m)
             if _acceptable(preset, states, wanted):
                 return pulses
-    raise RuntimeError(f"frame_outs: found no schedule for {preset.frame_outs} in {preset.frame_count} frames")
+    (least, most), (short, long) = preset.frame_outs.count, preset.frame_outs.frames
+    raise ValueError(
+        f"frame_count: expected enough for {least} to {most} frame-outs of {short} to {long} frames, "
+        f"got {preset.frame_count}"
+    )
 
 
 def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random.Generator) -> list[int]:

@@ -32,8 +32,7 @@ class FrameOuts:
         turn_share: share that is laid over a turn at a crossing, where the route has one.
         start_frame: frame of the first one, or None for a random time.
         aim: where the camera looks meanwhile: ``any`` direction, or ``ahead`` of the car.
-        gusts_only: False lets long ones come from the helicopter's drifting away; True (and always in
-            closed loop)
+        gusts_only: False lets long ones come from the helicopter's drifting away; True (and always in closed loop)
             makes all of them gusts that tilt it.
     """
 
@@ -102,8 +101,8 @@ class RoadTown:
                 raise ValueError(f"{name}: expected a whole number from 32 to 4096, got {value}")
         if not 10.0 <= self.field_of_view_deg <= 120.0:
             raise ValueError(f"field_of_view_deg: expected 10 to 120, got {self.field_of_view_deg}")
-        if self.frame_count < 2:
-            raise ValueError(f"frame_count: expected at least 2, got {self.frame_count}")
+        if self.frame_count < 30:
+            raise ValueError(f"frame_count: expected at least 30, got {self.frame_count}")
 
 
 STANDARD = RoadTown("the benchmark: towns, traffic, two to four frame-outs of 5 to 120 frames")
