@@ -49,7 +49,7 @@ def search(
         name: of what is set. fields: parameters with the range of each in its metadata. defaults: their values.
         studies: folder where every trial is kept; a search that was stopped goes on from there, and plots are left
             beside. None: nothing is kept.
-        budget: what scores depend on besides: another budget is another search.
+        budget: what scores depend on besides, code included: with another one it is another search.
 
     Raises:
         ValueError: if Optuna is not there.

@@ -13,11 +13,13 @@ import joblib
 import numpy as np
 
 from benchmarks import pooling
+from benchmarks.contestants import entrant
 from benchmarks.jobs import Job, run_job
 from benchmarks.records import Row, write_beside
 from benchmarks.search import Found, Progress, search
 from benchmarks.suites import suite
 from benchmarks.summary import grouped
+from benchmarks.versions import versions_of_module
 from scenarios import catalog
 from trackers import registry
 
@@ -107,7 +109,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         lambda settings: _scores(name, settings, budget),
         progress,
         studies,
-        dataclasses.replace(budget, trials=0, workers=0),
+        (dataclasses.replace(budget, trials=0, workers=0), versions_of_module(entrant(name).module)),
     )
     fresh = _scores(name, {"best": found.best, "defaults": defaults}, budget.on_fresh_seeds())
     return chosen(found, fresh["best"], fresh["defaults"])

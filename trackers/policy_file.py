@@ -113,6 +113,12 @@ def load_policy(name: str) -> Policy:
     return policy
 
 
+def shipped_policies() -> list[str]:
+    """Return the names of the policies that come with the package."""
+    folder = Path(str(resources.files("trackers").joinpath("policies")))
+    return sorted(path.stem for path in folder.glob("*.json"))
+
+
 def policy_path(name: str) -> Path:
     """Return the JSON file of a policy: the path itself, or that of one that comes with the package."""
     shipped = resources.files("trackers").joinpath("policies", f"{name}.json")

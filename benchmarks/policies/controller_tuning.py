@@ -14,6 +14,7 @@ from benchmarks.policies.without_pictures import lived_without_pictures
 from benchmarks.search import Progress, search
 from benchmarks.suites import suite
 from benchmarks.tuning import Tuned, chosen, score_of
+from benchmarks.versions import versions_of_module
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
@@ -65,7 +66,8 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
 
     # Planned once, for all workers.
     episode_bank(budget.scenario, catalog.scenario(budget.scenario).presets[budget.preset], budget.seeds, budget.cache)
-    told = dataclasses.replace(budget, trials=0, workers=0, cache=None)
+    made = [versions_of_module(module) for module in (__name__, entry.controller.__module__)]
+    told = (dataclasses.replace(budget, trials=0, workers=0, cache=None), made)
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, told)
     fresh = _scores_with_pictures(entry, {_BEST: found.best, _DEFAULTS: defaults}, budget)
     return chosen(found, fresh[_BEST], fresh[_DEFAULTS])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -10,12 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contestants import entrant
+from benchmarks.versions import versions_of, versions_of_module
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.watched_episode import WatchedEpisode
 from scenarios.in_view import is_in_view
 from sim.rng import generator
-from trackers.controllers.catalogue import create_controller
+from trackers.controllers.catalogue import controller_entry, create_controller
 from trackers.following.sighting import sighting_of
 from trackers.kernels.belief import SIGHTING
 from trackers.protocols import Controller
@@ -40,6 +43,7 @@ RUN = np.dtype(
     align=True,
 )
 """One frame."""
+DISTURBED = "disturbed:"
 _CALM_S, _DISTURBED_S = (2.0, 5.0), (1.0, 3.0)
 
 
@@ -66,12 +70,12 @@ def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.v
     """Live through one episode; return its frames (T,) of dtype ``RUN``.
 
     Args:
-        controller: name of one, behind ``disturbed:`` if it is to lose the target often.
+        controller: name of one, behind ``DISTURBED`` if it is to lose the target often.
     """
     carrier = catalog.scenario(settings.scenario).carrier
-    disturbed, _, name = controller.rpartition(":")
+    name = controller.removeprefix(DISTURBED)
     own: Controller = create_controller(name, carrier.name)
-    if disturbed:
+    if name != controller:
         own = Disturbed(carrier, own, generator(seed, "disturbance"))
     episode = WatchedEpisode(settings, seed)
     frames = [_frame(carrier, episode)]
@@ -89,7 +93,7 @@ def write_runs(
     folder: Path,
     report: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[Path]:
-    """Write a run of every seed, the controllers in turn, to ``folder``; those that are there already are kept.
+    """Write a run of every seed, the controllers in turn, to ``folder``; those that the same code made are kept.
 
     ``report`` is called with (runs done, all).
     """
@@ -98,7 +102,7 @@ def write_runs(
     for k, seed in enumerate(seeds):
         report(k, len(seeds))
         controller = controllers[k % len(controllers)]
-        path = folder / f"{settings.scenario}-{settings.preset}-{seed}-{controller.replace(':', '-')}.npy"
+        path = folder / f"{settings.scenario}-{settings.preset}-{seed}-{_file_name(settings, controller)}.npy"
         if not path.exists():
             # Beside its place first: whoever is stopped half way leaves no run that looks whole.
             beside = path.with_name(f".{path.name}.{os.getpid()}.npy")
@@ -115,6 +119,15 @@ def read_run(path: Path) -> NDArray[np.void]:
     if run.dtype != RUN:
         raise ValueError(f"path: expected a run written by write_runs, got {path}")
     return run
+
+
+def _file_name(settings: FollowSettings, controller: str) -> str:
+    """Return what a run's name says of its making: the controller, and a hash of all settings and code."""
+    carrier = catalog.scenario(settings.scenario).carrier
+    steering = controller_entry(controller.removeprefix(DISTURBED), carrier.name)
+    made = versions_of(entrant(str(settings.tracker)), steering) | versions_of_module(__name__)
+    told = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
+    return f"{controller.replace(':', '-')}-{told}"
 
 
 def _frame(carrier: Carrier, episode: WatchedEpisode) -> NDArray[np.void]:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any, Literal, TypeVar
 
-from trackers.policy_file import load_policy
+from trackers.policy_file import Policy, load_policy, shipped_policies
 from trackers.protocols import Controller
 
 ControllerRole = Literal["ours", "policy", "baseline", "variant"]
@@ -106,20 +106,29 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
 
 
 def controllers(carrier: str) -> dict[str, ControllerEntry]:
-    """Return all controllers of a carrier by name, in order of registration."""
+    """Return all controllers of a carrier by name, in order of registration, and the policies that come along."""
     for module in _MODULES:
         importlib.import_module(module)
-    return {name: entry for (whose, name), entry in _ENTRIES.items() if whose == carrier}
+    known = {name: entry for (whose, name), entry in _ENTRIES.items() if whose == carrier}
+    for name in shipped_policies():
+        policy = load_policy(name)
+        if policy.carrier.name == carrier:
+            known[f"{POLICY}{name}"] = _policy_entry(policy, name)
+    return known
 
 
 def controller_entry(name: str, carrier: str) -> ControllerEntry:
     """Return one controller's entry.
 
     Raises:
-        ValueError: for an unknown name; lists the known ones.
+        ValueError: for an unknown name; lists the known ones. For a file that holds no policy, or one for another
+            carrier.
     """
     if name.startswith(POLICY):
-        return _policy_entry(name, carrier)
+        policy = load_policy(name.removeprefix(POLICY))
+        if policy.carrier.name != carrier:
+            raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
+        return _policy_entry(policy, name.removeprefix(POLICY))
     known = controllers(carrier)
     if name not in known:
         raise ValueError(f"controller: expected one of {', '.join(known)}, or {POLICY}FILE; got {name!r}")
@@ -137,12 +146,9 @@ def tuned_controller(carrier: str, name: str) -> dict[str, Any]:
     return json.loads(file.read_text())["parameters"] if file.is_file() else {}
 
 
-def _policy_entry(name: str, carrier: str) -> ControllerEntry:
-    """Return the entry of a trained policy. Raises ValueError for a file that is none, or one for another carrier."""
-    file = name.removeprefix(POLICY)
-    policy = load_policy(file)
-    if policy.carrier.name != carrier:
-        raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
+def _policy_entry(policy: Policy, file: str) -> ControllerEntry:
     summary = f"trained in {policy.env} with {policy.tracker}"
     module = importlib.import_module("trackers.controllers.policy")
-    return ControllerEntry(name, carrier, "policy", summary, module.PolicyController, {"file": file})
+    return ControllerEntry(
+        f"{POLICY}{file}", policy.carrier.name, "policy", summary, module.PolicyController, {"file": file}
+    )

@@ -35,10 +35,10 @@ class CentreParameters:
     assumed_height_m: float = 60.0
 
 
-@register_controller("centre", role="baseline", carrier="helicopter", summary="keeps the estimate in the middle (PID)")
 @register_controller(
     "centre_as_written", role="variant", carrier="helicopter", summary="with the values of paper A.2, not tuned"
 )
+@register_controller("centre", role="baseline", carrier="helicopter", summary="keeps the estimate in the middle (PID)")
 class CentreController:
     """Proportional, as written: the velocity is ``gain`` times the estimate's offset on the ground from the camera.
 

@@ -37,10 +37,10 @@ _MOST_WOUND_UP_RAD_S = 0.5
 
 
 @register_controller(
-    "centre", role="baseline", carrier="robot", summary="turns to the estimate (PID) and keeps a distance"
+    "centre_as_written", role="variant", carrier="robot", summary="with the values that it was written with, not tuned"
 )
 @register_controller(
-    "centre_as_written", role="variant", carrier="robot", summary="with the values that it was written with, not tuned"
+    "centre", role="baseline", carrier="robot", summary="turns to the estimate (PID) and keeps a distance"
 )
 class CentreRobotController:
     """Proportional, as written. An estimate that says nothing (NaN) makes it stand still."""
