@@ -16,6 +16,7 @@ from benchmarks.policies.model_check import as_table, model_check
 from benchmarks.policies.settings import Algorithm, Corrects, Training
 from benchmarks.policies.training import train
 from scenarios import catalog
+from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from scenarios.envs.settings import FollowSettings
 from trackers.controllers.catalogue import controllers
@@ -43,6 +44,8 @@ class Train:
         pictures: train in the rendered env.
         envs: number of envs that run together (default: 256 without pictures, one for each core with them).
         episodes: planned for the env without pictures, about a second each; they are kept.
+        starts: where episodes begin without pictures: episodes (on frame 0), or frame-outs (a little before the target
+            is about to be lost).
         episode_steps: episodes are cut to so many steps.
         seed: of everything random.
         check_model: episodes A:B in which controllers are run with pictures and without, to be shown side by side,
@@ -65,7 +68,8 @@ class Train:
     pictures: bool = False
     envs: Annotated[int, COUNT] = 0
     episodes: Annotated[int, COUNT] = 256
-    episode_steps: int = 150
+    starts: Starts = "episodes"
+    episode_steps: int = 300
     seed: int = 0
     check_model: Annotated[str, SEEDS] = ""
     fit_model: Annotated[str, SEEDS] = ""
@@ -87,6 +91,7 @@ class Train:
             pictures=self.pictures,
             envs=self.envs,
             episodes=self.episodes,
+            starts=self.starts,
             episode_steps=self.episode_steps,
             seed=self.seed,
         )

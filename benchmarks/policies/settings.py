@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from sim.checks import check
 
@@ -36,6 +37,8 @@ class Training:
         pictures: train in the rendered env; otherwise in the one without pictures.
         envs: number of envs that run together; 0: 256 without pictures, one for each core with them.
         episodes: planned for the env without pictures, those with the seeds from 0 on.
+        starts: where episodes begin without pictures: on frame 0 (``episodes``), as in the rendered env, or a little
+            before the target is about to be lost (``frame-outs``).
         episode_steps: episodes are cut to so many steps.
         seed: of everything random.
     """
@@ -53,7 +56,8 @@ class Training:
     pictures: bool = False
     envs: int = 0
     episodes: int = 256
-    episode_steps: int = 150
+    starts: Starts = "episodes"
+    episode_steps: int = 300
     seed: int = 0
 
     def __post_init__(self) -> None:

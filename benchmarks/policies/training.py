@@ -112,7 +112,7 @@ def _envs(training: Training, seed: int) -> Any:
             num_envs=training.env_count,
             max_episode_steps=training.episode_steps,
             pictures=False,
-            starts="frame-outs",
+            starts=training.starts,
             seeds=range(training.episodes),
             cache=EPISODES,
             **training.env_keywords,
