@@ -109,7 +109,11 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         lambda settings: _scores(name, settings, budget),
         progress,
         studies,
-        (dataclasses.replace(budget, trials=0, workers=0), versions_of_module(entrant(name).module)),
+        (
+            dataclasses.replace(budget, trials=0, workers=0),
+            versions_of_module(entrant(name).module),
+            suite(budget.suite).tuned_for,
+        ),
     )
     fresh = _scores(name, {"best": found.best, "defaults": defaults}, budget.on_fresh_seeds())
     return chosen(found, fresh["best"], fresh["defaults"])

@@ -24,6 +24,7 @@ from benchmarks.speed import FRAMES_PER_BARE_CALL, measure_scenario
 from benchmarks.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
 from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios.envs.pictureless.bank import is_playable
 
 _SOAKED_ENVS, _SOAKED_WORKERS = 4, 2
 _FEWEST_SOAKED_STEPS = 1000
@@ -76,7 +77,7 @@ class Speed:
                 with progress_bar(f"speed of {ENV_ID}") as progress:
                     entries += measure_env(self.preset, seeds, self.frames, progress)
             for env_id, (followed, _) in FOLLOW_ENVS.items():
-                if followed == scenario.id:
+                if followed == scenario.id and is_playable(followed, scenario.presets[self.preset]):
                     entries += measure_pictureless(env_id, self.preset, seeds, EPISODES)
         write_beside(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
         if self.json:

@@ -21,6 +21,8 @@ from scenarios.envs.reward import Reward
 from scenarios.envs.settings import FollowSettings
 from trackers.controllers.catalogue import controllers
 
+_RUNS = "runs"
+
 
 @dataclass(frozen=True)
 class Train:
@@ -75,9 +77,10 @@ class Train:
     fit_model: Annotated[str, SEEDS] = ""
     out: Annotated[Path | None, FOLDER] = None
 
-    def run(self) -> int:
-        """Train; return the exit status."""
-        training = Training(
+    @property
+    def training(self) -> Training:
+        """Everything that the training depends on."""
+        return Training(
             env=self.env,
             algorithm=self.algorithm,
             steps=self.steps,
@@ -95,29 +98,35 @@ class Train:
             episode_steps=self.episode_steps,
             seed=self.seed,
         )
+
+    def run(self) -> int:
+        """Train; return the exit status."""
+        if self.fit_model and self.check_model:
+            raise ValueError(f"fit_model: expected it without check_model, got {self.fit_model!r} with it")
+        training = self.training
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
         make_folder(out)
         settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset)
         if self.fit_model:
-            return self._fit_model(settings, out)
+            return self._fit_model(settings, out / _RUNS)
         if self.check_model:
-            return self._check_model(settings, out)
+            return self._check_model(settings, out / _RUNS)
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, progress)
         print(f"policy: {path}\njudge it: frameout bench follow --controllers policy:{path}")
         return 0
 
-    def _fit_model(self, settings: FollowSettings, out: Path) -> int:
+    def _fit_model(self, settings: FollowSettings, runs: Path) -> int:
         seeds = development_seeds(self.fit_model, "fit_model")
         with progress_bar("episodes with pictures") as progress:
-            model = make_error_model(settings, seeds, out, progress)
+            model = make_error_model(settings, seeds, runs, progress)
         print(f"model of the errors of {settings.tracker}: {save_error_model(model)}")
         return 0
 
-    def _check_model(self, settings: FollowSettings, out: Path) -> int:
+    def _check_model(self, settings: FollowSettings, runs: Path) -> int:
         names = tuple(controllers(catalog.scenario(settings.scenario).carrier.name))
         seeds = seed_range(self.check_model, "check_model")
         with progress_bar("controllers with pictures and without") as progress:
-            compared = model_check(settings, names, seeds, out, progress)
+            compared = model_check(settings, names, seeds, runs, progress)
         print(as_table(compared))
         return 0

@@ -21,7 +21,7 @@ from benchmarks.commands.arguments import (
 )
 from benchmarks.commands.progress import progress_bar
 from benchmarks.experiment import make_folder
-from benchmarks.policies.controller_tuning import SUITE, ControllerBudget, tune_controller
+from benchmarks.policies.controller_tuning import SUITE, ControllerBudget, tunable_controller, tune_controller
 from benchmarks.policies.settings import EPISODES
 from benchmarks.suites import suite
 from benchmarks.tuning import TUNED_FOLDER, Budget, Tuned, tunables, tune, write_tuned
@@ -99,7 +99,10 @@ class Tune:
 
     def _tune_controllers(self, seeds: range) -> None:
         scenario = catalog.scenario(self.scenario)
-        (preset,) = names(self.preset)
+        presets = names(self.preset)
+        if len(presets) != 1:
+            raise ValueError(f"preset: expected one for controllers, got {' '.join(presets)}")
+        (preset,) = presets
         tracker = self.tracker or suite(SUITE).scene(scenario.id).trackers[0]
         budget = ControllerBudget(
             scenario=scenario.id,
@@ -111,6 +114,8 @@ class Tune:
             workers=cores(self.workers),
             cache=EPISODES,
         )
+        for name in names(self.controllers):
+            tunable_controller(name, scenario.carrier.name)
         for name in names(self.controllers):
             with progress_bar(f"{name}, {self.trials} trials") as progress:
                 tuned = tune_controller(name, budget, progress, self.studies)

@@ -39,7 +39,7 @@ FOLLOW = Suite(
         _share("evt_tracking_rate", "EVT-Bench: steps in the picture and within 3 m, none after a loss"),
         Metric(
             "evt_collision_rate",
-            "EVT-Bench: episodes in which the camera came nearer than 0.5 m",
+            "EVT-Bench: episodes that end with the camera nearer than 0.5 m",
             "fraction",
             "lower",
             ("evt_collision_rate",),

@@ -17,6 +17,7 @@ from benchmarks.tuning import Tuned, chosen, score_of
 from benchmarks.versions import versions_of_module
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
+from scenarios.envs.pictureless.error_model import error_model
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
 
 SUITE = "follow"
@@ -46,18 +47,24 @@ class ControllerBudget:
     cache: Path | None = None
 
 
+def tunable_controller(name: str, carrier: str) -> ControllerEntry:
+    """Return the entry of a controller that can be tuned. Raises ValueError for another."""
+    entry = controller_entry(name, carrier)
+    if not entry.tunables():
+        raise ValueError(f"controllers: expected one with tunable parameters, got {name!r}, which has none")
+    if entry.role == "variant":
+        raise ValueError(f"controllers: expected one that is used as tuned, got {name!r}, which never is")
+    return entry
+
+
 def tune_controller(name: str, budget: ControllerBudget, progress: Progress, studies: Path | None = None) -> Tuned:
     """Search the tunable parameters of one controller; the best replace the defaults if they are better with pictures.
 
     Raises:
         ValueError: if Optuna is not there, or the controller has nothing to tune.
     """
-    entry = controller_entry(name, catalog.scenario(budget.scenario).carrier.name)
+    entry = tunable_controller(name, catalog.scenario(budget.scenario).carrier.name)
     fields, defaults = entry.tunables(), entry.written()
-    if not fields:
-        raise ValueError(f"controllers: expected one with tunable parameters, got {name!r}, which has none")
-    if entry.role == "variant":
-        raise ValueError(f"controllers: expected one that is used as tuned, got {name!r}, which never is")
 
     def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
         jobs = (joblib.delayed(score_without_pictures)(entry, values, budget) for values in settings.values())
@@ -66,8 +73,9 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
 
     # Planned once, for all workers.
     episode_bank(budget.scenario, catalog.scenario(budget.scenario).presets[budget.preset], budget.seeds, budget.cache)
-    made = [versions_of_module(module) for module in (__name__, entry.controller.__module__)]
-    told = (dataclasses.replace(budget, trials=0, workers=0, cache=None), made)
+    code = [versions_of_module(module) for module in (__name__, entry.controller.__module__)]
+    scored = (error_model(budget.tracker).to_json(), suite(SUITE).tuned_for)
+    told = (dataclasses.replace(budget, trials=0, workers=0, cache=None), code, scored)
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, told)
     fresh = _scores_with_pictures(entry, {_BEST: found.best, _DEFAULTS: defaults}, budget)
     return chosen(found, fresh[_BEST], fresh[_DEFAULTS])

@@ -25,7 +25,7 @@ def make_error_model(
     """Run one episode with pictures for each seed and return the model fitted to these runs.
 
     Args:
-        seeds: of development episodes. folder: where runs are kept; what is there is not run again.
+        seeds: of development episodes. folder: where runs are kept; what the same code made is not run again.
         report: called with (episodes done, all).
     """
     carrier = catalog.scenario(settings.scenario).carrier

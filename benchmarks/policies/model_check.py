@@ -44,7 +44,7 @@ def model_check(
 
     Args:
         seeds: of episodes that the model was not fitted to.
-        folder: where runs with pictures are kept; what is there is not run again.
+        folder: where runs with pictures are kept; what the same code made is not run again.
         report: told how many runs with pictures are done, of how many.
 
     Raises:

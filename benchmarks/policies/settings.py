@@ -66,6 +66,8 @@ class Training:
         for name in ("steps", "episodes", "episode_steps"):
             check(name, getattr(self, name) >= 1, "a whole number >= 1", getattr(self, name))
         check("envs", self.envs >= 0, "a whole number >= 0", self.envs)
+        whole = self.starts == "episodes" or not self.pictures
+        check("starts", whole, "episodes with pictures, which begin on frame 0", repr(self.starts))
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import time
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import numpy as np
 from benchmarks.policies.checkpoint import checkpointed_settings, checkpointed_steps, load_checkpoint, save_checkpoint
 from benchmarks.policies.settings import EPISODES, Training
 from scenarios import catalog
+from scenarios.envs.pictureless.error_model import error_model
 from sim.checks import check
 from trackers.controllers.catalogue import controller_entry
 from trackers.kernels.belief_features import FEATURES
@@ -42,9 +44,10 @@ def train(training: Training, out: Path, report: Report) -> Path:
     # One small network: threads only wait for each other.
     torch.set_num_threads(1)
     settings = json.loads(json.dumps(dataclasses.asdict(training)))
+    learnt_from = settings | {"error_model": _error_model_hash(training)}
     before = checkpointed_settings(out)
     if before is not None:
-        changed = sorted(name for name in settings if name != "steps" and before.get(name) != settings[name])
+        changed = sorted(name for name in learnt_from if name != "steps" and before.get(name) != learnt_from[name])
         check("out", not changed, f"a folder of the same training, or a new one (other: {', '.join(changed)})", out)
     # Who goes on draws other episodes and actions than those drawn before.
     seed = training.seed if before is None else training.seed + checkpointed_steps(out)
@@ -58,9 +61,9 @@ def train(training: Training, out: Path, report: Report) -> Path:
         started = time.perf_counter()
         left = training.steps - model.num_timesteps
         if left > 0:
-            callback = _callback(training, out, settings, report)
+            callback = _callback(training, out, learnt_from, report)
             model.learn(left, callback=callback, reset_num_timesteps=False, tb_log_name="training")
-            save_checkpoint(model, out, settings)
+            save_checkpoint(model, out, learnt_from)
         seconds = round(time.perf_counter() - started, 1)
     finally:
         envs.close()
@@ -96,6 +99,13 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
         biases=tuple(layer.bias.detach().numpy().astype(np.float32) for layer in linear),
         made=made,
     )
+
+
+def _error_model_hash(training: Training) -> str | None:
+    """Return what tells error models apart, None for a training with pictures."""
+    if training.pictures:
+        return None
+    return hashlib.sha256(error_model(training.tracker_name).to_json().encode()).hexdigest()[:10]
 
 
 def _envs(training: Training, seed: int) -> Any:

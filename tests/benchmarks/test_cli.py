@@ -167,6 +167,19 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
             ["train", "--fit-model", "9999:10001"],
             "fit_model: expected development seeds, below 10000, got '9999:10001'",
         ),
+        (["tune", "--controllers", "centre", "nix"], "controller: expected one of .*; got 'nix'"),
+        (
+            ["tune", "--controllers", "centre", "--preset", "quick", "hard"],
+            "preset: expected one for .*, got quick hard",
+        ),
+        (
+            ["train", "--fit-model", "1:2", "--check-model", "3:4"],
+            "fit_model: expected it without check_model, got '1:2' with it",
+        ),
+        (
+            ["train", "--pictures", "--starts", "frame-outs"],
+            "starts: expected episodes with pictures, which begin on frame 0, got 'frame-outs'",
+        ),
         (["tune", "--controllers", "centre_as_written"], "controllers: expected one that is used as tuned, got .*"),
         (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
         (["speed", "--soak", "7"], "soak: expected a whole number >= 1000, got 7"),

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 from benchmarks import tuning
 from benchmarks.frame_out.suite import FRAME_OUT
+from benchmarks.search import Found, search
 from benchmarks.suites import Scene
 from benchmarks.tuning import Budget, tunables, tune, write_tuned
 from tests import fakes_scenario
@@ -99,3 +101,24 @@ def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch:
 def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:
     for name in ("colour_pf", "road_shape_pf", "background_pf", "mosaic_graph_pf", "hold", "constant_velocity"):
         assert tunables(name)
+
+
+def test_a_search_goes_on_unless_what_it_depends_on_has_changed(tmp_path: Path) -> None:
+    pytest.importorskip("optuna")
+    fields = {field.name: field for field in dataclasses.fields(ShakyParameters)}
+    tried: list[str] = []
+
+    def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
+        tried.extend(settings)
+        return {label: values["off_m"] for label, values in settings.items()}
+
+    def found(trials: int, budget: str) -> Found:
+        return search(
+            "fake", fields, {"off_m": 20.0, "ignored": 3}, trials, scores, lambda done, of: None, tmp_path, budget
+        )
+
+    assert found(3, "one").trials == 3
+    assert found(5, "one").trials == 5
+    assert len(tried) == 5
+    assert found(5, "another").trials == 5
+    assert len(tried) == 10

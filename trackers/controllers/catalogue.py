@@ -107,9 +107,7 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
 
 def controllers(carrier: str) -> dict[str, ControllerEntry]:
     """Return all controllers of a carrier by name, in order of registration, and the policies that come along."""
-    for module in _MODULES:
-        importlib.import_module(module)
-    known = {name: entry for (whose, name), entry in _ENTRIES.items() if whose == carrier}
+    known = _registered(carrier)
     for name in shipped_policies():
         policy = load_policy(name)
         if policy.carrier.name == carrier:
@@ -129,7 +127,8 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
         if policy.carrier.name != carrier:
             raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
         return _policy_entry(policy, name.removeprefix(POLICY))
-    known = controllers(carrier)
+    # Not by way of the policies that come along: whoever trains one anew needs none that can be loaded.
+    known = _registered(carrier)
     if name not in known:
         raise ValueError(f"controller: expected one of {', '.join(known)}, or {POLICY}FILE; got {name!r}")
     return known[name]
@@ -144,6 +143,12 @@ def tuned_controller(carrier: str, name: str) -> dict[str, Any]:
     """Return the values that tuning wrote for a controller, empty if it never ran."""
     file = resources.files("trackers").joinpath("tuned", "controllers", carrier, f"{name}.json")
     return json.loads(file.read_text())["parameters"] if file.is_file() else {}
+
+
+def _registered(carrier: str) -> dict[str, ControllerEntry]:
+    for module in _MODULES:
+        importlib.import_module(module)
+    return {name: entry for (whose, name), entry in _ENTRIES.items() if whose == carrier}
 
 
 def _policy_entry(policy: Policy, file: str) -> ControllerEntry:

@@ -88,5 +88,13 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
     return EpisodeBank(scenario, preset, wanted, _stacked(planned))
 
 
+def is_playable(scenario: str, preset: Any) -> bool:
+    """Return whether there are envs without pictures of it: a robot without odometry measures no places, a helicopter
+    without instruments neither.
+    """
+    measures = getattr(preset, "ego", None) is not None or getattr(preset, "odometry", False)
+    return scenario in _MAKERS and bool(measures)
+
+
 def _stacked(planned: list[dict[str, NDArray[np.float64]]]) -> dict[str, NDArray[np.float64]]:
     return {name: np.ascontiguousarray(np.stack([each[name] for each in planned])) for name in planned[0]}

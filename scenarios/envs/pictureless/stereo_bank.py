@@ -30,7 +30,7 @@ def stereo_arrays(preset: StereoFollow, seed: int) -> dict[str, NDArray[np.float
     Raises:
         ValueError: for a preset without odometry: places would not be measured.
     """
-    check("preset", preset.odometry, "one with odometry", "odometry=False")
+    check("preset", isinstance(preset, StereoFollow) and preset.odometry, "one with odometry", preset)
     plan = make_plan(preset, seed, closed_loop=True)
     crowd, floor = plan.crowd, plan.building.plan
     others = np.full((preset.frame_count, _MOST_OTHERS, 2), _FAR_AWAY_M)

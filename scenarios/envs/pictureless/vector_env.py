@@ -131,7 +131,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             self._begin(every, np.array([self.bank.index_of(int(each)) for each in seeds]), False)
         else:
             self._begin(every, self._drawn(self.num_envs), self._at_frame_outs)
-        return self._observed(), self._infos()
+        return self._observed(), _masked(self._infos(), np.ones(self.num_envs, dtype=bool))
 
     def step(
         self, actions: NDArray[Any]
@@ -155,9 +155,9 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         truncated = (lives["frame"] + 1 >= self.bank.frame_count) | (lives["steps"] >= self._most_steps)
         observed, rewards, infos = self._observed(), self._terms.sum(axis=1), self._infos()
         ended = terminated | truncated
-        if ended.any():
-            infos = self._begun_again(ended, observed, infos)
-        return observed, rewards, terminated, truncated, infos
+        final = self._begun_again(ended, observed, infos) if ended.any() else {}
+        infos = _masked(self._infos() if final else infos, np.ones(self.num_envs, dtype=bool))
+        return observed, rewards, terminated, truncated, infos | final
 
     def _check_open(self) -> None:
         if self.closed:
@@ -166,17 +166,16 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
     def _begun_again(
         self, ended: NDArray[np.bool_], observed: NDArray[np.float32], infos: dict[str, Any]
     ) -> dict[str, Any]:
-        """Begin anew where episodes have ended; return the infos from there on, with what the episodes ended with."""
+        """Begin anew where episodes have ended; return what infos say of how they ended."""
         which = np.flatnonzero(ended)
         last = np.full(self.num_envs, None, dtype=object)
         for k in which:
             last[k] = observed[k].copy()
-        final = _masked({name: array for name, array in infos.items() if not name.startswith("_")}, ended)
         self._begin(which, self._drawn(len(which)), self._at_frame_outs)
         self._terms[which] = 0.0
         observed[which] = self._observed()[which]
-        told = {"final_obs": last, "_final_obs": ended.copy(), "final_info": final, "_final_info": ended.copy()}
-        return self._infos() | told
+        final = {"final_obs": last, "final_info": _masked(infos, ended)}
+        return final | {f"_{name}": ended.copy() for name in final}
 
     def _drawn(self, count: int) -> NDArray[np.int64]:
         return self.np_random.integers(len(self.bank.seeds), size=count)
@@ -211,24 +210,22 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         return np.clip(self._features, -1.0, 1.0)
 
     def _infos(self) -> dict[str, Any]:
-        """Return what is so, as ``truth_info`` has it, in Gymnasium's form."""
+        """Return what is so, as ``truth_info`` has it: arrays (B, ...)."""
         lives = self.lives
         known = lives["known"] > 0.0
         error_px = np.hypot(*(lives["estimate_px"] - lives["target_px"]).T)
-        infos = {
+        return {
             "episode_seed": self.bank.seeds[lives["episode"]],
             "frame": lives["frame"].copy(),
             "time_s": lives["frame"] * self._world.interval_s,
             "in_view": lives["in_view"] > 0.0,
             "centring": lives["centring"].copy(),
             "length_px": lives["length_px"].copy(),
-            "visible_fraction": lives["visible"].copy(),
             "position_px": lives["target_px"].copy(),
             "error_px": np.where(known, error_px, np.nan),
             "command": lives["obeyed"].copy(),
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }
-        return _masked(infos, np.ones(self.num_envs, dtype=bool))
 
 
 def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_]) -> dict[str, Any]:

@@ -38,7 +38,7 @@ def settings(**changes: Any) -> FollowSettings:
         ("changes", 3, "changes: expected a dictionary, got 3"),
         ("randomise", {"ego": (0, 1)}, "randomise: expected fields that are numbers, got 'ego'"),
         ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, got 3"),
-        ("randomise", {"frame_count": (-5, 300)}, "frame_count: expected at least 2, got -5"),
+        ("randomise", {"frame_count": (-5, 300)}, "frame_count: expected at least 30, got -5"),
         ("link", "slow", "link: expected one of prompt, delayed, noisy or a Link, got 'slow'"),
         ("difficulty", 1.5, "difficulty: expected None or a number from 0 to 1, got 1.5"),
         ("changes", {"wheels": 3}, "changes: expected fields of RoadTown: .*, got 'wheels'"),

@@ -131,6 +131,8 @@ def test_infos_are_those_of_the_rendered_env_and_mask_who_goes_on() -> None:
         ended = terminated | truncated
         if ended.any() and not ended.all():
             break
+    assert ended.any()
+    assert not ended.all()
     final = infos["final_info"]
     np.testing.assert_array_equal(infos["_final_info"], ended)
     np.testing.assert_array_equal(final["_frame"], ended)
