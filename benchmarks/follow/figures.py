@@ -37,7 +37,8 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
     for rows in drawn.values():
         by_tracker.setdefault(rows[0]["tracker"], {})[rows[0]["controller"]] = rows
     by_tracker = dict(sorted(by_tracker.items(), key=lambda item: _is_ours(item[1]), reverse=True))
-    return [_time_in_view(by_tracker, styles), *_found_again(by_tracker, styles)]
+    # Variants alone are not drawn.
+    return [_time_in_view(by_tracker, styles), *_found_again(by_tracker, styles)] if by_tracker else []
 
 
 def _is_ours(rows: Mapping[str, Sequence[Row]]) -> bool:

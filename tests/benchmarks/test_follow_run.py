@@ -13,7 +13,7 @@ import pytest
 from benchmarks import suites
 from benchmarks.cli import main
 from benchmarks.experiment import Experiment, Outcome, run
-from benchmarks.follow.figures import plot_shares
+from benchmarks.follow.figures import figures, plot_shares
 from benchmarks.follow.suite import FOLLOW
 from benchmarks.records import append_block, read_blocks, read_rows
 from benchmarks.report.page import write_report
@@ -198,6 +198,10 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
     losses = sum(row["metric"] == "watched_frames" for row in read_rows(outcome[1]))
     assert f"{losses} losses of " in text
     assert write_report(outcome[1]).read_text() == page
+
+
+def test_variants_alone_have_no_figures() -> None:
+    assert figures({}, {}) == []
 
 
 def test_marks_stand_where_their_shares_are() -> None:
