@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -80,24 +81,7 @@ class Train:
     @property
     def training(self) -> Training:
         """Everything that the training depends on."""
-        return Training(
-            env=self.env,
-            algorithm=self.algorithm,
-            steps=self.steps,
-            tracker=self.tracker,
-            preset=self.preset,
-            controller=self.controller,
-            controller_values=self.controller_values,
-            corrects=self.corrects,
-            correction_share=self.correction_share,
-            reward=self.reward,
-            pictures=self.pictures,
-            envs=self.envs,
-            episodes=self.episodes,
-            starts=self.starts,
-            episode_steps=self.episode_steps,
-            seed=self.seed,
-        )
+        return Training(**{each.name: getattr(self, each.name) for each in dataclasses.fields(Training)})
 
     def run(self) -> int:
         """Train; return the exit status."""

@@ -14,38 +14,29 @@ from benchmarks.records import read_rows
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.reward import Reward
 from scenarios.road_town.flight import HELICOPTER
-from tests.benchmarks.test_follow_run import TINY, TRACKERS, _fake_suite  # noqa: F401
+from tests.benchmarks.test_follow_run import TINY, TRACKERS, _fake_suite
+from tests.fakes_policy import made_up_policy
 from trackers.kernels.belief_features import FEATURES
 from trackers.policy_file import Policy, save_policy
 
+__all__ = ["_fake_suite"]
 
-def policy(bias: float) -> Policy:
+
+def forward_policy(share: float) -> Policy:
     """Return a policy that flies forward at the same share of full speed, whatever it is told."""
     weights = np.zeros((len(HELICOPTER.axes), len(FEATURES)), np.float32)
-    return Policy(
-        env="frameout/RoadTownFollow-v1",
-        carrier=HELICOPTER,
-        tracker="fake_knowing",
-        base=None,
-        correction_share=0.5,
-        corrects="always",
-        features=FEATURES,
-        hidden="tanh",
-        output="clip",
-        weights=(weights,),
-        biases=(np.array([bias, 0, 0, 0], np.float32),),
-    )
+    return made_up_policy(HELICOPTER, [weights], [np.array([share, 0, 0, 0], np.float32)])
 
 
 def test_another_content_of_a_policys_file_is_run_anew(tmp_path: Path) -> None:
-    file = save_policy(policy(0.1), tmp_path / "mine.json")
+    file = save_policy(forward_policy(0.1), tmp_path / "mine.json")
     experiment = replace(TINY, controllers=(f"policy:{file}", "hold"), trackers=TRACKERS[:1], seeds=range(1))
     out = tmp_path / "out"
     assert run(experiment, out).episodes == 2
     assert run(experiment, out).episodes == 0
     efforts = [row["value"] for row in read_rows(out) if row["metric"] == "effort" and row["role"] == "policy"]
     assert efforts == [pytest.approx(0.05, abs=0.001)]
-    save_policy(policy(0.2), file)
+    save_policy(forward_policy(0.2), file)
     again = run(experiment, out)
     assert (again.resumed, again.episodes) == (1, 1)
     assert (read_rows(out)[0]["role"], "policy" in read_rows(out)[0]["versions"]) == ("baseline", False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -11,32 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.fakes_policy import random_policy
 from trackers.controllers.catalogue import controller_entry
 from trackers.kernels.belief_features import FEATURES
-from trackers.policy_file import Policy, load_policy, save_policy
+from trackers.policy_file import load_policy, save_policy
 from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis, EgoPose, Estimate, Observation
 
 CARRIER = Carrier(
     "helicopter", (CommandAxis("forward_mps", 25.0, 40.0), CommandAxis("yaw_rate_rad_s", 1.0, 2.0)), "down"
 )
-
-
-def policy(seed: int = 0) -> Policy:
-    rng = np.random.Generator(np.random.PCG64(seed))
-    sizes = (len(FEATURES), 8, 2)
-    return Policy(
-        env="frameout/RoadTownFollow-v1",
-        carrier=CARRIER,
-        tracker="hold",
-        base=None,
-        correction_share=0.5,
-        corrects="always",
-        features=FEATURES,
-        hidden="tanh",
-        output="clip",
-        weights=tuple(rng.normal(size=(b, a)).astype(np.float32) for a, b in itertools.pairwise(sizes)),
-        biases=tuple(rng.normal(size=b).astype(np.float32) for b in sizes[1:]),
-    )
 
 
 def observation(time_s: float) -> Observation:
@@ -46,7 +28,7 @@ def observation(time_s: float) -> Observation:
 
 
 def test_it_comes_back_as_it_was(tmp_path: Path) -> None:
-    saved = policy()
+    saved = random_policy(CARRIER)
     path = save_policy(saved, tmp_path / "mine.json")
     loaded = load_policy(str(path))
     assert replace(loaded, weights=(), biases=()) == replace(saved, weights=(), biases=())
@@ -56,7 +38,7 @@ def test_it_comes_back_as_it_was(tmp_path: Path) -> None:
 
 
 def test_its_action_is_the_networks() -> None:
-    given = policy()
+    given = random_policy(CARRIER)
     features = np.linspace(-1, 1, len(FEATURES), dtype=np.float32)
     hidden = np.tanh(given.weights[0] @ features + given.biases[0])
     wanted = given.weights[1] @ hidden + given.biases[1]
@@ -66,7 +48,7 @@ def test_its_action_is_the_networks() -> None:
 
 
 def test_it_steers_as_a_controller(tmp_path: Path) -> None:
-    path = save_policy(policy(), tmp_path / "mine.json")
+    path = save_policy(random_policy(CARRIER), tmp_path / "mine.json")
     entry = controller_entry(f"policy:{path}", "helicopter")
     assert entry.role == "policy"
     first, second = entry.create(), entry.create()
@@ -79,7 +61,7 @@ def test_it_steers_as_a_controller(tmp_path: Path) -> None:
 @pytest.mark.parametrize("corrects", ["always", "unseen"])
 def test_it_corrects_another_controller(tmp_path: Path, corrects: str) -> None:
     base = {"controller": "hold", "parameters": {}}
-    path = save_policy(replace(policy(), base=base, corrects=corrects), tmp_path / "mine.json")
+    path = save_policy(replace(random_policy(CARRIER), base=base, corrects=corrects), tmp_path / "mine.json")
     controller = controller_entry(f"policy:{path}", "helicopter").create()
     seen = controller.command(observation(0.0), Estimate(np.array([40.0, 20.0]), in_view_probability=0.9))
     unseen = controller.command(observation(0.1), Estimate(np.array([40.0, 20.0]), in_view_probability=0.1))
@@ -89,13 +71,13 @@ def test_it_corrects_another_controller(tmp_path: Path, corrects: str) -> None:
 
 
 def test_a_policy_for_another_carrier_is_refused(tmp_path: Path) -> None:
-    path = save_policy(policy(), tmp_path / "mine.json")
+    path = save_policy(random_policy(CARRIER), tmp_path / "mine.json")
     with pytest.raises(ValueError, match=r"controller: expected a policy for a robot, got .* for a helicopter"):
         controller_entry(f"policy:{path}", "robot")
 
 
 def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
-    path = save_policy(policy(), tmp_path / "mine.json")
+    path = save_policy(random_policy(CARRIER), tmp_path / "mine.json")
     with pytest.raises(ValueError, match=r"policy: expected a file that can be read, got .*nobody.json"):
         load_policy(str(tmp_path / "nobody.json"))
     said = json.loads(path.read_text())

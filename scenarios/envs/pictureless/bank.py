@@ -59,10 +59,11 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
         preset: configuration. cache: folder, made if it is not there; None: nothing is kept.
 
     Raises:
-        ValueError: for a scenario that cannot be played without pictures.
+        ValueError: for a scenario, or a preset of it, that cannot be played without pictures.
     """
     known = ", ".join(_MAKERS)
     check("scenario", scenario in _MAKERS, f"one of {known}", repr(scenario))
+    check("preset", is_playable(scenario, preset), "one with instruments, or odometry", repr(preset.summary))
     wanted = np.array(list(seeds), dtype=np.int64)
     check("seeds", len(wanted) > 0, "at least one", "none")
     make, version = _MAKERS[scenario]

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from scenarios.stereo_follow.plan import TARGET, make_plan
 from scenarios.stereo_follow.presets import StereoFollow
-from sim.checks import check
 from sim.meshes.person import person_size_m
 
 STEREO_VERSION = 2
@@ -26,11 +25,7 @@ def stereo_arrays(preset: StereoFollow, seed: int) -> dict[str, NDArray[np.float
     nobody; ``free_m`` (5, 4) rectangles x0, y0, x1, y1 where one can be; ``openings_m`` (2, 4) those of the gaps in
     the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven by hand; ``onsets`` (16,) frames on which the
     target is about to be lost by it, -1 for none.
-
-    Raises:
-        ValueError: for a preset without odometry: places would not be measured.
     """
-    check("preset", isinstance(preset, StereoFollow) and preset.odometry, "one with odometry", preset)
     plan = make_plan(preset, seed, closed_loop=True)
     crowd, floor = plan.crowd, plan.building.plan
     others = np.full((preset.frame_count, _MOST_OTHERS, 2), _FAR_AWAY_M)

@@ -1,0 +1,40 @@
+"""Policies that were never trained."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.belief_features import FEATURES
+from trackers.policy_file import Policy
+from trackers.types import Carrier
+
+
+def made_up_policy(
+    carrier: Carrier, weights: Sequence[NDArray[np.float32]], biases: Sequence[NDArray[np.float32]]
+) -> Policy:
+    """Return a policy that steers alone, told by any tracker, by a network of these numbers."""
+    return Policy(
+        env="frameout/RoadTownFollow-v1",
+        carrier=carrier,
+        tracker="hold",
+        base=None,
+        correction_share=0.5,
+        corrects="always",
+        features=FEATURES,
+        hidden="tanh",
+        output="clip",
+        weights=tuple(weights),
+        biases=tuple(biases),
+    )
+
+
+def random_policy(carrier: Carrier, seed: int = 0) -> Policy:
+    """Return a policy whose network says anything."""
+    rng = np.random.Generator(np.random.PCG64(seed))
+    sizes = (len(FEATURES), 8, len(carrier.axes))
+    weights = [rng.normal(size=(b, a)).astype(np.float32) for a, b in itertools.pairwise(sizes)]
+    return made_up_policy(carrier, weights, [rng.normal(size=b).astype(np.float32) for b in sizes[1:]])
