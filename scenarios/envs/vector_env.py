@@ -169,7 +169,8 @@ class FollowVectorEnv(VectorEnv):
 
     def _gather(self, hosts: Sequence[Host]) -> list[Any]:
         answers = []
-        for host in hosts:
+        # The one asked last is done last: whoever waits for it first is woken once, not once for each.
+        for host in reversed(hosts):
             answer = host.answer()
             if isinstance(answer, Failure):
                 raise answer.error()
@@ -185,9 +186,11 @@ class FollowVectorEnv(VectorEnv):
     def _information(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
         """Return the info of those envs in Gymnasium's form: an array (N, ...) for each key, and a mask ``_key``."""
         info: dict[str, Any] = {}
+        left_out = np.flatnonzero(~mask)
         for key in INFO:
             array = self._arrays[INFORMATION + key].copy()
-            array[~mask] = 0
+            if len(left_out):
+                array[left_out] = 0
             info[key], info[f"_{key}"] = array, mask.copy()
         return info
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import time
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
 from benchmarks import env_speed, soak
-from benchmarks.env_speed import measure_env, measure_env_steps
+from benchmarks.env_speed import measure_env, measure_env_steps, worker_seconds
 from benchmarks.soak import SoakSample, growth
 from benchmarks.speed import UNTIMED_FRAMES
 from scenarios.envs.vector_env import FollowVectorEnv
@@ -91,6 +92,30 @@ def test_the_entries_are_those_of_a_summary(monkeypatch):
         assert (entry["suite"], entry["tracker"], entry["n"]) == ("speed", "env", 2)
         assert 0 < entry["ci_low"] <= entry["mean"] <= entry["ci_high"] < np.inf
     assert done[-1] == (4, 4)
+
+
+class Clocked:
+    """A vector env whose reset and steps take their time of a clock of its own."""
+
+    now_s = 0.0
+
+    def __init__(self, step_s: float, told: list[float]) -> None:
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (1, 2))
+        self._step_s, self._told = step_s, told
+
+    def reset(self, options: dict[str, Any]) -> None:
+        Clocked.now_s += 7.0
+
+    def step(self, action: Any) -> None:
+        self._told.append(self._step_s)
+        Clocked.now_s += self._step_s
+
+
+def test_vector_envs_take_turns_and_resets_do_not_count(monkeypatch):
+    monkeypatch.setattr(env_speed.time, "perf_counter", lambda: Clocked.now_s)
+    told: list[float] = []
+    assert worker_seconds((Clocked(2.0, told), Clocked(4.0, told)), 0, 25) == [50.0, 100.0]
+    assert told[2 * UNTIMED_FRAMES :] == 2 * (10 * [2.0] + 10 * [4.0]) + 5 * [2.0] + 5 * [4.0]
 
 
 def test_a_soak_goes_through_episodes_and_weighs_every_process():
