@@ -144,6 +144,8 @@ def measure_env(
         closing(FollowVectorEnv(_ENVS, workers=1, **keywords)) as alone,
         closing(FollowVectorEnv(_ENVS, workers=_WORKERS, **keywords)) as shared,
     ):
+        # The first lives load kernels.
+        worker_seconds((alone, shared), seeds[0], steps)
         for k, seed in enumerate(seeds):
             progress(len(seeds) + k, of)
             in_turns_s.append(worker_seconds((alone, shared), seed, steps))

@@ -16,7 +16,7 @@ from trackers.types import Carrier
 def made_up_policy(
     carrier: Carrier, weights: Sequence[NDArray[np.float32]], biases: Sequence[NDArray[np.float32]]
 ) -> Policy:
-    """Return a policy that steers alone, told by any tracker, by a network of these numbers."""
+    """Return a policy that steers alone by a network of these numbers, said to be trained in the town with ``hold``."""
     return Policy(
         env="frameout/RoadTownFollow-v1",
         carrier=carrier,

@@ -168,13 +168,11 @@ class FollowVectorEnv(VectorEnv):
             raise
 
     def _gather(self, hosts: Sequence[Host]) -> list[Any]:
-        answers = []
-        # The one asked last is done last: whoever waits for it first is woken once, not once for each.
-        for host in reversed(hosts):
-            answer = host.answer()
+        # Mostly the one asked last is done last: whoever waits for it first is woken once, not once for each.
+        answers = [host.answer() for host in reversed(hosts)][::-1]
+        for answer in answers:
             if isinstance(answer, Failure):
                 raise answer.error()
-            answers.append(answer)
         return answers
 
     def _observed(self) -> Observed:

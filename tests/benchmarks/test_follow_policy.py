@@ -19,6 +19,7 @@ from tests.fakes_policy import made_up_policy
 from trackers.kernels.belief_features import FEATURES
 from trackers.policy_file import Policy, save_policy
 
+# A fixture that every test here uses.
 __all__ = ["_fake_suite"]
 
 

@@ -63,7 +63,7 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
     """
     known = ", ".join(_MAKERS)
     check("scenario", scenario in _MAKERS, f"one of {known}", repr(scenario))
-    check("preset", is_playable(scenario, preset), "one with instruments, or odometry", repr(preset.summary))
+    check("preset", is_playable(scenario, preset), "one with instruments (ego) or odometry", "neither")
     wanted = np.array(list(seeds), dtype=np.int64)
     check("seeds", len(wanted) > 0, "at least one", "none")
     make, version = _MAKERS[scenario]

@@ -206,12 +206,14 @@ def test_a_tracker_that_raises_is_named_with_its_env_and_everything_is_closed(wo
     assert not any(is_alive(each) for each in ids)
 
 
-def test_a_worker_that_is_killed_is_named_with_its_envs_and_the_others_are_closed():
+@pytest.mark.parametrize(("killed", "its_envs"), [(0, "0, 1"), (1, "2")])
+def test_a_worker_that_is_killed_is_named_with_its_envs_and_the_others_are_closed(killed: int, its_envs: str):
     envs = FollowVectorEnv(COUNT, workers=2, **keywords())
     ids = envs.worker_ids
     envs.reset(seed=0)
-    os.kill(ids[1], signal.SIGKILL)
-    with pytest.raises(RuntimeError, match=r"^worker 1 \(envs 2\): expected it to answer, got its end \(exit code -9"):
+    os.kill(ids[killed], signal.SIGKILL)
+    named = rf"^worker {killed} \(envs {its_envs}\): expected it to answer, got its end \(exit code -9"
+    with pytest.raises(RuntimeError, match=named):
         step_on(envs, 3)
     assert envs.closed
     assert not any(is_alive(each) for each in ids)
