@@ -5,15 +5,18 @@ rehearsal: see ``benchmarks.speed``. A *step* is one ``env.step`` of ``frameout/
 84 × 84 observed on every step: action to command, everything moved, picture with shadows, light and sensor noise,
 ``colour_pf`` with 500 particles, belief, truth of the target and reward. The *bare call* is ``getCameraImage`` of
 TinyRenderer with shadows. Resets are told separately. *Process scaling* is how many times the steps of a vector env of
-16 with one worker the same with two makes, by the clock.
+16 with one worker the same with two makes, by the clock; *arithmetic scaling* is the same of processes that count
+instead, which share neither memory nor anything of ours and wait for each other as often: what the machine allows.
 """
 
 from __future__ import annotations
 
+import multiprocessing
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import cv2
@@ -30,6 +33,8 @@ SCENARIO = FOLLOW_ENVS[ENV_ID][0]
 SIDE_PX = 84
 _ENVS, _WORKERS = 16, 2
 _TURN_STEPS = 10
+_COUNTED = 40_000
+"""Numbers that take about as long as a step of one env."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,23 +110,69 @@ def _bare_call(env: FollowEnv) -> float:
     return time.thread_time() - began
 
 
-def worker_seconds(vector_envs: Sequence[FollowVectorEnv], seed: int, steps: int) -> list[float]:
-    """Return the wall seconds that each vector env takes for its steps, the same episode in each of its envs.
+def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list[float]:
+    """Return the wall seconds that each takes to act so many times.
 
-    They take turns, a few steps each, so that whatever else the machine does meanwhile slows all alike.
+    They take turns, a few times each, so that whatever else the machine does meanwhile slows all alike.
     """
-    still = np.zeros(vector_envs[0].action_space.shape or (), dtype=np.float32)
-    for envs in vector_envs:
-        envs.reset(options={"episode_seed": seed})
-        for _ in range(UNTIMED_FRAMES):
-            envs.step(still)
-    taken_s = [0.0] * len(vector_envs)
-    for first in range(0, steps, _TURN_STEPS):
-        for k, envs in enumerate(vector_envs):
+    taken_s = [0.0] * len(actors)
+    for first in range(0, times, _TURN_STEPS):
+        for k, act in enumerate(actors):
             began = time.perf_counter()
-            for _ in range(min(_TURN_STEPS, steps - first)):
-                envs.step(still)
+            for _ in range(min(_TURN_STEPS, times - first)):
+                act()
             taken_s[k] += time.perf_counter() - began
+    return taken_s
+
+
+def _under_way(envs: FollowVectorEnv, seed: int) -> Callable[[], object]:
+    """Begin the same episode in each of the envs and return what steps them all."""
+    envs.reset(options={"episode_seed": seed})
+    step = partial(envs.step, np.zeros(envs.action_space.shape or (), dtype=np.float32))
+    for _ in range(UNTIMED_FRAMES):
+        step()
+    return step
+
+
+def _count(numbers: int) -> int:
+    """Keep a core busy, and nothing else."""
+    total = 0
+    for k in range(numbers):
+        total += k * k
+    return total
+
+
+def measure_scaling(
+    preset: str, seeds: range, steps: int, progress: Callable[[int], None]
+) -> list[tuple[float, float, float, float]]:
+    """Return wall seconds for each episode: of a vector env's steps with one worker and with two, and of as much
+    counting in one process and in two.
+
+    Args:
+        steps: of all envs, in each episode.
+        progress: called with the number of episodes done.
+    """
+    keywords = env_keywords(preset)
+    spawning = multiprocessing.get_context("spawn")
+    taken_s = []
+    with (
+        closing(FollowVectorEnv(_ENVS, workers=1, **keywords)) as alone,
+        closing(FollowVectorEnv(_ENVS, workers=_WORKERS, **keywords)) as shared,
+        spawning.Pool(1) as one,
+        spawning.Pool(_WORKERS) as several,
+    ):
+        counting = (
+            partial(one.map, _count, [_COUNTED * _ENVS]),
+            partial(several.map, _count, [_COUNTED * _ENVS // _WORKERS] * _WORKERS, chunksize=1),
+        )
+        # The first lives load kernels.
+        for number, seed in enumerate((seeds[0], *seeds)):
+            one_s, two_s, counted_s, both_s = seconds_in_turns(
+                (_under_way(alone, seed), _under_way(shared, seed), *counting), steps
+            )
+            if number > 0:
+                taken_s.append((one_s, two_s, counted_s, both_s))
+            progress(number)
     return taken_s
 
 
@@ -135,28 +186,19 @@ def measure_env(
         progress: called with (parts done, parts in all).
     """
     of = 2 * len(seeds)
-    samples, in_turns_s = [], []
+    samples = []
     for k, seed in enumerate(seeds):
         progress(k, of)
         samples.append(measure_env_steps(preset, seed, steps))
-    keywords = env_keywords(preset)
-    with (
-        closing(FollowVectorEnv(_ENVS, workers=1, **keywords)) as alone,
-        closing(FollowVectorEnv(_ENVS, workers=_WORKERS, **keywords)) as shared,
-    ):
-        # The first lives load kernels.
-        worker_seconds((alone, shared), seeds[0], steps)
-        for k, seed in enumerate(seeds):
-            progress(len(seeds) + k, of)
-            in_turns_s.append(worker_seconds((alone, shared), seed, steps))
-    progress(of, of)
+    scaling = measure_scaling(preset, seeds, steps, lambda done: progress(len(seeds) + done, of))
     bare, step = ([float(np.mean(getattr(each, name))) for each in samples] for name in ("bare_s", "step_s"))
-    one_s, two_s = (list(taken_s) for taken_s in zip(*in_turns_s, strict=True))
+    one_s, two_s, counted_s, both_s = (list(column) for column in zip(*scaling, strict=True))
     ones = [1.0] * len(samples)
     figures = (
         ("env_speedup_over_tinyrenderer", "ratio", "higher", bare, step),
         ("env_steps_per_s", "1/s", "higher", ones, step),
         ("env_process_scaling", "ratio", "higher", one_s, two_s),
+        ("env_arithmetic_scaling", "ratio", "higher", counted_s, both_s),
         ("env_tinyrenderer_cpu_ms", "ms", "lower", [1e3 * each for each in bare], ones),
         ("env_reset_cpu_s", "s", "lower", [each.reset_s for each in samples], ones),
     )

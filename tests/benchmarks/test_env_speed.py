@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
 from benchmarks import env_speed, soak
-from benchmarks.env_speed import measure_env, measure_env_steps, worker_seconds
+from benchmarks.env_speed import measure_env, measure_env_steps, measure_scaling, seconds_in_turns
 from benchmarks.soak import SoakSample, growth
 from benchmarks.speed import UNTIMED_FRAMES
 from scenarios.envs.vector_env import FollowVectorEnv
@@ -85,6 +85,7 @@ def test_the_entries_are_those_of_a_summary(monkeypatch):
         "env_speedup_over_tinyrenderer",
         "env_steps_per_s",
         "env_process_scaling",
+        "env_arithmetic_scaling",
         "env_tinyrenderer_cpu_ms",
         "env_reset_cpu_s",
     ]
@@ -94,28 +95,37 @@ def test_the_entries_are_those_of_a_summary(monkeypatch):
     assert done[-1] == (4, 4)
 
 
-class Clocked:
-    """A vector env whose reset and steps take their time of a clock of its own."""
-
-    now_s = 0.0
-
-    def __init__(self, step_s: float, told: list[float]) -> None:
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (1, 2))
-        self._step_s, self._told = step_s, told
-
-    def reset(self, options: dict[str, Any]) -> None:
-        Clocked.now_s += 7.0
-
-    def step(self, action: Any) -> None:
-        self._told.append(self._step_s)
-        Clocked.now_s += self._step_s
-
-
-def test_vector_envs_take_turns_and_resets_do_not_count(monkeypatch):
-    monkeypatch.setattr(env_speed.time, "perf_counter", lambda: Clocked.now_s)
+def test_actors_take_turns(monkeypatch):
+    clock = {"now_s": 0.0}
     told: list[float] = []
-    assert worker_seconds((Clocked(2.0, told), Clocked(4.0, told)), 0, 25) == [50.0, 100.0]
-    assert told[2 * UNTIMED_FRAMES :] == 2 * (10 * [2.0] + 10 * [4.0]) + 5 * [2.0] + 5 * [4.0]
+
+    def actor(seconds: float) -> Callable[[], None]:
+        def act() -> None:
+            told.append(seconds)
+            clock["now_s"] += seconds
+
+        return act
+
+    monkeypatch.setattr(env_speed.time, "perf_counter", lambda: clock["now_s"])
+    assert seconds_in_turns((actor(2.0), actor(4.0)), 25) == [50.0, 100.0]
+    assert told == 2 * (10 * [2.0] + 10 * [4.0]) + 5 * [2.0] + 5 * [4.0]
+
+
+def test_scaling_is_that_of_steps_and_resets_do_not_count(monkeypatch):
+    reset = FakeEpisode.__init__
+
+    def slow(self: Any, *arguments: Any, **options: Any) -> None:
+        work(0.05)
+        reset(self, *arguments, **options)
+
+    monkeypatch.setattr(FakeEpisode, "__init__", slow)
+    monkeypatch.setattr(env_speed, "FollowVectorEnv", lambda n, workers, **rest: FollowVectorEnv(n, workers=0, **rest))
+    monkeypatch.setattr(env_speed, "_COUNTED", 10)
+    done: list[int] = []
+    told = measure_scaling("tiny", range(2), 3, done.append)
+    assert done == [0, 1, 2], "a rehearsal, and each episode"
+    assert len(told) == 2
+    assert all(0.0 < seconds < 16 * 0.05 for episode in told for seconds in episode)
 
 
 def test_a_soak_goes_through_episodes_and_weighs_every_process():

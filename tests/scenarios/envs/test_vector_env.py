@@ -220,11 +220,13 @@ def test_a_worker_that_is_killed_is_named_with_its_envs_and_the_others_are_close
 
 
 SCRIPT = """
-import sys, time
+import signal, sys
 import numpy as np
 from scenarios.envs.vector_env import FollowVectorEnv
 from tests.scenarios.envs.test_vector_env import keywords
 
+# A shell that started the tests in the background made all of them deaf to Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 envs = FollowVectorEnv(2, workers=1, **keywords())
 envs.reset(seed=0)
 print(*envs.worker_ids, flush=True)
@@ -248,7 +250,7 @@ def test_ctrl_c_ends_all_processes_with_one_traceback():
         assert all(is_alive(each) for each in ids)
         # As a terminal does: to every process of the group.
         os.killpg(process.pid, signal.SIGINT)
-        _, complaints = process.communicate(timeout=60)
+        complaints = told_by(process)[1]
     assert complaints.count("Traceback") == 1
     assert complaints.rstrip().endswith("KeyboardInterrupt")
     assert process.returncode == -signal.SIGINT
@@ -257,7 +259,7 @@ def test_ctrl_c_ends_all_processes_with_one_traceback():
 
 def test_who_forgets_to_close_leaves_nothing_behind_and_hears_nothing():
     with start("leave") as process:
-        output, complaints = process.communicate(timeout=60)
+        output, complaints = told_by(process)
     assert complaints == ""
     assert process.returncode == 0
     assert not any(is_alive(int(each)) for each in output.split())
@@ -273,6 +275,15 @@ def test_workers_end_when_the_process_that_holds_them_is_killed():
     while any(is_alive(each) for each in ids):
         assert time.monotonic() < until, "a worker lives on"
         time.sleep(0.05)
+
+
+def told_by(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """Return what a process that ends by itself said; one that does not is killed, so that nobody waits for it."""
+    try:
+        return process.communicate(timeout=60)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        raise
 
 
 def step_on(envs: FollowVectorEnv, steps: int) -> None:
