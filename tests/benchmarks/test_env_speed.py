@@ -115,7 +115,7 @@ def test_scaling_is_that_of_steps_and_resets_do_not_count(monkeypatch):
     reset = FakeEpisode.__init__
 
     def slow(self: Any, *arguments: Any, **options: Any) -> None:
-        work(0.05)
+        work(0.02)
         reset(self, *arguments, **options)
 
     monkeypatch.setattr(FakeEpisode, "__init__", slow)
@@ -125,7 +125,7 @@ def test_scaling_is_that_of_steps_and_resets_do_not_count(monkeypatch):
     told = measure_scaling("tiny", range(2), 3, done.append)
     assert done == [0, 1, 2], "a rehearsal, and each episode"
     assert len(told) == 2
-    assert all(0.0 < seconds < 16 * 0.05 for episode in told for seconds in episode)
+    assert all(0.0 < seconds < 16 * 0.02 for episode in told for seconds in episode)
 
 
 def test_a_soak_goes_through_episodes_and_weighs_every_process():
