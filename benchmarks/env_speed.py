@@ -6,14 +6,17 @@ rehearsal: see ``benchmarks.speed``. A *step* is one ``env.step`` of ``frameout/
 ``colour_pf`` with 500 particles, belief, truth of the target and reward. The *bare call* is ``getCameraImage`` of
 TinyRenderer with shadows. Resets are told separately. *Process scaling* is how many times the steps of a vector env of
 16 with one worker the same with two makes, by the clock; *arithmetic scaling* is the same of processes that count
-instead, which share neither memory nor anything of ours and wait for each other as often: what the machine allows.
+instead, which use neither memory nor anything of ours and wait for each other as often: the most that the machine
+allows.
 """
 
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -34,7 +37,7 @@ SIDE_PX = 84
 _ENVS, _WORKERS = 16, 2
 _TURN_STEPS = 10
 _COUNTED = 40_000
-"""Numbers that take about as long as a step of one env."""
+"""Numbers that take about two thirds as long as a step of one env."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,22 +156,26 @@ def measure_scaling(
         progress: called with the number of episodes done.
     """
     keywords = env_keywords(preset)
-    spawning = multiprocessing.get_context("spawn")
     taken_s = []
     with (
         closing(FollowVectorEnv(_ENVS, workers=1, **keywords)) as alone,
         closing(FollowVectorEnv(_ENVS, workers=_WORKERS, **keywords)) as shared,
-        spawning.Pool(1) as one,
-        spawning.Pool(_WORKERS) as several,
+        # Ctrl-C reaches every process of a terminal; the one that holds the others ends them.
+        ProcessPoolExecutor(
+            _WORKERS,
+            multiprocessing.get_context("spawn"),
+            initializer=signal.signal,
+            initargs=(signal.SIGINT, signal.SIG_IGN),
+        ) as counters,
     ):
-        counting = (
-            partial(one.map, _count, [_COUNTED * _ENVS]),
-            partial(several.map, _count, [_COUNTED * _ENVS // _WORKERS] * _WORKERS, chunksize=1),
-        )
+
+        def counting(processes: int) -> Callable[[], object]:
+            return lambda: list(counters.map(_count, [_COUNTED * _ENVS // processes] * processes))
+
         # The first lives load kernels.
         for number, seed in enumerate((seeds[0], *seeds)):
             one_s, two_s, counted_s, both_s = seconds_in_turns(
-                (_under_way(alone, seed), _under_way(shared, seed), *counting), steps
+                (_under_way(alone, seed), _under_way(shared, seed), counting(1), counting(_WORKERS)), steps
             )
             if number > 0:
                 taken_s.append((one_s, two_s, counted_s, both_s))

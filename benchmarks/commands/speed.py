@@ -37,7 +37,7 @@ class Speed:
     One core, shadows on, CPU time of the thread; then frames a second as such, and what two processes make against one.
     Then likewise steps of frameout/RoadTownFollow-v1 with a tracker in the loop and pictures of 84 × 84, if its
     scenario is among those chosen; how much faster two workers step 16 such envs than one does (8 GB of memory), beside
-    two processes that only count, which is what the machine allows; and what a reset takes. Then steps a second of the
+    two processes that only count, the most that the machine allows; and what a reset takes. Then steps a second of the
     envs without pictures.
     Leave the machine alone meanwhile: processes that share its cores are measured too.
 

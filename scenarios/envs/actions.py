@@ -113,7 +113,7 @@ def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.f
         given = np.empty(0)
     good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
     if not good:
-        # Only then written out: that takes as long as some seven per cent of a step with pictures.
+        # Only then written out: that takes longer than many a step without pictures.
         raise ValueError(f"action: expected numbers of shape {shape} from -1 to 1, got {actions!r}")
     return given
 

@@ -77,8 +77,19 @@ def test_more_steps_than_an_episode_has_are_refused():
         measure_env_steps("tiny", 0, longest + 1)
 
 
+def in_this_process(wanted: list[int]) -> Callable[..., FollowVectorEnv]:
+    """Return what makes vector envs without workers, and notes how many were wanted."""
+
+    def make(count: int, **keywords: Any) -> FollowVectorEnv:
+        wanted.append(keywords["workers"])
+        return FollowVectorEnv(count, **keywords | {"workers": 0})
+
+    return make
+
+
 def test_the_entries_are_those_of_a_summary(monkeypatch):
-    monkeypatch.setattr(env_speed, "FollowVectorEnv", lambda n, workers, **rest: FollowVectorEnv(n, workers=0, **rest))
+    monkeypatch.setattr(env_speed, "FollowVectorEnv", in_this_process([]))
+    monkeypatch.setattr(env_speed, "seconds_in_turns", lambda actors, times: [4.0, 2.0, 9.0, 3.0])
     done = []
     entries = measure_env("tiny", range(2), 8, lambda part, of: done.append((part, of)))
     assert [entry["metric"] for entry in entries] == [
@@ -92,6 +103,7 @@ def test_the_entries_are_those_of_a_summary(monkeypatch):
     for entry in entries:
         assert (entry["suite"], entry["tracker"], entry["n"]) == ("speed", "env", 2)
         assert 0 < entry["ci_low"] <= entry["mean"] <= entry["ci_high"] < np.inf
+    assert [entry["mean"] for entry in entries[2:4]] == [2.0, 3.0]
     assert done[-1] == (4, 4)
 
 
@@ -111,7 +123,7 @@ def test_actors_take_turns(monkeypatch):
     assert told == 2 * (10 * [2.0] + 10 * [4.0]) + 5 * [2.0] + 5 * [4.0]
 
 
-def test_scaling_is_that_of_steps_and_resets_do_not_count(monkeypatch):
+def test_resets_do_not_count_as_steps(monkeypatch):
     reset = FakeEpisode.__init__
 
     def slow(self: Any, *arguments: Any, **options: Any) -> None:
@@ -119,13 +131,15 @@ def test_scaling_is_that_of_steps_and_resets_do_not_count(monkeypatch):
         reset(self, *arguments, **options)
 
     monkeypatch.setattr(FakeEpisode, "__init__", slow)
-    monkeypatch.setattr(env_speed, "FollowVectorEnv", lambda n, workers, **rest: FollowVectorEnv(n, workers=0, **rest))
+    workers: list[int] = []
+    monkeypatch.setattr(env_speed, "FollowVectorEnv", in_this_process(workers))
     monkeypatch.setattr(env_speed, "_COUNTED", 10)
     done: list[int] = []
     told = measure_scaling("tiny", range(2), 3, done.append)
+    assert workers == [1, 2]
     assert done == [0, 1, 2], "a rehearsal, and each episode"
     assert len(told) == 2
-    assert all(0.0 < seconds < 16 * 0.02 for episode in told for seconds in episode)
+    assert all(0.0 < seconds < 16 * 0.02 for episode in told for seconds in episode[:2])
 
 
 def test_a_soak_goes_through_episodes_and_weighs_every_process():
