@@ -112,9 +112,8 @@ def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.f
     except (TypeError, ValueError):
         given = np.empty(0)
     good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
-    if not good:
-        # Only then written out: that takes longer than many a step without pictures.
-        raise ValueError(f"action: expected numbers of shape {shape} from -1 to 1, got {actions!r}")
+    # Not written out here: that takes longer than many a step, and only what is refused needs it.
+    check("action", good, f"numbers of shape {shape} from -1 to 1", actions)
     return given
 
 
