@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.kernels.belief_features import FEATURES
-from trackers.policy_file import Policy
+from trackers.belief.features import FEATURES
+from trackers.controllers.policy_file import Policy
 from trackers.types import Carrier
 
 

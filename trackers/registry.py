@@ -33,12 +33,12 @@ from trackers.protocols import Tracker
 Role = Literal["ours", "variant", "as-written", "baseline", "oracle", "external"]
 
 _MODULES = (
-    "trackers.baselines",
-    "trackers.colour_pf",
-    "trackers.road_shape_pf",
-    "trackers.background_pf",
-    "trackers.mosaic_graph_pf.tracker",
-    "trackers.stereo_colour",
+    "trackers.baselines.single_target",
+    "trackers.paper_a.colour_pf",
+    "trackers.paper_a.road_shape_pf",
+    "trackers.paper_a.background_pf",
+    "trackers.mosaic_graph.tracker",
+    "trackers.paper_b.stereo_colour",
     "trackers.stereo_people.tracker",
 )
 """Modules that define trackers. Add yours here."""

@@ -14,11 +14,11 @@ import tyro
 from benchmarks.commands.arguments import FOLDER, NAMES, SEEDS, WORKERS, cores, names, seed_range
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.progress import progress_bar
-from benchmarks.commands.taking_part import parties
-from benchmarks.contestants import load_modules
-from benchmarks.experiment import Experiment, Outcome, check_names, check_renderer, run
+from benchmarks.commands.selection import parties
 from benchmarks.report.page import write_report
-from benchmarks.suites import Suite, suite
+from benchmarks.run.contestants import load_modules
+from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
+from benchmarks.suites.registry import Suite, suite
 
 _QUICK_SEEDS = "10000:10003"
 

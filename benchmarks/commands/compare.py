@@ -12,12 +12,12 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.attributes import by_attribute
 from benchmarks.commands.arguments import ONE_NAME
-from benchmarks.records import Row, read_rows
-from benchmarks.statistics import Comparison
-from benchmarks.suites import EventWords, Metric, suite
-from benchmarks.summary import label_of
+from benchmarks.run.records import Row, read_rows
+from benchmarks.scores.attributes import by_attribute
+from benchmarks.scores.statistics import Comparison
+from benchmarks.scores.summary import label_of
+from benchmarks.suites.registry import EventWords, Metric, suite
 from trackers.controllers.catalogue import POLICY
 
 

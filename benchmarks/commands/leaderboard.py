@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.report import tables
-from benchmarks.suites import suite
-from benchmarks.summary import condition_of, steering_words
+from benchmarks.scores.summary import condition_of, steering_words
+from benchmarks.suites.registry import suite
 
 _WIDTH = 132
 _MARKDOWN_WIDTH = 400

@@ -13,10 +13,10 @@ from rich.table import Table
 
 from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
 from benchmarks.commands.progress import progress_bar
-from benchmarks.contestants import entrants, load_modules
-from benchmarks.records import write_beside
-from benchmarks.suites import suites
-from benchmarks.versions import hash_of_survey
+from benchmarks.run.contestants import entrants, load_modules
+from benchmarks.run.records import write_beside
+from benchmarks.run.versions import hash_of_survey
+from benchmarks.suites.registry import suites
 from scenarios import catalog
 from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.road_town.scenario import ROAD_TOWN

@@ -10,7 +10,7 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import FOLDER, SEEDS, WORKERS, cores, seed_range
-from benchmarks.experiment import check_renderer
+from benchmarks.run.experiment import check_renderer
 
 _EXPERIMENTS = {
     "A2": "benchmarks.papers.a2",

@@ -10,10 +10,10 @@ import tyro
 
 from benchmarks.commands.arguments import FOLDER, ONE_NAME, SEEDS, seed_range
 from benchmarks.commands.leaderboard import print_leaderboard
-from benchmarks.experiment import make_folder
-from benchmarks.policies import playing
+from benchmarks.learning import playing
 from benchmarks.report.page import write_report
-from benchmarks.summary import write_summary
+from benchmarks.run.experiment import make_folder
+from benchmarks.scores.summary import write_summary
 from scenarios.envs.ids import FOLLOW_ENVS
 from sim.checks import check
 

@@ -15,7 +15,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from benchmarks.experiment import Progress as Report
+from benchmarks.run.experiment import Progress as Report
 
 
 @contextmanager

@@ -9,8 +9,8 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import COUNT, FILE, ONE_NAME
-from benchmarks.experiment import check_renderer
-from benchmarks.writers.video import render_episode
+from benchmarks.run.experiment import check_renderer
+from benchmarks.video.episode_video import render_episode
 from scenarios import catalog
 
 

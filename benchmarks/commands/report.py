@@ -10,7 +10,7 @@ import tyro
 
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.report.page import write_report
-from benchmarks.summary import write_summary
+from benchmarks.scores.summary import write_summary
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,14 @@ from rich.table import Table
 
 from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
 from benchmarks.commands.progress import progress_bar
-from benchmarks.env_speed import ENV_ID, SCENARIO, measure_env
-from benchmarks.experiment import make_folder
-from benchmarks.policies.pictureless_speed import measure_pictureless
-from benchmarks.policies.settings import EPISODES
-from benchmarks.records import write_beside
-from benchmarks.soak import LARGEST_GROWTH, SoakSample, growth, soak
-from benchmarks.speed import FRAMES_PER_BARE_CALL, measure_scenario
-from benchmarks.summary import SUMMARY_FILE_NAME
+from benchmarks.learning.settings import EPISODES
+from benchmarks.run.experiment import make_folder
+from benchmarks.run.records import write_beside
+from benchmarks.scores.summary import SUMMARY_FILE_NAME
+from benchmarks.speed.env_stepping import ENV_ID, SCENARIO, measure_env
+from benchmarks.speed.pictureless import measure_pictureless
+from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, measure_scenario
+from benchmarks.speed.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from scenarios import catalog
 from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.envs.pictureless.bank import is_playable

@@ -11,11 +11,11 @@ import tyro
 
 from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, SEEDS, VALUES, development_seeds, seed_range
 from benchmarks.commands.progress import progress_bar
-from benchmarks.experiment import make_folder
-from benchmarks.policies.error_models import make_error_model, save_error_model
-from benchmarks.policies.model_check import as_table, model_check
-from benchmarks.policies.settings import Algorithm, Corrects, Training
-from benchmarks.policies.training import train
+from benchmarks.learning.error_models import make_error_model, save_error_model
+from benchmarks.learning.model_check import as_table, model_check
+from benchmarks.learning.settings import Algorithm, Corrects, Training
+from benchmarks.learning.training import train
+from benchmarks.run.experiment import make_folder
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward

@@ -20,11 +20,11 @@ from benchmarks.commands.arguments import (
     names,
 )
 from benchmarks.commands.progress import progress_bar
-from benchmarks.experiment import make_folder
-from benchmarks.policies.controller_tuning import SUITE, ControllerBudget, tunable_controller, tune_controller
-from benchmarks.policies.settings import EPISODES
-from benchmarks.suites import suite
-from benchmarks.tuning import TUNED_FOLDER, Budget, Tuned, tunables, tune, write_tuned
+from benchmarks.learning.controller_tuning import SUITE, ControllerBudget, tunable_controller, tune_controller
+from benchmarks.learning.settings import EPISODES
+from benchmarks.learning.tracker_tuning import TUNED_FOLDER, Budget, Tuned, tunables, tune, write_tuned
+from benchmarks.run.experiment import make_folder
+from benchmarks.suites.registry import suite
 from scenarios import catalog
 from trackers import registry
 

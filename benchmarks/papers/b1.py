@@ -15,16 +15,16 @@ from scipy.stats import spearmanr
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.measured import SCENARIO, SUITE, MeasuredExperiment, Values, mean_series
 from benchmarks.papers.sheet_pictures import SheetPicture, next_picture, open_episode
-from benchmarks.records import LAST_METRIC, Row
 from benchmarks.report.palette import line_styles
 from benchmarks.report.pictures import write_picture
 from benchmarks.report.plots import drawn_as, new_figure, svg
-from benchmarks.writers import marks
-from benchmarks.writers.contact_sheet import picture_sheet
+from benchmarks.run.records import LAST_METRIC, Row
+from benchmarks.video import marks
+from benchmarks.video.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.histogram import hs_bins, rectangle_histogram
-from trackers.light_change import (
+from trackers.paper_b.light_change import (
     LARGEST_GAIN_STEP,
     LARGEST_SHUTTER_STEP,
     LARGEST_WHITE_BALANCE,

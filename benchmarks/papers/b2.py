@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.measured import SCENARIO, SUITE, MeasuredExperiment, Values
 from benchmarks.papers.sheet_pictures import SheetPicture, next_picture, open_episode
-from benchmarks.records import LAST_METRIC
 from benchmarks.report.palette import GRID, line_styles
 from benchmarks.report.pictures import write_picture
 from benchmarks.report.plots import drawn_as, new_figure, svg
-from benchmarks.writers import marks
-from benchmarks.writers.contact_sheet import picture_sheet
+from benchmarks.run.records import LAST_METRIC
+from benchmarks.video import marks
+from benchmarks.video.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
-from trackers.light_change import LightTrend
+from trackers.paper_b.light_change import LightTrend
 
 _PRESET = "paper-b2"
 _HSV = ("hue", "saturation", "value")

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.report.pictures import Picture, read_pictures, write_picture
-from benchmarks.suites import suite
-from benchmarks.writers.contact_sheet import contact_sheet
-from benchmarks.writers.replay import Run
+from benchmarks.run.replay import Run
+from benchmarks.suites.registry import suite
+from benchmarks.video.contact_sheet import contact_sheet
 from scenarios import catalog
 from scenarios.scenario import RendererName
 

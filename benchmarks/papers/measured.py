@@ -13,22 +13,14 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from benchmarks.commands.progress import progress_bar
-from benchmarks.experiment import check_renderer, make_folder
 from benchmarks.papers.claims import Claim, Finding, print_findings
 from benchmarks.papers.page import write_page
-from benchmarks.records import (
-    FILE_NAME,
-    BlockKey,
-    Row,
-    append_block,
-    read_blocks,
-    rewrite,
-    rounded,
-)
 from benchmarks.report.numbers import ranges_text
 from benchmarks.report.pictures import read_pictures
-from benchmarks.statistics import PooledRatios, bootstrap_interval
-from benchmarks.versions import versions_of_module
+from benchmarks.run.experiment import check_renderer, make_folder
+from benchmarks.run.records import FILE_NAME, BlockKey, Row, append_block, read_blocks, rewrite, rounded
+from benchmarks.run.versions import versions_of_module
+from benchmarks.scores.statistics import PooledRatios, bootstrap_interval
 from scenarios.scenario import RendererName
 
 SUITE, SCENARIO, TRACKER = "paper", "stereo-follow-v1", "none"

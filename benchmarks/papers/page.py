@@ -8,8 +8,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from benchmarks.records import write_beside
 from benchmarks.report.page import page_style
+from benchmarks.run.records import write_beside
 
 _FILE_NAME = "paper.html"
 

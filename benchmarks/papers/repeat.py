@@ -7,17 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.commands.progress import progress_bar
-from benchmarks.experiment import Experiment
-from benchmarks.experiment import run as run_experiment
 from benchmarks.papers.claims import Claim, Finding, print_findings
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.figure import paper_figure
 from benchmarks.papers.page import write_page
-from benchmarks.records import read_rows
 from benchmarks.report.numbers import ranges_text
 from benchmarks.report.pictures import Picture, read_pictures
-from benchmarks.suites import suite
-from benchmarks.summary import grouped
+from benchmarks.run.experiment import Experiment
+from benchmarks.run.experiment import run as run_experiment
+from benchmarks.run.records import read_rows
+from benchmarks.scores.summary import grouped
+from benchmarks.suites.registry import suite
 from scenarios.scenario import RendererName
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.judging import told_by
 from benchmarks.papers.measured import SCENARIO
+from benchmarks.suites.judging import told_by
 from scenarios import catalog
+from scenarios.paper_sheet.episode import SheetEpisode
+from scenarios.paper_sheet.sheet import region_of_sheet
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.sheet import region_of_sheet
-from scenarios.stereo_follow.sheet_episode import SheetEpisode
 from scenarios.stereo_follow.truth import PeopleTruth
 from trackers.types import CameraRegisters
 

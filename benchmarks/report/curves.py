@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.records import Row
-from benchmarks.statistics import PooledRatios
+from benchmarks.run.records import Row
+from benchmarks.scores.statistics import PooledRatios
 from sim.rng import generator
 
 _RESAMPLES = 1000

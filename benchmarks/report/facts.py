@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from benchmarks import pooling
-from benchmarks.records import Row
 from benchmarks.report.numbers import interval_text, number_text
 from benchmarks.report.tables import Cell, Line, Table, column_of
-from benchmarks.statistics import bootstrap_interval
-from benchmarks.suites import Facts, Metric
+from benchmarks.run.records import Row
+from benchmarks.scores import pooling
+from benchmarks.scores.statistics import bootstrap_interval
+from benchmarks.suites.registry import Facts, Metric
 
 
 def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:

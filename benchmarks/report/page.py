@@ -11,14 +11,13 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from benchmarks.records import Row, read_rows, write_beside
 from benchmarks.report import plots, tables
 from benchmarks.report.facts import facts_table
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
-from benchmarks.suites import Condition, Plot, Suite, suite
-from benchmarks.summary import (
+from benchmarks.run.records import Row, read_rows, write_beside
+from benchmarks.scores.summary import (
     COMPARISONS_FILE_NAME,
     SUMMARY_FILE_NAME,
     condition_of,
@@ -27,6 +26,7 @@ from benchmarks.summary import (
     steering_words,
     write_summary,
 )
+from benchmarks.suites.registry import Condition, Plot, Suite, suite
 
 REPORT_FILE_NAME = "report.html"
 _RANKED_ROLES = ("ours", "policy", "as-written", "baseline", "external")

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.records import write_beside
-from benchmarks.suites import Condition
+from benchmarks.run.records import write_beside
+from benchmarks.suites.registry import Condition
 
 FOLDER_NAME = "pictures"
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.records import LAST_METRIC, Row, event_of
 from benchmarks.report.numbers import ranges_text
-from benchmarks.suites import suite
+from benchmarks.run.records import LAST_METRIC, Row, event_of
+from benchmarks.suites.registry import suite
 
 TEST_SPLIT = range(10_000, 20_000)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.report.numbers import interval_text, number_text, unit_sign
-from benchmarks.suites import Metric, Suite
+from benchmarks.suites.registry import Metric, Suite
 
 Entry = dict[str, Any]
 

@@ -17,9 +17,9 @@ from scenarios.envs.truth_info import NO_REWARD, truth_info
 from scenarios.envs.view import Window, draw_view
 from scenarios.envs.watched_episode import WatchedEpisode
 from sim.checks import check
-from trackers.following.feature_keeper import FeatureKeeper
-from trackers.following.steering import shares_of
-from trackers.kernels.belief_features import FEATURES
+from trackers.belief.command_shares import shares_of
+from trackers.belief.feature_filter import FeatureKeeper
+from trackers.belief.features import FEATURES
 from trackers.types import CameraCommand, Carrier
 
 DEVELOPMENT_SEEDS = 10_000
@@ -32,7 +32,7 @@ class FollowEnv(gym.Env, EzPickle):
     """Follow a target with a camera that a carrier moves.
 
     Keywords are those of ``FollowSettings``, besides ``render_mode``. An observation is a vector ``track``
-    (``trackers.kernels.belief_features.FEATURES``, in [-1, 1]), the picture ``pixels`` (H, W, 3) uint8, or a dictionary
+    (``trackers.belief.features.FEATURES``, in [-1, 1]), the picture ``pixels`` (H, W, 3) uint8, or a dictionary
     of both. An action is (A,) in [-1, 1]. Truth is in ``info`` alone, see ``truth_info``.
 
     The episode is that of the catalogue with the seed ``info["episode_seed"]``, byte for byte: ``reset(seed=...)``

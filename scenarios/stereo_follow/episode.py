@@ -20,7 +20,7 @@ from scenarios.truth import TruthExtent
 from scenarios.visibility import Exits, centres_px, state_of
 from sim.checks import check
 from sim.rng import generator
-from sim.shaders.baked_light import BakedLightShader
+from sim.shaders.baked.shader import BakedLightShader
 from sim.world import World
 from trackers.types import CameraCommand, EgoPose
 

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from scenarios.stereo_follow.building import LIGHT_GROUPS, SKY, SUN, Building
 from scenarios.stereo_follow.indoors import add_panel
 from scenarios.stereo_follow.light_plan import LightPlan
-from sim.shaders.baked_light import BakedLightShader
+from sim.shaders.baked.bake import BakedLight, Panel, Sky, Source, bake_light, mean_reflectance
+from sim.shaders.baked.shader import BakedLightShader
 from sim.shaders.black_body import black_body_rgb
 from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.daylight import Sun
 from sim.shaders.lamps import BrightArea
-from sim.shaders.light_bake import BakedLight, Panel, Sky, Source, bake_light, mean_reflectance
 from sim.world import World
 
 

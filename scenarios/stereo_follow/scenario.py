@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from scenarios.paper_sheet.carried_sheet import CarriedSheet
+from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
+from scenarios.paper_sheet.episode import SheetEpisode
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.carried_sheet import CarriedSheet
-from scenarios.stereo_follow.dimmed_sheet import DimmedSheet
 from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.plan import make_plan
 from scenarios.stereo_follow.presets import PRESETS, StereoFollow
 from scenarios.stereo_follow.robot import ROBOT
-from scenarios.stereo_follow.sheet_episode import SheetEpisode
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
 from trackers.types import Carrier

@@ -23,15 +23,15 @@ from sim.render.attributes import RowRoom, resolve_row
 from sim.render.compilation import NO_COUNTING, announce_compilation, row_kernel
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
+from sim.render.row_buffers import WorkRoom, work_room
 from sim.render.textures import TexturePool
 from sim.render.visibility import TriangleTable
-from sim.render.work_room import WorkRoom, work_room
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import Picture, SensorSettings
 from sim.sensors.exposure import METER_STEP_PX, metered_radiance
 from sim.sensors.motion_blur import needs_blur
 from sim.sensors.noise import NO_DEVELOPMENT, DarkRoom, Development, develop_row, develop_rows
-from sim.shaders.baked_light_kernels import BakedArrays, baked_row
+from sim.shaders.baked.shader_kernels import BakedArrays, baked_row
 from sim.shaders.daylight import DaylightArrays, ShadowArrays
 from sim.shaders.daylight_kernels import shade_row
 

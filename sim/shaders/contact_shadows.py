@@ -14,7 +14,7 @@ from sim.mesh import TexturedMesh
 from sim.optics import PinholeCamera
 from sim.render.view import camera_view
 from sim.render.visibility import NEAR_M
-from sim.shaders.light_grid import HEIGHTS_M, Grid
+from sim.shaders.baked.light_grid import HEIGHTS_M, Grid
 from sim.world import World
 
 STEP_M = 0.08

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.metrics.series import EstimateSeries, TruthSeries
+from benchmarks.suites.frame_out.metrics.series import EstimateSeries, TruthSeries
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
 
 CAMERA = PinholeCamera(100, 80, 100.0)

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any, Literal, TypeVar
 
-from trackers.policy_file import Policy, load_policy, shipped_policies
+from trackers.controllers.policy_file import Policy, load_policy, shipped_policies
 from trackers.protocols import Controller
 
 ControllerRole = Literal["ours", "policy", "baseline", "variant"]

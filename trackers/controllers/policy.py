@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from trackers.belief.command_shares import command_of, is_seen, shares_of
+from trackers.belief.feature_filter import FeatureKeeper
 from trackers.controllers.catalogue import create_controller
-from trackers.following.feature_keeper import FeatureKeeper
-from trackers.following.steering import command_of, is_seen, shares_of
-from trackers.policy_file import load_policy
+from trackers.controllers.policy_file import load_policy
 from trackers.types import CameraCommand, Estimate, Observation
 
 
@@ -16,7 +16,7 @@ class PolicyParameters:
     """Setting of the controller.
 
     Attributes:
-        file: of the policy, see ``trackers.policy_file.load_policy``.
+        file: of the policy, see ``trackers.controllers.policy_file.load_policy``.
     """
 
     file: str

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trackers.belief.belief_filter import BeliefKeeper
 from trackers.controllers.catalogue import register_controller
-from trackers.following.belief_keeper import BeliefKeeper
-from trackers.kernels.steering import REENTRY, steer
+from trackers.controllers.reentry_kernel import REENTRY, steer
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
 

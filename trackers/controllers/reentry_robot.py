@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trackers.belief.belief_filter import BeliefKeeper
 from trackers.controllers.catalogue import register_controller
-from trackers.following.belief_keeper import BeliefKeeper
-from trackers.kernels.steering_robot import REENTRY_ROBOT, steer_robot
+from trackers.controllers.reentry_robot_kernel import REENTRY_ROBOT, steer_robot
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
 

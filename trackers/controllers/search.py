@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.belief.belief_filter import BeliefKeeper
 from trackers.controllers.catalogue import register_controller
 from trackers.controllers.centre import CentreController, CentreParameters
-from trackers.following.belief_keeper import BeliefKeeper
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scenarios.envs.pictureless.worlds import World
 from scenarios.envs.settings import FollowSettings
 from trackers.controllers.catalogue import controller_entry
-from trackers.kernels.steering import REENTRY, steer
-from trackers.kernels.steering_robot import REENTRY_ROBOT, steer_robot
+from trackers.controllers.reentry_kernel import REENTRY, steer
+from trackers.controllers.reentry_robot_kernel import REENTRY_ROBOT, steer_robot
 from trackers.protocols import Controller
 from trackers.types import CameraModel, Carrier, CommandName, EgoPose, Estimate, Observation
 

@@ -9,7 +9,7 @@ from numba import njit
 
 from scenarios.envs.pictureless.poses import in_camera, on_ground
 from scenarios.in_view import SHORTEST_LENGTH_PX
-from trackers.following.sighting import ASSUMED_DISTANCE_M, FARTHEST_M
+from trackers.belief.sighting import ASSUMED_DISTANCE_M, FARTHEST_M
 
 _NEAREST_M = 1e-6
 
@@ -63,7 +63,7 @@ def _box(life: Any, size_m: Any, camera: Any, covered: float) -> None:
 
 @njit(cache=True)
 def tell_down(life: Any, camera: Any, said: Any) -> None:
-    """Write the record ``SIGHTING`` of a camera that looks down; as ``trackers.following.sighting``."""
+    """Write the record ``SIGHTING`` of a camera that looks down; as ``trackers.belief.sighting``."""
     c, s = _tell_camera(life, camera, said, life.camera_measured_m[2], -life.R_measured[0, 1], -life.R_measured[1, 1])
     height_m = said.height_m
     east_m, north_m = on_ground(life.R_measured, height_m, 0.0, 0.0, FARTHEST_M)

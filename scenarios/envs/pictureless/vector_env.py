@@ -23,8 +23,8 @@ from scenarios.envs.pictureless.worlds import World, world_of
 from scenarios.envs.reward import TERMS
 from scenarios.envs.settings import FollowSettings
 from sim.checks import check
-from trackers.kernels.belief import BELIEF, SEEN_PROBABILITY, SIGHTING, take_in
-from trackers.kernels.belief_features import FEATURES, features_of
+from trackers.belief.features import FEATURES, features_of
+from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, take_in
 
 Starts = Literal["episodes", "frame-outs"]
 

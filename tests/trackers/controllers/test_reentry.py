@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from trackers.belief.kernel import BELIEF
 from trackers.controllers.catalogue import controller_entry, create_controller
 from trackers.controllers.reentry import ReentryParameters
-from trackers.kernels.belief import BELIEF
-from trackers.kernels.steering import REENTRY, nearest_seen, steer
+from trackers.controllers.reentry_kernel import REENTRY, nearest_seen, steer
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))

@@ -19,8 +19,8 @@ from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
 from sim.optics import PinholeCamera, look_down_pose, project
 from sim.pose import pose_on_ground
-from trackers.following.sighting import sighting_of
-from trackers.kernels.belief import SIGHTING
+from trackers.belief.kernel import SIGHTING
+from trackers.belief.sighting import sighting_of
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
 CAMERA = PinholeCamera(640, 480, 500.0)

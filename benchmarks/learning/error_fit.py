@@ -1,0 +1,199 @@
+"""Fits the error model of a tracker to runs of the rendered env, by counting.
+
+Modes follow from what was said and what was so (``modes``); rates of modes are counted frame pairs, smoothed towards
+those of the same condition whatever its age; distributions are sample quantiles; what is left of a latent number from
+frame to frame is the correlation of normal scores of neighbouring frames in the same mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from benchmarks.learning.tracker_errors import Said, said_in
+from scenarios.envs.pictureless.error_model import (
+    CONDITION_FRAMES,
+    KNOT_FRAMES,
+    LONG_LOST_FRAMES,
+    LOST,
+    QUANTILE_Z,
+    TRACKING,
+    UNSEEN,
+    WRONG,
+    ErrorModel,
+)
+from scenarios.envs.pictureless.life import (
+    ACROSS,
+    ALONG,
+    DENSEST_ACROSS,
+    DENSEST_ALONG,
+    DENSEST_SHARE,
+    LATENTS,
+    LENGTH,
+    PROBABILITY,
+    SPREAD,
+)
+from trackers.types import Carrier
+
+_FEWEST = 25
+"""Frames from which a distribution is taken; fewer borrow from the next ones."""
+_SMOOTHING = 2.0
+_PROBABILITIES = stats.norm.cdf(QUANTILE_Z)
+_LONGEST_KEPT = 0.995
+_JUMP_M = {"helicopter": 4.0, "robot": 0.8}
+
+
+def fit(
+    tracker: str, scenario: str, carrier: Carrier, runs: Sequence[NDArray[np.void]], made: Mapping[str, Any]
+) -> ErrorModel:
+    """Return the error model of a tracker by runs (T,) of dtype ``RUN`` each; frame 0 is given and tells nothing.
+
+    Args:
+        made: what the model is to say of how it was made.
+
+    Raises:
+        ValueError: without runs.
+    """
+    if not runs:
+        raise ValueError("runs: expected at least one, got none")
+    said = [said_in(run, carrier) for run in runs]
+    every = Said.joined(said)
+    error, spread, share = _by_knot(every, every.error_m), _by_knot(every, every.spread_m), _by_knot(every, every.share)
+    return ErrorModel(
+        tracker=tracker,
+        scenario=scenario,
+        made=dict(made),
+        rates=_rates(said),
+        kept=_kept(said),
+        error_m=np.moveaxis(error, -1, 0),
+        spread_m=spread[..., 0],
+        densest_share=share[..., 0],
+        densest_offset=np.moveaxis(_by_mode(every, every.densest_offset), -1, 0),
+        probability=_probabilities(every),
+        length=_by_mode(every, every.length)[..., 0],
+        known_share=_known_shares(every),
+        looked_again=_looked_again(said, _JUMP_M[carrier.name]),
+    )
+
+
+def _rates(said: Sequence[Said]) -> NDArray[np.float64]:
+    counts = np.zeros((3, len(CONDITION_FRAMES), 2, 3, 3))
+    for run in said:
+        row = np.searchsorted(CONDITION_FRAMES, run.condition_frames, side="right") - 1
+        is_long = (run.unsure_frames > LONG_LOST_FRAMES).astype(int)
+        # What the tracker was up to is that of the frame before; what is so, of this one.
+        np.add.at(counts, (run.condition[1:], row[1:], is_long[:-1], run.mode[:-1], run.mode[1:]), 1.0)
+    anyhow = counts.sum(axis=(0, 1, 2)) + np.eye(3)
+    anyhow /= anyhow.sum(axis=-1, keepdims=True)
+    by_condition = counts.sum(axis=(1, 2)) + _SMOOTHING * anyhow
+    by_condition /= by_condition.sum(axis=-1, keepdims=True)
+    rates = counts + _SMOOTHING * by_condition[:, None, None]
+    return np.asarray(rates / rates.sum(axis=-1, keepdims=True))
+
+
+def _slots(said: Said) -> NDArray[np.int64]:
+    """Return which distribution each frame belongs to: by condition while tracking, else the nearest knot."""
+    knots = np.array(KNOT_FRAMES)
+    nearest = np.searchsorted(0.5 * (knots[1:] + knots[:-1]), said.unsure_frames)
+    return np.where(said.mode == TRACKING, said.condition, nearest)
+
+
+def _by_knot(said: Said, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return quantiles (M, K, Q, V) of values (N, V) by mode and slot."""
+    slots, knots = _slots(said), len(KNOT_FRAMES)
+    known = np.isfinite(values).all(axis=1)
+    out = np.zeros((3, knots, len(QUANTILE_Z), values.shape[1]))
+    for mode in range(3):
+        own = known & (said.mode == mode)
+        for slot in range(knots):
+            # Neighbours are asked for help, one after another, where there is too little.
+            for reach in range(knots + 1):
+                chosen = values[own & (np.abs(slots - slot) <= reach)]
+                if len(chosen) >= _FEWEST:
+                    break
+            else:
+                chosen = values[own] if own.any() else values[known & (said.mode == TRACKING)]
+            out[mode, slot] = np.quantile(chosen, _PROBABILITIES, axis=0) if len(chosen) else 0.0
+    return out
+
+
+def _by_mode(said: Said, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return quantiles (M, Q, V) of values (N, V) by mode."""
+    known = np.isfinite(values).all(axis=1)
+    out = np.zeros((3, len(QUANTILE_Z), values.shape[1]))
+    for mode in range(3):
+        own = known & (said.mode == mode)
+        chosen = values[own] if own.sum() >= _FEWEST else values[known]
+        out[mode] = np.quantile(chosen, _PROBABILITIES, axis=0)
+    return out
+
+
+def _probabilities(said: Said) -> NDArray[np.float64]:
+    out = np.zeros((3, 2, len(QUANTILE_Z)))
+    known = np.isfinite(said.probability)
+    for mode in range(3):
+        own = known & (said.mode == mode)
+        for inside in range(2):
+            chosen = said.probability[own & (said.in_picture == inside)]
+            chosen = chosen if len(chosen) >= _FEWEST else said.probability[own]
+            typical = 0.25 if mode == LOST else 0.75
+            out[mode, inside] = np.quantile(chosen, _PROBABILITIES) if len(chosen) else typical
+    return out
+
+
+def _known_shares(said: Said) -> NDArray[np.float64]:
+    slots = _slots(said)
+    out = np.ones((3, len(KNOT_FRAMES)))
+    for slot in range(len(KNOT_FRAMES)):
+        own = (said.mode == LOST) & (slots == slot)
+        if own.sum() > 0:
+            out[LOST, slot] = said.known[own].mean()
+        elif slot > 0:
+            out[LOST, slot] = out[LOST, slot - 1]
+    return out
+
+
+def _kept(said: Sequence[Said]) -> NDArray[np.float64]:
+    """Return the correlations (M, 8) of neighbouring frames' normal scores."""
+    every = Said.joined(said)
+    # Runs are one after another: the last frame of one is no neighbour of the first of the next.
+    follows = np.concatenate([np.r_[False, np.ones(len(run.mode) - 1, bool)] for run in said])[1:]
+    columns = {
+        ALONG: every.error_m[:, 0],
+        ACROSS: every.error_m[:, 1],
+        SPREAD: every.spread_m[:, 0],
+        DENSEST_ALONG: every.densest_offset[:, 0],
+        DENSEST_ACROSS: every.densest_offset[:, 1],
+        DENSEST_SHARE: every.share[:, 0],
+        PROBABILITY: every.probability,
+        LENGTH: every.length[:, 0],
+    }
+    slots, kept = _slots(every), np.zeros((3, LATENTS))
+    for latent, values in columns.items():
+        for mode in range(3):
+            scores = np.full(len(values), np.nan)
+            for slot in range(len(KNOT_FRAMES)):
+                own = (every.mode == mode) & (slots == slot) & np.isfinite(values)
+                if own.sum() >= 3:
+                    scores[own] = stats.norm.ppf((stats.rankdata(values[own]) - 0.5) / own.sum())
+            both = follows & np.isfinite(scores[1:]) & np.isfinite(scores[:-1])
+            if both.sum() >= _FEWEST and np.std(scores[1:][both]) > 0 and np.std(scores[:-1][both]) > 0:
+                kept[mode, latent] = np.corrcoef(scores[1:][both], scores[:-1][both])[0, 1]
+    # Too few frames on a wrong target: what it says changes as slowly as that of a lost one.
+    kept[WRONG] = np.where(kept[WRONG] == 0.0, kept[LOST], kept[WRONG])
+    return np.clip(kept, 0.0, _LONGEST_KEPT)
+
+
+def _looked_again(said: Sequence[Said], jump_m: float) -> float:
+    """Return how often an estimate of a lost target jumps when the picture shows that it is not there."""
+    jumps, frames = 0, 0
+    for run in said:
+        vain = (run.mode == LOST) & (run.condition == UNSEEN) & run.in_picture
+        step_m = np.linalg.norm(np.diff(run.error_m, axis=0), axis=1)
+        frames += int(vain[1:].sum())
+        jumps += int((step_m[vain[1:]] > jump_m).sum())
+    return jumps / max(frames, 1)

@@ -1,0 +1,52 @@
+"""Makes the error models that come with the package: runs with pictures, then the fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from benchmarks.learning.error_fit import fit
+from benchmarks.learning.recorded_runs import read_run, write_runs
+from benchmarks.run.records import write_beside
+from scenarios import catalog
+from scenarios.envs.pictureless.error_model import ErrorModel
+from scenarios.envs.settings import FollowSettings
+
+CONTROLLERS = {
+    "helicopter": ("centre", "disturbed:centre", "centre", "disturbed:centre", "hold"),
+    "robot": ("reentry", "disturbed:reentry", "centre", "disturbed:reentry", "search", "hold"),
+}
+"""In turn, by carrier: between them the target is seen, cut, hidden, lost for moments and lost for good."""
+
+
+def make_error_model(
+    settings: FollowSettings, seeds: range, folder: Path, report: Callable[[int, int], None]
+) -> ErrorModel:
+    """Run one episode with pictures for each seed and return the model fitted to these runs.
+
+    Args:
+        seeds: of development episodes. folder: where runs are kept; what the same code made is not run again.
+        report: called with (episodes done, all).
+    """
+    carrier = catalog.scenario(settings.scenario).carrier
+    return model_of(settings, write_runs(settings, seeds, list(CONTROLLERS[carrier.name]), folder, report))
+
+
+def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
+    """Return the model fitted to runs that ``write_runs`` wrote of an env so set up."""
+    carrier = catalog.scenario(settings.scenario).carrier
+    runs = [read_run(path) for path in paths]
+    made = {
+        "by": "benchmarks.learning.error_models",
+        "preset": settings.preset,
+        "frames": sum(len(run) - 1 for run in runs),
+        "runs": [path.stem.removeprefix(f"{settings.scenario}-") for path in paths],
+    }
+    return fit(settings.tracker, settings.scenario, carrier, runs, made)
+
+
+def save_error_model(model: ErrorModel) -> Path:
+    """Write a model to where the package keeps them; return its file."""
+    path = Path(__file__).parents[2] / "scenarios" / "envs" / "models" / f"{model.tracker}.json"
+    write_beside(path, model.to_json())
+    return path

@@ -1,0 +1,91 @@
+"""Is what is learnt without pictures true with them? Time in view of controllers in both envs, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.learning.recorded_runs import read_run, write_runs
+from benchmarks.learning.settings import EPISODES
+from benchmarks.learning.without_pictures import lived_without_pictures
+from scenarios.envs.pictureless.error_model import ErrorModel, error_model
+from scenarios.envs.settings import FollowSettings
+from sim.checks import check
+
+_REPEATS = 16
+"""Times that the error model is drawn anew for every episode."""
+
+Report = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """One controller over S episodes.
+
+    Attributes:
+        controller: name. seeds: (S,).
+        rendered: (S,) share of frames in view, with pictures. pictureless: (S,) mean of it without.
+    """
+
+    controller: str
+    seeds: tuple[int, ...]
+    rendered: NDArray[np.float64]
+    pictureless: NDArray[np.float64]
+
+
+def model_check(
+    settings: FollowSettings, controllers: Sequence[str], seeds: Sequence[int], folder: Path, report: Report
+) -> list[Compared]:
+    """Run controllers through the same episodes in both envs.
+
+    Args:
+        seeds: of episodes that the model was not fitted to.
+        folder: where runs with pictures are kept; what the same code made is not run again.
+        report: told how many runs with pictures are done, of how many.
+
+    Raises:
+        ValueError: for a seed that the model was fitted to.
+    """
+    fitted = fitted_seeds(error_model(settings.tracker))
+    used = sorted(fitted & set(seeds))
+    check("seeds", not used, "episodes that the error model was not fitted to", f"{used}, among others")
+    compared = []
+    for k, controller in enumerate(controllers):
+        rendered = []
+        for n, seed in enumerate(seeds):
+            report(k * len(seeds) + n, len(controllers) * len(seeds))
+            [path] = write_runs(settings, range(seed, seed + 1), [controller], folder)
+            rendered.append(float(read_run(path)["in_view"][1:].mean()))
+        followed = (settings.scenario, settings.preset, settings.tracker)
+        pictureless = lived_without_pictures(*followed, controller, {}, seeds, EPISODES, _REPEATS)["time_in_view"]
+        compared.append(Compared(controller, tuple(seeds), np.array(rendered), pictureless))
+    report(len(controllers) * len(seeds), len(controllers) * len(seeds))
+    return compared
+
+
+def fitted_seeds(model: ErrorModel) -> set[int]:
+    """Return the seeds of the runs that a model was fitted to."""
+    return {int(run.split("-")[1]) for run in model.made["runs"]}
+
+
+def as_table(compared: Sequence[Compared]) -> str:
+    """Return the comparison in words: shares of time in view in per cent, and how far episodes differ."""
+    rows: list[tuple[str, ...]] = [
+        ("controller", "episodes", "with pictures", "without", "difference", "mean |difference|")
+    ]
+    for each in compared:
+        apart = each.pictureless - each.rendered
+        numbers = [each.rendered.mean(), each.pictureless.mean()]
+        told = [f"{100 * number:.1f} %" for number in numbers]
+        told += [f"{100 * apart.mean():+.1f}", f"{100 * np.abs(apart).mean():.1f}"]
+        rows.append((each.controller, str(len(each.seeds)), *told))
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+        lines.append("  ".join(cells))
+    return "\n".join(lines)

@@ -1,0 +1,199 @@
+"""A person at the keys of an env: steers by the picture alone, and is scored like any controller."""
+
+from __future__ import annotations
+
+import itertools
+import time
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.run.contestants import entrant
+from benchmarks.run.jobs import Job, as_row, heading_of
+from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
+from benchmarks.run.versions import versions_of
+from benchmarks.suites.judging import Judge, Score, ScoreSheet
+from benchmarks.suites.registry import suite
+from scenarios.envs.follow_env import FollowEnv
+from trackers.types import Carrier
+
+_KEYS = {
+    "forward_mps": ("w", "s"),
+    "right_mps": ("d", "a"),
+    "climb_mps": ("r", "f"),
+    "yaw_rate_rad_s": ("q", "e"),
+}
+"""Number of a command -> key that raises it, key that lowers it."""
+_TURNS_BY_SIDE = ("a", "d")
+"""What cannot go sideways turns by the keys for that."""
+_BELIEVED_RGB = (230, 159, 0)
+_INSTALL = "pip install 'frameout[play]'"
+
+
+class _AllPlayed(Exception):
+    """There is no episode left."""
+
+
+@dataclass(frozen=True)
+class Play:
+    """What is played.
+
+    Attributes:
+        env: env id. preset, tracker, link: see ``FollowSettings``.
+        seeds: of the episodes.
+        out: folder for the rows.
+        zoom: of the picture on the screen.
+    """
+
+    env: str
+    preset: str
+    tracker: str
+    link: str
+    seeds: range
+    out: Path
+    zoom: float = 1.0
+
+
+def play(played: Play) -> int:
+    """Open a window and play the episodes; return how many were played to their end.
+
+    Raises:
+        ValueError: if pygame is missing.
+    """
+    pygame_play = _pygame_play()
+    env = gym.make(
+        f"scenarios:{played.env}",
+        preset=played.preset,
+        tracker=played.tracker,
+        link=played.link,
+        render_mode="rgb_array",
+        disable_env_checker=True,
+        # An episode is as long as its preset says, as in the benchmark.
+        max_episode_steps=-1,
+    )
+    recorded = _Recorded(env, played)
+    keys = {word: shares.astype(np.float32) for word, shares in key_combinations(recorded.carrier)}
+    try:
+        noop = np.zeros(env.action_space.shape or (), np.float32)
+        pygame_play(recorded, fps=env.metadata["render_fps"], zoom=played.zoom, keys_to_action=keys, noop=noop)
+    except _AllPlayed:
+        pass
+    finally:
+        recorded.close()
+        _quit_pygame()
+    return recorded.finished
+
+
+def key_combinations(carrier: Carrier) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    """Yield what keys held together mean: the keys, and the action (A,), each number -1, 0 or 1."""
+    names = [axis.name for axis in carrier.axes]
+    pairs = [_KEYS[name] for name in names]
+    if "right_mps" not in names:
+        pairs[names.index("yaw_rate_rad_s")] = _TURNS_BY_SIDE
+    for signs in itertools.product((0, 1, -1), repeat=len(names)):
+        word = "".join(pair[0 if sign > 0 else 1] for pair, sign in zip(pairs, signs, strict=True) if sign)
+        if word:
+            yield word, np.array(signs, dtype=float)
+
+
+class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
+    """Plays one seed after the other, shows the picture as observed, and writes rows of every episode that ends.
+
+    Attributes:
+        finished: episodes whose rows are written.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], played: Play) -> None:
+        super().__init__(env)
+        unwrapped = env.unwrapped
+        assert isinstance(unwrapped, FollowEnv)
+        self._follow = unwrapped
+        self.carrier = unwrapped.carrier
+        self.finished = 0
+        self._played, self._left = played, list(played.seeds)
+        self._judge: Judge | None = None
+        self._sheet: ScoreSheet | None = None
+        self._started = 0.0
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+        """Begin the next seed's episode."""
+        if not self._left:
+            raise _AllPlayed
+        result = self.env.reset(seed=seed, options={"episode_seed": self._left[0]})
+        self._started = time.perf_counter()
+        self._judge = suite("follow").judge(self._follow.episode.episode, self.carrier)
+        self._sheet = self._judge.sheet()
+        self._judge.see(self._follow.episode.frame, None)
+        self._sheet.keep(self._follow.episode.frame, self._follow.episode.estimate)
+        return result
+
+    def step(self, action: Any) -> Any:
+        """Step, and keep what is scored."""
+        result = self.env.step(action)
+        episode = self._follow.episode
+        assert self._judge is not None
+        assert self._sheet is not None
+        self._judge.see(episode.frame, episode.obeyed)
+        self._sheet.keep(episode.frame, episode.estimate)
+        if result[2] or result[3]:
+            self._write()
+        return result
+
+    def render(self) -> Any:
+        """Return the picture (H, W, 3) that the tracker gets, with the tracker's estimate; nothing of the truth."""
+        episode = self._follow.episode
+        picture = episode.frame.observation.image_rgb.copy()
+        place = np.asarray(episode.estimate.position_px, dtype=float)
+        if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
+            cv2.drawMarker(picture, [int(v) for v in np.rint(place)], _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
+        return picture
+
+    def _write(self) -> None:
+        episode, played = self._follow.episode, self._played
+        settings = self._follow.settings
+        who = entrant(played.tracker)
+        job = Job(
+            suite="follow",
+            scenario=settings.scenario,
+            preset=played.preset,
+            renderer=settings.renderer,
+            seed=episode.seed,
+            controller=HUMAN,
+            trackers=(played.tracker,),
+            link=played.link,
+        )
+        seconds = round(time.perf_counter() - self._started, 3)
+        ending = {"seconds": seconds, "versions": versions_of(who)}
+        heading = heading_of(job, played.tracker, who.role, controller_role="external")
+        assert self._sheet is not None
+        scores = [*self._sheet.scores(None), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]
+        event_key = suite("follow").events.key
+        append_block(played.out, [{**heading, **as_row(0, score, event_key), **ending} for score in scores])
+        # Only now: an episode may be begun more than once before it is played.
+        self._left.pop(0)
+        self.finished += 1
+
+
+def _pygame_play() -> Any:
+    """Return Gymnasium's ``play``. Raises ValueError without pygame."""
+    try:
+        with warnings.catch_warnings():
+            # It would draw curves with Tk if that were there; nobody asks it to.
+            warnings.simplefilter("ignore")
+            from gymnasium.utils.play import play as gymnasium_play
+    except gym.error.DependencyNotInstalled:
+        raise ValueError(f"play: expected pygame to be installed ({_INSTALL}), got none") from None
+    return gymnasium_play
+
+
+def _quit_pygame() -> None:
+    import pygame
+
+    pygame.quit()

@@ -1,0 +1,152 @@
+"""Runs of the rendered envs, written down frame by frame: what was so, and what the tracker said of it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.run.contestants import entrant
+from benchmarks.run.versions import versions_of, versions_of_module
+from scenarios import catalog
+from scenarios.envs.settings import FollowSettings
+from scenarios.envs.watched_episode import WatchedEpisode
+from scenarios.in_view import is_in_view
+from sim.rng import generator
+from trackers.belief.kernel import SIGHTING
+from trackers.belief.sighting import sighting_of
+from trackers.controllers.catalogue import controller_entry, create_controller
+from trackers.protocols import Controller
+from trackers.types import CameraCommand, Carrier, Estimate, Observation
+
+RUN = np.dtype(
+    [
+        ("T_world_camera", "f8", (3, 4)),
+        ("place_m", "f8", (2,)),
+        ("heading_rad", "f8"),
+        ("size_m", "f8", (3,)),
+        # Of the target's centre, and the tracker's; NaN behind the camera, and where nothing is said.
+        ("position_px", "f8", (2,)),
+        ("estimate_px", "f8", (2,)),
+        ("visible_fraction", "f8"),
+        ("in_view", "?"),
+        ("out", "?"),
+        ("sighting", SIGHTING),
+        # As obeyed: forward, right, climb, yaw rate.
+        ("command", "f8", (4,)),
+    ],
+    align=True,
+)
+"""One frame."""
+DISTURBED = "disturbed:"
+_CALM_S, _DISTURBED_S = (2.0, 5.0), (1.0, 3.0)
+
+
+class Disturbed:
+    """Another controller, but now and then the carrier is sent away for a while: runs on which the target is lost."""
+
+    def __init__(self, carrier: Carrier, controller: Controller, rng: np.random.Generator) -> None:
+        self._carrier, self._controller, self._rng = carrier, controller, rng
+        self._until_s = 0.0
+        self._away: CameraCommand | None = None
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """Return its command, or the one that leads away."""
+        own = self._controller.command(observation, estimate)
+        if observation.time_s >= self._until_s:
+            calm = self._away is not None or self._until_s == 0.0
+            self._until_s = observation.time_s + self._rng.uniform(*(_CALM_S if calm else _DISTURBED_S))
+            away = {axis.name: axis.limit * float(self._rng.uniform(-1.0, 1.0)) for axis in self._carrier.axes}
+            self._away = None if calm else CameraCommand(**away)
+        return own if self._away is None else self._away
+
+
+def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.void]:
+    """Live through one episode; return its frames (T,) of dtype ``RUN``.
+
+    Args:
+        controller: name of one, behind ``DISTURBED`` if it is to lose the target often.
+    """
+    carrier = catalog.scenario(settings.scenario).carrier
+    name = controller.removeprefix(DISTURBED)
+    own: Controller = create_controller(name, carrier.name)
+    if name != controller:
+        own = Disturbed(carrier, own, generator(seed, "disturbance"))
+    episode = WatchedEpisode(settings, seed)
+    frames = [_frame(carrier, episode)]
+    while not episode.is_over:
+        episode.step(own.command(episode.frame.observation, episode.estimate))
+        frames.append(_frame(carrier, episode))
+    episode.close()
+    return np.concatenate(frames)
+
+
+def write_runs(
+    settings: FollowSettings,
+    seeds: range,
+    controllers: list[str],
+    folder: Path,
+    report: Callable[[int, int], None] = lambda done, of: None,
+) -> list[Path]:
+    """Write a run of every seed, the controllers in turn, to ``folder``; those that the same code made are kept.
+
+    ``report`` is called with (runs done, all).
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for k, seed in enumerate(seeds):
+        report(k, len(seeds))
+        controller = controllers[k % len(controllers)]
+        path = folder / f"{settings.scenario}-{settings.preset}-{seed}-{_file_name(settings, controller)}.npy"
+        if not path.exists():
+            # Beside its place first: whoever is stopped half way leaves no run that looks whole.
+            beside = path.with_name(f".{path.name}.{os.getpid()}.npy")
+            np.save(beside, run_of(settings, seed, controller), allow_pickle=False)
+            beside.replace(path)
+        paths.append(path)
+    report(len(seeds), len(seeds))
+    return paths
+
+
+def read_run(path: Path) -> NDArray[np.void]:
+    """Return the frames (T,) that ``write_runs`` wrote. Raises ValueError for another file."""
+    run: NDArray[np.void] = np.load(path, allow_pickle=False)
+    if run.dtype != RUN:
+        raise ValueError(f"path: expected a run written by write_runs, got {path}")
+    return run
+
+
+def _file_name(settings: FollowSettings, controller: str) -> str:
+    """Return what a run's name says of its making: the controller, and a hash of all settings and code."""
+    carrier = catalog.scenario(settings.scenario).carrier
+    steering = controller_entry(controller.removeprefix(DISTURBED), carrier.name)
+    made = versions_of(entrant(str(settings.tracker)), steering) | versions_of_module(__name__)
+    told = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
+    return f"{controller.replace(':', '-')}-{told}"
+
+
+def _frame(carrier: Carrier, episode: WatchedEpisode) -> NDArray[np.void]:
+    frame, truth = episode.frame, episode.frame.truth
+    target, obeyed = truth.target, episode.obeyed
+    row = np.zeros(1, RUN)
+    values: dict[str, Any] = {
+        "T_world_camera": truth.T_world_camera[:3],
+        "place_m": truth.T_world_object[target, :2, 3],
+        "heading_rad": np.arctan2(truth.T_world_object[target, 1, 0], truth.T_world_object[target, 0, 0]),
+        "size_m": truth.size_m[target],
+        "position_px": truth.position_px[target],
+        "estimate_px": episode.estimate.position_px,
+        "visible_fraction": truth.visible_fraction[target],
+        "in_view": is_in_view(truth, frame.camera),
+        "out": truth.state == "out",
+        "sighting": sighting_of(carrier.looks, frame.observation, episode.estimate)[0],
+        "command": [obeyed.forward_mps, obeyed.right_mps, obeyed.climb_mps, obeyed.yaw_rate_rad_s],
+    }
+    for name, value in values.items():
+        row[name][0] = value
+    return row

@@ -1,0 +1,186 @@
+"""Chooses a tracker's parameters on development seeds: every method by the same search, score and budget."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+
+from benchmarks.learning.search import Found, Progress, search
+from benchmarks.run.contestants import entrant
+from benchmarks.run.jobs import Job, run_job
+from benchmarks.run.records import Row, write_beside
+from benchmarks.run.versions import versions_of_module
+from benchmarks.scores import pooling
+from benchmarks.scores.summary import grouped
+from benchmarks.suites.registry import suite
+from scenarios import catalog
+from trackers import registry
+
+TUNED_FOLDER = Path(__file__).resolve().parents[2] / "trackers" / "tuned"
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How a search is done; the same for all methods, so that none is favoured.
+
+    Attributes:
+        suite, presets, seeds: the episodes on which a setting is scored; as many seeds after these check the best.
+        trials: settings tried, the first one is the defaults.
+        workers: processes.
+    """
+
+    suite: str
+    presets: tuple[str, ...]
+    seeds: range
+    trials: int
+    workers: int
+
+    def on_fresh_seeds(self) -> Budget:
+        """Return the same with as many seeds, those that come next."""
+        return dataclasses.replace(self, seeds=range(self.seeds.stop, self.seeds.stop + len(self.seeds)))
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What a search found.
+
+    Attributes:
+        parameters: the best setting; empty, so that the defaults stand, where that was not better on fresh seeds too.
+        score, default_score: of the best setting and of the defaults on the search's seeds, see ``score_of``.
+        fresh_score, fresh_default_score: of both on as many seeds that the search has not seen.
+        trials: number of settings tried.
+    """
+
+    parameters: dict[str, Any]
+    score: float
+    default_score: float
+    fresh_score: float
+    fresh_default_score: float
+    trials: int
+
+
+def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
+    """Return the parameters of a registered tracker that declare a range to be tuned in.
+
+    Raises:
+        ValueError: for an unknown tracker, or one with nothing to tune.
+    """
+    found = registry.entry(name).tunables()
+    if not found:
+        raise ValueError(f"tracker: expected one with tunable parameters, got {name!r}, which has none")
+    return found
+
+
+def score_of(rows: Sequence[Row], suite_name: str) -> float:
+    """Return what tuning maximises, the suite's ``tuned_for``; what is undefined counts 0."""
+    metrics = suite(suite_name)
+    total = 0.0
+    for name, factor in metrics.tuned_for.items():
+        pool = pooling.pooled(rows, metrics.metric(name))
+        total += factor * (0.0 if pool is None or not np.isfinite(pool.mean) else pool.mean)
+    return total
+
+
+def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = None) -> Tuned:
+    """Search the tunable parameters of one tracker; deterministic but for ties in time limits and stops on the way.
+
+    Settings are tried in batches that watch the same pictures. The best of many settings on a few seeds is partly
+    luck: it replaces the defaults only if it is better on fresh seeds too.
+
+    Args:
+        studies: see ``benchmarks.learning.search``.
+
+    Raises:
+        ValueError: if Optuna is not there, the tracker has nothing to tune.
+    """
+    defaults = registry.entry(name).written()
+    found = search(
+        name,
+        tunables(name),
+        defaults,
+        budget.trials,
+        lambda settings: _scores(name, settings, budget),
+        progress,
+        studies,
+        (
+            dataclasses.replace(budget, trials=0, workers=0),
+            versions_of_module(entrant(name).module),
+            suite(budget.suite).tuned_for,
+        ),
+    )
+    fresh = _scores(name, {"best": found.best, "defaults": defaults}, budget.on_fresh_seeds())
+    return chosen(found, fresh["best"], fresh["defaults"])
+
+
+def chosen(found: Found, fresh_score: float, fresh_default_score: float) -> Tuned:
+    """Return what a search found, or the defaults where those are as good on fresh seeds."""
+    return Tuned(
+        parameters=found.best if fresh_score > fresh_default_score else {},
+        score=found.score,
+        default_score=found.default_score,
+        fresh_score=fresh_score,
+        fresh_default_score=fresh_default_score,
+        trials=found.trials,
+    )
+
+
+def write_tuned(
+    name: str, tuned: Tuned, suite_name: str, presets: Sequence[str], seeds: range, command: str, folder: Path
+) -> Path:
+    """Write ``NAME.json``; in ``TUNED_FOLDER`` its values take the place of the defaults. Return its path."""
+    document = {
+        "parameters": {key: tuned.parameters[key] for key in sorted(tuned.parameters)},
+        "score": round(tuned.score, 6),
+        "default_score": round(tuned.default_score, 6),
+        "fresh_score": round(tuned.fresh_score, 6),
+        "fresh_default_score": round(tuned.fresh_default_score, 6),
+        "score_is": " + ".join(f"{factor:g} {metric}" for metric, factor in suite(suite_name).tuned_for.items()),
+        "trials": tuned.trials,
+        "seeds": f"{seeds.start}:{seeds.stop}",
+        "suite": suite_name,
+        "preset": " ".join(presets),
+        "command": command,
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.json"
+    write_beside(path, json.dumps(document, indent=1) + "\n")
+    return path
+
+
+def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+    """Return the score of every labelled setting."""
+    scenario = catalog.scenario(suite(budget.suite).scenes[0].scenario)
+    jobs = [
+        Job(
+            suite=budget.suite,
+            scenario=scenario.id,
+            preset=preset,
+            renderer="raster",
+            seed=seed,
+            controller=suite(budget.suite).controller if scenario.presets[preset].closed_loop else None,
+            trackers=labels,
+            settings={label: (name, settings[label]) for label in labels},
+        )
+        for preset in budget.presets
+        for seed in budget.seeds
+        for labels in _who_watches(scenario.presets[preset].closed_loop, tuple(settings))
+    ]
+    results = joblib.Parallel(n_jobs=budget.workers)(joblib.delayed(run_job)(job) for job in jobs)
+    rows = [row for result in results for block in result.blocks for row in block]
+    groups = grouped(rows)
+    return {
+        label: sum(score_of(trackers[label], budget.suite) for trackers in groups.values()) / len(groups)
+        for label in settings
+    }
+
+
+def _who_watches(closed_loop: bool, labels: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """In closed loop everyone has pictures of his own."""
+    return [(label,) for label in labels] if closed_loop else [labels]

@@ -1,0 +1,215 @@
+"""Trains a policy with stable-baselines3: goes on from a checkpoint, leaves a policy without pickle."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.learning.checkpoint import checkpointed_settings, checkpointed_steps, load_checkpoint, save_checkpoint
+from benchmarks.learning.settings import EPISODES, Training
+from scenarios import catalog
+from scenarios.envs.pictureless.error_model import error_model
+from sim.checks import check
+from trackers.belief.features import FEATURES
+from trackers.controllers.catalogue import controller_entry
+from trackers.controllers.policy_file import Policy, save_policy
+
+_INSTALL = "pip install 'frameout[train]'"
+_HIDDEN = (128, 64)
+_FIRST_SHARE = 0.01
+"""The last layer starts so small: a correction begins as hardly any."""
+_CHECKPOINT_S = 60.0
+_DISCOUNT = 0.99
+_ROLLOUT_STEPS, _BATCH = 128, 2048
+
+Report = Callable[[int, int], None]
+
+
+def train(training: Training, out: Path, report: Report) -> Path:
+    """Train until all steps are done, from the checkpoint in ``out`` if there is one; return the policy's file.
+
+    Raises:
+        ValueError: if stable-baselines3 is missing, or ``out`` holds another training's checkpoint.
+    """
+    _check_installed()
+    import torch
+
+    # One small network: threads only wait for each other.
+    torch.set_num_threads(1)
+    settings = json.loads(json.dumps(dataclasses.asdict(training)))
+    learnt_from = settings | {"error_model": _error_model_hash(training)}
+    before = checkpointed_settings(out)
+    if before is not None:
+        changed = sorted(name for name in learnt_from if name != "steps" and before.get(name) != learnt_from[name])
+        check("out", not changed, f"a folder of the same training, or a new one (other: {', '.join(changed)})", out)
+    # Who goes on draws other episodes and actions than those drawn before.
+    seed = training.seed if before is None else training.seed + checkpointed_steps(out)
+    envs = _envs(training, seed)
+    try:
+        model = _model(training, envs, out, seed)
+        if before is None:
+            _start_small(model)
+        else:
+            load_checkpoint(model, out)
+        started = time.perf_counter()
+        left = training.steps - model.num_timesteps
+        if left > 0:
+            callback = _callback(training, out, learnt_from, report)
+            model.learn(left, callback=callback, reset_num_timesteps=False, tb_log_name="training")
+            save_checkpoint(model, out, learnt_from)
+        seconds = round(time.perf_counter() - started, 1)
+    finally:
+        envs.close()
+    made = {"by": settings, "seconds": seconds} if before is None else {"by": settings}
+    return save_policy(policy_of(model, training, made), out / "policy.json")
+
+
+def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
+    """Return the actor of a model as a policy of plain arrays."""
+    import torch
+
+    if training.algorithm == "ppo":
+        layers = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
+    else:
+        layers = [*model.actor.latent_pi, model.actor.mu]
+    linear = [layer for layer in layers if isinstance(layer, torch.nn.Linear)]
+    carrier = catalog.scenario(training.scenario).carrier
+    base = None
+    if training.controller != "none":
+        parameters = controller_entry(training.controller, carrier.name).parameters(**training.controller_values)
+        base = {"controller": training.controller, "parameters": dataclasses.asdict(parameters)}
+    return Policy(
+        env=training.env,
+        carrier=carrier,
+        tracker=training.tracker_name,
+        base=base,
+        correction_share=training.correction_share,
+        corrects=training.corrects,
+        features=FEATURES,
+        hidden="tanh",
+        output="clip" if training.algorithm == "ppo" else "tanh",
+        weights=tuple(layer.weight.detach().numpy().astype(np.float32) for layer in linear),
+        biases=tuple(layer.bias.detach().numpy().astype(np.float32) for layer in linear),
+        made=made,
+    )
+
+
+def _error_model_hash(training: Training) -> str | None:
+    """Return what tells error models apart, None for a training with pictures."""
+    if training.pictures:
+        return None
+    return hashlib.sha256(error_model(training.tracker_name).to_json().encode()).hexdigest()[:10]
+
+
+def _envs(training: Training, seed: int) -> Any:
+    """Return the envs as stable-baselines3 takes them."""
+    import gymnasium as gym
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+
+    from benchmarks.learning.vector_adapter import GymnasiumVecEnv
+
+    if not training.pictures:
+        envs = gym.make_vec(
+            training.env,
+            num_envs=training.env_count,
+            max_episode_steps=training.episode_steps,
+            pictures=False,
+            starts=training.starts,
+            seeds=range(training.episodes),
+            cache=EPISODES,
+            **training.env_keywords,
+        )
+        return GymnasiumVecEnv(envs, seed, 1.0 - _DISCOUNT)
+    return make_vec_env(
+        # Processes of their own learn the ids by the module's name.
+        f"scenarios:{training.env}",
+        n_envs=training.env_count,
+        seed=seed,
+        wrapper_class=_scaled,
+        env_kwargs=training.env_keywords | {"max_episode_steps": training.episode_steps},
+        vec_env_cls=SubprocVecEnv if training.env_count > 1 else DummyVecEnv,
+    )
+
+
+def _scaled(env: Any) -> Any:
+    """Return an env whose returns are about one, as those of the envs without pictures."""
+    import gymnasium as gym
+
+    return gym.wrappers.TransformReward(env, lambda reward: (1.0 - _DISCOUNT) * float(reward))
+
+
+def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:
+    """Return a fresh model; the recipe is that of a trial that worked, see the card."""
+    import torch
+    from stable_baselines3 import PPO, SAC
+
+    shared: dict[str, Any] = {
+        "seed": seed,
+        "tensorboard_log": str(out / "tensorboard"),
+        "device": "cpu",
+        "gamma": _DISCOUNT,
+        "policy_kwargs": {"net_arch": list(_HIDDEN), "activation_fn": torch.nn.Tanh},
+    }
+    if training.algorithm == "sac":
+        return SAC(
+            "MlpPolicy", envs, learning_rate=3e-4, buffer_size=300_000, batch_size=512, gradient_steps=8, **shared
+        )
+    shared["policy_kwargs"]["log_std_init"] = -1.2
+    return PPO(
+        "MlpPolicy",
+        envs,
+        learning_rate=lambda left: 5e-4 * left,
+        n_steps=_ROLLOUT_STEPS,
+        batch_size=min(_BATCH, _ROLLOUT_STEPS * training.env_count),
+        n_epochs=6,
+        gae_lambda=0.95,
+        **shared,
+    )
+
+
+def _start_small(model: Any) -> None:
+    """Make the last layer's weights small and its biases zero."""
+    import torch
+
+    last = model.actor.mu if hasattr(model, "actor") else model.policy.action_net
+    with torch.no_grad():
+        last.weight.mul_(_FIRST_SHARE)
+        last.bias.zero_()
+
+
+def _callback(training: Training, out: Path, settings: dict[str, Any], report: Report) -> Any:
+    from stable_baselines3.common.callbacks import BaseCallback
+
+    class Keep(BaseCallback):
+        """Reports progress, and writes a checkpoint every minute."""
+
+        def _on_training_start(self) -> None:
+            self.saved_s = time.monotonic()
+
+        def _on_rollout_start(self) -> None:
+            report(min(self.num_timesteps, training.steps), training.steps)
+            if time.monotonic() - self.saved_s > _CHECKPOINT_S:
+                save_checkpoint(self.model, out, settings)
+                self.saved_s = time.monotonic()
+
+        def _on_step(self) -> bool:
+            return True
+
+    return Keep()
+
+
+def _check_installed() -> None:
+    try:
+        import stable_baselines3
+        import tensorboard  # noqa: F401
+    except ImportError:
+        raise ValueError(f"train: expected stable-baselines3 to be installed ({_INSTALL}), got none") from None
+    del stable_baselines3

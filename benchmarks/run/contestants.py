@@ -1,0 +1,150 @@
+"""Who takes part: every registered tracker, and the reference with unfair knowledge."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.suites.frame_out.oracle_map import OracleMap, OracleParameters
+from scenarios.road_town.road_map import RoadMap
+from scenarios.scenario import Episode, Frame
+from sim.render.compilation import forget_stale_kernels
+from trackers import registry
+from trackers.protocols import Tracker
+from trackers.types import Estimate
+
+
+class Contestant(Protocol):
+    """One that is asked at every frame where the target is."""
+
+    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+        """Start on the target inside ``box_xyxy`` (4,) of the first frame."""
+        ...
+
+    def update(self, frame: Frame) -> Estimate:
+        """Say where the target is on the next frame."""
+        ...
+
+
+class FromPictures:
+    """A tracker as a contestant: it is handed the observation of a frame, and nothing of its truth."""
+
+    def __init__(self, tracker: Tracker) -> None:
+        self._tracker = tracker
+
+    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+        """See ``Contestant``."""
+        self._tracker.initialise(frame.observation, box_xyxy)
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``Contestant``."""
+        return self._tracker.update(frame.observation)
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """One who may take part.
+
+    Attributes:
+        name, role, summary, suites: see ``registry.TrackerEntry``.
+        reproducible: False where no seed reaches the method's own random numbers: such a one runs several
+            times.
+        parameters: what it is set to.
+        module: where it is defined.
+        create: makes a fresh contestant for an episode that draws from the generator.
+    """
+
+    name: str
+    role: str
+    summary: str
+    suites: tuple[str, ...]
+    reproducible: bool
+    parameters: Any
+    module: str
+    create: Callable[[Episode, np.random.Generator], Contestant]
+
+
+def entrants(suite: str | None = None) -> dict[str, Entrant]:
+    """Return by name everyone, or everyone who takes part in a suite; the trackers in order of registration."""
+    trackers = (_from_registry(entry) for entry in registry.entries().values())
+    return {who.name: who for who in (*trackers, *_oracles()) if suite is None or suite in who.suites}
+
+
+def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
+    """Return one entrant; a tracker set to ``values`` of its parameters, if any are given.
+
+    Raises:
+        ValueError: for an unknown name; lists the known ones.
+    """
+    if values:
+        return _from_registry(registry.entry(name), **values)
+    everyone = entrants()
+    if name not in everyone:
+        raise ValueError(f"tracker: expected one of {', '.join(everyone)}; got {name!r}")
+    return everyone[name]
+
+
+def load_modules(modules: Sequence[str]) -> None:
+    """Import users' own modules, found from the current folder too, so that the trackers in them register.
+
+    Raises:
+        ValueError: if one cannot be imported.
+    """
+    if modules and str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))
+    for module in modules:
+        try:
+            importlib.import_module(module)
+        except ImportError as error:
+            raise ValueError(f"modules: expected one that can be imported, got {module!r}: {error}") from None
+
+
+def _oracles() -> tuple[Entrant, Entrant]:
+    return (
+        _oracle(
+            "oracle_map",
+            "knows the road graph and the state at the exit, sees nothing until the car is back",
+            OracleParameters(),
+        ),
+        _oracle(
+            "oracle_driver",
+            "knows moreover how this scenario's drivers leave the road: nobody can do better",
+            OracleParameters(slows_off_road=True),
+        ),
+    )
+
+
+def _oracle(name: str, summary: str, parameters: OracleParameters) -> Entrant:
+    return Entrant(
+        name=name,
+        role="oracle",
+        summary=summary,
+        suites=("frame-out",),
+        reproducible=True,
+        parameters=parameters,
+        module=OracleMap.__module__,
+        create=lambda episode, rng: OracleMap(parameters, RoadMap(episode.map_of().graph), rng),
+    )
+
+
+def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
+    # The simulator looks after its own compiled kernels; trackers, which know nothing of it, are looked after here.
+    forget_stale_kernels(Path(registry.__file__).parent)
+    parameters = entry.parameters(**changes)
+    return Entrant(
+        name=entry.name,
+        role=entry.role,
+        summary=entry.summary,
+        suites=entry.suites,
+        reproducible=entry.reproducible,
+        parameters=parameters,
+        module=entry.tracker.__module__,
+        create=lambda episode, rng: FromPictures(entry.tracker(parameters, rng)),
+    )

@@ -1,0 +1,255 @@
+"""Rows: the one thing every table, plot and page is made from.
+
+``records.jsonl`` holds one JSON object a line. Every row has these keys:
+
+======================  ================================================================================
+``suite``               ``frame-out``, ``stereo``, ``follow``; ``paper`` for experiments that measure a camera and
+                        run no tracker
+``scenario``            catalogue id with version, ``road-town-v1``
+``preset``              ``standard`` …
+``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``oracle``);
+                        suite ``paper``: ``none`` and ``measured``; suite ``follow``: the *controller's* role
+                        (``ours`` ``policy`` ``baseline`` ``variant`` …)
+``tracker_role``        suite ``follow`` alone: the role of the tracker
+``controller``          name of the controller that steered the camera; null where it flew a set path
+``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``
+``renderer``            ``raster`` or ``pybullet``
+``seed``                the episode's seed
+``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible and that are run again
+``metric``              what ``value`` is, see below
+``value``               a number; or a list of numbers (a *series*); null = undefined here (left out of means)
+``weight``              how much the value counts in a mean over rows, e.g. the frames it is a mean of
+``frame_out``           suites ``frame-out`` and ``paper``: null for rows about the whole episode; else the
+                        frame-out that the row is about::
+
+                            {"index": 0, "exit_frame": 57, "length_frames": 43, "back_frame": 104 or null,
+                             "kind": "road" | "excursion", "side": "left"|"right"|"top"|"bottom",
+                             "turned": true if it turned at a crossing while outside}
+
+                        ``back_frame`` is the first frame on which the whole car is in the picture again;
+                        null if it left again, or the episode ended, before that. ``length_frames`` counts
+                        frames wholly outside.
+``event``               suite ``stereo``, in place of ``frame_out``: null for rows about the whole episode; else the
+                        stretch of frames that the row is about::
+
+                            {"index": 2, "kind": "occlusion" | "lamp on" | "lamp off" | "back light" | "doorway"
+                             | "shade" | "near person" | "nobody near", "first_frame": 57, "length_frames": 8,
+                             "back_frame": 66 or null, "place": "hall", "light": true of a change of light}
+
+                        ``back_frame`` is the first frame after an occlusion on which half of the target is seen;
+                        null if it was hidden again, or the episode ended, before that, and of other events. A
+                        change of light is the two seconds from its beginning on.
+``event``               suite ``follow``: null for rows about the whole episode; else the loss that the row is
+                        about::
+
+                            {"kind": "loss", "index": 0, "first_frame": 57, "length_frames": 43,
+                             "back_frame": 100 or null}
+
+                        a stretch longer than 1 s on which the target was out of view.
+``seconds``             wall time of the episode with this tracker (not reproducible)
+``versions``            of the packages, and short hashes of the code and the parameters that made the row
+======================  ================================================================================
+
+Rows of one (suite, scenario, preset, tracker, controller, renderer, link, seed) are one *block*, written at once.
+The last row of a block has the metric ``frames`` (number of frames); a block without it was cut off, is
+ignored and made again.
+
+Rows about one frame-out (suite ``frame-out``):
+
+=================================  =====================================================================
+``recovered``                      1 if on the car within 5 frames after ``back_frame``, else 0
+``kept``                           1 if recovered and still on the car one second later, else 0
+``recovery_frames``                frames from ``back_frame`` to the first one on the car; null = never
+``watched_frames``                 frames from ``back_frame`` to the next exit or the episode's end: where
+                                   ``recovery_frames`` is null the time to recover is censored here
+``locked_on_wrong_car``            1 if on one other vehicle, not the target, in most of the frames
+                                   ``back_frame`` … ``back_frame + 5``
+``reentry_error_m``                error on the last frame wholly outside
+``offscreen_error_30_m``, ``_100_m``  error 30 / 100 frames after the exit (only if it lasts that long)
+``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
+=================================  =====================================================================
+
+Frame-outs without a row ``recovered`` are those that cannot be judged: no full return to the picture before
+the next exit or the end. (In closed loop the tracker steers: there a car that never returns is not
+recovered.)
+
+Rows of suite ``frame-out`` about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a
+tracker without posterior), ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at
+level 0-5 %, 5-10 % … of the posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``,
+``in_view_tpr``, ``in_view_tnr``, ``precision_curve`` and ``recall_curve`` (*series* over
+``scores.long_term.THRESHOLDS``), ``centre_error_px``, ``success_auc``, ``success_curve`` (*series* over
+``metrics.single_object.THRESHOLDS``), ``time_in_view`` and ``losses_per_minute`` (closed loop only), ``run_kept``
+(1 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
+``failed_at_frame`` (only if the tracker failed), ``frames``.
+
+Rows of suite ``stereo`` about events, see ``metrics.people`` for what a frame counts as:
+
+=================================  =====================================================================
+``recovered``                      occlusions: 1 if right within 10 frames after ``back_frame``, else 0
+``recovery_frames``                frames from ``back_frame`` to the first right one; null = never
+``watched_frames``                 frames from ``back_frame`` to the next occlusion or the episode's end
+``locked_on_wrong_person``         1 if on one other person in most of the frames
+                                   ``back_frame`` … ``back_frame + 10``
+``event_right_frames``, ``event_wrong_frames``, ``event_missed_frames``, ``event_wrong_person_rate``
+                                   other events: the same as of the whole episode, of their frames alone
+=================================  =====================================================================
+
+Rows of suite ``stereo`` about the whole episode but its first frame: ``right_frames``, ``wrong_frames``,
+``missed_frames`` (A, B and C, of which precision, recall and F are made), ``wrong_person_rate`` (share of all frames),
+``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m`` (frames with a
+right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
+``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
+``failed_at_frame``, ``frames``. Moreover, the same of everyone who sees the same pictures, what ``metrics.disparity``
+measures on every tenth pair whose right picture is not lost, of pixels that both cameras see:
+``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``,
+``disparity_bad_3_GROUP`` (shares of the known disparities that are off by more) and ``disparity_density_GROUP`` (share
+of pixels that have one). GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is
+there).
+
+Rows of suite ``follow``, formulas in ``metrics.following``; about a loss: ``recovery_frames`` (from leaving view to
+being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end); about the whole episode:
+``rate_hz``, ``time_in_view``, ``losses_per_minute``, ``centring_error``, ``effort``, ``jerkiness_per_s``,
+``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, of people ``evt_success_rate``,
+``evt_tracking_rate`` and ``evt_collision_rate``, of what the tracker says ``in_view_tpr``, ``in_view_tnr``,
+``wrong_target_rate`` and ``silent_frames``, then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
+``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
+
+Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see
+``benchmarks.scores.summary``) and what the report writes.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+FILE_NAME = "records.jsonl"
+LAST_METRIC = "frames"
+HUMAN = "human"
+"""Controller of the rows of a person who played; the role is ``external``."""
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, order=True, slots=True)
+class BlockKey:
+    """What names a block of rows: one tracker in one episode. ``link`` is "" in suites that know of none."""
+
+    suite: str
+    scenario: str
+    preset: str
+    renderer: str
+    controller: str
+    tracker: str
+    seed: int
+    link: str = ""
+
+
+def block_key(row: Row) -> BlockKey:
+    """Return the block that a row belongs to; a set path has the controller ""."""
+    return BlockKey(
+        row["suite"],
+        row["scenario"],
+        row["preset"],
+        row["renderer"],
+        row["controller"] or "",
+        row["tracker"],
+        row["seed"],
+        row.get("link", ""),
+    )
+
+
+def event_of(row: Row) -> dict[str, Any] | None:
+    """Return the attributes of the event that a row is about; None of one about the whole episode."""
+    event: dict[str, Any] | None = row.get("frame_out") or row.get("event")
+    return event
+
+
+def append_block(directory: Path, rows: Sequence[Row]) -> None:
+    """Append one whole block by a single write: a killed run leaves at most one torn block, at the end.
+
+    Raises:
+        ValueError: if the block's last row is not its ``frames`` row.
+    """
+    if not rows or rows[-1]["metric"] != LAST_METRIC:
+        raise ValueError(f"rows: expected a block that ends with the metric {LAST_METRIC!r}")
+    path = directory / FILE_NAME
+    text = "".join(json.dumps(row) + "\n" for row in rows)
+    with path.open("ab+") as file:
+        file.seek(0, os.SEEK_END)
+        torn = False
+        if file.tell() > 0:
+            file.seek(-1, os.SEEK_END)
+            torn = file.read(1) != b"\n"
+        # A torn line of a killed run must not swallow our first one.
+        file.write((b"\n" if torn else b"") + text.encode())
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def read_blocks(directory: Path) -> dict[BlockKey, list[Row]]:
+    """Return the whole blocks of a directory in canonical order; torn lines and cut-off blocks are left out.
+
+    Of a block that was made twice the later one counts.
+
+    Raises:
+        ValueError: if the directory holds no records.
+    """
+    path = directory / FILE_NAME
+    if not path.is_file():
+        raise ValueError(f"directory: expected one that holds {FILE_NAME}, got {str(directory)!r}")
+    whole: dict[BlockKey, list[Row]] = {}
+    growing: list[Row] = []
+    for line in path.read_text().splitlines():
+        row = _parsed(line)
+        if row is None:
+            growing = []
+            continue
+        if growing and block_key(growing[0]) != block_key(row):
+            growing = []
+        growing.append(row)
+        if row["metric"] == LAST_METRIC:
+            whole[block_key(row)] = growing
+            growing = []
+    return {key: whole[key] for key in sorted(whole)}
+
+
+def read_rows(directory: Path) -> list[Row]:
+    """Return all rows of whole blocks in canonical order, whatever the order they were written in."""
+    return [row for rows in read_blocks(directory).values() for row in rows]
+
+
+def rewrite(directory: Path, blocks: Iterable[Sequence[Row]]) -> None:
+    """Replace the records by these blocks: written beside and renamed."""
+    text = "".join(json.dumps(row) + "\n" for rows in blocks for row in rows)
+    write_beside(directory / FILE_NAME, text)
+
+
+def write_beside(path: Path, text: str) -> None:
+    """Write a file beside its place and rename it, so that it is there wholly or not at all."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    beside.write_text(text)
+    beside.replace(path)
+
+
+def rounded(value: float | list[float] | None) -> float | list[float] | None:
+    """Return a value as rows hold it: six significant digits, null for what is not finite."""
+    if isinstance(value, list):
+        return [_six_digits(each) for each in value]  # type: ignore[misc]
+    return None if value is None else _six_digits(value)
+
+
+def _six_digits(value: float) -> float | None:
+    return float(f"{value:.6g}") if abs(value) < float("inf") else None
+
+
+def _parsed(line: str) -> Row | None:
+    try:
+        row = json.loads(line)
+    except json.JSONDecodeError:
+        return None
+    return row if isinstance(row, dict) and "metric" in row else None

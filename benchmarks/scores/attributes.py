@@ -1,0 +1,35 @@
+"""Paired differences by attribute of the event: where is one tracker better than another?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.run.records import Row, event_of
+from benchmarks.scores.statistics import Comparison, holm
+from benchmarks.scores.summary import paired
+from benchmarks.suites.registry import EventTest, Metric, suite
+
+
+def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str, Metric, Comparison, float]]:
+    """Return (attribute, metric, comparison, p after Holm) for all attributes and metrics both contestants
+    have rows of. All rows are of one suite, which says what its events are divided by.
+    """
+    words = suite(first[0]["suite"]).events
+    whole = [("whole episodes", metric, paired(first, second, metric)) for metric in words.episodes]
+    found = [(name, metric, comparison) for name, metric, comparison in whole if comparison is not None]
+    for attribute, is_one in words.tests.items():
+        mine, others = (_about(rows, is_one) for rows in (first, second))
+        if not mine or not others:
+            continue
+        for metric in words.compared:
+            comparison = paired(mine, others, metric)
+            if comparison is not None:
+                found.append((attribute, metric, comparison))
+    adjusted = holm(np.array([comparison.p for _, _, comparison in found]))
+    return [(*each, float(p)) for each, p in zip(found, adjusted, strict=True)]
+
+
+def _about(rows: Sequence[Row], is_one: EventTest) -> list[Row]:
+    return [row for row in rows if (event := event_of(row)) is not None and is_one(event)]

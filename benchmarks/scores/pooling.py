@@ -1,0 +1,170 @@
+"""From the rows of one tracker to the pooled ratios of one metric."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.run.records import Row, event_of
+from benchmarks.scores import in_view, long_term
+from benchmarks.scores.statistics import PooledRatios
+from benchmarks.suites.registry import Metric
+
+
+def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None = None) -> PooledRatios | None:
+    """Return what a metric is made of.
+
+    Args:
+        rows: of one tracker under one condition. Every seed in them takes part, also one that says nothing of
+            the metric.
+        grid: for medians, the values that they may take, ``values`` of all trackers that are compared; None =
+            these rows'.
+
+    Returns:
+        None if no row speaks of the metric.
+    """
+    seeds = np.unique([row["seed"] for row in rows])
+    chosen = [_chosen(rows, name, metric.kind) for name in metric.rows]
+    if not all(chosen):
+        return None
+    if metric.statistic == "median":
+        grid = values(rows, metric) if grid is None else grid
+        parts = [_indicator_parts(chosen[0], grid)]
+        return _collect(seeds, parts, _median_of(grid))
+    if metric.statistic == "restricted mean":
+        times, watched, *rates = chosen
+        # One condition has one rate.
+        frames_per_unit = rates[0][0]["value"] if rates else 1.0
+        return _collect(
+            seeds,
+            [_survival_parts(times, watched, metric.horizon_frames)],
+            lambda hazards: _restricted_mean(hazards) / frames_per_unit,
+        )
+    if metric.statistic in _COUNTED:
+        return _collect(seeds, [_count_parts(chosen, *_COUNTED[metric.statistic])], _only)
+    finish = {
+        "mean": _only,
+        "geometric mean": _geometric_mean,
+        "precision": lambda ratios: _at_best(ratios)[0],
+        "recall": lambda ratios: _at_best(ratios)[1],
+        "f": lambda ratios: long_term.f_score(*_at_best(ratios)),
+    }[metric.statistic]
+    return _collect(seeds, [_mean_parts(some) for some in chosen], finish)
+
+
+def values(rows: Sequence[Row], metric: Metric) -> NDArray[np.float64]:
+    """Return the distinct values (K,) of a metric's first kind of row, sorted."""
+    return np.unique([row["value"] for row in _chosen(rows, metric.rows[0], metric.kind)])
+
+
+_COUNTED = {
+    "precision of counts": ((1.0, 0.0, 0.0), (1.0, 1.0, 0.0)),
+    "recall of counts": ((1.0, 0.0, 0.0), (1.0, 0.0, 1.0)),
+    "f of counts": ((2.0, 0.0, 0.0), (2.0, 1.0, 1.0)),
+}
+"""How much a right, a wrong and a missing answer counts above and below the line: ``A / (A + B)``, ``A / (A + C)`` and
+``2 P R / (P + R) = 2 A / (2 A + B + C)``.
+"""
+
+_Parts = tuple[list[int], NDArray[np.float64], NDArray[np.float64]]
+"""Seed, numerator (D,) and denominator (D,) of each row."""
+
+
+def _chosen(rows: Sequence[Row], name: str, kind: str | None) -> list[Row]:
+    return [
+        row
+        for row in rows
+        if row["metric"] == name
+        and (row["value"] is not None or name == "recovery_frames")
+        and (kind is None or _is(event_of(row), kind))
+    ]
+
+
+def _is(event: dict[str, Any] | None, kind: str) -> bool:
+    return event is not None and (event["kind"] == kind or event.get(kind) is True)
+
+
+def _mean_parts(rows: Sequence[Row]) -> _Parts:
+    """``a = weight * value, b = weight``: ratios are weighted means, series entry by entry."""
+    weights = np.array([row["weight"] for row in rows])[:, None]
+    numbers = np.array([np.atleast_1d(row["value"]) for row in rows], dtype=float)
+    return [row["seed"] for row in rows], weights * numbers, np.broadcast_to(weights, numbers.shape)
+
+
+def _indicator_parts(rows: Sequence[Row], grid: NDArray[np.float64]) -> _Parts:
+    """``a_g = [value <= grid_g], b_g = 1``: ratios are the distribution function on the grid."""
+    numbers = np.array([row["value"] for row in rows], dtype=float)[:, None]
+    below = (numbers <= grid).astype(float)
+    return [row["seed"] for row in rows], below, np.ones_like(below)
+
+
+def _survival_parts(times: Sequence[Row], watched: Sequence[Row], horizon_frames: int) -> _Parts:
+    """``a_t = [recovered at step t], b_t = [not recovered and watched until step t]``: ratios are the hazards
+    of Kaplan-Meier.
+    """
+    steps = np.arange(horizon_frames)
+    never = np.array([row["value"] is None for row in times])
+    ends = np.array([w["value"] if t["value"] is None else t["value"] for t, w in zip(times, watched, strict=True)])
+    at = ends[:, None]
+    events = (at == steps) & ~never[:, None]
+    return [row["seed"] for row in times], events.astype(float), (at >= steps).astype(float)
+
+
+def _count_parts(counts: Sequence[Sequence[Row]], above: Sequence[float], below: Sequence[float]) -> _Parts:
+    """``a = above_k * count, b = below_k * count`` for rows of the k-th kind: ratios are those of the sums."""
+    seeds = [row["seed"] for some in counts for row in some]
+    values = np.array([[row["value"]] for some in counts for row in some], dtype=float)
+    lengths = [len(some) for some in counts]
+    numerators, denominators = (values * np.repeat(factors, lengths)[:, None] for factors in (above, below))
+    return seeds, numerators, denominators
+
+
+def _collect(
+    seeds: NDArray[np.int64],
+    parts: Sequence[_Parts],
+    finish: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+) -> PooledRatios:
+    sums: tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]] = ([], [])
+    for row_seeds, numerators, denominators in parts:
+        places = np.searchsorted(seeds, row_seeds)
+        for collected, each in zip(sums, (numerators, denominators), strict=True):
+            total = np.zeros((len(seeds), each.shape[1]))
+            np.add.at(total, places, each)
+            collected.append(total)
+    return PooledRatios(seeds, np.hstack(sums[0]), np.hstack(sums[1]), finish)
+
+
+def _only(ratios: NDArray[np.float64]) -> NDArray[np.float64]:
+    return ratios[..., 0]
+
+
+def _geometric_mean(ratios: NDArray[np.float64]) -> NDArray[np.float64]:
+    return in_view.geometric_mean(ratios[..., 0], ratios[..., 1])
+
+
+def _at_best(ratios: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return precision and recall (...) at the threshold of the greatest F."""
+    precision, recall = np.split(ratios, 2, axis=-1)
+    best = long_term.best_f_score(precision, recall)[..., None]
+    return np.take_along_axis(precision, best, -1)[..., 0], np.take_along_axis(recall, best, -1)[..., 0]
+
+
+def _median_of(grid: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    def median(below: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the mean of lower and upper median: half of the values are <= the one, half >= the other."""
+        lower = grid[np.argmax(below >= 0.5 - 1e-12, axis=-1)]
+        upper = grid[np.argmax(below > 0.5 + 1e-12, axis=-1)]
+        return np.where(np.isnan(below[..., -1]), np.nan, 0.5 * (lower + upper))
+
+    return median
+
+
+def _restricted_mean(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``sum_t S(t)`` over the frames t before the horizon with ``S(t) = prod_{u <= t} (1 - hazard_u)``; where
+    nobody is watched S stays.
+    """
+    survival = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
+    return survival.sum(axis=-1)

@@ -1,0 +1,216 @@
+"""How fast pictures are made: a finished frame with all its truth, against a bare call of PyBullet's renderer.
+
+Both are timed in one run, in turns, on the same scene, camera and size, in CPU time of the one thread that does the
+work (wall times of short calls flatter whoever runs while others wait). A *finished frame* is one ``Episode.step``:
+everything moved, picture (or both of a stereo pair) with shadows, light and sensor noise, boxes, visible fractions and
+all other truth. The *bare call* is ``getCameraImage`` of TinyRenderer with shadows, one for each picture: no noise, no
+exposure, no truth but ids and depth.
+
+A kernel is compiled, or loaded from disk, at the first frame that needs it, and that may be a late one (the first that
+motion blurs). So every process goes through the very frames to be timed once before, in a town of their own.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+
+from benchmarks.scores.statistics import PooledRatios, bootstrap_interval
+from scenarios import catalog
+from scenarios.scenario import Frame
+from scenarios.stereo_follow.truth import PeopleTruth
+from sim.world import World
+
+UNTIMED_FRAMES = 5
+"""At the start of an episode, while shadows of what stands still are drawn and the exposure settles."""
+FRAMES_PER_BARE_CALL = 8
+_NEAR_M, _FAR_M = 0.2, 1000.0
+_PATIENCE_S = 300.0
+
+Figure = tuple[str, str, str, Sequence[float], Sequence[float]]
+"""Metric, unit, which way is better, and what is divided by what, in each town."""
+
+
+class Subject(Protocol):
+    """What is measured: an episode whose world can be drawn by others."""
+
+    frame_count: int
+
+    @property
+    def world(self) -> World:
+        """The bodies, where they are now."""
+        ...
+
+    def step(self) -> Frame:
+        """Return the next finished frame."""
+        ...
+
+    def close(self) -> None:
+        """Free the world."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedSample:
+    """CPU seconds of single frames of one episode.
+
+    Attributes:
+        frame_s: (N,) of finished frames.
+        bare_s: (M,) of bare calls of TinyRenderer (two for a pair), spread evenly among them.
+        wall_frame_s: wall time of a finished frame, mean.
+    """
+
+    frame_s: tuple[float, ...]
+    bare_s: tuple[float, ...]
+    wall_frame_s: float
+
+    @property
+    def speedup(self) -> float:
+        """Mean bare call over mean finished frame."""
+        return float(np.mean(self.bare_s) / np.mean(self.frame_s))
+
+
+def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
+    """Time finished frames and, after every eighth, a bare call from the same camera.
+
+    Args:
+        build: builds the episode; the same one each time.
+        frames: how many, at least ``FRAMES_PER_BARE_CALL``.
+
+    Raises:
+        ValueError: if the episode has fewer.
+    """
+    cv2.setNumThreads(1)
+    episode, frame = _rehearsed(build, frames)
+    bare_calls(episode.world, frame)
+    frame_s, bare_s, wall_s = [], [], 0.0
+    for k in range(frames):
+        wall, cpu = time.perf_counter(), time.thread_time()
+        frame = episode.step()
+        frame_s.append(time.thread_time() - cpu)
+        wall_s += time.perf_counter() - wall
+        if k % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
+            episode.world.hand_over()
+            cpu = time.thread_time()
+            bare_calls(episode.world, frame)
+            bare_s.append(time.thread_time() - cpu)
+    episode.close()
+    return SpeedSample(tuple(frame_s), tuple(bare_s), wall_s / frames)
+
+
+def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Frame]:
+    """Return an episode, and the last of its untimed frames, whose next ``frames`` frames need no new kernel."""
+    with closing(build()) as rehearsal:
+        longest = rehearsal.frame_count - UNTIMED_FRAMES
+        if frames > longest:
+            raise ValueError(f"frames: expected at most {longest}, which an episode of this preset has, got {frames}")
+        for _ in range(UNTIMED_FRAMES + frames):
+            rehearsal.step()
+    episode = build()
+    for _ in range(UNTIMED_FRAMES):
+        frame = episode.step()
+    return episode, frame
+
+
+def bare_calls(world: World, frame: Frame) -> None:
+    """Draw a frame's views, of a stereo pair both, with TinyRenderer and its shadows, and drop the pictures."""
+    views = [frame.truth.T_world_camera]
+    if isinstance(frame.truth, PeopleTruth):
+        views.append(frame.truth.T_world_right)
+    for T_world_camera in views:
+        world.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)
+
+
+def process_throughput(scenario: str, preset: str, seed: int, frames: int, processes: int) -> float:
+    """Return finished frames a second of wall time, all processes together; each runs the episode for itself.
+
+    All start at once, after each has built its town and rehearsed.
+    """
+    context = multiprocessing.get_context("spawn")
+    start, results = context.Barrier(processes), context.Queue()
+    workers = [
+        context.Process(target=_work, args=(scenario, preset, seed, frames, start, results)) for _ in range(processes)
+    ]
+    for worker in workers:
+        worker.start()
+    seconds = [results.get(timeout=_PATIENCE_S) for _ in workers]
+    for worker in workers:
+        worker.join()
+    return sum(frames / each for each in seconds)
+
+
+def _work(scenario: str, preset: str, seed: int, frames: int, start: Any, results: Any) -> None:
+    cv2.setNumThreads(1)
+    episode, _ = _rehearsed(_builder(scenario, preset, seed), frames)
+    start.wait(_PATIENCE_S)
+    began = time.perf_counter()
+    for _ in range(frames):
+        episode.step()
+    results.put(time.perf_counter() - began)
+    episode.close()
+
+
+def _builder(scenario: str, preset: str, seed: int) -> Callable[[], Any]:
+    return lambda: catalog.scenario(scenario).episode(preset, seed)
+
+
+def measure_scenario(
+    scenario: str,
+    preset: str,
+    seeds: range,
+    frames: int,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> list[dict[str, Any]]:
+    """Return the entries of ``summary.json`` on speed over towns of these seeds, see ``benchmarks.scores.summary``.
+
+    Args:
+        frames: finished frames timed in each town.
+        progress: called with (parts done, parts in all).
+    """
+    of = 3 * len(seeds)
+    samples, one, two = [], [], []
+    for k, seed in enumerate(seeds):
+        progress(3 * k, of)
+        samples.append(measure(_builder(scenario, preset, seed), frames))
+        progress(3 * k + 1, of)
+        one.append(process_throughput(scenario, preset, seed, frames, 1))
+        progress(3 * k + 2, of)
+        two.append(process_throughput(scenario, preset, seed, frames, 2))
+    progress(of, of)
+    bare, finished = ([float(np.mean(getattr(s, name))) for s in samples] for name in ("bare_s", "frame_s"))
+    ones, walls = [1.0] * len(samples), [sample.wall_frame_s for sample in samples]
+    figures = (
+        ("speedup_over_tinyrenderer", "ratio", "higher", bare, finished),
+        ("frames_per_s", "1/s", "higher", ones, walls),
+        ("process_scaling", "ratio", "higher", two, one),
+        ("frame_cpu_ms", "ms", "lower", [1e3 * each for each in finished], ones),
+        ("tinyrenderer_cpu_ms", "ms", "lower", [1e3 * each for each in bare], ones),
+    )
+    return entries_of(scenario, preset, "raster", seeds, figures)
+
+
+def entries_of(
+    scenario: str, preset: str, subject: str, seeds: range, figures: Iterable[Figure]
+) -> list[dict[str, Any]]:
+    """Return the entries of ``summary.json`` of what was measured in these towns; ``subject`` says what was."""
+    id_of = catalog.scenario(scenario).id
+    return [
+        {"suite": "speed", "scenario": id_of, "preset": preset, "tracker": subject, "role": "ours"}
+        | {"renderer": "raster", "metric": metric, "unit": unit, "better": better}
+        | dict(_statistic(np.array(seeds), np.array(above), np.array(below)))
+        for metric, unit, better, above, below in figures
+    ]
+
+
+def _statistic(seeds: np.ndarray, above: np.ndarray, below: np.ndarray) -> Iterator[tuple[str, float]]:
+    """Ratio of sums over towns, with the 95 % bootstrap interval over towns."""
+    pool = PooledRatios(seeds, above[:, None], below[:, None], lambda ratios: ratios[..., 0])
+    low, high = bootstrap_interval(pool)
+    yield from (("mean", pool.mean), ("ci_low", low), ("ci_high", high), ("n", len(seeds)))

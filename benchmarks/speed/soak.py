@@ -1,0 +1,78 @@
+"""Very many steps of a vector env, through many episodes, while the memory of its processes is watched."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.speed.env_stepping import env_keywords
+from scenarios.envs.vector_env import FollowVectorEnv
+
+LARGEST_GROWTH = 0.05
+_MEBIBYTE = 2**20
+
+
+@dataclass(frozen=True)
+class SoakSample:
+    """How things stood at a moment.
+
+    Attributes:
+        steps, episodes: since the beginning, all envs together.
+        seconds: likewise.
+        rss_mib: resident memory of this process and of every worker, in MiB.
+    """
+
+    steps: int
+    episodes: int
+    seconds: float
+    rss_mib: tuple[float, ...]
+
+
+def soak(
+    preset: str, steps: int, num_envs: int, workers: int, report: Callable[[SoakSample], None], samples: int = 40
+) -> list[SoakSample]:
+    """Step with random actions, resets included, and return how things stood, evenly spread.
+
+    Args:
+        steps: of all envs together, at least ``samples`` for each env.
+        report: called with every sample when it is taken.
+    """
+    rounds = -(-steps // num_envs)
+    every = max(rounds // samples, 1)
+    taken: list[SoakSample] = []
+    rng = np.random.default_rng(0)
+    with closing(FollowVectorEnv(num_envs, workers=workers, **env_keywords(preset))) as envs:
+        ids = (os.getpid(), *envs.worker_ids)
+        began, episodes = time.perf_counter(), num_envs
+        envs.reset(seed=0)
+        for k in range(1, rounds + 1):
+            *_, terminated, truncated, _ = envs.step(rng.uniform(-1, 1, envs.action_space.shape or ()))
+            episodes += int((terminated | truncated).sum())
+            if k % every == 0 or k == rounds:
+                rss_mib = tuple(resident_mib(each) for each in ids)
+                taken.append(SoakSample(k * num_envs, episodes, time.perf_counter() - began, rss_mib))
+                report(taken[-1])
+    return taken
+
+
+def growth(samples: list[SoakSample]) -> float:
+    """Return by which share the processes together hold more memory in the last fifth of the steps than in the second.
+
+    Means, as a large town takes more than a small one. In the first fifth caches of meshes and kernels fill.
+    """
+    total_mib = np.array([sum(each.rss_mib) for each in samples])
+    share = np.array([each.steps for each in samples]) / samples[-1].steps
+    early, late = (share > 0.2) & (share <= 0.4), share > 0.8
+    return float(total_mib[late].mean() / total_mib[early].mean() - 1.0)
+
+
+def resident_mib(process_id: int) -> float:
+    """Return a process's resident memory in MiB."""
+    pages = int(Path(f"/proc/{process_id}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / _MEBIBYTE

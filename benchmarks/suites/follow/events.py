@@ -1,0 +1,87 @@
+"""Losses as the events of their suite, what is compared of them and of whole episodes, and how many there are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from benchmarks.suites.follow.metrics.following import LOSS_S
+from benchmarks.suites.registry import EventWords, Metric
+
+LONGEST_SEARCH_FRAMES = 150
+"""The restricted mean of the time to find again counts no more than this (10 s at 15 frames a second)."""
+
+COMPARED = (
+    Metric(
+        "time_in_view",
+        "time with the target's centre in the picture and its box at least 12 px long",
+        "fraction",
+        "higher",
+        ("time_in_view",),
+    ),
+    Metric(
+        "centring_error",
+        "distance of the target from the picture's middle, over half the diagonal, while in view",
+        "fraction",
+        "lower",
+        ("centring_error",),
+    ),
+    Metric(
+        "losses_per_minute",
+        f"stretches out of view longer than {LOSS_S:g} s",
+        "1/min",
+        "lower",
+        ("losses_per_minute",),
+    ),
+    Metric(
+        "time_to_find_again_s",
+        f"mean time from leaving view to being in view again, of losses; never = {LONGEST_SEARCH_FRAMES} frames "
+        "(Kaplan-Meier, restricted)",
+        "s",
+        "lower",
+        ("recovery_frames", "watched_frames", "rate_hz"),
+        "restricted mean",
+        horizon_frames=LONGEST_SEARCH_FRAMES,
+    ),
+    Metric(
+        "wrong_target_rate",
+        "time the tracker's estimate is on another object that is seen, not on the target",
+        "fraction",
+        "lower",
+        ("wrong_target_rate",),
+    ),
+    Metric(
+        "effort",
+        "mean size of the commands obeyed, 1 = every axis at its limit all the time",
+        "fraction",
+        "lower",
+        ("effort",),
+    ),
+    Metric(
+        "jerkiness_per_s",
+        "mean change of the commands obeyed in a second, in the same measure",
+        "1",
+        "lower",
+        ("jerkiness_per_s",),
+    ),
+)
+"""In which contestants are compared, over whole episodes."""
+
+
+def _describe(losses: Sequence[dict[str, Any]]) -> str:
+    if not losses:
+        return f"nobody lost the target from view for longer than {LOSS_S:g} s"
+    lengths = [each["length_frames"] for each in losses]
+    never = sum(each["back_frame"] is None for each in losses)
+    return f"{len(losses)} losses of {min(lengths)} to {max(lengths)} frames, {never} of them to the end"
+
+
+EVENTS = EventWords(
+    name="losses",
+    key="event",
+    # Nobody meets another's losses: they are compared over whole episodes alone.
+    tests={},
+    compared=(),
+    describe=_describe,
+    episodes=COMPARED,
+)

@@ -1,0 +1,106 @@
+"""The report's figures of the suite ``follow``: lines are controllers, trackers lie beside each other."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.ticker import PercentFormatter
+
+from benchmarks.report import curves, plots
+from benchmarks.report.palette import GRID, GROUND, QUIET, LineStyle
+from benchmarks.run.records import Row
+from benchmarks.scores import pooling
+from benchmarks.scores.statistics import bootstrap_interval
+from benchmarks.suites.follow.events import COMPARED, LONGEST_SEARCH_FRAMES
+from benchmarks.suites.follow.metrics.following import LOSS_S
+from benchmarks.suites.registry import Plot
+
+_LINE_HEIGHT = 0.4
+"""Of a controller's trackers together; 1 is the distance of controllers."""
+_MARKS: tuple[dict[str, Any], ...] = (
+    {"marker": "o"},
+    {"marker": "s", "markerfacecolor": GROUND},
+    {"marker": "^", "markerfacecolor": GROUND},
+    {"marker": "D", "markerfacecolor": GROUND},
+)
+"""Of trackers, ours first."""
+
+ByTracker = Mapping[str, Mapping[str, Sequence[Row]]]
+
+
+def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
+    """Return the time in view by tracker and controller, and for each tracker how soon targets are found again."""
+    by_tracker: dict[str, dict[str, Sequence[Row]]] = {}
+    for rows in drawn.values():
+        by_tracker.setdefault(rows[0]["tracker"], {})[rows[0]["controller"]] = rows
+    by_tracker = dict(sorted(by_tracker.items(), key=lambda item: _is_ours(item[1]), reverse=True))
+    # Variants alone are not drawn.
+    return [_time_in_view(by_tracker, styles), *_found_again(by_tracker, styles)] if by_tracker else []
+
+
+def _is_ours(rows: Mapping[str, Sequence[Row]]) -> bool:
+    return bool(next(iter(rows.values()))[0]["tracker_role"] == "ours")
+
+
+def _time_in_view(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> Plot:
+    shares = {
+        tracker: {
+            controller: (pool.mean, *bootstrap_interval(pool))
+            for controller, rows in mine.items()
+            if (pool := pooling.pooled(rows, COMPARED[0])) is not None
+        }
+        for tracker, mine in by_tracker.items()
+    }
+    words = (
+        "In view: the target's centre is in the picture and its box at least 12 pixels long. Marks: all episodes; "
+        "bars: 95 % bootstrap over seeds."
+    )
+    return Plot("How long is it in view?", words, plot_shares(shares, styles, "time in view"))
+
+
+def plot_shares(
+    shares: Mapping[str, Mapping[str, tuple[float, float, float]]], styles: Mapping[str, LineStyle], x_label: str
+) -> str:
+    """Draw shares (mean, low, high) by tracker and controller: a line a controller, a kind of mark a tracker."""
+    controllers = [name for name in styles if any(name in mine for mine in shares.values())]
+    offsets = np.linspace(0.5, -0.5, len(shares)) * _LINE_HEIGHT if len(shares) > 1 else np.zeros(1)
+    with plots.drawn_as("shares"):
+        figure, axes = plots.new_figure(x_label, "")
+        places = dict(zip(controllers, np.arange(len(controllers))[::-1], strict=True))
+        for offset, mark, mine in zip(offsets, itertools.cycle(_MARKS), shares.values(), strict=False):
+            for controller, (mean, low, high) in mine.items():
+                colour, y = styles[controller].colour, places[controller] + offset
+                axes.plot([low, high], [y, y], color=colour, linewidth=1.6, solid_capstyle="butt")
+                axes.plot([mean], [y], color=colour, markersize=5.5, markeredgecolor=colour, **mark)
+        for name, mark in zip(shares, itertools.cycle(_MARKS), strict=False):
+            axes.plot([], [], color=QUIET, linestyle="", markeredgecolor=QUIET, label=f"by {name}", **mark)
+        for place in list(places.values())[:-1]:
+            axes.axhline(place - 0.5, color=GRID, linewidth=0.6)
+        axes.set_yticks(list(places.values()), controllers)
+        axes.set_ylim(-0.5, len(controllers) - 0.5)
+        axes.set_xlim(0, 1.01)
+        axes.xaxis.set_major_formatter(PercentFormatter(1.0))
+        axes.grid(False, axis="y")
+        figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=8)
+        return plots.svg(figure)
+
+
+def _found_again(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> list[Plot]:
+    made = []
+    for tracker, mine in by_tracker.items():
+        lines = {
+            controller: curve
+            for controller, rows in mine.items()
+            if (curve := curves.recovery(rows, LONGEST_SEARCH_FRAMES)) is not None
+        }
+        if lines:
+            words = (
+                f"Losses are longer than {LOSS_S:g} s. Kaplan–Meier: a target that is never seen again counts as lost "
+                "for as long as the episode went on. Bands: 95 % bootstrap over seeds."
+            )
+            svg = plots.plot_search(lines, styles, LONGEST_SEARCH_FRAMES)
+            made.append(Plot(f"How soon is it found again, by {tracker}?", words, svg))
+    return made

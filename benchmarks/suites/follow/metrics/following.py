@@ -1,0 +1,172 @@
+"""How well a camera is kept on its target: measures of our own, and those that the closest rivals report.
+
+Frames are those of an episode, frame 0 first. That one was given: no command led to it, so shares and means are over
+the steps, frames 1 to F - 1. In view is a frame with the target's centre in the picture and its amodal box at least 12
+pixels long (``scenarios.in_view``), hidden or not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.scores.runs import runs
+from scenarios.truth import Truth
+
+LOSS_S = 1.0
+"""A loss is a stretch out of view that lasts longer."""
+RIVALS_LOSS_S = 2.0
+"""The rivals' episodes end with a loss; they time it by the wall clock, here it is longer than so much simulated time
+out of view."""
+RIVALS_STEPS = 500
+FOLLOWING_M, FAR_M, FAR_STEPS, COLLISION_M = 3.0, 4.0, 20, 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """A stretch of frames out of view that is long enough to count.
+
+    Attributes:
+        index: its place in the episode, from 0.
+        first_frame: first frame out of view. length_frames: so many in a row.
+        back_frame: first frame in view again; None if the episode ended before.
+    """
+
+    index: int
+    first_frame: int
+    length_frames: int
+    back_frame: int | None
+
+    def attributes(self) -> dict[str, Any]:
+        """Return what rows say of it."""
+        return {"kind": "loss", **asdict(self)}
+
+
+def find_losses(in_view: NDArray[np.bool_], rate_hz: float, longer_than_s: float = LOSS_S) -> list[Loss]:
+    """Return the stretches out of view (F,) that last longer than ``longer_than_s``, in order."""
+    long = [(first, end) for first, end in runs(~in_view) if end - first > longer_than_s * rate_hz]
+    return [
+        Loss(index, first, end - first, end if end < len(in_view) else None) for index, (first, end) in enumerate(long)
+    ]
+
+
+def time_in_view(in_view: NDArray[np.bool_]) -> float:
+    """Return the share in [0, 1] of the steps with the target in view."""
+    return float(in_view[1:].mean())
+
+
+def losses_per_minute(losses: Sequence[Loss], frame_count: int, rate_hz: float) -> float:
+    """Return the number of losses a minute of the steps, >= 0."""
+    return 60.0 * len(losses) * rate_hz / (frame_count - 1)
+
+
+def centring_error(position_px: NDArray[np.float64], size_px: tuple[int, int], in_view: NDArray[np.bool_]) -> float:
+    """Return the mean of ``|target - middle| / (half the picture's diagonal)`` in [0, 1] over the steps in view.
+
+    Args:
+        position_px: (F, 2) the target's centre. size_px: (width, height). NaN if it never was in view.
+    """
+    size = np.array(size_px)
+    distance = np.linalg.norm(position_px - 0.5 * size, axis=1) / (0.5 * np.linalg.norm(size))
+    among = distance[1:][in_view[1:]]
+    return float(among.mean()) if len(among) else float("nan")
+
+
+def effort(shares: NDArray[np.float64]) -> float:
+    """Return ``mean_k |c_k| / sqrt(A)`` in [0, 1] of the obeyed commands c (F - 1, A), in shares of the axes' limits.
+
+    0 is to do nothing, 1 to use every axis to its limit all the time.
+    """
+    return float(np.linalg.norm(shares, axis=1).mean() / np.sqrt(shares.shape[1]))
+
+
+def jerkiness_per_s(shares: NDArray[np.float64], rate_hz: float) -> float:
+    """Return ``rate * mean_k |c_k - c_(k-1)| / sqrt(A)`` >= 0 of the obeyed commands c (F - 1, A), from rest on."""
+    changes = np.diff(shares, axis=0, prepend=np.zeros((1, shares.shape[1])))
+    return float(rate_hz * np.linalg.norm(changes, axis=1).mean() / np.sqrt(shares.shape[1]))
+
+
+def is_on_target(position_px: NDArray[np.float64], truth: Truth) -> bool:
+    """Return whether a position (2,) is within the target's amodal box, in the picture or outside."""
+    box = truth.box_xyxy[truth.target]
+    return bool((position_px >= box[:2]).all() and (position_px < box[2:]).all())
+
+
+def is_on_other(position_px: NDArray[np.float64], truth: Truth) -> bool:
+    """Return whether the pixel at a position (2,) shows another object, and that is not within the target's box."""
+    height, width = truth.instance_map.shape
+    if not (0 <= position_px[0] < width and 0 <= position_px[1] < height) or is_on_target(position_px, truth):
+        return False
+    shown = truth.instance_map[int(position_px[1]), int(position_px[0])]
+    return bool(shown != truth.instance_id[truth.target] and (shown == truth.instance_id).any())
+
+
+def dat_cumulative_reward(centring: NDArray[np.float64]) -> float:
+    """Return ``CR = sum_k tanh(4 p_k^3)`` over the steps, in [0, 0.9993 (F - 1)]: it grows with the episode.
+
+    DAT_Benchmark (NeurIPS 2025). Its p (F,) in [0, 1] is ``scenarios.in_view.centring``: one minus the target's
+    distance from the picture's middle over that of the edge along the same ray; 0 outside. Its size plays no part.
+    """
+    return float(np.tanh(4.0 * centring[1:] ** 3).sum())
+
+
+def dat_tsr(centring: NDArray[np.float64]) -> float:
+    """Return the tracking success rate: mean of ``1[p_k > 0]`` over the steps, in [0, 1] (ibid.)."""
+    return float((centring[1:] > 0).mean())
+
+
+def episode_length_steps(in_view: NDArray[np.bool_], rate_hz: float) -> int:
+    """Return the steps until the target counts as lost, or of the whole episode (AD-VAT, UnrealZoo).
+
+    Theirs is lost when it was out of view for some seconds of wall clock; here for longer than two simulated ones.
+    """
+    lost = find_losses(in_view, rate_hz, RIVALS_LOSS_S)
+    return lost[0].first_frame + int(RIVALS_LOSS_S * rate_hz) if lost else len(in_view) - 1
+
+
+def survives(in_view: NDArray[np.bool_], rate_hz: float, steps: int = RIVALS_STEPS) -> bool:
+    """Return whether there is no such loss in the first ``steps`` steps, or to the end where that is sooner: SR_500 is
+    the share of such episodes (ibid.).
+    """
+    return not find_losses(in_view[: steps + 1], rate_hz, RIVALS_LOSS_S)
+
+
+@dataclass(frozen=True, slots=True)
+class PersonFollowing:
+    """How EVT-Bench scores an episode.
+
+    Attributes:
+        success: following on the last step. collision: the episode ended with one, nearer than 0.5 m.
+        tracking_rate: share of the steps following, in [0, 1].
+    """
+
+    success: bool
+    tracking_rate: float
+    collision: bool
+
+
+def person_following(in_picture: NDArray[np.bool_], distance_m: NDArray[np.float64]) -> PersonFollowing:
+    """Return what EVT-Bench (TrackVLA, 2025) says of an episode.
+
+    Following is to face the person (here: the centre is in the picture) from at most 3 m. Their episode ends with a
+    collision, and with the person lost: more than 20 steps beyond 4 m since the last step following. Ours goes on, and
+    nothing of that is following. Their tracking rate divides by the larger of reference length and steps; episodes here
+    have one length, F - 1, for everybody.
+
+    Args:
+        in_picture: (F,). distance_m: (F,) on the ground from the camera to the person.
+    """
+    following = in_picture & (distance_m <= FOLLOWING_M)
+    far_steps, collision = 0, False
+    for step in range(1, len(following)):
+        far_steps = 0 if following[step] else far_steps + bool(distance_m[step] > FAR_M)
+        collision = bool(distance_m[step] < COLLISION_M)
+        if far_steps > FAR_STEPS or collision:
+            following[step:] = False
+            break
+    steps = following[1:]
+    return PersonFollowing(bool(steps[-1]), float(steps.mean()), collision)

@@ -1,0 +1,86 @@
+"""The suite ``follow``: a controller that a tracker tells where the target is: how well does it keep it in view?"""
+
+from __future__ import annotations
+
+from benchmarks.suites.follow.events import COMPARED, EVENTS
+from benchmarks.suites.follow.figures import figures
+from benchmarks.suites.follow.judge import FollowJudge
+from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
+
+
+def _share(name: str, summary: str) -> Metric:
+    return Metric(name, summary, "fraction", "higher", (name,))
+
+
+FOLLOW = Suite(
+    name="follow",
+    summary="a camera steered by what a tracker says of its target: is it kept in view?",
+    heading="Is it kept in view?",
+    scenes=(
+        Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf")),
+        Scene("stereo-follow", "stereo", ("stereo_people", "stereo_wb_shutter_gain")),
+    ),
+    preset="standard",
+    quick_preset="quick",
+    judge=FollowJudge,
+    metrics=(
+        *COMPARED,
+        Metric("dat_cumulative_reward", "DAT_Benchmark: sum of tanh(4 p³)", "1", "higher", ("dat_cumulative_reward",)),
+        _share("dat_tsr", "DAT_Benchmark: steps with the target's centre in the picture"),
+        Metric(
+            "episode_length_steps",
+            "AD-VAT, UnrealZoo: steps until it was out of view for 2 simulated seconds, or to the end",
+            "steps",
+            "higher",
+            ("episode_length_steps",),
+        ),
+        _share("sr_500", "AD-VAT, UnrealZoo: episodes of 500 steps, or shorter ones, without such a loss"),
+        _share("evt_success_rate", "EVT-Bench: episodes that end in the picture and within 3 m, never lost"),
+        _share("evt_tracking_rate", "EVT-Bench: steps in the picture and within 3 m, none after a loss"),
+        Metric(
+            "evt_collision_rate",
+            "EVT-Bench: episodes that end with the camera nearer than 0.5 m",
+            "fraction",
+            "lower",
+            ("evt_collision_rate",),
+        ),
+        _share("in_view_tpr", 'OxUvA: frames in view on which the tracker says "in view" and is on the target'),
+        _share("in_view_tnr", "OxUvA: frames with the target absent on which the tracker says so"),
+        Metric(
+            "in_view_gm",
+            "geometric mean of the two",
+            "fraction",
+            "higher",
+            ("in_view_tpr", "in_view_tnr"),
+            "geometric mean",
+        ),
+        Metric(
+            "ms_per_frame", "CPU time of one core a frame, of the tracker", "ms", "lower", ("ms_per_frame",), "median"
+        ),
+        Metric(
+            "frames_per_s",
+            "frames a second on one core, of the tracker",
+            "1/s",
+            "higher",
+            ("frames_per_s",),
+            "median",
+        ),
+    ),
+    headline=(
+        "time_in_view",
+        "centring_error",
+        "losses_per_minute",
+        "time_to_find_again_s",
+        "wrong_target_rate",
+        "effort",
+        "sr_500",
+    ),
+    compared=tuple(metric.name for metric in COMPARED),
+    tuned_for={"time_in_view": 1.0, "effort": -0.1},
+    events=EVENTS,
+    silence="nothing by itself: its controller is told so, and what the camera sees is what counts",
+    figures=figures,
+    contestants=("controller", "tracker"),
+    truth="target",
+)
+register_suite(FOLLOW)

@@ -1,0 +1,60 @@
+"""Frame-outs as the events of their suite: what they are divided by, and how many there are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+from benchmarks.suites.registry import EventTest, EventWords, Metric
+
+_LENGTHS = (1, 16, 31, 61, 121, 1_000_000)
+
+
+def _tests() -> dict[str, EventTest]:
+    tests: dict[str, EventTest] = {
+        "all": lambda frame_out: True,
+        "on the road": lambda frame_out: frame_out["kind"] == "road",
+        "off the road": lambda frame_out: frame_out["kind"] == "excursion",
+        "with a turn": lambda frame_out: bool(frame_out["turned"]),
+        "without a turn": lambda frame_out: not frame_out["turned"],
+    }
+    for side in ("left", "right", "top", "bottom"):
+        tests[f"left by the {side}"] = _is_by(side)
+    for low, high in pairwise(_LENGTHS):
+        name = f"{low} to {high - 1} frames" if high < _LENGTHS[-1] else f"{low} frames and more"
+        tests[name] = _lasts(low, high)
+    return tests
+
+
+def _is_by(side: str) -> EventTest:
+    return lambda frame_out: bool(frame_out["side"] == side)
+
+
+def _lasts(low: int, high: int) -> EventTest:
+    return lambda frame_out: bool(low <= frame_out["length_frames"] < high)
+
+
+def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
+    if not frame_outs:
+        return "no frame-outs"
+    lengths = [each["length_frames"] for each in frame_outs]
+    turned = sum(bool(each["turned"]) for each in frame_outs)
+    excursions = sum(each["kind"] == "excursion" for each in frame_outs)
+    return (
+        f"{len(frame_outs)} frame-outs of {min(lengths)} to {max(lengths)} frames, "
+        f"{turned} with a turn at a crossing, {excursions} with a way off the road"
+    )
+
+
+EVENTS = EventWords(
+    name="frame-outs",
+    key="frame_out",
+    tests=_tests(),
+    compared=(
+        Metric("recovered", "on the car within 5 frames", "fraction", "higher", ("recovered",)),
+        Metric("kept", "and still one second later", "fraction", "higher", ("kept",)),
+        Metric("reentry_error_m", "error on the last frame outside", "m", "lower", ("reentry_error_m",)),
+    ),
+    describe=_describe,
+)

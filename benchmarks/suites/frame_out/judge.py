@@ -1,0 +1,92 @@
+"""The judge of the suite ``frame-out``: truth and estimates as arrays over the frames, scored at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.suites.frame_out.episode_scores import score_episode
+from benchmarks.suites.frame_out.metrics import posterior
+from benchmarks.suites.frame_out.metrics.series import (
+    EstimateSeries,
+    TruthSeries,
+    estimated_box,
+    truth_series,
+    without_pictures,
+)
+from benchmarks.suites.judging import Score, told_by
+from scenarios.road_town.truth import RoadTruth
+from scenarios.scenario import Episode, Frame
+from sim.optics import intersect_plane
+from trackers.types import CameraCommand, CameraModel, Carrier, Estimate
+
+
+class FrameOutJudge:
+    """See ``benchmarks.suites.judging.Judge``."""
+
+    def __init__(self, episode: Episode, carrier: Carrier) -> None:
+        self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
+        self._first_box_xyxy = episode.target_box_xyxy
+        self._truths: list[RoadTruth] = []
+        self._camera: CameraModel | None = None
+
+    def see(self, frame: Frame, command: CameraCommand | None) -> None:
+        """See ``Judge``."""
+        self._truths.append(without_pictures(told_by(frame.truth, RoadTruth)))
+        self._camera = frame.observation.camera
+
+    def sheet(self) -> FrameOutSheet:
+        """See ``Judge``."""
+        return FrameOutSheet(self, self._first_box_xyxy)
+
+    @cached_property
+    def truth(self) -> TruthSeries:
+        """Truth of the whole episode."""
+        assert self._camera is not None
+        return truth_series(self._truths, self._rate_hz, self._camera)
+
+    def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
+        """Return the scores of one contestant."""
+        return score_episode(self.truth, estimate, failed_at_frame, closed_loop=self._closed_loop)
+
+
+class FrameOutSheet:
+    """See ``benchmarks.suites.judging.ScoreSheet``. Posteriors are judged at once: particles would fill the memory."""
+
+    def __init__(self, judge: FrameOutJudge, first_box_xyxy: NDArray[np.float64]) -> None:
+        self._judge = judge
+        self._first_box_xyxy = first_box_xyxy
+        self._position_px: list[NDArray[np.float64]] = []
+        self._position_m: list[NDArray[np.float64]] = []
+        self._box_xyxy: list[NDArray[np.float64]] = []
+        self._in_view_probability: list[float] = []
+        self._calibrations: list[posterior.Calibration] = []
+
+    def keep(self, frame: Frame, estimate: Estimate) -> None:
+        """See ``ScoreSheet``."""
+        camera, truth = frame.camera, frame.truth
+        target = truth.target
+        height_m = float(truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2])
+        position_px = np.array(estimate.position_px, dtype=float)
+        said = estimate.in_view_probability
+        outside = truth.state == "out"
+        self._position_px.append(position_px)
+        self._position_m.append(intersect_plane(camera, truth.T_world_camera, position_px, height_m))
+        self._box_xyxy.append(estimated_box(estimate, self._first_box_xyxy).copy())
+        self._in_view_probability.append(float("nan") if said is None else float(said))
+        self._calibrations.append(posterior.calibration(estimate, truth, camera) if outside else posterior.NO_POSTERIOR)
+
+    def scores(self, failed_at_frame: int | None) -> Sequence[Score]:
+        """See ``ScoreSheet``."""
+        series = EstimateSeries(
+            position_px=np.array(self._position_px),
+            position_m=np.array(self._position_m),
+            box_xyxy=np.array(self._box_xyxy),
+            in_view_probability=np.array(self._in_view_probability),
+            credible_level=np.array([c.credible_level for c in self._calibrations]),
+            nees=np.array([c.nees for c in self._calibrations]),
+        )
+        return self._judge.scores(series, failed_at_frame)

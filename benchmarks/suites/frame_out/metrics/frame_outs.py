@@ -1,0 +1,69 @@
+"""Frame-outs: the stretches of an episode in which the target is wholly outside the picture."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from benchmarks.scores.runs import runs
+from benchmarks.suites.frame_out.metrics.series import TruthSeries
+
+
+@dataclass(frozen=True, slots=True)
+class FrameOut:
+    """One frame-out.
+
+    Attributes:
+        index: its place in the episode, from 0.
+        exit_frame: first frame with state ``out``.
+        length_frames: number of frames in a row with state ``out``.
+        back_frame: first frame after them with state ``in`` (whole and seen); None if the target left again
+            or the episode ended before that.
+        watch_end_frame: first frame of the next frame-out, or the number of frames: recovery is watched up to
+            it.
+        kind: ``excursion`` if the target was off the road on any frame from the exit until ``back_frame`` (or
+            the last frame outside), else ``road``.
+        side: side of the picture it left by.
+        turned: whether it turned at a crossing while outside.
+    """
+
+    index: int
+    exit_frame: int
+    length_frames: int
+    back_frame: int | None
+    watch_end_frame: int
+    kind: Literal["road", "excursion"]
+    side: str
+    turned: bool
+
+    def attributes(self) -> dict[str, Any]:
+        """Return what rows say of it."""
+        values = asdict(self)
+        del values["watch_end_frame"]
+        return values
+
+
+def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
+    """Return the episode's frame-outs in order: every maximal stretch of frames with state ``out``."""
+    spans = list(runs(truth.state == "out"))
+    watch_ends = [*(exit_frame for exit_frame, _ in spans[1:]), truth.frame_count]
+    found = []
+    for index, ((exit_frame, end), watch_end) in enumerate(zip(spans, watch_ends, strict=False)):
+        whole_again = np.flatnonzero(truth.state[end:watch_end] == "in")
+        back_frame = end + int(whole_again[0]) if len(whole_again) else None
+        until = end if back_frame is None else back_frame
+        found.append(
+            FrameOut(
+                index=index,
+                exit_frame=exit_frame,
+                length_frames=end - exit_frame,
+                back_frame=back_frame,
+                watch_end_frame=watch_end,
+                kind="road" if truth.on_road[exit_frame:until].all() else "excursion",
+                side=str(truth.side[exit_frame]),
+                turned=bool(truth.turning[exit_frame:end].any()),
+            )
+        )
+    return found

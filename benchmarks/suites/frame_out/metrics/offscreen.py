@@ -1,0 +1,27 @@
+"""Error of the estimate while the target is outside the picture, in metres on the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.suites.frame_out.metrics.frame_outs import FrameOut
+from benchmarks.suites.frame_out.metrics.series import EstimateSeries, TruthSeries
+
+WORST_ERROR_M = 200.0
+"""Cap of every error, and the error of a tracker that says nothing, NaN, or a place above the horizon."""
+
+
+def ground_error_m(truth: TruthSeries, estimate: EstimateSeries) -> NDArray[np.float64]:
+    """Return (F,): ``min(|estimate - truth|, 200)`` in metres, in [0, 200]; 200 where nothing was said.
+
+    The estimate is taken to the ground through the true camera, at half the car's height, where its centre is.
+    Unconditional: no frame is left out because the tracker is lost.
+    """
+    distance_m = np.linalg.norm(estimate.position_m - truth.ground_m[:, truth.target], axis=1)
+    return np.minimum(np.nan_to_num(distance_m, nan=WORST_ERROR_M, posinf=WORST_ERROR_M), WORST_ERROR_M)
+
+
+def error_by_frames_since_exit_m(error_m: NDArray[np.float64], frame_out: FrameOut) -> NDArray[np.float64]:
+    """Return (length_frames,): entry k is the error k frames after the exit."""
+    return error_m[frame_out.exit_frame : frame_out.exit_frame + frame_out.length_frames]

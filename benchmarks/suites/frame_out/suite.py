@@ -1,0 +1,140 @@
+"""The suite ``frame-out``: where is the car while nobody sees it, and is it found again?"""
+
+from __future__ import annotations
+
+from benchmarks.suites.frame_out.events import EVENTS
+from benchmarks.suites.frame_out.figures import figures
+from benchmarks.suites.frame_out.judge import FrameOutJudge
+from benchmarks.suites.frame_out.metrics.offscreen import WORST_ERROR_M
+from benchmarks.suites.frame_out.picture import show_frame_out
+from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
+
+
+def _rate(name: str, summary: str, row: str, kind: str | None = None) -> Metric:
+    return Metric(name, summary, "fraction", "higher", (row,), kind=kind)
+
+
+def _error(name: str, summary: str, row: str, unit: str = "m") -> Metric:
+    return Metric(name, summary, unit, "lower", (row,))
+
+
+_CURVES = ("precision_curve", "recall_curve")
+
+FRAME_OUT = Suite(
+    name="frame-out",
+    summary="a car seen from a helicopter: where is it while outside the picture, and is it found again?",
+    heading="What happens outside the picture",
+    scenes=(Scene("road-town"),),
+    preset="standard",
+    quick_preset="quick",
+    judge=FrameOutJudge,
+    metrics=(
+        _rate("recovery_rate", "frame-outs after which it is on the car within 5 frames", "recovered"),
+        _rate("road_recovery_rate", "the same, of frame-outs on the road", "recovered", "road"),
+        _rate("excursion_recovery_rate", "the same, of those with a way off the road", "recovered", "excursion"),
+        _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", "recovered", "turned"),
+        _rate("kept_rate", "frame-outs recovered and still on the car one second later", "kept"),
+        _rate("road_kept_rate", "the same, of frame-outs on the road", "kept", "road"),
+        _rate("excursion_kept_rate", "the same, of those with a way off the road", "kept", "excursion"),
+        _rate("kept_run_rate", "episodes all of whose frame-outs were kept", "run_kept"),
+        Metric(
+            "wrong_car_rate",
+            "frame-outs after which it is locked on another car",
+            "fraction",
+            "lower",
+            ("locked_on_wrong_car",),
+        ),
+        Metric(
+            "time_to_recover_frames",
+            "mean time from back in full to on the car, never = 60 (Kaplan-Meier, restricted)",
+            "frames",
+            "lower",
+            ("recovery_frames", "watched_frames"),
+            "restricted mean",
+        ),
+        _error(
+            "offscreen_error_30_m",
+            "error 30 frames after the exit, mean of frame-outs that last so long",
+            "offscreen_error_30_m",
+        ),
+        _error("offscreen_error_100_m", "error 100 frames after the exit", "offscreen_error_100_m"),
+        Metric("offscreen_error_30_median_m", "its median", "m", "lower", ("offscreen_error_30_m",), "median"),
+        Metric("offscreen_error_100_median_m", "its median", "m", "lower", ("offscreen_error_100_m",), "median"),
+        _error("offscreen_error_m", "error on all frames outside", "offscreen_error_m"),
+        _error(
+            "offscreen_error_car_lengths",
+            "the same in car lengths",
+            "offscreen_error_car_lengths",
+            "car lengths",
+        ),
+        _error("reentry_error_m", "error on the last frame outside", "reentry_error_m"),
+        _rate(
+            "coverage_50",
+            "frames outside whose truth lies in the posterior's 50 % region (0.5 is right)",
+            "coverage_50",
+        ),
+        _rate("coverage_90", "in its 90 % region (0.9 is right)", "coverage_90"),
+        _rate("coverage_95", "in its 95 % region (0.95 is right)", "coverage_95"),
+        Metric("nees", "normalised error squared of the posterior outside (2 is right)", "1", "lower", ("nees",)),
+        _rate("in_view_tpr", "frames in view on which it says so and is on the car", "in_view_tpr"),
+        _rate("in_view_tnr", "frames out of view on which it says so", "in_view_tnr"),
+        Metric(
+            "in_view_gm",
+            "geometric mean of the two (OxUvA)",
+            "fraction",
+            "higher",
+            ("in_view_tpr", "in_view_tnr"),
+            "geometric mean",
+        ),
+        Metric("precision", "VOT-LT precision", "fraction", "higher", _CURVES, "precision"),
+        Metric("recall", "VOT-LT recall", "fraction", "higher", _CURVES, "recall"),
+        Metric(
+            "f_measure",
+            "VOT-LT F-score, at the confidence that makes it greatest",
+            "fraction",
+            "higher",
+            _CURVES,
+            "f",
+        ),
+        _error("centre_error_px", "centre error on frames in view", "centre_error_px", "px"),
+        _rate("success_auc", "area under the success curve (OTB)", "success_auc"),
+        _rate("time_in_view", "closed loop: frames with the car in the picture", "time_in_view"),
+        Metric(
+            "losses_per_minute",
+            "closed loop: frame-outs not recovered",
+            "1/min",
+            "lower",
+            ("losses_per_minute",),
+        ),
+        Metric("ms_per_frame", "CPU time of one core a frame", "ms", "lower", ("ms_per_frame",), "median"),
+        Metric("frames_per_s", "frames a second on one core", "1/s", "higher", ("frames_per_s",), "median"),
+    ),
+    headline=(
+        "recovery_rate",
+        "kept_rate",
+        "time_in_view",
+        "offscreen_error_m",
+        "offscreen_error_30_m",
+        "coverage_95",
+        "in_view_gm",
+        "f_measure",
+        "frames_per_s",
+    ),
+    compared=(
+        "recovery_rate",
+        "kept_rate",
+        "excursion_recovery_rate",
+        "offscreen_error_30_m",
+        "offscreen_error_100_m",
+        "in_view_gm",
+        "f_measure",
+    ),
+    tuned_for={"kept_rate": 1.0, "f_measure": 1.0, "offscreen_error_m": -0.01},
+    events=EVENTS,
+    silence=f"the worst error, {WORST_ERROR_M:g} m",
+    figures=figures,
+    picture=show_frame_out,
+    oracles="Oracles know the map and the car's state at the exit, and see no picture until it is back: what they miss "
+    "is hard to know at all.",
+)
+register_suite(FRAME_OUT)

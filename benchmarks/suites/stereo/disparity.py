@@ -1,0 +1,67 @@
+"""The disparity that trackers match from the pair against the true one: rows of an episode, table of the report."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+
+from benchmarks.suites.judging import Score, told_by
+from benchmarks.suites.registry import Facts, Metric
+from benchmarks.suites.stereo.metrics.disparity import DisparityErrors, disparity_error_px, seen_by_both
+from scenarios.scenario import Frame
+from scenarios.stereo_follow.floor_plan import PLACES
+from scenarios.stereo_follow.truth import PeopleTruth
+from trackers.paper_b.matching import StereoMatcher
+
+EVERY_FRAMES = 10
+"""Matching takes as long as a tracker, so one picture of ten is measured."""
+_ALL, _TARGET = "all", "target"
+
+
+class DisparityMeasurement:
+    """Matches every tenth pair of an episode as ``trackers.stereo`` does, unless the right picture is lost."""
+
+    def __init__(self) -> None:
+        self._matcher = StereoMatcher()
+        self._errors: dict[str, DisparityErrors] = defaultdict(DisparityErrors)
+
+    def see(self, frame: Frame) -> None:
+        """Take one frame."""
+        seen, truth = frame.observation, told_by(frame.truth, PeopleTruth)
+        if truth.frame % EVERY_FRAMES or seen.right_rgb is None:
+            return
+        error_px = disparity_error_px(frame, self._matcher.depth_m(seen.image_rgb, seen.right_rgb, seen.camera))
+        counts = seen_by_both(frame)
+        on_target = truth.instance_map == truth.instance_id[truth.target]
+        self._errors[_ALL].add(error_px[counts])
+        self._errors[_TARGET].add(error_px[counts & on_target])
+        self._errors[truth.place].add(error_px[counts])
+
+    def scores(self) -> Iterator[Score]:
+        """Yield the rows of the episode."""
+        for pixels, errors in self._errors.items():
+            yield Score(f"disparity_error_px_{pixels}", errors.median_px, float(errors.known))
+            yield Score(f"disparity_bad_1_{pixels}", errors.bad_1, float(errors.known))
+            yield Score(f"disparity_bad_3_{pixels}", errors.bad_3, float(errors.known))
+            yield Score(f"disparity_density_{pixels}", errors.density, float(errors.pixels))
+
+
+DISPARITY = Facts(
+    title="What can be matched from the pair?",
+    words="The disparity that stereo trackers match from the two noisy pictures, against the true one, f b / z: of "
+    "pixels whose point both cameras see by their true depths, in every tenth pair, lost pictures left out. Pixels at "
+    "full size; the pair's small misalignment counts as an error. Error: median of a picture; bad 1 and bad 3: off by "
+    "more than 1 or 3 pixels, of those that have a disparity; density: pixels that have one. Intervals: 95 % bootstrap "
+    "over seeds.",
+    lines={
+        "all pixels": _ALL,
+        "pixels of the target": _TARGET,
+        **{f"all, the target in: {place}": place for place in PLACES},
+    },
+    columns=(
+        Metric("error_px", "median absolute error", "px", "lower", ("disparity_error_px",)),
+        Metric("bad_1", "disparities off by more than 1 pixel", "fraction", "lower", ("disparity_bad_1",)),
+        Metric("bad_3", "disparities off by more than 3 pixels", "fraction", "lower", ("disparity_bad_3",)),
+        Metric("density", "pixels that have a disparity", "fraction", "higher", ("disparity_density",)),
+    ),
+)

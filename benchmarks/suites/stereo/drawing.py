@@ -1,0 +1,70 @@
+"""How a person followed by a stereo camera is shown in videos: four pictures, and what hides him or lights him anew."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.suites.judging import told_by
+from benchmarks.suites.stereo.instant import draw_stereo_instant
+from benchmarks.suites.stereo.metrics.people import SEEN_AT_LEAST
+from benchmarks.video import legend, marks
+from benchmarks.video.instant import Instant
+from benchmarks.video.legend import Sign
+from scenarios.scenario import Episode
+from scenarios.stereo_follow.floor_plan import RoomPlan
+from scenarios.stereo_follow.truth import PeopleTruth
+from trackers.paper_b.matching import StereoMatcher
+
+_CALM, _HIDDEN, _NEW_LIGHT = (54, 58, 66), (130, 84, 118), (120, 170, 90)
+
+_WHOLE = 0.9
+"""Of whom so much is seen, nobody is said to hide him."""
+
+
+class StereoDrawing:
+    """See ``benchmarks.video.drawing.Drawing``."""
+
+    uses_larger_view = False
+    signs: tuple[Sign, ...] = (
+        legend.TRUTH,
+        legend.shaded("light has changed", _NEW_LIGHT),
+        legend.shaded("hidden", _HIDDEN),
+        legend.ESTIMATE,
+        legend.PROBABILITY,
+    )
+
+    def __init__(self, plan: RoomPlan) -> None:
+        self._plan = plan
+        self._matcher = StereoMatcher()
+
+    @classmethod
+    def of(cls, episode: Episode) -> StereoDrawing:
+        """Return what draws an episode of ``stereo-follow``."""
+        return cls(episode.map_of().plan)
+
+    def picture(self, instant: Instant) -> NDArray[np.uint8]:
+        """See ``Drawing``."""
+        return draw_stereo_instant(instant, self._plan, self._matcher)
+
+    def describe(self, instant: Instant) -> str:
+        """See ``Drawing``."""
+        return describe_person(instant)
+
+    def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
+        """See ``Drawing``: above the light, below whether he is seen."""
+        truth = told_by(instant.frame.truth, PeopleTruth)
+        is_seen = truth.visible_fraction[truth.target] >= SEEN_AT_LEAST
+        return (_CALM if truth.light_event is None else _NEW_LIGHT, _CALM if is_seen else _HIDDEN)
+
+
+def describe_person(instant: Instant) -> str:
+    """Return how much of the target is seen, and what of the light is new: ``9 % seen, behind crosser-3, lamp off``."""
+    truth = told_by(instant.frame.truth, PeopleTruth)
+    if truth.state == "out":
+        words = "out of view"
+    else:
+        seen, hider = truth.visible_fraction[truth.target], truth.occluder[truth.target]
+        words = f"{seen:.0%} seen"
+        words += f", behind {truth.names[hider]}" if hider >= 0 and seen < _WHOLE else ""
+    return words if truth.light_event is None else f"{words}, {truth.light_event}"

@@ -1,0 +1,143 @@
+"""The judge of the suite ``stereo``: answers on the ground against where people are, scored at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.scores import recovery
+from benchmarks.suites.judging import Score, told_by
+from benchmarks.suites.stereo.disparity import DisparityMeasurement
+from benchmarks.suites.stereo.metrics import people
+from benchmarks.suites.stereo.metrics.people import PeopleSeries
+from benchmarks.suites.stereo.metrics.people_events import OCCLUSION, PeopleEvent, find_events
+from scenarios.scenario import Episode, Frame
+from scenarios.stereo_follow.truth import PeopleTruth
+from trackers.types import CameraCommand, Carrier, Estimate
+
+OCCLUSION_WINDOW_FRAMES = 10
+"""A tracker has recovered if it is on the target when half of it is seen again, or so many frames later."""
+
+
+class StereoJudge:
+    """See ``benchmarks.suites.judging.Judge``."""
+
+    def __init__(self, episode: Episode, carrier: Carrier) -> None:
+        self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
+        self._truths: list[PeopleTruth] = []
+        self._disparity = DisparityMeasurement()
+
+    def see(self, frame: Frame, command: CameraCommand | None) -> None:
+        """See ``Judge``."""
+        self._disparity.see(frame)
+        self._truths.append(_without_pictures(told_by(frame.truth, PeopleTruth)))
+
+    def sheet(self) -> StereoSheet:
+        """See ``Judge``."""
+        return StereoSheet(self)
+
+    @cached_property
+    def truth(self) -> PeopleSeries:
+        """Truth of the whole episode."""
+        return people.people_series(self._truths, self._rate_hz)
+
+    @cached_property
+    def events(self) -> list[PeopleEvent]:
+        """Events of the whole episode."""
+        return find_events(self.truth)
+
+    def scores(self, given: NDArray[np.bool_], place_m: NDArray[np.float64]) -> Iterator[Score]:
+        """Yield the scores of one contestant, see ``people.outcomes``, and what is so whoever watches."""
+        yield from score_episode(self.truth, self.events, given, place_m, closed_loop=self._closed_loop)
+        yield from self._disparity.scores()
+
+
+class StereoSheet:
+    """See ``ScoreSheet``. Answers are put on the ground at once, while there is a depth to lend."""
+
+    def __init__(self, judge: StereoJudge) -> None:
+        self._judge = judge
+        self._given: list[bool] = []
+        self._place_m: list[NDArray[np.float64]] = []
+        self._silent_frames = 0
+
+    def keep(self, frame: Frame, estimate: Estimate) -> None:
+        """See ``ScoreSheet``."""
+        self._given.append(people.answers(estimate))
+        self._place_m.append(people.answered_place_m(estimate, told_by(frame.truth, PeopleTruth), frame.camera))
+        self._silent_frames += bool(np.isnan(estimate.position_px).any())
+
+    def scores(self, failed_at_frame: int | None) -> Iterator[Score]:
+        """See ``ScoreSheet``. One that failed is silent from there on: it misses the target where that is seen."""
+        yield from self._judge.scores(np.array(self._given), np.array(self._place_m))
+        yield Score("silent_frames", float(self._silent_frames))
+
+
+def score_episode(
+    truth: PeopleSeries,
+    events: Sequence[PeopleEvent],
+    given: NDArray[np.bool_],
+    place_m: NDArray[np.float64],
+    *,
+    closed_loop: bool,
+) -> Iterator[Score]:
+    """Yield all scores of one tracker in one episode.
+
+    Args:
+        given: (F,) there is an answer. place_m: (F, 2) its place on the ground, NaN where it lies nowhere.
+    """
+    outcome = people.outcomes(truth, given, place_m)
+    other = people.on_other(truth, np.where(given[:, None], place_m, np.nan))
+    for event in events:
+        if event.kind == OCCLUSION:
+            yield from _occlusion_scores(event, truth, outcome, other, closed_loop)
+        else:
+            yield from _count_scores(outcome[event.first_frame : event.end_frame], event)
+    yield from _count_scores(outcome[1:])
+    error_m = people.position_error_m(truth, given, place_m)
+    found = outcome == people.Outcome.RIGHT
+    for metric, among in (("position_error_m", truth.seen), ("position_error_found_m", found)):
+        yield Score(metric, float(error_m[among].mean()) if among.any() else None, float(among.sum()))
+    yield Score("outcome_by_frame", outcome.astype(float).tolist())
+    yield Score("visible_fraction_by_frame", truth.visible_fraction.tolist())
+    yield Score("rate_hz", truth.rate_hz)
+
+
+def _count_scores(outcome: NDArray[np.int64], event: PeopleEvent | None = None) -> Iterator[Score]:
+    """Yield the counts and the share of frames on a wrong person, of the episode or of an event."""
+    about = "" if event is None else "event_"
+    for name, count in zip(("right", "wrong", "missed"), people.counts(outcome), strict=True):
+        yield Score(f"{about}{name}_frames", float(count), event=event)
+    share = float(people.on_wrong_person(outcome).mean()) if len(outcome) else None
+    yield Score(f"{about}wrong_person_rate", share, float(len(outcome)), event)
+
+
+def _occlusion_scores(
+    occlusion: PeopleEvent,
+    truth: PeopleSeries,
+    outcome: NDArray[np.int64],
+    on_other: NDArray[np.int64],
+    closed_loop: bool,
+) -> Iterator[Score]:
+    """Yield how an occlusion ended; nothing where that cannot be judged."""
+    found = outcome == people.Outcome.RIGHT
+    judged = recovery.judge_recovery(occlusion, found, on_other, truth.rate_hz, OCCLUSION_WINDOW_FRAMES)
+    if closed_loop and recovery.never_back(occlusion, truth.frame_count):
+        judged = recovery.NEVER_BACK
+    if judged is None:
+        return
+    frames = None if judged.frames is None else float(judged.frames)
+    yield Score("recovered", float(judged.recovered), event=occlusion)
+    yield Score("recovery_frames", frames, event=occlusion)
+    yield Score("watched_frames", float(judged.watched_frames), event=occlusion)
+    yield Score("locked_on_wrong_person", float(judged.locked_on_other), event=occlusion)
+
+
+def _without_pictures(truth: PeopleTruth) -> PeopleTruth:
+    nothing = np.empty((0, 0))
+    ids, metres = nothing.astype(np.int32), nothing.astype(np.float32)
+    return replace(truth, instance_map=ids, right_instance_map=ids, depth_m=metres, right_depth_m=metres)

@@ -1,0 +1,99 @@
+"""The report's look at one occlusion or change of light: found in the rows, lived through again, drawn as a sheet."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.report.pictures import made_from, remove_picture, write_picture
+from benchmarks.run.records import Row, event_of
+from benchmarks.run.replay import Run, made_by_this_code
+from benchmarks.suites.registry import Condition
+from benchmarks.suites.stereo.drawing import describe_person
+from benchmarks.suites.stereo.instant import draw_left_and_plan
+from benchmarks.suites.stereo.metrics.people_events import OCCLUSION
+from benchmarks.video.contact_sheet import picture_sheet
+from benchmarks.video.instant import Instant
+from scenarios.scenario import RendererName
+from scenarios.stereo_follow.floor_plan import RoomPlan
+
+_LONG_FRAMES = 3
+"""An occlusion to look at lasts so long."""
+_AFTERWARDS_FRAMES = 10
+_CELL_WIDTH_PX = 640
+_CAPTION = (
+    "Seed {seed}: {words} Left the camera's picture, right everybody from above. Blue: the person. Orange: the "
+    "estimate; none where a tracker says nothing. Grey: the others."
+)
+_OCCLUSION_WORDS = "the first occlusion of 3 frames or more; before it, in its middle, seen again, ten frames later."
+_LIGHT_WORDS = "the first change of light ({kind}); before it, and in the two seconds after it."
+
+
+def show_event(
+    directory: Path, condition: Condition, trackers: Mapping[str, Sequence[Row]], shown: Sequence[str]
+) -> None:
+    """Keep a picture of one event beside the rows, a line for each of the trackers ``shown``.
+
+    Which one is a rule, not a choice: the first occlusion by seed that lasts 3 frames and can be judged, where none is
+    like that the first change of light. There is none without events, or where other code than this made the rows: it
+    would show something else than was scored.
+    """
+    name = "-".join(filter(None, condition))
+    found = _first_event(trackers[shown[0]])
+    key = json.dumps([found, [(tracker, trackers[tracker][0]["versions"]) for tracker in shown]])
+    if made_from(directory, name) == key:
+        return
+    remove_picture(directory, name)
+    if found is None or not all(made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
+        return
+    seed, event = found
+    is_occlusion = event["kind"] == OCCLUSION
+    words = _OCCLUSION_WORDS if is_occlusion else _LIGHT_WORDS.format(kind=event["kind"])
+    sheet = picture_sheet([_row(condition, seed, _wanted(event), tracker) for tracker in shown], _CELL_WIDTH_PX)
+    title = "One occlusion" if is_occlusion else "One change of light"
+    write_picture(directory, name, sheet, condition, title, _CAPTION.format(seed=seed, words=words), key)
+
+
+def _first_event(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:
+    """Return seed and attributes of the event to look at."""
+    told = [(row["seed"], event, row["metric"]) for row in rows if (event := event_of(row)) is not None]
+    hidden = [
+        (seed, event)
+        for seed, event, metric in told
+        if metric == "recovered" and event["length_frames"] >= _LONG_FRAMES and event["back_frame"] is not None
+    ]
+    lights = [(seed, event) for seed, event, _ in told if event["light"]]
+    return min(hidden or lights, key=lambda pair: (pair[0], pair[1]["index"]), default=None)
+
+
+def _wanted(event: Mapping[str, Any]) -> list[int]:
+    """Return the four frames of an event that are shown."""
+    first, last = event["first_frame"], event["first_frame"] + event["length_frames"] - 1
+    if event["kind"] == OCCLUSION:
+        return [first - 1, (first + last) // 2, event["back_frame"], event["back_frame"] + _AFTERWARDS_FRAMES]
+    return [first - 1, *np.linspace(first, last, 4).round().astype(int).tolist()[1:]]
+
+
+def _row(condition: Condition, seed: int, wanted: Sequence[int], tracker: str) -> list[tuple[str, NDArray[np.uint8]]]:
+    """Return the wanted frames of a tracker's run, each with its words; the last one for those beyond the end."""
+    _, scenario, preset, renderer, controller = condition
+    run = Run(scenario, preset, seed, cast(RendererName, renderer), tracker, controller or None)
+    episode = run.open()
+    try:
+        frames = [min(frame, episode.frame_count - 1) for frame in wanted]
+        plan = episode.map_of().plan
+        instants = run.instants(episode, scale=1.0, wanted=frames, frame_count=frames[-1] + 1)
+        cells = {instant.frame.truth.frame: _cell(tracker, instant, plan) for instant in instants}
+    finally:
+        episode.close()
+    return [cells[frame] for frame in frames]
+
+
+def _cell(tracker: str, instant: Instant, plan: RoomPlan) -> tuple[str, NDArray[np.uint8]]:
+    words = f"{tracker}   frame {instant.frame.truth.frame}   {describe_person(instant)}"
+    return words, draw_left_and_plan(instant, plan)

@@ -1,0 +1,98 @@
+"""The suite ``stereo``: a person followed among others, by a stereo camera on a robot, under changing light."""
+
+from __future__ import annotations
+
+from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, register_suite
+from benchmarks.suites.stereo.disparity import DISPARITY
+from benchmarks.suites.stereo.events import EVENT_COUNTS, EVENTS
+from benchmarks.suites.stereo.figures import figures
+from benchmarks.suites.stereo.judge import StereoJudge
+from benchmarks.suites.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR
+from benchmarks.suites.stereo.picture import show_event
+
+_COUNTS = ("right_frames", "wrong_frames", "missed_frames")
+
+
+def _counted(name: str, summary: str, statistic: Statistic) -> Metric:
+    return Metric(name, summary, "fraction", "higher", _COUNTS, statistic)
+
+
+def _f_of(name: str, summary: str, kind: str) -> Metric:
+    return Metric(name, summary, "fraction", "higher", EVENT_COUNTS, "f of counts", kind)
+
+
+def _error(name: str, summary: str) -> Metric:
+    return Metric(name, summary, "m", "lower", (name,))
+
+
+STEREO = Suite(
+    name="stereo",
+    summary="a person followed among others by a stereo camera: is it still the same one, whatever the light does?",
+    heading="Is it still the same person?",
+    scenes=(Scene("stereo-follow"),),
+    preset="standard",
+    quick_preset="quick",
+    judge=StereoJudge,
+    metrics=(
+        _counted("precision", "answers that are within 0.5 m of the target: A / (A + B)", "precision of counts"),
+        _counted("recall", "A of the frames with a right answer or none: A / (A + C)", "recall of counts"),
+        _counted("f_measure", "2 P R / (P + R), over the frames of all episodes", "f of counts"),
+        Metric("wrong_person_rate", "frames on another person", "fraction", "lower", ("wrong_person_rate",)),
+        _error("position_error_m", "error on frames on which the target is seen, at most and without answer 5 m"),
+        _error("position_error_found_m", "error on frames with a right answer"),
+        Metric(
+            "occlusion_recovery_rate",
+            "occlusions after which it is on the target within 10 frames",
+            "fraction",
+            "higher",
+            ("recovered",),
+        ),
+        Metric(
+            "wrong_after_occlusion_rate",
+            "occlusions after which it is locked on another person",
+            "fraction",
+            "lower",
+            ("locked_on_wrong_person",),
+        ),
+        Metric(
+            "time_to_recover_s",
+            "mean time from half seen again to on the target, never = 60 frames (Kaplan-Meier, restricted)",
+            "s",
+            "lower",
+            ("recovery_frames", "watched_frames", "rate_hz"),
+            "restricted mean",
+        ),
+        *(_f_of(f"f_after_{kind.replace(' ', '_')}", f"F in the 2 s after: {kind}", kind) for kind in LIGHT_KINDS),
+        Metric(
+            "wrong_after_light_rate",
+            "frames on another person, of those in the 2 s after a change of light",
+            "fraction",
+            "lower",
+            ("event_wrong_person_rate",),
+            kind="light",
+        ),
+        _f_of("f_near_person", "F on frames with somebody within 1.5 m", NEAR),
+        _f_of("f_no_near_person", "F on frames with nobody so near", NOBODY_NEAR),
+        Metric("ms_per_frame", "CPU time of one core a frame", "ms", "lower", ("ms_per_frame",), "median"),
+        Metric("frames_per_s", "frames a second on one core", "1/s", "higher", ("frames_per_s",), "median"),
+    ),
+    headline=(
+        "f_measure",
+        "precision",
+        "recall",
+        "wrong_person_rate",
+        "position_error_m",
+        "occlusion_recovery_rate",
+        "frames_per_s",
+    ),
+    compared=("f_measure", "precision", "recall", "wrong_person_rate", "occlusion_recovery_rate"),
+    tuned_for={"f_measure": 1.0, "wrong_person_rate": -1.0},
+    events=EVENTS,
+    silence="no answer; it is a miss where at least a tenth of the person is seen",
+    figures=figures,
+    picture=show_event,
+    facts=DISPARITY,
+    # Controllers that there are steer a camera that looks down.
+    controller=None,
+)
+register_suite(STEREO)

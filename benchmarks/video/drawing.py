@@ -1,0 +1,83 @@
+"""How a scenario's instants are shown: which picture, which words, which shades of the time line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.suites.stereo.drawing import StereoDrawing
+from benchmarks.video import legend, marks
+from benchmarks.video.instant import Instant, describe_state, draw_instant
+from benchmarks.video.legend import Sign
+from scenarios.scenario import Episode
+from scenarios.truth import VisibilityState
+
+_SHADE: dict[VisibilityState, marks.Rgb] = {
+    "in": (54, 58, 66),
+    "partial": (120, 84, 104),
+    "occluded": (96, 96, 96),
+    "out": (204, 121, 167),
+}
+
+
+class Drawing(Protocol):
+    """Draws the instants of one episode.
+
+    Attributes:
+        uses_larger_view: whether it shows what lies around the observed frame.
+        signs: what its pictures and time line hold, for the legend.
+    """
+
+    uses_larger_view: bool
+    signs: tuple[Sign, ...]
+
+    def picture(self, instant: Instant) -> NDArray[np.uint8]:
+        """Return the picture (H, W, 3) of an instant; of one size for all."""
+        ...
+
+    def describe(self, instant: Instant) -> str:
+        """Return what is so on it, in a few words."""
+        ...
+
+    def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
+        """Return its colours on the time line, bands of equal height from the top; as many for all."""
+        ...
+
+
+class InLargerView:
+    """Shows the observed frame in the middle of a larger view, as in the papers: where is what has left it?"""
+
+    uses_larger_view = True
+    signs: tuple[Sign, ...] = (
+        legend.outlined("observed", marks.OBSERVED),
+        legend.TRUTH,
+        legend.shaded("out of view", _SHADE["out"]),
+        legend.ESTIMATE,
+        legend.POSTERIOR,
+        legend.PROBABILITY,
+    )
+
+    def picture(self, instant: Instant) -> NDArray[np.uint8]:
+        """See ``Drawing``."""
+        return draw_instant(instant)
+
+    def describe(self, instant: Instant) -> str:
+        """See ``Drawing``."""
+        return describe_state(instant)
+
+    def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
+        """See ``Drawing``."""
+        return (_SHADE[instant.frame.truth.state],)
+
+
+_DRAWINGS: dict[str, Callable[[Episode], Drawing]] = {"stereo-follow": StereoDrawing.of}
+"""Scenario without its version -> what draws an episode of it; others are shown in a larger view. Add yours here."""
+
+
+def drawing_of(scenario_id: str, episode: Episode) -> Drawing:
+    """Return what draws an episode of a scenario, by its id with version."""
+    name = scenario_id.rsplit("-v", 1)[0]
+    return _DRAWINGS[name](episode) if name in _DRAWINGS else InLargerView()

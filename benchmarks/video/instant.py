@@ -1,0 +1,114 @@
+"""One instant as a picture: the observed frame inside the larger view, truth and estimate drawn on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.video import marks
+from scenarios.scenario import Frame
+from trackers.types import Estimate
+
+_DIMMED = 0.66
+"""Brightness left to what the camera does not see, so that the observed frame stands out."""
+_NARROWEST_PX = 960
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """What is drawn.
+
+    Attributes:
+        frame: observation and truth.
+        estimate: what the tracker said, None without a tracker.
+        larger_view_rgb: (H, W, 3) uint8, the observed frame in its middle.
+    """
+
+    frame: Frame
+    estimate: Estimate | None
+    larger_view_rgb: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class _Canvas:
+    """The larger view at ``zoom`` times its size, and where the observed frame's corner lies in it."""
+
+    image: NDArray[np.uint8]
+    corner_px: NDArray[np.float64]
+    zoom: float
+
+    @property
+    def stroke_px(self) -> int:
+        """Width of the lines on the car, which must not hide it."""
+        return 2 if self.zoom >= 1 else 1
+
+    def point(self, picture_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Take points (..., 2) of the observed picture to the canvas."""
+        return np.asarray(picture_px) * self.zoom + self.corner_px
+
+    def box(self, picture_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Take a box (4,) of the observed picture to the canvas."""
+        return self.point(np.reshape(picture_xyxy, (2, 2))).ravel()
+
+
+def draw_instant(instant: Instant, zoom: float | None = None) -> NDArray[np.uint8]:
+    """Return the larger view with the observed frame's outline, particles, truth, estimate; (H, W, 3) uint8.
+
+    The view is scaled by ``zoom``, marks keep their size; None enlarges small views by a whole factor.
+    """
+    canvas = _lay_out(instant, zoom)
+    image = canvas.image
+    height, width = instant.frame.observation.image_rgb.shape[:2]
+    marks.draw_box(image, canvas.box(np.array([0.0, 0.0, width, height])), marks.OBSERVED)
+    if instant.estimate is not None:
+        _draw_posterior(canvas, instant.estimate)
+    truth = instant.frame.truth
+    marks.draw_box(image, canvas.box(truth.box_xyxy[truth.target]), marks.TRUTH, canvas.stroke_px)
+    marks.draw_pointer(image, canvas.point(truth.position_px[truth.target]), marks.TRUTH)
+    if instant.estimate is not None:
+        _draw_estimate(canvas, instant.estimate)
+    return image
+
+
+def _lay_out(instant: Instant, zoom: float | None) -> _Canvas:
+    view, observed = instant.larger_view_rgb, instant.frame.observation.image_rgb
+    row, column = ((np.array(view.shape[:2]) - observed.shape[:2]) / 2).astype(int)
+    image = (view * np.float32(_DIMMED)).astype(np.uint8)
+    image[row : row + observed.shape[0], column : column + observed.shape[1]] = observed
+    if zoom is None:
+        zoom = max(1, -(-_NARROWEST_PX // view.shape[1]))
+    if zoom != 1:
+        how = cv2.INTER_AREA if zoom < 1 else cv2.INTER_NEAREST if zoom == int(zoom) else cv2.INTER_CUBIC
+        image = np.asarray(cv2.resize(image, None, fx=zoom, fy=zoom, interpolation=how), dtype=np.uint8)
+    return _Canvas(image, np.array([column, row], dtype=float) * zoom, zoom)
+
+
+def _draw_posterior(canvas: _Canvas, estimate: Estimate) -> None:
+    if estimate.particles_px is not None:
+        points = canvas.point(estimate.particles_px)
+        marks.draw_particles(canvas.image, points, estimate.weights, marks.PARTICLE)
+    elif estimate.covariance_px is not None and np.isfinite(estimate.covariance_px).all():
+        covariance = estimate.covariance_px * canvas.zoom**2
+        marks.draw_ellipse(canvas.image, canvas.point(estimate.position_px), covariance, marks.PARTICLE)
+
+
+def _draw_estimate(canvas: _Canvas, estimate: Estimate) -> None:
+    if not np.isfinite(estimate.position_px).all():
+        return
+    if estimate.box_xyxy is not None:
+        marks.draw_corners(canvas.image, canvas.box(estimate.box_xyxy), marks.ESTIMATE, canvas.stroke_px)
+    position = canvas.point(estimate.position_px)
+    marks.draw_cross(canvas.image, position, marks.ESTIMATE, stroke_px=canvas.stroke_px)
+    marks.draw_pointer(canvas.image, position, marks.ESTIMATE)
+
+
+def describe_state(instant: Instant) -> str:
+    """Return where the target is, in words: ``out of view for 12 frames, over the right edge``."""
+    truth = instant.frame.truth
+    if truth.state == "out":
+        frames = truth.frames_since_exit + 1
+        return f"out of view for {frames} frame{'s' if frames > 1 else ''}, over the {truth.side} edge"
+    return {"in": "in view", "partial": "cut by the border", "occluded": "hidden"}[truth.state]

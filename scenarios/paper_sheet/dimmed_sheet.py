@@ -1,0 +1,98 @@
+"""A green sheet on a white wall under one lamp that is dimmed: the world of paper B's experiment I."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, illuminance_on_sheet_lx, sheet_mesh
+from scenarios.stereo_follow.camera import camera
+from scenarios.stereo_follow.floor_plan import Area
+from scenarios.stereo_follow.indoors import add_panel, grained
+from sim.checks import check
+from sim.rng import generator
+from sim.shaders.lamps import Lamp, LampShader, Surroundings
+from sim.world import World
+
+_WALL_M = (6.0, 3.0)
+_ROOM = Surroundings(surface_m2=100.0, reflectance=0.5)
+_ROOM_AREA = Area(0.0, -0.5 * _WALL_M[0], 4.0, 0.5 * _WALL_M[0])
+_BRIGHTEST_K, _TEMPERATURE_EXPONENT = 2850.0, 0.42 / 3.4
+_SETTLING_FRAMES = 60
+_LOOPS_HZ = 15.0
+_WALL_RGB = (222, 220, 214)
+_BEFORE_WALL_M = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class DimmedSheet:
+    """How an episode is made: a picture for each illuminance, when the camera's loops have come to rest.
+
+    Attributes:
+        summary: one line.
+        illuminances_lx: mean on the sheet, one after the other.
+        width_px, height_px: of each picture.
+        closed_loop: nobody moves the camera.
+    """
+
+    summary: str
+    illuminances_lx: tuple[float, ...] = (609.0, 533.0, 414.0, 311.0, 203.0, 122.0, 86.0, 38.0, 19.0)
+    width_px: int = 640
+    height_px: int = 480
+    closed_loop: bool = False
+
+    def __post_init__(self) -> None:
+        came = self.illuminances_lx
+        check("illuminances_lx", len(came) > 0 and min(came) > 0, "one or more numbers > 0", came)
+
+    @property
+    def frame_count(self) -> int:
+        """As many frames as illuminances."""
+        return len(self.illuminances_lx)
+
+    @property
+    def rate_hz(self) -> float:
+        """The camera's loops run at 15 Hz, between pictures too."""
+        return _LOOPS_HZ / _SETTLING_FRAMES
+
+    def scene(self, seed: int) -> DimmedSheetScene:
+        """Build the world of one episode."""
+        return DimmedSheetScene(self, seed)
+
+
+class DimmedSheetScene:
+    """See ``sheet.SheetScene``.
+
+    Distance, angle, the lamp's stand and grain are drawn from the seed. The lamp is a bulb: what it dims to glows
+    redder (flux ~ V^3.4, temperature ~ V^0.42, the usual rule for tungsten). The room throws light back like a closed
+    one of 100 m².
+    """
+
+    def __init__(self, preset: DimmedSheet, seed: int) -> None:
+        self._illuminances_lx = preset.illuminances_lx
+        self.frame_count, self.rate_hz = preset.frame_count, preset.rate_hz
+        self.settling_steps = _SETTLING_FRAMES
+        self.camera = camera(preset.width_px, preset.height_px)
+        self.place, self.plan = "room", Rooms({"room": _ROOM_AREA}, ())
+        rng = generator(seed, "sheet")
+        self.place_m = np.array([rng.uniform(1.1, 1.6), rng.uniform(-0.25, 0.25)])
+        self.heading_rad = float(np.arctan2(-self.place_m[1], -self.place_m[0]))
+        self._bulb_m = (rng.uniform(0.6, 1.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 0.9), rng.uniform(1.5, 1.9))
+        self.T_world_sheet = np.eye(4)
+        self.T_world_sheet[:3, 3] = (_BEFORE_WALL_M, 0.0, LOWER_EDGE_M)
+        self.speed_mps = 0.0
+        self.world = World()
+        width_m, height_m = _WALL_M
+        wall = grained(_WALL_RGB, rng)
+        add_panel(self.world, "wall", (0.0, -0.5 * width_m, 0.0), (0.0, width_m, 0.0), (0.0, 0.0, height_m), wall)
+        self.sheet = self.world.add(sheet_mesh(rng), self.T_world_sheet, name="sheet", category="sheet")
+        self.move_to(0)
+
+    def move_to(self, frame: int) -> None:
+        """See ``SheetScene``: the bulb alone changes, to the flux that brings the sheet to its mean illuminance."""
+        illuminance_lx = self._illuminances_lx[frame]
+        temperature_k = _BRIGHTEST_K * (illuminance_lx / self._illuminances_lx[0]) ** _TEMPERATURE_EXPONENT
+        of_1_lm = LampShader([Lamp(self._bulb_m, 1.0, temperature_k)], _ROOM)
+        flux_lm = illuminance_lx / illuminance_on_sheet_lx(of_1_lm, self.T_world_sheet)
+        self.shader = LampShader([Lamp(self._bulb_m, flux_lm, temperature_k)], _ROOM)

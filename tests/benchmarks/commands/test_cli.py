@@ -1,0 +1,231 @@
+from __future__ import annotations
+
+import json
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from benchmarks.cli import main
+from benchmarks.suites.frame_out.suite import FRAME_OUT
+from benchmarks.suites.registry import Scene
+from tests import fakes_scenario
+
+FAKES = "fake_knowing,fake_still"
+
+
+@pytest.fixture(autouse=True)
+def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let ``frameout bench frame-out`` run on the world of arithmetic."""
+    name = fakes_scenario.FAKE_TOWN.id
+    fake = replace(FRAME_OUT, scenes=(Scene(name, "frame-out"),), preset="tiny", quick_preset="tiny")
+    monkeypatch.setattr("benchmarks.commands.bench.suite", lambda name: fake)
+
+
+def bench(out: Path, *more: str) -> int:
+    """Run a small bench in this process."""
+    return main(["bench", "--workers", "0", "--seeds", "0:2", "--trackers", FAKES, "--out", str(out), *more])
+
+
+def test_bench_prints_the_leaderboard_and_names_its_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert bench(tmp_path) == 0
+    out, _ = capsys.readouterr()
+    lines = [line for line in out.splitlines() if "fake_" in line]
+    assert [line.split()[0] for line in lines] == ["fake_knowing", "fake_still"]
+    assert str(tmp_path / "report.html") in out
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_json_is_all_that_stdout_holds(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert bench(tmp_path, "--json") == 0
+    out, _ = capfd.readouterr()
+    document = json.loads(out)
+    assert document["summary"] == json.loads((tmp_path / "summary.json").read_text())
+    assert document["failures"] == []
+
+
+def test_a_tracker_that_fails_is_told_in_one_line_and_in_the_status(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert bench(tmp_path, "--trackers", "fake_raises", "fake_still", "fake_silent") == 1
+    out, err = capsys.readouterr()
+    told = [line for line in err.splitlines() if "fake_" in line]
+    assert told[0].startswith("error: fake_raises failed in fake-town-v1 tiny, seed 0, frame 20: RuntimeError: a bug;")
+    assert told[0].endswith("(and failed in 1 more)")
+    assert "note: fake_silent said nothing (NaN) on 440 frames" in told[1]
+    assert "Traceback" not in out + err
+
+
+def test_report_is_made_again_from_rows_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bench(tmp_path)
+    made = {name: (tmp_path / name).read_bytes() for name in ("summary.json", "comparisons.json", "report.html")}
+    for name in made:
+        (tmp_path / name).unlink()
+    assert main(["report", str(tmp_path)]) == 0
+    assert {name: (tmp_path / name).read_bytes() for name in made} == made
+    assert capsys.readouterr().out.endswith(f"{tmp_path / 'report.html'}\n")
+
+
+def test_report_prints_the_leaderboard_in_markdown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bench(tmp_path)
+    capsys.readouterr()
+    assert main(["report", str(tmp_path), "--markdown"]) == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    head, rule, *rows = ([cell.strip() for cell in line.strip("|").split("|")] for line in lines)
+    assert head[:3] == ["tracker", "role", "recovery rate (%) ↑"]
+    assert all(set(cell) <= {"-", ":"} for cell in rule)
+    assert [row[0] for row in rows] == ["`fake_knowing`", "`fake_still`"]
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    for row in rows:
+        entry = next(e for e in summary if e["metric"] == "recovery_rate" and e["tracker"] == row[0].strip("`"))
+        percents = [100 * entry[key] for key in ("mean", "ci_low", "ci_high")]
+        assert [float(number) for number in re.findall(r"[\d.]+", row[2])] == pytest.approx(percents, abs=0.05)
+
+
+def test_compare_shows_differences_by_attribute(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bench(tmp_path)
+    capsys.readouterr()
+    assert main(["compare", "fake_knowing", "fake_still", "--directory", str(tmp_path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    by_name = {(entry["frame_outs"], entry["metric"]): entry for entry in found}
+    assert by_name["all", "recovered"]["difference"] == 1.0
+    assert by_name["left by the top", "recovered"]["difference"] == 1.0
+    assert ("off the road", "recovered") not in by_name
+    assert all(entry["p_holm"] >= entry["p"] for entry in found)
+    there = f"{tmp_path}:fake_knowing"
+    assert main(["compare", there, there, "--json"]) == 0
+    assert all(entry["difference"] == 0.0 for entry in json.loads(capsys.readouterr().out))
+    assert main(["compare", "fake_knowing", "fake_still", "--directory", str(tmp_path)]) == 0
+    assert "fake_knowing minus fake_still" in capsys.readouterr().out
+
+
+def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list"]) == 0
+    out = capsys.readouterr().out
+    for name in ("road-town-v1", "paper-a2", "standard", "colour_pf", "oracle_map", "centre", "frame-out"):
+        assert name in out
+    robot = out.split("controllers of the robot")[1]
+    helicopter = out.split("controllers of the helicopter")[1].split("controllers of the robot")[0]
+    for text in (helicopter, robot):
+        assert re.search(r"\bhold +baseline", text)
+    assert main(["list", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["scenarios"][0]["scenario"] == "road-town-v1"
+
+
+@pytest.mark.parametrize(
+    "command", ["list", "bench", "compare", "paper", "render", "report", "speed", "tune", "learn-colours"]
+)
+def test_help_says_something_of_every_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([command, "--help"])
+    assert stop.value.code == 0
+    out = capsys.readouterr().out
+    assert f"usage: frameout {command}" in out
+    assert "{None}" not in out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nix"], "command: expected one of list, bench, .*; got 'nix'"),
+        (["bench", "--nix", "3"], "arguments: expected options of `frameout bench --help`, got '--nix'"),
+        (["bench", "--workers", "two"], "workers: expected a whole number, got 'two'"),
+        (["bench", "--workers", "-2"], "workers: expected a whole number >= 0, got -2"),
+        (["bench", "--limit-s", "long"], "limit-s: expected a number, got 'long'"),
+        (["bench", "--seeds", "5"], "seeds: expected A:B with 0 <= A < B, got '5'"),
+        (["bench", "--seeds=-5:5"], "seeds: expected A:B with 0 <= A < B, got '-5:5'"),
+        (["bench", "--seeds", "5:5"], "seeds: expected A:B with 0 <= A < B, got '5:5'"),
+        (["bench", "--preset", "nix"], "presets: expected one of tiny, tiny-loop; got 'nix'"),
+        (["bench", "--trackers", "nix"], "trackers: expected one of .*colour_pf.*; got 'nix'"),
+        (["bench", "--controllers", "nix"], "controllers: expected one of set-path, .*; got 'nix'"),
+        (["bench", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
+        (["bench", "--modules", "nix"], "modules: expected one that can be imported, got 'nix'"),
+        (["bench", "--out", "/proc/nix"], "out: expected a folder that can be written, got '/proc/nix'"),
+        (["report"], "directory: expected a value, got none"),
+        (["report", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
+        (["paper", "Z9"], "experiment: expected one of A2, A3, B1, B2, B3; got 'Z9'"),
+        (["paper", "A2", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
+        (["render", "nix"], "scenario: expected one of road-town-v1.*; got 'nix'"),
+        (["render", "--preset", "nix"], "preset: expected one of .*; got 'nix'"),
+        (["render", "--seed", "-1"], "seed: expected a whole number >= 0, got -1"),
+        (["render", "--seed", "x"], "seed: expected a whole number, got 'x'"),
+        (["render", "--tracker", "nix"], "tracker: expected one of .*; got 'nix'"),
+        (
+            ["tune", "colour_pf", "--seeds", "9999:10001"],
+            "seeds: expected development seeds, below 10000, got '9999:10001'",
+        ),
+        (["tune", "opencv_mil"], "tracker: expected one with tunable parameters, got 'opencv_mil', which has none"),
+        (["tune", "nix"], "tracker: expected one of .*; got 'nix'"),
+        (["tune", "--trials", "0"], "trials: expected a whole number >= 1, got 0"),
+        (
+            ["learn-colours", "--seeds", "10000:10001"],
+            "seeds: expected development seeds, below 10000, got '10000:10001'",
+        ),
+        (
+            ["train", "--fit-model", "9999:10001"],
+            "fit_model: expected development seeds, below 10000, got '9999:10001'",
+        ),
+        (["tune", "--controllers", "centre", "nix"], "controller: expected one of .*; got 'nix'"),
+        (
+            ["tune", "--controllers", "centre", "--preset", "quick", "hard"],
+            "preset: expected one for .*, got quick hard",
+        ),
+        (
+            ["train", "--fit-model", "1:2", "--check-model", "3:4"],
+            "fit_model: expected it without check_model, got '1:2' with it",
+        ),
+        (
+            ["train", "--pictures", "--starts", "frame-outs"],
+            "starts: expected episodes with pictures, which begin on frame 0, got 'frame-outs'",
+        ),
+        (["tune", "--controllers", "centre_as_written"], "controllers: expected one that is used as tuned, got .*"),
+        (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
+        (["speed", "--soak", "7"], "soak: expected a whole number >= 1000, got 7"),
+        (["compare", "a", "b", "--directory", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2
+    out, err = capsys.readouterr()
+    # A fresh install also says, once, that it compiles.
+    (line,) = (line for line in err.splitlines() if not line.startswith("compiling kernels"))
+    assert out == ""
+    assert re.fullmatch(f"error: {message}.*", line), line
+
+
+def test_without_optuna_tuning_names_the_command_that_installs_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "optuna", None)
+    assert main(["tune", "colour_pf"]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
+    assert "pip install 'frameout[tune]'" in line
+
+
+def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(directory: Path) -> None:
+        raise ValueError("zip() argument 2 is longer than argument 1")
+
+    monkeypatch.setattr("benchmarks.commands.report.write_summary", broken)
+    with pytest.raises(ValueError, match="zip"):
+        main(["report", "/nix"])
+
+
+def test_stopping_says_how_to_go_on(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(directory: Path) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("benchmarks.commands.report.write_summary", stopped)
+    assert main(["report", "/nix"]) == 130
+    assert capsys.readouterr().err == "stopped; the same command goes on from here\n"
+
+
+def test_no_command_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 2
+    assert "frameout bench frame-out --quick" in capsys.readouterr().out
+    assert main(["--help"]) == 0

@@ -1,0 +1,54 @@
+"""Who takes part in which scenario of the suite ``follow``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.commands.selection import parties
+from benchmarks.run.contestants import entrants
+from benchmarks.suites.follow.suite import FOLLOW
+from benchmarks.suites.frame_out.suite import FRAME_OUT
+from scenarios import catalog
+from trackers.controllers.catalogue import controllers
+
+
+def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
+    town, rooms = parties(FOLLOW, (), (), (), variants=True)
+    assert (town.scenario, rooms.scenario) == ("road-town-v1", "stereo-follow-v1")
+    for party in (town, rooms):
+        roles = [entrants()[name].role for name in party.trackers]
+        assert roles == ["ours", "as-written"]
+        assert party.controllers == tuple(controllers(catalog.scenario(party.scenario).carrier.name))
+
+
+def test_names_go_where_they_are_known() -> None:
+    town, rooms = parties(FOLLOW, (), ("colour_pf", "stereo_wb", "opencv_mil"), ("hold", "centre"), variants=True)
+    assert town.trackers == ("colour_pf", "opencv_mil")
+    assert rooms.trackers == ("stereo_wb", "opencv_mil")
+    assert town.controllers == rooms.controllers == ("hold", "centre")
+    (only,) = parties(FOLLOW, (), ("colour_pf",), (), variants=True)
+    assert only.scenario == "road-town-v1"
+    (only,) = parties(FOLLOW, ("stereo-follow",), (), ("hold",), variants=True)
+    assert (only.scenario, only.controllers) == ("stereo-follow-v1", ("hold",))
+
+
+def test_what_nobody_knows_is_kept_to_be_refused() -> None:
+    (party,) = parties(FOLLOW, (), ("nix",), (), variants=True)
+    assert party.trackers == ("nix",)
+    with pytest.raises(ValueError, match=r"scenario: expected one of road-town-v1, stereo-follow-v1.*; got 'fish-v1'"):
+        parties(FOLLOW, ("fish-v1",), (), (), variants=True)
+
+
+def test_a_suite_of_trackers_is_as_it_was() -> None:
+    (party,) = parties(FRAME_OUT, (), (), ("set-path",), variants=False)
+    assert party.controllers == ("set-path",)
+    assert set(party.trackers) == {name for name, who in entrants("frame-out").items() if who.role != "variant"}
+    assert parties(FRAME_OUT, (), (), (), variants=True)[0].controllers == ()
+
+
+def test_a_suite_made_of_another_has_trackers_of_its_own() -> None:
+    """As CONTRIBUTING makes one: the name is new, and nobody has entered for it yet."""
+    (party,) = parties(replace(FRAME_OUT, name="while-seen"), (), (), (), variants=True)
+    assert party.trackers == ()

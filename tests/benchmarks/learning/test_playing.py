@@ -1,0 +1,55 @@
+"""A person plays with a keyboard that nobody touches but this test, on a screen that does not exist."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.learning.playing import Play, key_combinations, play
+from benchmarks.run.records import read_rows
+from benchmarks.scores.summary import write_summary
+from scenarios.envs.follow_env import FollowEnv
+from scenarios.road_town.flight import HELICOPTER
+from scenarios.stereo_follow.robot import ROBOT
+
+
+def test_keys_together_are_an_action() -> None:
+    air, ground = dict(key_combinations(HELICOPTER)), dict(key_combinations(ROBOT))
+    assert len(air) == 3**4 - 1
+    np.testing.assert_array_equal(air["w"], [1, 0, 0, 0])
+    np.testing.assert_array_equal(air["safe"], [-1, -1, -1, -1])
+    assert len(ground) == 3**2 - 1
+    np.testing.assert_array_equal(ground["wa"], [1, 1])
+
+
+def test_an_episode_is_played_and_scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pygame = pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    # As fast as it goes, instead of as fast as a person plays.
+    monkeypatch.setitem(FollowEnv.metadata, "render_fps", 10_000)
+    shown: list[Any] = []
+    step = FollowEnv.step
+
+    def pressed(self: FollowEnv, action: Any) -> Any:
+        if not shown:
+            pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=ord("w")))
+        shown.append(np.array(action))
+        return step(self, action)
+
+    monkeypatch.setattr(FollowEnv, "step", pressed)
+    played = Play("frameout/RoadTownFollow-v1", "quick", "hold", "prompt", range(3, 4), tmp_path)
+    assert play(played) == 1
+    rows = read_rows(tmp_path)
+    assert {row["controller"] for row in rows} == {"human"}
+    assert {row["role"] for row in rows} == {"external"}
+    assert {row["seed"] for row in rows} == {3}
+    # Before the key is down nothing is commanded; then ahead, at full speed.
+    np.testing.assert_array_equal(shown[0], np.zeros(4))
+    np.testing.assert_array_equal(shown[10], [1, 0, 0, 0])
+    effort = next(row["value"] for row in rows if row["metric"] == "effort")
+    assert effort == pytest.approx(0.5, abs=0.03)
+    entries = write_summary(tmp_path)
+    assert any(entry["metric"] == "time_in_view" and entry["controller"] == "human" for entry in entries)

@@ -1,0 +1,96 @@
+"""Runs of the rendered env: what is written is what was lived; models and checks know what they were made of."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.learning.error_models import model_of
+from benchmarks.learning.model_check import Compared, as_table, fitted_seeds, model_check
+from benchmarks.learning.recorded_runs import Disturbed, read_run, run_of, write_runs
+from benchmarks.learning.without_pictures import lived_without_pictures
+from benchmarks.speed.pictureless import measure_pictureless
+from scenarios.envs.settings import FollowSettings
+from scenarios.road_town.flight import HELICOPTER
+from trackers.controllers.hold import HoldController, HoldParameters
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation
+
+SMALL = {"frame_count": 12, "width_px": 96, "height_px": 72}
+SETTINGS = FollowSettings("stereo-follow-v1", "hold", preset="quick", changes=SMALL)
+
+
+def test_runs_are_written_once_and_fitted(tmp_path: Path) -> None:
+    [path] = write_runs(SETTINGS, range(3, 4), ["disturbed:hold"], tmp_path)
+    run = read_run(path)
+    assert len(run) == 12
+    assert run["in_view"].dtype == bool
+    assert np.isfinite(run["position_px"][0]).all()
+    np.testing.assert_allclose(run["estimate_px"][0], run["position_px"][0], atol=8.0)
+    assert (run["command"][0] == 0.0).all()
+    written = path.stat().st_mtime_ns
+    assert write_runs(SETTINGS, range(3, 4), ["disturbed:hold"], tmp_path) == [path]
+    assert path.stat().st_mtime_ns == written
+    others = dataclasses.replace(SETTINGS, changes=SMALL | {"frame_count": 13})
+    assert write_runs(others, range(3, 4), ["disturbed:hold"], tmp_path) != [path]
+    fitted = model_of(SETTINGS, [path])
+    assert fitted_seeds(fitted) == {3}
+    assert fitted.made["frames"] == 11
+    np.save(tmp_path / "other.npy", np.zeros(3))
+    with pytest.raises(ValueError, match="path: expected a run"):
+        read_run(tmp_path / "other.npy")
+
+
+def test_disturbances_come_and_go() -> None:
+    controller = Disturbed(HELICOPTER, HoldController(HoldParameters()), np.random.default_rng(1))
+    estimate, camera = Estimate(np.zeros(2)), CameraModel(8, 8, 10.0)
+    picture = np.zeros((8, 8, 3), np.uint8)
+    given = [controller.command(Observation(picture, frame / 15.0, camera), estimate) for frame in range(600)]
+    calm = np.array([command == CameraCommand() for command in given])
+    assert calm[:30].all()
+    assert 0.4 < calm.mean() < 0.9
+    assert all(abs(command.forward_mps) <= 25.0 for command in given)
+
+
+def test_checks_are_of_episodes_not_fitted(tmp_path: Path) -> None:
+    settings = FollowSettings("road-town-v1", "mosaic_graph_pf")
+    with pytest.raises(ValueError, match="seeds: expected episodes that the error model was not fitted to"):
+        model_check(settings, ["hold"], [500, 600], tmp_path, lambda done, of: None)
+
+
+def test_comparisons_are_told_in_per_cent() -> None:
+    compared = Compared("centre", (1, 2), np.array([0.5, 0.7]), np.array([0.6, 0.7]))
+    heading, row = as_table([compared]).splitlines()
+    assert heading.split()[:2] == ["controller", "episodes"]
+    assert row.split() == ["centre", "2", "60.0", "%", "65.0", "%", "+5.0", "5.0"]
+
+
+def test_one_who_hovers_sees_the_same_with_pictures_and_without(tmp_path: Path) -> None:
+    """Whoever does not move needs no tracker, so that its errors play no part: what is left is plan and dynamics."""
+    told = lived_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3], tmp_path)
+    rendered = run_of(FollowSettings("road-town-v1", "hold", preset="quick"), 3, "hold")
+    assert told["time_in_view"] == pytest.approx([rendered["in_view"][1:].mean()], abs=1e-12)
+    assert 0.0 < told["time_in_view"][0] < 1.0
+    assert told["effort"] == pytest.approx([0.0])
+
+
+def test_repeats_are_averaged_for_each_episode(tmp_path: Path) -> None:
+    """Whoever hovers lives the same every time."""
+    once, often = (
+        lived_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3, 4, 5], tmp_path, repeats)
+        for repeats in (1, 5)
+    )
+    assert len(set(once["time_in_view"])) > 1
+    np.testing.assert_allclose(often["time_in_view"], once["time_in_view"], atol=1e-12)
+
+
+def test_speed_without_pictures_is_an_entry_of_a_summary(tmp_path: Path) -> None:
+    [entry] = measure_pictureless("frameout/StereoFollow-v1", "quick", range(2), tmp_path)
+    assert (entry["metric"], entry["scenario"], entry["n"]) == (
+        "env_steps_per_s_without_pictures",
+        "stereo-follow-v1",
+        2,
+    )
+    assert 0 < entry["ci_low"] <= entry["mean"] <= entry["ci_high"] < np.inf

@@ -1,0 +1,38 @@
+"""Policies that come with the package: one for each env, made by the command on its card."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shlex
+
+import pytest
+import tyro
+
+from benchmarks.commands.train import Train
+from scenarios import catalog
+from scenarios.envs.ids import FOLLOW_ENVS
+from trackers.controllers.catalogue import controllers
+from trackers.controllers.policy_file import load_policy, policy_path, shipped_policies
+
+NAMES = shipped_policies()
+
+
+def test_every_env_has_one() -> None:
+    assert sorted(load_policy(name).env for name in NAMES) == sorted(FOLLOW_ENVS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_was_made_by_the_command_on_its_card(name: str) -> None:
+    policy = load_policy(name)
+    scenario, tracker = FOLLOW_ENVS[policy.env]
+    carrier = catalog.scenario(scenario).carrier
+    assert (policy.carrier, policy.tracker) == (carrier, tracker)
+    assert controllers(carrier.name)[f"policy:{name}"].role == "policy"
+    lines = policy_path(name).with_suffix(".md").read_text().splitlines()
+    [command] = (line for line in lines if line.startswith("frameout train "))
+    training = tyro.cli(Train, args=shlex.split(command)[2:]).training
+    assert policy.made["by"] == json.loads(json.dumps(dataclasses.asdict(training)))
+    assert policy.made["seconds"] < 45 * 60
+    [judged] = (line for line in lines if line.startswith("frameout bench follow "))
+    assert f"policy:{name}" in shlex.split(judged)

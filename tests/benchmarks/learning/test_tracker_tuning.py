@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.learning import tracker_tuning as tuning
+from benchmarks.learning.search import Found, search
+from benchmarks.learning.tracker_tuning import Budget, tunables, tune, write_tuned
+from benchmarks.suites.frame_out.suite import FRAME_OUT
+from benchmarks.suites.registry import Scene
+from tests import fakes_scenario
+from trackers.registry import entry, register, tunable
+from trackers.types import Estimate, Observation
+
+
+@dataclass(frozen=True)
+class ShakyParameters:
+    """How far it is off."""
+
+    off_m: float = tunable(20.0, 0.0, 40.0)
+    ignored: int = tunable(3, 1, 5)
+
+
+@register("fake_shaky", role="baseline", summary="knows the circle, but for a constant error")
+class Shaky(fakes_scenario.Knowing):
+    """Is better the smaller ``off_m`` is."""
+
+    Parameters = ShakyParameters  # type: ignore[assignment]
+
+    def __init__(self, parameters: ShakyParameters, rng: np.random.Generator) -> None:
+        super().__init__(fakes_scenario.NoParameters(), rng)
+        self._off_px = parameters.off_m * fakes_scenario.CAMERA.focal_px / fakes_scenario.HEIGHT_M
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        right = super().misbehave(observation)
+        return Estimate(right.position_px + np.array([self._off_px, 0.0]))
+
+
+@pytest.fixture(autouse=True)
+def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake = replace(FRAME_OUT, scenes=(Scene(fakes_scenario.FAKE_TOWN.id, "frame-out"),))
+    monkeypatch.setattr(tuning, "suite", lambda name: fake)
+
+
+BUDGET = Budget("frame-out", ("tiny",), range(1), trials=20, workers=1)
+
+
+def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> None:
+    told: list[tuple[int, int]] = []
+    tuned = tune("fake_shaky", BUDGET, lambda done, of: told.append((done, of)))
+    assert tuned.trials == 20
+    assert told[-1] == (20, 20)
+    assert tuned.parameters["off_m"] < 5.0
+    assert isinstance(tuned.parameters["ignored"], int)
+    assert tuned.score > tuned.default_score
+    assert tuned.fresh_score > tuned.fresh_default_score
+    assert tune("fake_shaky", BUDGET, lambda done, of: None) == tuned
+
+    path = write_tuned(
+        "fake_shaky", tuned, BUDGET.suite, BUDGET.presets, BUDGET.seeds, "frameout tune fake_shaky", tmp_path
+    )
+    document = json.loads(path.read_text())
+    assert path.name == "fake_shaky.json"
+    assert document["parameters"] == tuned.parameters
+    for key in ("score", "trials", "seeds", "suite", "preset", "command"):
+        assert key in document
+    assert entry("fake_shaky").parameters(**document["parameters"]).off_m == tuned.parameters["off_m"]
+
+
+def test_the_first_setting_tried_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[dict[str, Any]] = []
+
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+        tried.extend(settings.values())
+        return dict.fromkeys(settings, 0.0)
+
+    monkeypatch.setattr(tuning, "_scores", scores)
+    tune("fake_shaky", BUDGET, lambda done, of: None)
+    assert tried[0] == {"off_m": 20.0, "ignored": 3}
+    assert all(0.0 <= values["off_m"] <= 40.0 and 1 <= values["ignored"] <= 5 for values in tried)
+
+
+def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+        """The higher ``off_m`` the better on the search's seeds, the worse on others."""
+        sign = 1.0 if budget.seeds == BUDGET.seeds else -1.0
+        return {label: sign * values["off_m"] for label, values in settings.items()}
+
+    monkeypatch.setattr(tuning, "_scores", scores)
+    tuned = tune("fake_shaky", BUDGET, lambda done, of: None)
+    assert tuned.parameters == {}
+    assert tuned.score == -tuned.fresh_score > tuned.default_score == -tuned.fresh_default_score == 20.0
+
+
+def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:
+    for name in ("colour_pf", "road_shape_pf", "background_pf", "mosaic_graph_pf", "hold", "constant_velocity"):
+        assert tunables(name)
+
+
+def test_a_search_goes_on_unless_what_it_depends_on_has_changed(tmp_path: Path) -> None:
+    pytest.importorskip("optuna")
+    fields = {field.name: field for field in dataclasses.fields(ShakyParameters)}
+    tried: list[str] = []
+
+    def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
+        tried.extend(settings)
+        return {label: values["off_m"] for label, values in settings.items()}
+
+    def found(trials: int, budget: str) -> Found:
+        return search(
+            "fake", fields, {"off_m": 20.0, "ignored": 3}, trials, scores, lambda done, of: None, tmp_path, budget
+        )
+
+    assert found(3, "one").trials == 3
+    assert found(5, "one").trials == 5
+    assert len(tried) == 5
+    assert found(5, "another").trials == 5
+    assert len(tried) == 10

@@ -1,0 +1,86 @@
+"""A training ends with a policy that steers, goes on where it was stopped, and keeps to what it was asked."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.learning.settings import Training
+from trackers.controllers.catalogue import controller_entry
+from trackers.controllers.policy_file import load_policy
+
+pytest.importorskip("stable_baselines3")
+
+from benchmarks.learning.training import train
+
+STEPS = 2 * 4 * 128
+"""Two rounds: the learning rate falls to nothing in the last."""
+TINY = Training(
+    env="frameout/RoadTownFollow-v1", preset="quick", steps=STEPS, envs=4, episodes=2, episode_steps=40, seed=3
+)
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Planned episodes are kept in the folder where one works."""
+    monkeypatch.chdir(tmp_path)
+
+
+def nothing(done: int, of: int) -> None:
+    pass
+
+
+def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path) -> None:
+    path = train(TINY, tmp_path / "ppo", nothing)
+    first = load_policy(str(path))
+    assert first.base is not None
+    assert first.base["controller"] == "reentry"
+    state = json.loads((tmp_path / "ppo" / "checkpoint" / "state.json").read_text())
+    assert state["steps"] == STEPS
+    # All steps are done: the same call changes nothing, and weights come back from the checkpoint as they were.
+    again = load_policy(str(train(TINY, tmp_path / "ppo", nothing)))
+    for ours, theirs in zip(first.weights, again.weights, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    # More steps than before go on from there.
+    more = load_policy(str(train(replace(TINY, steps=2 * STEPS), tmp_path / "ppo", nothing)))
+    assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
+    assert json.loads((tmp_path / "ppo" / "checkpoint" / "state.json").read_text())["steps"] == 2 * STEPS
+    assert controller_entry(f"policy:{path}", "helicopter").create() is not None
+    assert not [left.name for left in (tmp_path / "ppo").iterdir() if left.name.startswith(".")]
+    with pytest.raises(ValueError, match=r"out: expected a folder of the same training, or a new one \(other: seed\)"):
+        train(replace(TINY, seed=4), tmp_path / "ppo", nothing)
+
+
+def test_the_same_training_twice_is_the_same_policy(tmp_path: Path) -> None:
+    first, second = (load_policy(str(train(TINY, tmp_path / name, nothing))) for name in ("a", "b"))
+    for ours, theirs in zip((*first.weights, *first.biases), (*second.weights, *second.biases), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_the_off_policy_method_goes_on_with_what_it_remembers(tmp_path: Path) -> None:
+    tiny = replace(TINY, algorithm="sac", steps=400, envs=4, controller="none")
+    first = load_policy(str(train(tiny, tmp_path / "sac", nothing)))
+    assert first.base is None
+    assert first.output == "tanh"
+    with np.load(tmp_path / "sac" / "checkpoint" / "replay.npz", allow_pickle=False) as kept:
+        assert len(kept["rewards"]) == 100
+    more = load_policy(str(train(replace(tiny, steps=800), tmp_path / "sac", nothing)))
+    assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("env", "frameout/MoonFollow-v1", "env: expected one of frameout/RoadTownFollow-v1"),
+        ("algorithm", "es", "algorithm: expected ppo or sac, got 'es'"),
+        ("steps", 0, "steps: expected a whole number >= 1, got 0"),
+        ("seed", -1, "seed: expected a whole number >= 0, got -1"),
+    ],
+)
+def test_what_is_wrong_is_named(name: str, value: object, expected: str) -> None:
+    with pytest.raises(ValueError, match=expected):
+        replace(TINY, **{name: value})  # type: ignore[arg-type]

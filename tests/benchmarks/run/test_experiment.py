@@ -1,0 +1,218 @@
+from __future__ import annotations
+
+import json
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.run import jobs
+from benchmarks.run.contestants import entrant
+from benchmarks.run.experiment import SET_PATH, Experiment, Outcome, run
+from benchmarks.run.jobs import Job, run_job
+from benchmarks.run.records import read_blocks, read_rows
+from benchmarks.suites.frame_out.metrics.offscreen import WORST_ERROR_M
+from tests import fakes_scenario
+
+TINY = Experiment(
+    suite="frame-out",
+    scenario=fakes_scenario.FAKE_TOWN.id,
+    presets=("tiny",),
+    trackers=("fake_knowing", "fake_still"),
+    seeds=range(2),
+    workers=0,
+    limit_s=60.0,
+    modules=("tests.fakes_scenario",),
+)
+TIMES = ("ms_per_frame", "frames_per_s")
+
+
+def without_times(directory: Path) -> list[dict[str, Any]]:
+    """Return all rows but what depends on the clock."""
+    rows = [row for row in read_rows(directory) if row["metric"] not in TIMES]
+    for row in rows:
+        del row["seconds"]
+    return rows
+
+
+def mean_of(outcome: Outcome, tracker: str, metric: str) -> float:
+    (mean,) = (e["mean"] for e in outcome.summary if e["tracker"] == tracker and e["metric"] == metric)
+    return float(mean)
+
+
+def test_the_right_tracker_wins(tmp_path: Path) -> None:
+    outcome = run(TINY, tmp_path)
+    assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
+    assert mean_of(outcome, "fake_knowing", "offscreen_error_30_m") < 1.5
+    assert mean_of(outcome, "fake_knowing", "coverage_95") == pytest.approx(0.95, abs=0.03)
+    assert mean_of(outcome, "fake_knowing", "nees") == pytest.approx(2.0, abs=0.4)
+    assert mean_of(outcome, "fake_knowing", "in_view_gm") > 0.99
+    assert mean_of(outcome, "fake_still", "recovery_rate") == 0.0
+    assert mean_of(outcome, "fake_still", "in_view_tnr") == 0.0
+    comparisons = json.loads((tmp_path / "comparisons.json").read_text())
+    assert {(c["tracker"], c["other"]) for c in comparisons} == {("fake_knowing", "fake_still")}
+
+
+def test_the_summary_has_exactly_the_shape_that_others_rely_on(tmp_path: Path) -> None:
+    run(TINY, tmp_path)
+    names = "suite scenario preset tracker role renderer metric unit better mean ci_low ci_high n"
+    for entry in json.loads((tmp_path / "summary.json").read_text()):
+        assert list(entry) == names.split()
+        assert entry["ci_low"] <= entry["mean"] <= entry["ci_high"]
+
+
+def test_rows_do_not_depend_on_workers_order_or_company(tmp_path: Path) -> None:
+    run(TINY, tmp_path / "here")
+    run(replace(TINY, workers=2), tmp_path / "processes")
+    run(replace(TINY, trackers=("fake_still",)), tmp_path / "apart")
+    run(replace(TINY, trackers=("fake_knowing",)), tmp_path / "apart")
+    here = without_times(tmp_path / "here")
+    assert here == without_times(tmp_path / "processes")
+    assert here == without_times(tmp_path / "apart")
+
+
+def test_a_stopped_run_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[int] = []
+
+    def stopped(job: Job) -> Any:
+        calls.append(job.seed)
+        if job.seed == 1:
+            raise KeyboardInterrupt
+        return run_job(job)
+
+    monkeypatch.setattr("benchmarks.run.processes.run_job", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        run(TINY, tmp_path)
+    assert {key.seed for key in read_blocks(tmp_path)} == {0}
+    with (tmp_path / "records.jsonl").open("a") as file:
+        file.write('{"suite": "frame-out", "scen')
+    monkeypatch.setattr("benchmarks.run.processes.run_job", lambda job: calls.append(10 + job.seed) or run_job(job))
+    outcome = run(TINY, tmp_path)
+    assert calls == [0, 1, 11]
+    assert (outcome.resumed, outcome.episodes) == (2, 2)
+    run(TINY, tmp_path / "at once")
+    assert without_times(tmp_path) == without_times(tmp_path / "at once")
+    assert run(TINY, tmp_path).episodes == 0
+
+
+def test_what_other_code_made_is_made_again(tmp_path: Path) -> None:
+    run(TINY, tmp_path)
+    file = tmp_path / "records.jsonl"
+    lines = file.read_text().splitlines()
+    still = [k for k, line in enumerate(lines) if json.loads(line)["tracker"] == "fake_still"]
+    for k in still:
+        row = json.loads(lines[k])
+        row["versions"]["tracker"] = "another"
+        lines[k] = json.dumps(row)
+    file.write_text("\n".join(lines) + "\n")
+    outcome = run(TINY, tmp_path)
+    assert (outcome.resumed, outcome.episodes) == (2, 2)
+
+
+@pytest.mark.parametrize(
+    ("tracker", "reason"),
+    [
+        ("fake_raises", "RuntimeError: a bug"),
+        ("fake_half_nan", "position_px: expected finite numbers, got [nan, 3.0]"),
+        ("fake_wrong_shape", "position_px: expected the shape (2,), got (3,)"),
+        ("fake_slow", "took longer than 0.5 s over one frame"),
+    ],
+)
+def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, tracker: str, reason: str) -> None:
+    limit_s = 0.5 if tracker == "fake_slow" else TINY.limit_s
+    outcome = run(replace(TINY, trackers=(tracker, "fake_knowing"), seeds=range(1), limit_s=limit_s), tmp_path)
+    (failure,) = outcome.failures
+    told = str(failure)
+    assert "\n" not in told
+    for part in (tracker, "fake-town-v1 tiny, seed 0, frame 20", reason):
+        assert part in told
+    assert mean_of(outcome, tracker, "recovery_rate") == 0.0
+    assert mean_of(outcome, tracker, "offscreen_error_m") == WORST_ERROR_M
+    assert mean_of(outcome, tracker, "in_view_tnr") == 0.0
+    assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_a_silent_tracker_is_no_failure_but_has_the_worst_error(tmp_path: Path) -> None:
+    outcome = run(replace(TINY, trackers=("fake_silent",)), tmp_path)
+    assert outcome.failures == []
+    assert outcome.silent == {"fake_silent": 2 * 220}
+    assert mean_of(outcome, "fake_silent", "offscreen_error_m") == WORST_ERROR_M
+
+
+def test_a_tracker_that_kills_its_process_is_found_and_the_others_results_stand(tmp_path: Path) -> None:
+    trackers = ("fake_knowing", "fake_kills", "fake_still")
+    outcome = run(replace(TINY, trackers=trackers, workers=2, seeds=range(1)), tmp_path)
+    assert sorted((f.tracker, f.seed, f.frame) for f in outcome.failures) == [("fake_kills", k, 20) for k in range(1)]
+    assert all("ended its process" in f.reason for f in outcome.failures)
+    assert mean_of(outcome, "fake_kills", "offscreen_error_m") == WORST_ERROR_M
+    run(replace(TINY, seeds=range(1)), tmp_path / "without")
+    others = [row for row in without_times(tmp_path) if row["tracker"] != "fake_kills"]
+    assert others == without_times(tmp_path / "without")
+    assert not (tmp_path / ".running").exists()
+
+
+def test_in_closed_loop_the_tracker_steers(tmp_path: Path) -> None:
+    outcome = run(replace(TINY, presets=("tiny-loop",)), tmp_path)
+    assert {entry["controller"] for entry in outcome.summary} == {"centre"}
+    assert mean_of(outcome, "fake_knowing", "time_in_view") == 1.0
+    assert mean_of(outcome, "fake_still", "time_in_view") < 0.5
+    # Its car never comes back: that is its own doing, and counts.
+    assert mean_of(outcome, "fake_still", "recovery_rate") == 0.0
+    outcome = run(replace(TINY, presets=("tiny-loop",), controllers=(SET_PATH,)), tmp_path / "set")
+    assert "controller" not in outcome.summary[0]
+
+
+def test_trackers_that_no_seed_reaches_run_three_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = jobs.entrant
+    monkeypatch.setattr(jobs, "entrant", lambda name: replace(real(name), reproducible=False))
+    run(replace(TINY, trackers=("fake_knowing",), seeds=range(1)), tmp_path)
+    rows = [row for row in read_rows(tmp_path) if row["metric"] == "offscreen_error_m"]
+    assert [row["repeat"] for row in rows] == [0, 1, 2]
+    assert len({row["value"] for row in rows}) == 3
+
+
+def test_an_empty_folder_is_left_where_nothing_can_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(ValueError, match="out: expected a folder that can be written, got"):
+        run(TINY, tmp_path / "file")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"suite": "nix"}, "suite: expected one of follow, frame-out, stereo; got 'nix'"),
+        ({"scenario": "nix"}, "scenario: expected one of .*; got 'nix'"),
+        ({"presets": ("nix",)}, "presets: expected one of tiny, tiny-loop; got 'nix'"),
+        ({"trackers": ("nix",)}, "trackers: expected one of .*fake_knowing.*; got 'nix'"),
+        ({"controllers": ("nix",)}, "controllers: expected one of set-path, .*centre.*; got 'nix'"),
+        ({"renderer": "nix"}, "renderer: expected one of raster, pybullet; got 'nix'"),
+        ({"seeds": range(3, 3)}, "seeds: expected A:B with 0 <= A < B, got 3:3"),
+        ({"seeds": range(-3, 3)}, "seeds: expected A:B with 0 <= A < B, got -3:3"),
+        ({"workers": -1}, "workers: expected a whole number >= 0, got -1"),
+        ({"limit_s": 0.0}, "limit_s: expected a number of seconds > 0, got 0"),
+        ({"modules": ("no.such.module",)}, "modules: expected one that can be imported, got 'no.such.module'"),
+    ],
+)
+def test_what_does_not_exist_is_named(tmp_path: Path, change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        run(replace(TINY, **change), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_seeds_are_not_mixed_in_one_folder(tmp_path: Path) -> None:
+    run(replace(TINY, trackers=("fake_still",)), tmp_path)
+    with pytest.raises(ValueError, match=r"out: expected a folder with no seeds but 10000:10001, got .* seed 0"):
+        run(replace(TINY, seeds=range(10_000, 10_001)), tmp_path)
+
+
+def test_settings_that_are_tried_draw_the_numbers_of_their_tracker() -> None:
+    job = Job("frame-out", "fake-town", "tiny", "raster", 0, None, ("fake_knowing", "trial"))
+    settings = {"trial": ("fake_knowing", dict[str, Any]())}
+    blocks = run_job(replace(job, settings=settings)).blocks
+    errors = [[row["value"] for row in block if row["metric"] == "offscreen_error_m"] for block in blocks]
+    assert errors[0] == errors[1]
+    with pytest.raises(ValueError, match="unknown parameter"):
+        entrant("fake_knowing", {"nix": 1})

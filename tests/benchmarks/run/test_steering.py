@@ -1,0 +1,68 @@
+"""Whatever a controller does, its episode goes on."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from benchmarks.run.steering import Steering
+from scenarios.command_link import CommandLink, Link
+from scenarios.road_town.flight import HELICOPTER
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation
+
+PICTURE = Observation(np.zeros((4, 4, 3), np.uint8), 0.0, CameraModel(4, 4, 4.0))
+SOMEWHERE = Estimate(np.zeros(2))
+
+
+@dataclass
+class Scripted:
+    """Commands what it was given; raises what is an exception."""
+
+    answers: list[object]
+    asked: list[Estimate] = field(default_factory=list)
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """Return the next answer."""
+        self.asked.append(estimate)
+        answer = self.answers[len(self.asked) - 1]
+        if isinstance(answer, Exception):
+            raise answer
+        if answer == "sleeps":
+            time.sleep(5.0)
+        return answer  # type: ignore[return-value]
+
+
+AHEAD = CameraCommand(forward_mps=5.0)
+
+
+@pytest.mark.parametrize(
+    ("answer", "reason"),
+    [
+        (RuntimeError("a bug\nin two lines"), "RuntimeError: a bug"),
+        (CameraCommand(yaw_rate_rad_s=float("nan")), "ValueError: command: expected finite numbers, got"),
+        (None, "TypeError"),
+        ("sleeps", "took longer than 0.2 s over one command"),
+    ],
+)
+def test_one_that_fails_commands_nothing_from_there_on(answer: object, reason: str) -> None:
+    controller = Scripted([AHEAD, answer, AHEAD])
+    steering = Steering(controller, None, limit_s=0.2)
+    given = [steering.command(PICTURE, SOMEWHERE) for _ in range(3)]
+    assert given == [AHEAD, CameraCommand(), CameraCommand()]
+    assert len(controller.asked) == 2
+    assert steering.failed_at_frame == 2
+    assert str(steering.reason).startswith(reason)
+
+
+def test_the_link_is_between_controller_and_carrier() -> None:
+    link = CommandLink(HELICOPTER, 10.0, Link(), np.random.default_rng(0))
+    steering = Steering(Scripted([CameraCommand(forward_mps=1e3), RuntimeError()]), link, limit_s=1.0)
+    forward = HELICOPTER.axes[0]
+    first = steering.command(PICTURE, SOMEWHERE)
+    assert first.forward_mps == pytest.approx(forward.slew_per_s / 10.0)
+    # One that fails lets go: the carrier comes to rest as fast as it may.
+    assert steering.command(PICTURE, SOMEWHERE).forward_mps == pytest.approx(0.0)
+    assert steering.reason == "RuntimeError: "

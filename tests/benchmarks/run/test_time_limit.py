@@ -1,0 +1,82 @@
+"""The time limit: slow work is stopped, compiling is not counted, the clocks are right afterwards."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import numba
+import numpy as np
+import pytest
+
+from benchmarks.run.time_limit import TooSlow, at_most
+
+
+def burn(seconds: float) -> None:
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        pass
+
+
+def compile_something() -> None:
+    """Compile a function and one that it calls; a second or so of work."""
+
+    @numba.njit
+    def inner(values: np.ndarray) -> float:
+        return float(np.sort(values)[::2].sum())
+
+    @numba.njit
+    def outer(values: np.ndarray) -> float:
+        return inner(values) + np.median(values)
+
+    outer(np.arange(5.0))
+
+
+def test_slow_work_is_stopped() -> None:
+    began = time.perf_counter()
+    with pytest.raises(TooSlow), at_most(0.1):
+        time.sleep(5)
+    assert time.perf_counter() - began < 2
+
+
+def test_work_in_time_is_timed_and_leaves_no_alarm() -> None:
+    before = signal.getsignal(signal.SIGALRM)
+    with at_most(5.0) as watch:
+        burn(0.05)
+        assert 0.05 <= watch.cpu_s < 1
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+    assert signal.getitimer(signal.ITIMER_VIRTUAL) == (0.0, 0.0)
+    assert signal.getsignal(signal.SIGALRM) == before
+
+
+def test_compiling_counts_neither_against_the_limit_nor_as_work() -> None:
+    compile_something()  # What numba itself loads at its first compilation is not the point.
+    began = time.thread_time()
+    compile_something()
+    compiling_s = time.thread_time() - began
+    assert compiling_s > 0.15, "too quick here to show anything"
+    began = time.thread_time()
+    with at_most(0.6 * compiling_s) as watch:
+        compile_something()
+        worked_s = watch.cpu_s
+    assert time.thread_time() - began > 0.6 * compiling_s
+    assert worked_s < 0.4 * compiling_s
+
+
+def test_the_limit_holds_again_after_compiling() -> None:
+    began = time.perf_counter()
+
+    def compile_then_sleep() -> None:
+        compile_something()
+        time.sleep(20)
+
+    with pytest.raises(TooSlow), at_most(0.3):
+        compile_then_sleep()
+    assert time.perf_counter() - began < 15
+
+
+def test_a_compilation_outside_touches_no_clock() -> None:
+    with at_most(1.0):
+        pass
+    compile_something()
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)

@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.suites.frame_out.metrics.frame_outs import find_frame_outs
+from tests.benchmarks.hand_made import truth_of
+
+STATES = st.lists(st.sampled_from(["in", "partial", "occluded", "out"]), min_size=1, max_size=60)
+
+
+def test_a_frame_out_is_found_with_its_attributes() -> None:
+    states = ["in", "partial", "out", "out", "out", "partial", "in", "in"]
+    truth = truth_of(states, on_road=[True] * 4 + [False] + [True] * 3, turning=[False] * 3 + [True] + [False] * 4)
+    (found,) = find_frame_outs(truth)
+    assert found.attributes() == {
+        "index": 0,
+        "exit_frame": 2,
+        "length_frames": 3,
+        "back_frame": 6,
+        "kind": "excursion",
+        "side": "left",
+        "turned": True,
+    }
+    assert found.watch_end_frame == 8
+
+
+def test_a_car_that_only_peeps_in_is_not_back() -> None:
+    first, second = find_frame_outs(truth_of(["in", "out", "partial", "out", "in"]))
+    assert first.back_frame is None
+    assert first.watch_end_frame == 3
+    assert second.back_frame == 4
+
+
+def test_the_road_counts_until_the_car_is_back_in_full() -> None:
+    (found,) = find_frame_outs(truth_of(["in", "out", "partial", "in"], on_road=[True, True, False, True]))
+    assert found.kind == "excursion"
+    (found,) = find_frame_outs(truth_of(["in", "out", "partial", "in"], on_road=[True, True, True, False]))
+    assert found.kind == "road"
+
+
+@settings(deadline=None)
+@given(STATES)
+def test_frame_outs_hold_exactly_the_frames_outside(states: list[str]) -> None:
+    found = find_frame_outs(truth_of(states))
+    covered = [k for f in found for k in range(f.exit_frame, f.exit_frame + f.length_frames)]
+    assert covered == [k for k, state in enumerate(states) if state == "out"]
+    for frame_out in found:
+        assert frame_out.exit_frame == 0 or states[frame_out.exit_frame - 1] != "out"
+        end = frame_out.exit_frame + frame_out.length_frames
+        between = states[end : frame_out.watch_end_frame]
+        assert "out" not in between
+        expected = end + between.index("in") if "in" in between else None
+        assert frame_out.back_frame == expected

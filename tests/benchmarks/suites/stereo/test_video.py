@@ -1,0 +1,174 @@
+"""Videos and the report's picture of a person followed: what is shown, in which words, without a larger view."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from benchmarks.run.contestants import FromPictures
+from benchmarks.run.replay import replay
+from benchmarks.suites.stereo import picture
+from benchmarks.suites.stereo.drawing import StereoDrawing, describe_person
+from benchmarks.suites.stereo.instant import draw_left_and_plan
+from benchmarks.video import legend, marks
+from benchmarks.video.drawing import InLargerView, drawing_of
+from benchmarks.video.episode_video import render_episode, write_video
+from benchmarks.video.instant import Instant
+from tests.benchmarks.fake_episode import FakeEpisode
+from tests.benchmarks.suites.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing
+from tests.fakes_scenario import NoParameters
+from trackers.types import Estimate
+
+
+def episode() -> FakeFollowEpisode:
+    return FakeFollowEpisode(FakeFollow("a fixed camera"), closed_loop=False)
+
+
+def instant_at(frame: int, estimate: Estimate | None = None) -> Instant:
+    fake = episode()
+    for _ in range(frame + 1):
+        last = fake.step()
+    return Instant(last, estimate, last.observation.image_rgb)
+
+
+def test_each_scenario_is_drawn_in_its_own_way():
+    assert isinstance(drawing_of("stereo-follow-v1", episode()), StereoDrawing)
+    assert isinstance(drawing_of("stereo-follow-v12", episode()), StereoDrawing)
+    assert isinstance(drawing_of("road-town-v1", FakeEpisode()), InLargerView)
+    assert isinstance(drawing_of("somebody-elses-v1", FakeEpisode()), InLargerView)
+
+
+def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def refuse(self: FakeFollowEpisode, scale: float) -> None:
+        raise AssertionError("a larger view costs as much as a frame")
+
+    monkeypatch.setattr(FakeFollowEpisode, "larger_view", refuse)
+    fake = episode()
+    drawing = StereoDrawing.of(fake)
+    tracker = FromPictures(FollowKnowing(NoParameters(), np.random.default_rng(0)))
+    instants = replay(fake, tracker, None, scale=1.0, wanted=range(4), frame_count=4)
+    write_video(tmp_path / "x.mp4", instants, drawing, rate_hz=15.0, title="fake", frame_count=4)
+    with av.open(str(tmp_path / "x.mp4")) as video:
+        shapes = [frame.to_ndarray(format="rgb24").shape for frame in video.decode(video=0)]
+    assert shapes == [(1076, 1280, 3)] * 4
+
+
+def test_what_is_rendered_is_what_the_command_asks_for(tmp_path: Path):
+    out = render_episode("stereo-follow", tmp_path / "x.mp4", preset="quick", tracker="stereo_wb", frames=2)
+    with av.open(str(out)) as video:
+        assert len(list(video.decode(video=0))) == 2
+
+
+def test_words_and_shades_tell_of_hiding_and_of_light():
+    drawing = StereoDrawing.of(episode())
+    calm, hidden, dark = (instant_at(frame) for frame in (5, HIDDEN[2], 30))
+    assert describe_person(calm) == "100% seen"
+    assert describe_person(hidden) == "0% seen, behind crosser"
+    assert describe_person(dark) == "100% seen, lamp off"
+    outside = replace(calm, frame=replace(calm.frame, truth=replace(calm.frame.truth, state="out")))
+    assert describe_person(outside) == "out of view"
+    plain = drawing.shades(calm)
+    assert plain[0] == plain[1]
+    assert drawing.shades(hidden)[0] == plain[0] != drawing.shades(hidden)[1]
+    assert drawing.shades(dark)[1] == plain[1] != drawing.shades(dark)[0]
+
+
+def test_truth_and_estimate_are_drawn_in_the_left_picture_and_from_above():
+    plan = episode().map_of().plan
+    alone = instant_at(5)
+    target_px = alone.frame.truth.position_px[0]
+    answer = Estimate(target_px + np.array([12.0, 0.0]), in_view_probability=1.0, depth_m=5.0)
+    without, drawn = (draw_left_and_plan(replace(alone, estimate=each), plan) for each in (None, answer))
+    changed = np.argwhere(np.abs(drawn.astype(int) - without).sum(axis=2) > 0)
+    left = changed[changed[:, 1] < 640]
+    np.testing.assert_allclose(left.mean(axis=0)[::-1], 4 * answer.position_px, atol=4)
+    assert (changed[:, 1] >= 640).any()
+    silent = replace(alone, estimate=Estimate(np.full(2, np.nan)))
+    assert np.array_equal(draw_left_and_plan(silent, plan), without)
+
+
+def test_a_lost_right_picture_is_shown_as_lost():
+    drawing = StereoDrawing.of(episode())
+    whole = instant_at(3)
+    lost = replace(whole, frame=replace(whole.frame, observation=replace(whole.frame.observation, right_rgb=None)))
+    shown, blank = drawing.picture(whole), drawing.picture(lost)
+    assert shown.shape == blank.shape == (960, 1280, 3)
+    assert np.array_equal(shown[:480, :640], blank[:480, :640])
+
+
+def test_a_legend_leaves_out_what_no_tracker_draws():
+    ends = []
+    for with_tracker in (False, True):
+        strip = np.zeros((80, 1280, 3), np.uint8)
+        legend.draw_legend(strip, (16, 58), StereoDrawing.signs, with_tracker=with_tracker)
+        ends.append(np.flatnonzero(strip.any(axis=(0, 2))).max())
+    assert ends[0] < ends[1]
+    strip = np.zeros((80, 200, 3), np.uint8)
+    legend.shaded("x", marks.TRUTH).draw(strip, 10, 40)
+    assert (strip[30:40, 12:28] == marks.TRUTH).all()
+
+
+def event(kind: str, first: int, length: int, back: int | None, index: int = 0) -> dict[str, object]:
+    return {
+        "index": index,
+        "kind": kind,
+        "first_frame": first,
+        "length_frames": length,
+        "back_frame": back,
+        "place": "hall",
+        "light": kind == "lamp off",
+    }
+
+
+@pytest.mark.parametrize(
+    ("rows", "found"),
+    [
+        ([], None),
+        ([(3, "near person", 1, 9, None)], None),
+        ([(3, "lamp off", 30, 30, None), (2, "lamp off", 40, 30, None)], (2, 40)),
+        ([(1, "lamp off", 30, 30, None), (2, "occlusion", 20, 6, 26)], (2, 20)),
+        ([(1, "occlusion", 20, 2, 22), (2, "occlusion", 33, 6, None), (5, "occlusion", 44, 3, 47)], (5, 44)),
+    ],
+)
+def test_the_event_to_look_at_is_found_by_a_rule(rows, found):
+    made = [
+        {
+            "seed": seed,
+            "metric": "recovered" if kind == "occlusion" else "event_right_frames",
+            "event": event(kind, *at),
+        }
+        for seed, kind, *at in rows
+    ]
+    chosen = picture._first_event(made)
+    assert (None if chosen is None else (chosen[0], chosen[1]["first_frame"])) == found
+
+
+def test_four_frames_of_an_event_are_shown():
+    assert picture._wanted(event("occlusion", 20, 6, 28)) == [19, 22, 28, 38]
+    assert picture._wanted(event("lamp off", 30, 30, None)) == [29, 40, 49, 59]
+
+
+def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    drawn = []
+    monkeypatch.setattr(picture, "made_by_this_code", lambda tracker, rows: rows[0]["versions"] == "now")
+    monkeypatch.setattr(
+        picture, "_row", lambda *about: drawn.append(about) or [("words", np.zeros((24, 64, 3), np.uint8))]
+    )
+    condition = ("stereo", "stereo-follow-v1", "quick", "raster", "")
+    rows = {
+        name: [{"seed": 4, "metric": "recovered", "event": event("occlusion", 20, 6, 28), "versions": "now"}]
+        for name in ("stereo_people", "stereo_wb")
+    }
+    for _ in range(2):
+        picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
+    assert [about[1:] for about in drawn] == [(4, [19, 22, 28, 38], name) for name in rows]
+    (words,) = (tmp_path / "pictures").glob("*.json")
+    assert json.loads(words.read_text())["title"] == "One occlusion"
+    rows["stereo_wb"][0]["versions"] = "of old"
+    picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
+    assert list((tmp_path / "pictures").iterdir()) == []

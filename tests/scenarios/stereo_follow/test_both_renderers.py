@@ -1,0 +1,46 @@
+"""The two G-buffers of a building with people, by the rule that ``tests/sim/test_pybullet_renderer`` states."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scenarios.catalog import scenario
+from sim.gbuffer import SKY
+from sim.render.protocol import create_renderer
+from sim.render.visibility import NEAR_M
+from tests.scenarios.stereo_follow.conftest import Lived
+from tests.sim.ray_casting import away_from_edges
+
+
+@pytest.mark.parametrize("pixel_offset", [0.0, 0.5])
+def test_both_renderers_see_the_same_people_in_the_same_building(lived: Lived, pixel_offset: float):
+    episode = lived.episode
+    differing = []
+    for frame in lived.frames[8::24]:
+        episode._people.move_to(frame.truth.frame)
+        for pose in (frame.truth.T_world_camera, frame.truth.T_world_right):
+            raster, reference = (
+                create_renderer(name, episode.world).gbuffer(frame.camera, pose, pixel_offset=pixel_offset)
+                for name in ("raster", "pybullet")
+            )
+            differs = raster.instance_id != reference.instance_id
+            differing.append(differs.mean())
+            assert not (differs & away_from_edges(raster.instance_id)).any()
+            assert len(np.unique(raster.instance_id)) > 20
+            solid = ~differs & (raster.instance_id != SKY)
+            error_m = np.abs(raster.depth_m[solid] - reference.depth_m[solid])
+            # Within a body one surface may hide another at an edge.
+            allowed_m = 12 * raster.depth_m[solid] ** 2 / NEAR_M * 2.0**-24 + 1e-3
+            assert (error_m < allowed_m).mean() > 0.999
+    assert np.mean(differing) <= 1e-4
+
+
+def test_an_episode_is_the_same_to_look_at_by_either(lived: Lived):
+    other = scenario("stereo-follow").episode("quick", 3, renderer="pybullet")
+    frame, first = other.step(), lived.frames[0]
+    other.close()
+    difference = frame.observation.image_rgb.astype(int) - first.observation.image_rgb.astype(int)
+    assert (np.abs(difference).max(axis=-1) > 8).mean() < 0.02
+    assert frame.truth.visible_fraction == pytest.approx(first.truth.visible_fraction, abs=0.02)
+    assert frame.truth.place == first.truth.place

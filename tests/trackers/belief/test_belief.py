@@ -1,0 +1,161 @@
+"""What is believed follows from what was seen: checked against a camera and a target whose ways are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from sim.optics import PinholeCamera, look_down_pose, project
+from trackers.belief.belief_filter import BeliefKeeper
+from trackers.belief.feature_filter import FeatureKeeper
+from trackers.belief.features import FEATURES
+from trackers.belief.kernel import SECTORS, densest_window
+from trackers.belief.sighting import sighting_of
+from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis, EgoPose, Estimate, Observation
+
+HELICOPTER = Carrier("helicopter", (CommandAxis("forward_mps", 25.0, 40.0),), "down")
+CAMERA = PinholeCamera(640, 480, 700.0)
+MODEL = CameraModel(640, 480, 700.0)
+RATE_HZ = 15.0
+NOTHING = np.zeros((480, 640, 3), np.uint8)
+
+
+def seen_from(T_world_camera: NDArray[np.float64], frame: int = 0) -> Observation:
+    return Observation(NOTHING, frame / RATE_HZ, MODEL, ego=EgoPose(T_world_camera))
+
+
+def estimate_of(T_world_camera: NDArray[np.float64], place_m: NDArray[np.float64], probability: float) -> Estimate:
+    pixel = project(CAMERA, T_world_camera, np.append(place_m, 0.0)[None])[0][0]
+    return Estimate(pixel, in_view_probability=probability)
+
+
+@settings(deadline=None)  # the first call compiles
+@given(st.floats(-3, 3), st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(-30, 30), st.floats(-30, 30))
+def test_a_place_is_found_whatever_the_attitude(yaw: float, pitch: float, roll: float, x: float, y: float) -> None:
+    pose = look_down_pose(np.array([5.0, -3.0, 60.0]), yaw, pitch, roll)
+    place = np.array([x, y])
+    said = sighting_of("down", seen_from(pose), estimate_of(pose, place, 1.0))[0]
+    np.testing.assert_allclose([said["x_m"], said["y_m"]], place, atol=1e-6)
+    assert said["half_right_m"] == pytest.approx(60.0 * 320 / 700)
+
+
+def test_the_robot_measures_by_depth() -> None:
+    heading = 0.7
+    R = np.column_stack([[np.sin(heading), -np.cos(heading), 0], [0, 0, -1], [np.cos(heading), np.sin(heading), 0]])
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, [1.0, 2.0, 1.2]
+    place = np.array([1.0, 2.0]) + 3.0 * np.array([np.cos(heading), np.sin(heading)])
+    # To the right by 70 pixels at 3 m: 0.3 m.
+    place += 0.3 * np.array([np.sin(heading), -np.cos(heading)])
+    said = sighting_of("ahead", seen_from(T), Estimate(np.array([390.0, 240.0]), depth_m=3.0))
+    np.testing.assert_allclose([said["x_m"][0], said["y_m"][0]], place, atol=1e-9)
+    keeper = BeliefKeeper("ahead")
+    belief = keeper.update(seen_from(T), Estimate(np.array([390.0, 240.0]), depth_m=3.0))[0]
+    assert belief["ahead_m"] == pytest.approx(3.0)
+    assert belief["right_m"] == pytest.approx(0.3)
+
+
+def test_motion_of_target_and_carrier_is_followed() -> None:
+    keeper = BeliefKeeper("down")
+    velocity, own = np.array([6.0, -4.0]), np.array([0.0, 8.0])
+    for frame in range(60):
+        carrier = own * frame / RATE_HZ
+        pose = look_down_pose(np.array([*carrier, 60.0]), np.pi / 2, 0.0, 0.0)
+        place = np.array([10.0, 5.0]) + velocity * frame / RATE_HZ
+        belief = keeper.update(seen_from(pose, frame), estimate_of(pose, place, 1.0))[0]
+    # The helicopter heads along world y: ahead is y, right is x.
+    assert belief["velocity_ahead_mps"] == pytest.approx(-4.0, abs=0.05)
+    assert belief["velocity_right_mps"] == pytest.approx(6.0, abs=0.05)
+    assert belief["own_ahead_mps"] == pytest.approx(8.0, abs=0.05)
+    assert belief["own_right_mps"] == pytest.approx(0.0, abs=0.05)
+    assert belief["seconds_since_seen"] == 0.0
+
+
+def test_what_is_lost_is_timed_and_searched_for() -> None:
+    keeper = BeliefKeeper("down")
+    pose = look_down_pose(np.array([0.0, 0.0, 60.0]), 0.0, 0.0, 0.0)
+    keeper.update(seen_from(pose), estimate_of(pose, np.zeros(2), 1.0))
+    for frame in range(1, 16):
+        # The camera goes east, where nothing is.
+        pose = look_down_pose(np.array([2.0 * frame, 0.0, 60.0]), 0.0, 0.0, 0.0)
+        belief = keeper.update(seen_from(pose, frame), estimate_of(pose, np.zeros(2), 0.1))[0]
+    assert belief["seconds_since_seen"] == pytest.approx(1.0)
+    assert belief["searched"].argmax() == 0
+    assert belief["searched"][0] == 1.0
+    assert (belief["searched"][1:] == 0.0).all()
+    pose = look_down_pose(np.array([0.0, 0.0, 60.0]), 0.0, 0.0, 0.0)
+    belief = keeper.update(seen_from(pose, 16), estimate_of(pose, np.zeros(2), 1.0))[0]
+    assert belief["seconds_since_seen"] == 0.0
+    assert (belief["searched"] == 0.0).all()
+
+
+def test_who_says_nothing_leaves_the_belief_where_it_was() -> None:
+    keeper = BeliefKeeper("down")
+    pose = look_down_pose(np.array([0.0, 0.0, 60.0]), 0.0, 0.0, 0.0)
+    keeper.update(seen_from(pose), estimate_of(pose, np.array([3.0, 4.0]), 1.0))
+    belief = keeper.update(seen_from(pose, 1), Estimate(np.full(2, np.nan)))[0]
+    assert belief["known"] == 0.0
+    assert belief["in_view_probability"] == 0.0
+    np.testing.assert_allclose([belief["x_m"], belief["y_m"]], [3.0, 4.0], atol=1e-6)
+
+
+def test_the_densest_window_holds_most() -> None:
+    rng = np.random.Generator(np.random.PCG64(0))
+    few, many = rng.normal([30.0, 0.0], 1.0, (300, 2)), rng.normal([-20.0, 10.0], 1.0, (700, 2))
+    places = np.concatenate([few, many])
+    x, y, share = densest_window(places, np.full(1000, 1e-3), 6.0, 40)
+    assert np.hypot(x + 20.0, y - 10.0) < 0.5
+    assert share == pytest.approx(0.7, abs=0.01)
+    weights = np.concatenate([np.full(300, 0.9 / 300), np.full(700, 0.1 / 700)])
+    x, y, share = densest_window(places, weights, 6.0, 40)
+    assert np.hypot(x - 30.0, y) < 0.5
+    assert share == pytest.approx(0.9, abs=0.01)
+
+
+def test_the_posterior_is_summarised_on_the_ground() -> None:
+    rng = np.random.Generator(np.random.PCG64(1))
+    pose = look_down_pose(np.array([0.0, 0.0, 70.0]), 0.3, 0.1, -0.1)
+    places = rng.normal([8.0, -5.0], 2.0, (800, 2))
+    pixels = project(CAMERA, pose, np.column_stack([places, np.zeros(800)]))[0]
+    said = sighting_of("down", seen_from(pose), Estimate(pixels.mean(axis=0), particles_px=pixels))[0]
+    assert said["spread_m"] == pytest.approx(np.sqrt(0.5 * places.var(axis=0).sum()), rel=1e-6)
+    np.testing.assert_allclose([said["densest_x_m"], said["densest_y_m"]], places.mean(axis=0), atol=0.3)
+    assert said["densest_share"] > 0.99
+
+
+@settings(deadline=None)  # the first call compiles
+@given(
+    st.lists(
+        st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.floats(0, 1), st.floats(-1.2, 1.2), st.booleans()),
+        min_size=1,
+        max_size=12,
+    )
+)
+def test_features_are_finite_and_within_their_range(looks: list[tuple[float, float, float, float, bool]]) -> None:
+    keeper = FeatureKeeper(HELICOPTER)
+    for frame, (x, y, probability, pitch, silent) in enumerate(looks):
+        pose = look_down_pose(np.array([0.0, 0.0, 60.0]), 0.1 * frame, pitch, 0.0)
+        position = np.full(2, np.nan) if silent else np.array([x, y])
+        estimate = Estimate(position, in_view_probability=probability)
+        features = keeper.update(seen_from(pose, frame), estimate, CameraCommand(forward_mps=99.0))
+        assert features.shape == (len(FEATURES),)
+        assert np.isfinite(features).all()
+        assert (np.abs(features) <= 1.0).all()
+
+
+def test_features_are_where_their_names_say() -> None:
+    keeper = FeatureKeeper(HELICOPTER)
+    pose = look_down_pose(np.array([0.0, 0.0, 70.0]), 0.0, 0.0, 0.0)
+    # World x is ahead; half the picture is 24 m high and 32 m wide.
+    estimate = estimate_of(pose, np.array([12.0, -16.0]), 0.75)
+    said = dict(zip(FEATURES, keeper.update(seen_from(pose), estimate, CameraCommand(12.5)), strict=True))
+    assert said["ahead"] == pytest.approx(0.5 / 1.5, abs=1e-5)
+    assert said["right"] == pytest.approx(0.5 / 1.5, abs=1e-5)
+    assert said["in_view_probability"] == pytest.approx(0.75)
+    assert said["height"] == pytest.approx((70 / 60) / (1 + 70 / 60), abs=1e-5)
+    assert said["command_forward"] == pytest.approx(0.5)
+    assert said["known"] == 1.0
+    assert sum(name.startswith("searched_") for name in FEATURES) == SECTORS

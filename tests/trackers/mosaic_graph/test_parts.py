@@ -1,0 +1,160 @@
+"""Parts of our tracker: poses, mosaic, likeness."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.optics import PinholeCamera, look_down_pose, project
+from tests.trackers.drawn_town import film
+from trackers.mosaic_graph.first_look import WIDTH_TO_LENGTH, apparent_length_px
+from trackers.mosaic_graph.ground_camera import GroundCamera, fit_pose, looking_down
+from trackers.mosaic_graph.kernels import oriented_box as ob
+from trackers.mosaic_graph.likeness import Likeness
+from trackers.mosaic_graph.mosaic import Mosaic, standing_ground
+from trackers.mosaic_graph.registration import Registration
+from trackers.mosaic_graph.road_network import RoadFinder
+from trackers.types import CameraModel
+
+_MODEL = CameraModel(640, 480, 686.0)
+_ALL_GROUND = np.full((240, 320), 255, np.uint8)
+
+
+def tilted(roll_rad: float = 0.1, pitch_rad: float = -0.15) -> GroundCamera:
+    pose = look_down_pose(np.array([3.0, -5.0, 60.0]), 0.7, pitch_rad, roll_rad)
+    return GroundCamera(_MODEL, pose, np.array([2e-4, -1e-4]))
+
+
+def test_without_a_bend_a_camera_projects_as_the_simulators() -> None:
+    camera = GroundCamera(_MODEL, tilted().T_world_camera, np.zeros(2))
+    points = np.random.default_rng(0).uniform(-30, 30, (10, 2))
+    pinhole = PinholeCamera(640, 480, 686.0)
+    for height_m in (0.0, 0.7):
+        world = np.column_stack([points, np.full(10, height_m)])
+        expected = project(pinhole, camera.T_world_camera, world)[0]
+        np.testing.assert_allclose(camera.to_picture(points, height_m), expected, atol=1e-8)
+
+
+def test_picture_and_map_are_each_others_inverse() -> None:
+    pixels = np.random.default_rng(1).uniform(-200, 800, (20, 2))
+    camera = tilted()
+    np.testing.assert_allclose(camera.to_picture(camera.to_map(pixels, 0.7), 0.7), pixels, atol=1e-6)
+
+
+def test_derivatives_are_the_numerical_ones() -> None:
+    camera = tilted()
+    for k, derivative in enumerate(camera.derivatives()):
+        step = np.zeros(8)
+        step[k] = 1e-6
+        numerical = (camera.moved(step).H_picture_map() - camera.moved(-step).H_picture_map()) / 2e-6
+        np.testing.assert_allclose(derivative, numerical, rtol=1e-4, atol=1e-3)
+
+
+def test_a_pose_is_found_again_in_spite_of_houses() -> None:
+    rng = np.random.default_rng(2)
+    camera = tilted()
+    map_m = rng.uniform(-25, 25, (150, 2))
+    pixels = camera.to_picture(map_m) + rng.normal(0, 0.2, (150, 2))
+    pixels[:45] = camera.to_picture(map_m[:45], 8.0)
+    start = camera.moved(np.array([0.02, -0.02, 0.03, 1.0, -1.0, 0.5, 0, 0]))
+    weak = np.diag([25.0] * 3 + [0.04] * 3 + [1e8] * 2)
+    fit = fit_pose(start, map_m, pixels, weak, (16.0, 8.0, 4.0, 3.0, 2.0))
+    far = np.array([[60.0, 0.0], [0.0, -60.0], [10.0, 10.0]])
+    assert np.linalg.norm(fit.camera.to_picture(far) - camera.to_picture(far), axis=1).max() < 4.0
+
+
+def mark_errors_px(use_mosaic: bool) -> list[float]:
+    """Return how far marks on the ground are from where each picture of a film shows them, the worst of three."""
+    frames = film(3, 30, out=(12, 20), decoys=0)
+    first = frames[0]
+    metres_per_pixel = first.T_world_camera[2, 3] / first.observation.camera.focal_px
+    registration = Registration(first.observation, metres_per_pixel, use_ego=False, use_mosaic=use_mosaic)
+    mosaic = Mosaic(2 * metres_per_pixel)
+    mosaic.add(registration.first.small_rgb, registration.camera, _ALL_GROUND)
+    marks_px = np.array([[150.0, 120.0], [500.0, 100.0], [320.0, 400.0]])
+    on_map = registration.camera.to_map(marks_px)
+    pinhole = PinholeCamera(640, 480, first.observation.camera.focal_px)
+    from_first = np.linalg.inv(GroundCamera(_MODEL, first.T_world_camera, np.zeros(2)).H_picture_map())
+    world = np.column_stack([marks_px, np.ones(3)]) @ from_first.T
+    world = world[:, :2] / world[:, 2:]
+    errors = []
+    for frame in frames[1:]:
+        registered = registration.register(frame.observation, mosaic)
+        mosaic.add(registered.small_rgb, registered.camera, _ALL_GROUND)
+        expected = project(pinhole, frame.T_world_camera, np.column_stack([world, np.zeros(3)]))[0]
+        errors.append(float(np.linalg.norm(registered.camera.to_picture(on_map) - expected, axis=1).max()))
+    return errors
+
+
+def test_pictures_are_placed_on_the_mosaic_to_a_pixel_and_drift_without_it() -> None:
+    placed, chained = mark_errors_px(use_mosaic=True), mark_errors_px(use_mosaic=False)
+    assert max(placed) < 1.5
+    assert placed[-1] < 0.5
+    assert chained[-1] > 2.0
+
+
+def test_the_mosaic_shows_what_was_laid_down_and_grows() -> None:
+    rng = np.random.default_rng(4)
+    picture = np.repeat(np.repeat(rng.integers(0, 256, (24, 32, 3)), 10, axis=0), 10, axis=1).astype(np.uint8)
+    camera = looking_down(_MODEL, 0.1)
+    mosaic = Mosaic(0.2)
+    mosaic.add(picture, camera, _ALL_GROUND)
+    shape = mosaic.count.shape
+    shown, seen = mosaic.render(camera)
+    middle = np.s_[20:-20, 20:-20]
+    assert seen[middle].min() == 1
+    assert np.abs(shown[middle].astype(int) - picture[middle]).mean() < 6
+    far = camera.moved(np.array([0, 0, 0, 200.0, 0, 0, 0, 0]))
+    mosaic.add(picture, far, _ALL_GROUND)
+    assert mosaic.count.shape > shape
+    np.testing.assert_array_equal(mosaic.render(camera)[0][middle], shown[middle])
+
+
+@pytest.mark.parametrize("pitch_rad", [1.15, 1.3, 1.6])
+def test_a_pose_that_sees_to_the_horizon_lays_nothing_down(pitch_rad: float) -> None:
+    picture = np.full((240, 320, 3), 90, np.uint8)
+    camera = looking_down(_MODEL, 0.1)
+    mosaic = Mosaic(0.2)
+    mosaic.add(picture, camera, _ALL_GROUND)
+    before = mosaic.count.copy()
+    mosaic.add(picture, camera.moved(np.array([pitch_rad, 0, 0, 0, 0, 0, 0, 0])), _ALL_GROUND)
+    np.testing.assert_array_equal(mosaic.count, before)
+
+
+def test_far_from_all_that_was_seen_no_roads_are_drawn() -> None:
+    mosaic = Mosaic(0.2)
+    mosaic.add(np.full((240, 320, 3), 90, np.uint8), looking_down(_MODEL, 0.1), _ALL_GROUND)
+    finder = RoadFinder()
+    finder.learn(np.zeros(2))
+    assert finder.draw(mosaic, np.array([1000.0, 0.0])).graph.edge_count == 0
+
+
+def test_the_target_is_hardly_taken_for_ground() -> None:
+    camera = looking_down(_MODEL, 0.1)
+    weight = standing_ground(camera, None, np.zeros(2), 4.5)
+    assert weight[120, 160] == 1
+    assert weight[5, 5] == 255
+
+
+@pytest.mark.parametrize("heading_rad", [0.0, 0.4, 0.9, 1.5])
+def test_the_length_of_a_car_is_read_off_its_upright_box(heading_rad: float) -> None:
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    width, height = 40 * (c + WIDTH_TO_LENGTH * s), 40 * (s + WIDTH_TO_LENGTH * c)
+    assert apparent_length_px(np.array([10, 20, 10 + width, 20 + height])) == pytest.approx(40.0, rel=1e-6)
+
+
+def measures(inside: float, mismatch: float, moved: float) -> np.ndarray:
+    result = np.zeros(ob.MEASURES)
+    result[[ob.INSIDE, ob.AROUND, ob.MISMATCH, ob.MOVED, ob.KNOWN]] = [inside, -2.0, mismatch, moved, 1.0]
+    return result
+
+
+def test_likeness_learns_what_this_target_is_like() -> None:
+    likeness = Likeness()
+    grey = measures(1.5, 12.0, 25.0)
+    before = likeness.log_ratio(grey)
+    for _ in range(30):
+        likeness.learn_target(grey)
+        likeness.learn_rest(measures(0.0, 35.0, 8.0))
+    assert likeness.log_ratio(grey) > max(before, 2.0)
+    assert likeness.log_ratio(measures(-3.0, 45.0, 5.0)) < -4.0

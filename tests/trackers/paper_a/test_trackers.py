@@ -1,0 +1,158 @@
+"""The papers' trackers and the baselines on hand-drawn pictures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.fakes import CAMERA, DrawnFrame, DrawnTown, along, bent_road, drive, look_down, straight_road
+from trackers.baselines.single_target import best_match
+from trackers.kernels.colour_template import ColourTemplate
+from trackers.registry import entry
+from trackers.types import Estimate
+
+FILTERS = ("colour_pf", "road_shape_pf", "background_pf")
+REPRODUCIBLE = (*FILTERS, "hold", "constant_velocity")
+HEIGHT_M = 60.0
+
+
+@pytest.fixture(scope="module")
+def bend() -> list[DrawnFrame]:
+    """A car on a bent road, the camera drifting and turning, the car always in view."""
+    road = bent_road(40.0)
+    town = DrawnTown(road, 220.0, np.random.default_rng(0))
+    poses = [look_down(-25 + 0.55 * k, 2 + 0.1 * k, HEIGHT_M, 0.3 + 0.004 * k) for k in range(40)]
+    return list(drive(town, road, 35.0, 0.65, poses))
+
+
+def follow(name: str, frames: list[DrawnFrame], seed: int = 0) -> list[Estimate]:
+    tracker = entry(name).create(np.random.default_rng(seed))
+    tracker.initialise(frames[0].observation, frames[0].box_xyxy)
+    return [tracker.update(frame.observation) for frame in frames[1:]]
+
+
+def errors_px(estimates: list[Estimate], frames: list[DrawnFrame]) -> NDArray[np.float64]:
+    pairs = zip(estimates, frames[1:], strict=True)
+    return np.array([np.hypot(*(estimate.position_px - frame.position_px)) for estimate, frame in pairs])
+
+
+@pytest.mark.parametrize("name", [*REPRODUCIBLE, "opencv_mil"])
+def test_follows_a_car_in_view(name: str, bend: list[DrawnFrame]) -> None:
+    half_car_px = 0.5 * 4.5 * CAMERA.focal_px / HEIGHT_M
+    frames = bend[:15] if name == "opencv_mil" else bend
+    assert np.median(errors_px(follow(name, frames), frames)) < half_car_px
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_knows_where_the_car_is_heading(name: str, bend: list[DrawnFrame]) -> None:
+    estimates = follow(name, bend)
+    turned = [e.heading_rad - f.heading_rad for e, f in zip(estimates[15:], bend[16:], strict=True)]
+    assert np.abs(np.angle(np.exp(1j * np.array(turned)))).max() < 0.5
+
+
+@pytest.mark.parametrize("name", REPRODUCIBLE)
+def test_the_same_seed_gives_the_same_answers(name: str, bend: list[DrawnFrame]) -> None:
+    for first, second in zip(follow(name, bend[:8], 4), follow(name, bend[:8], 4), strict=True):
+        np.testing.assert_array_equal(first.position_px, second.position_px)
+        if first.particles_px is not None:
+            np.testing.assert_array_equal(first.particles_px, second.particles_px)
+
+
+def leaving() -> list[DrawnFrame]:
+    """The camera stands still while the car drives out over the right border and never comes back."""
+    road = straight_road()
+    town = DrawnTown(road, 220.0, np.random.default_rng(1))
+    return list(drive(town, road, 130.0, 1.2, [look_down(0, 0, HEIGHT_M, np.pi / 2)] * 35))
+
+
+@pytest.mark.parametrize("name", [*REPRODUCIBLE, "opencv_mil"])
+def test_says_numbers_whatever_part_of_the_car_is_outside(name: str) -> None:
+    frames = leaving()
+    if name == "opencv_mil":
+        frames = frames[::4]
+    assert (frames[-1].box_xyxy[:2] > [CAMERA.width_px, 0]).all()
+    for estimate in follow(name, frames):
+        assert np.isfinite(estimate.position_px).all()
+        assert estimate.box_xyxy is not None
+        assert np.isfinite(estimate.box_xyxy).all()
+        assert estimate.in_view_probability is None or 0 <= estimate.in_view_probability <= 1
+        if estimate.weights is not None:
+            assert estimate.weights.sum() == pytest.approx(1.0)
+            assert np.isfinite(estimate.particles_px).all()
+
+
+@pytest.mark.parametrize("name", REPRODUCIBLE)
+def test_may_start_on_a_box_that_the_border_cuts(name: str, bend: list[DrawnFrame]) -> None:
+    tracker = entry(name).create(np.random.default_rng(0))
+    tracker.initialise(bend[0].observation, np.array([-12.0, 200.0, 20.0, 222.0]))
+    assert np.isfinite(tracker.update(bend[1].observation).position_px).all()
+
+
+@pytest.mark.parametrize("name", REPRODUCIBLE)
+@pytest.mark.parametrize("box", [[700.0, 10, 740, 30], [50.0, 10, 40, 30], [np.nan, 0, 1, 1]])
+def test_refuses_a_box_that_holds_nothing(name: str, box: list[float], bend: list[DrawnFrame]) -> None:
+    tracker = entry(name).create(np.random.default_rng(0))
+    with pytest.raises(ValueError, match="box_xyxy: expected"):
+        tracker.initialise(bend[0].observation, np.array(box))
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_one_particle_runs(name: str, bend: list[DrawnFrame]) -> None:
+    tracker = entry(name).create(np.random.default_rng(0), particles=1)
+    tracker.initialise(bend[0].observation, bend[0].box_xyxy)
+    assert np.isfinite(tracker.update(bend[1].observation).position_px).all()
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_runs_where_there_is_no_road(name: str) -> None:
+    road = straight_road()
+    town = DrawnTown(road, 160.0, np.random.default_rng(2), bare=True)
+    frames = list(drive(town, road, 110.0, 0.6, [look_down(0, 0, HEIGHT_M, 0.0)] * 20, measured=False))
+    assert np.median(errors_px(follow(name, frames), frames)) < 24
+
+
+def frame_out_at_a_bend() -> list[DrawnFrame]:
+    """The camera swings off the car while it rounds a bend, and stays off; motion is measured."""
+    road = bent_road(30.0)
+    town = DrawnTown(road, 260.0, np.random.default_rng(3))
+    poses = []
+    for k in range(49):
+        car, _ = along(road, 45.0 + 0.6 * k)
+        away = 38.0 * float(np.clip((k - 20) / 5, 0, 1))
+        # The view swings ahead over the bend, so that its road is seen but the car is not.
+        poses.append(look_down(car[0] + 0.3 * away, car[1] + away, HEIGHT_M, 0.0))
+    return list(drive(town, road, 45.0, 0.6, poses))
+
+
+def test_the_road_carries_a_filter_round_a_bend_that_the_plain_one_misses() -> None:
+    frames = frame_out_at_a_bend()
+    for frame in frames[28:]:
+        x, y = frame.position_px
+        assert not (0 <= x < CAMERA.width_px and 0 <= y < CAMERA.height_px)
+    plain, road = (errors_px(follow(name, frames), frames) for name in ("colour_pf", "road_shape_pf"))
+    assert road[-1] < 0.5 * plain[-1]
+
+
+def test_the_background_filter_never_looks_at_the_measured_pose(bend: list[DrawnFrame]) -> None:
+    blind = [replace(frame, observation=replace(frame.observation, ego=None)) for frame in bend[:10]]
+    for first, second in zip(follow("background_pf", bend[:10]), follow("background_pf", blind), strict=True):
+        np.testing.assert_array_equal(first.position_px, second.position_px)
+
+
+def test_an_unknown_class_model_is_named() -> None:
+    with pytest.raises(ValueError, match=r"class_model: expected .* got 'no_such_model'"):
+        entry("background_pf").create(np.random.default_rng(0), class_model="no_such_model")
+
+
+def test_what_lies_outside_the_picture_is_like_nothing() -> None:
+    """Neither the border's pixels nor the whole picture's colours stand in for it."""
+    picture = np.full((40, 60, 3), (200, 40, 40), np.uint8)
+    template = ColourTemplate.from_box(picture, np.array([10.0, 10.0, 20.0, 18.0]))
+    _, similarity = best_match(template, picture, np.array([-3.0, 20.0]), reach_px=2.5)
+    assert similarity == 0.0
+    place_px, similarity = best_match(template, picture, np.array([-3.0, 20.0]), reach_px=8.0)
+    assert similarity == pytest.approx(1.0)
+    assert (place_px >= 0).all()

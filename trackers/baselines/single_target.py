@@ -1,0 +1,195 @@
+"""What any method has to beat: staying put, a straight line, and OpenCV's own tracker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.boxes import box_around, box_centre, box_size
+from trackers.kernels.colour_template import ColourTemplate
+from trackers.kernels.histogram import hs_bins
+from trackers.registry import register, tunable
+from trackers.types import CameraModel, Estimate, Observation
+
+
+def best_match(
+    template: ColourTemplate, image_rgb: NDArray[np.uint8], near_px: NDArray[np.float64], reach_px: float
+) -> tuple[NDArray[np.float64], float]:
+    """Return the position (2,) in the picture, near a place, whose rectangle is most like the template.
+
+    Looked for within ``reach_px``, on a grid of a third of the rectangle, then about its best on one of one pixel.
+    The similarity comes with it; it is 0 if the picture is out of reach.
+    """
+    bins = hs_bins(image_rgb)
+    picture = np.array([image_rgb.shape[1], image_rgb.shape[0]])
+    step_px = max(1.0, float(template.size_px.min()) / 3)
+    best_px, similarity = near_px, 0.0
+    for reach, step in ((reach_px, step_px), (step_px, 1.0)):
+        # Only what lies in the picture, however far the reach.
+        low, high = np.maximum(best_px - reach, 0.0), np.minimum(best_px + reach, picture - 1e-3)
+        x, y = (np.arange(low[axis], high[axis] + 1e-6, step) for axis in (0, 1))
+        grid_px = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        if len(grid_px) == 0:
+            break
+        similarities = template.similarities(bins, grid_px)
+        best = int(np.argmax(similarities))
+        best_px, similarity = grid_px[best], float(similarities[best])
+    return best_px, similarity
+
+
+def _estimate(position_px: NDArray[np.float64], size_px: NDArray[np.float64], in_view: bool) -> Estimate:
+    return Estimate(position_px, box_around(position_px, size_px), in_view_probability=float(in_view))
+
+
+@dataclass(frozen=True)
+class HoldParameters:
+    """Setting of ``hold``.
+
+    Attributes:
+        reach_boxes: how far from the last position the car is looked for, in lengths of its box.
+        least_similarity: what is less like the template is not the car.
+    """
+
+    reach_boxes: float = tunable(0.7, 0.2, 3.0, log=True)
+    least_similarity: float = tunable(0.8, 0.4, 0.98)
+
+
+@register("hold", role="baseline", summary="keeps the place in the picture where it last saw the car")
+class Hold:
+    """Follows the car by the best match of its HS histogram; without one it says the last place *in the picture*.
+
+    Pixels alone: the place moves with the camera and not with the ground, measured motion or not.
+    """
+
+    Parameters = HoldParameters
+
+    def __init__(self, parameters: HoldParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Take the template from the box."""
+        self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
+        self._position_px = box_centre(box_xyxy)
+
+    def update(self, observation: Observation) -> Estimate:
+        """Return the best match near the last position, or that position."""
+        reach_px = self._parameters.reach_boxes * float(self._template.size_px.max())
+        match_px, similarity = best_match(self._template, observation.image_rgb, self._position_px, reach_px)
+        seen = similarity >= self._parameters.least_similarity
+        if seen:
+            self._position_px = match_px
+        return _estimate(self._position_px, self._template.size_px, seen)
+
+
+@dataclass(frozen=True)
+class ConstantVelocityParameters:
+    """Setting of ``constant_velocity``.
+
+    Attributes:
+        acceleration_px: standard deviation of the acceleration, pixels a frame².
+        match_noise_px: standard deviation of a match.
+        reach_boxes: how far from the prediction the car is looked for, in lengths of its box, while it is seen; the
+            reach grows with the prediction's uncertainty.
+        least_similarity: what is less like the template is not the car.
+    """
+
+    acceleration_px: float = tunable(3.0, 0.1, 20.0, log=True)
+    match_noise_px: float = tunable(2.0, 0.3, 10.0, log=True)
+    reach_boxes: float = tunable(0.5, 0.2, 3.0, log=True)
+    least_similarity: float = tunable(0.8, 0.4, 0.98)
+
+
+@register("constant_velocity", role="baseline", summary="Kalman filter of constant velocity in the picture")
+class ConstantVelocity:
+    """State (x, y, vx, vy) in pixels and pixels a frame, white acceleration; the car is looked for as ``hold`` does.
+
+    ``x' = F x, P' = F P Fᵀ + Q``; ``K = P Hᵀ (H P Hᵀ + R)⁻¹, x += K (z - H x), P -= K H P``. Pixels alone.
+    """
+
+    Parameters = ConstantVelocityParameters
+    _F = np.array([[1, 0, 1, 0], [0, 1, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    _G = np.array([[0.5, 0], [0, 0.5], [1, 0], [0, 1.0]])
+
+    def __init__(self, parameters: ConstantVelocityParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Start at the box, at rest as far as one picture tells."""
+        p = self._parameters
+        self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
+        self._x = np.concatenate([box_centre(box_xyxy), np.zeros(2)])
+        self._P = np.diag([p.match_noise_px**2] * 2 + [float(self._template.size_px.max() / 4) ** 2] * 2)
+
+    def update(self, observation: Observation) -> Estimate:
+        """Predict, look for the car near the prediction, correct where it is found."""
+        p = self._parameters
+        self._x = self._F @ self._x
+        self._P = self._F @ self._P @ self._F.T + p.acceleration_px**2 * self._G @ self._G.T
+        length_px = float(self._template.size_px.max())
+        reach_px = p.reach_boxes * length_px + 2.0 * float(np.sqrt(self._P[:2, :2].trace() / 2))
+        match_px, similarity = best_match(self._template, observation.image_rgb, self._x[:2], reach_px)
+        seen = similarity >= p.least_similarity
+        if seen:
+            self._correct(match_px)
+        estimate = _estimate(self._x[:2].copy(), self._template.size_px, seen)
+        return Estimate(
+            estimate.position_px,
+            estimate.box_xyxy,
+            heading_rad=float(np.arctan2(self._x[3], self._x[2])),
+            in_view_probability=estimate.in_view_probability,
+            covariance_px=self._P[:2, :2].copy(),
+        )
+
+    def _correct(self, match_px: NDArray[np.float64]) -> None:
+        gain = self._P[:, :2] @ np.linalg.inv(self._P[:2, :2] + self._parameters.match_noise_px**2 * np.eye(2))
+        self._x = self._x + gain @ (match_px - self._x[:2])
+        self._P = self._P - gain @ self._P[:2]
+
+
+@dataclass(frozen=True)
+class MilParameters:
+    """``opencv_mil`` has nothing to set."""
+
+
+@register(
+    "opencv_mil",
+    role="baseline",
+    summary="OpenCV's MIL, a general tracker",
+    reproducible=False,
+    suites=("frame-out", "stereo"),
+)
+class OpenCvMil:
+    """``cv2.TrackerMIL``. It always answers inside the picture, cannot say that the car is gone, and draws
+    numbers of its own that no seed reaches.
+    """
+
+    Parameters = MilParameters
+
+    def __init__(self, parameters: MilParameters, rng: np.random.Generator) -> None:
+        self._tracker = cv2.TrackerMIL.create()
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Start on the part of the box that is inside the picture."""
+        box_size(box_xyxy)
+        camera = observation.camera
+        self._box_xyxy = _visible_part(box_xyxy, camera)
+        x, y, right, bottom = (int(value) for value in self._box_xyxy)
+        self._tracker.init(np.ascontiguousarray(observation.image_rgb[..., ::-1]), (x, y, right - x, bottom - y))
+
+    def update(self, observation: Observation) -> Estimate:
+        """Return OpenCV's answer, or the last one where it fails."""
+        found, (x, y, width, height) = self._tracker.update(np.ascontiguousarray(observation.image_rgb[..., ::-1]))
+        if found:
+            self._box_xyxy = np.array([x, y, x + width, y + height], dtype=float)
+        return Estimate(box_centre(self._box_xyxy), self._box_xyxy.copy())
+
+
+def _visible_part(box_xyxy: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float64]:
+    """Return the part of a box inside the picture, in whole pixels, at least 4 x 4 of them."""
+    size = np.array([camera.width_px, camera.height_px])
+    low = np.clip(np.floor(box_xyxy[:2]), 0, size - 4)
+    high = np.maximum(np.clip(np.ceil(box_xyxy[2:]), 4, size), low + 4)
+    return np.concatenate([low, high])

@@ -1,0 +1,151 @@
+"""A trained policy as two files without code: its weights (safetensors) and what they mean (JSON).
+
+``NAME.json`` says::
+
+    {"format": 1, "env": "frameout/RoadTownFollow-v1",
+     "carrier": {"name": "helicopter", "looks": "down", "axes": [["forward_mps", 25.0, 40.0], ...]},
+     "tracker": "mosaic_graph_pf", "base": {"controller": "reentry", "parameters": {...}} or null,
+     "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "layers": 3,
+     "hidden": "tanh" | "relu", "output": "clip" | "tanh", "weights_sha256": "...", "made": {...}}
+
+``base`` null means that the policy gives the whole command; else it corrects that controller's. ``made`` says how it
+was trained. ``NAME.safetensors`` holds ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` …
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from safetensors.numpy import load, save
+
+from trackers.belief.features import FEATURES
+from trackers.types import Carrier, CommandAxis
+
+FORMAT = 1
+_KEYS = ("env", "carrier", "tracker", "base", "correction_share", "corrects", "features", "hidden", "output", "made")
+
+
+@dataclass(frozen=True)
+class Policy:
+    """A network from a belief's features to an action, and what an action of it means; see the module.
+
+    Attributes:
+        weights: (out, in) float32 of each layer. biases: (out,).
+    """
+
+    env: str
+    carrier: Carrier
+    tracker: str
+    base: dict[str, Any] | None
+    correction_share: float
+    corrects: Literal["always", "unseen"]
+    features: tuple[str, ...]
+    hidden: Literal["tanh", "relu"]
+    output: Literal["clip", "tanh"]
+    weights: tuple[NDArray[np.float32], ...]
+    biases: tuple[NDArray[np.float32], ...]
+    made: dict[str, Any] = field(default_factory=dict)
+
+    def action(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return the actions (B, A) in [-1, 1] of features (B, F): the mean of what it would draw in training."""
+        values = features
+        for k, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            values = values @ weight.T + bias
+            if k + 1 < len(self.weights):
+                values = np.tanh(values) if self.hidden == "tanh" else np.maximum(values, 0.0)
+        values = values.astype(float)
+        return np.tanh(values) if self.output == "tanh" else np.clip(values, -1.0, 1.0)
+
+
+def save_policy(policy: Policy, path: Path) -> Path:
+    """Write ``path`` (JSON) and the weights beside it, each beside its place and renamed. Return ``path``."""
+    path = path.with_suffix(".json")
+    tensors = {f"weight_{k}": weight for k, weight in enumerate(policy.weights)}
+    tensors |= {f"bias_{k}": bias for k, bias in enumerate(policy.biases)}
+    document = {"format": FORMAT} | {name: getattr(policy, name) for name in _KEYS} | {"layers": len(policy.weights)}
+    axes = [dataclasses.astuple(axis) for axis in policy.carrier.axes]
+    weights = save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
+    document["weights_sha256"] = hashlib.sha256(weights).hexdigest()
+    document["carrier"] = {"name": policy.carrier.name, "looks": policy.carrier.looks, "axes": axes}
+    _write_beside(path.with_suffix(".safetensors"), weights)
+    _write_beside(path, (json.dumps(document, indent=1) + "\n").encode())
+    return path
+
+
+def load_policy(name: str) -> Policy:
+    """Return a policy from a JSON file (or the weights' file beside it), or one that comes with the package by name.
+
+    Raises:
+        ValueError: if there is no such file, or it is no policy of this format.
+    """
+    path = policy_path(name)
+    try:
+        said = json.loads(path.read_text())
+        stored = path.with_suffix(".safetensors").read_bytes()
+        if hashlib.sha256(stored).hexdigest() != said["weights_sha256"]:
+            raise ValueError("the weights that were saved with it, got others")
+        tensors = load(stored)
+        layers = range(said["layers"])
+        if said["format"] != FORMAT:
+            raise ValueError(f"format {FORMAT}, got {said['format']!r}")
+        weights, biases = (tuple(tensors[f"{part}_{k}"] for k in layers) for part in ("weight", "bias"))
+        values = {key: said[key] for key in _KEYS} | {"weights": weights, "biases": biases}
+        body = said["carrier"]
+        values["carrier"] = Carrier(body["name"], tuple(CommandAxis(*axis) for axis in body["axes"]), body["looks"])
+        values["features"] = tuple(said["features"])
+        policy = Policy(**values)
+        _check_shapes(policy)
+    except OSError as error:
+        raise ValueError(f"policy: expected a file that can be read, got {str(path)!r}: {error.strerror}") from None
+    except (KeyError, TypeError, ValueError, SafetensorError) as error:
+        reason = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+        raise ValueError(f"policy: expected a policy of format {FORMAT}, got {str(path)!r}: {reason}") from None
+    return policy
+
+
+def shipped_policies() -> list[str]:
+    """Return the names of the policies that come with the package."""
+    folder = Path(str(resources.files("trackers").joinpath("policies")))
+    return sorted(path.stem for path in folder.glob("*.json"))
+
+
+def policy_path(name: str) -> Path:
+    """Return the JSON file of a policy: the path itself, or that of one that comes with the package."""
+    shipped = resources.files("trackers").joinpath("policies", f"{name}.json")
+    return Path(str(shipped)) if shipped.is_file() else Path(name).with_suffix(".json")
+
+
+def _check_shapes(policy: Policy) -> None:
+    if policy.features != FEATURES:
+        raise ValueError(f"one that is told the {len(FEATURES)} features of this version, got other features")
+    for name, known in (("hidden", ("tanh", "relu")), ("output", ("clip", "tanh")), ("corrects", ("always", "unseen"))):
+        if getattr(policy, name) not in known:
+            raise ValueError(f"{name} of {' or '.join(known)}, got {getattr(policy, name)!r}")
+    if not isinstance(policy.correction_share, int | float) or not 0 < policy.correction_share <= 2:
+        raise ValueError(f"correction_share in (0, 2], got {policy.correction_share!r}")
+    width = len(policy.features)
+    for weight, bias in zip(policy.weights, policy.biases, strict=True):
+        if weight.ndim != 2 or weight.shape[1] != width or bias.shape != (len(weight),):
+            raise ValueError(f"layers that fit each other, got {weight.shape} after {width} numbers")
+        if not (np.isfinite(weight).all() and np.isfinite(bias).all()):
+            raise ValueError("finite weights, got others")
+        width = len(weight)
+    if not policy.weights or width != len(policy.carrier.axes):
+        raise ValueError(f"as many outputs as its carrier has axes, {len(policy.carrier.axes)}, got {width}")
+
+
+def _write_beside(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    beside.write_bytes(content)
+    beside.replace(path)

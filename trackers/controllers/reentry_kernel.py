@@ -1,0 +1,165 @@
+"""The steering law of ``reentry`` for a camera that looks down: many beliefs at a time, nothing kept between them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.belief.kernel import SECTORS
+
+REENTRY = np.dtype(
+    [
+        ("gain_per_s", "f8"),
+        ("urgent_per_s", "f8"),
+        ("push_s", "f8"),
+        ("gust_lead_s", "f8"),
+        ("lean", "f8"),
+        ("damping", "f8"),
+        ("border", "f8"),
+        ("rest", "f8"),
+        ("height_m", "f8"),
+        ("sink_mps", "f8"),
+        ("doubt", "f8"),
+        ("patience_s", "f8"),
+        ("search_mps", "f8"),
+        ("fastest_mps", "f8"),
+    ],
+    align=True,
+)
+"""``trackers.controllers.reentry.ReentryParameters`` as the kernel reads it, field by field."""
+
+_STRONGEST_GUST = 0.7
+"""Tangent of the tilt at which a gust is taken to end, if it is not there yet."""
+_HEIGHT_SLACK_M = 1.5
+"""Of the instruments' bias: who sinks to a height that they never show sinks for ever."""
+_HIGHEST_M, _CLIMB_MPS = 90.0, 5.0
+_SHALLOWEST = 0.1
+"""Cosine of the steepest angle off the optical axis, or off straight down, that is reckoned with."""
+
+
+@njit(cache=True)
+def steer(beliefs: NDArray[np.void], parameters: NDArray[np.void], out: NDArray[np.float64]) -> None:
+    """Write the commands for B beliefs (B,) of dtype ``BELIEF`` to (B, 4): forward, right, climb (m/s) and 0, no turn.
+
+    Args:
+        parameters: (1,) of dtype ``REENTRY``. The law stands in ``trackers.controllers.reentry``.
+    """
+    p = parameters[0]
+    for k in range(len(beliefs)):
+        b = beliefs[k]
+        aim_ahead_m, aim_right_m, moving = _aim(b, p)
+        velocity_ahead_mps, velocity_right_mps = moving * b.velocity_ahead_mps, moving * b.velocity_right_mps
+        pull_ahead_mps, pull_right_mps = _pull(b, p, aim_ahead_m, aim_right_m, velocity_ahead_mps, velocity_right_mps)
+        ahead_mps, right_mps = velocity_ahead_mps + pull_ahead_mps, velocity_right_mps + pull_right_mps
+        # The carrier follows a command late: what it lacks is asked for on top.
+        ahead_mps += p.push_s * (ahead_mps - b.own_ahead_mps)
+        right_mps += p.push_s * (right_mps - b.own_right_mps)
+        slower = min(1.0, p.fastest_mps / max(np.hypot(ahead_mps, right_mps), 1e-9))
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = slower * ahead_mps, slower * right_mps, _climb(b, p), 0.0
+
+
+@njit(cache=True)
+def _is_lost(b: Any, p: Any) -> bool:
+    """Return whether the target may as well be elsewhere: a wide posterior, or none and nothing seen for long."""
+    if b.known > 0.0 and b.spread_m > 0.0:
+        return b.spread_m > p.doubt * b.half_ahead_m
+    return b.seconds_since_seen > p.patience_s
+
+
+@njit(cache=True)
+def _aim(b: Any, p: Any) -> tuple[float, float, float]:
+    """Return the place to bring into view (ahead, right), and which share of the target's velocity it moves with."""
+    if not _is_lost(b, p):
+        return b.ahead_m, b.right_m, 1.0
+    moving = np.exp(-b.seconds_since_seen / max(p.patience_s, 1e-3))
+    if b.known > 0.0 and b.spread_m > 0.0:
+        return b.densest_ahead_m, b.densest_right_m, moving
+    # Without a posterior: outwards from the place last seen, where it was not looked yet, rather where it was heading.
+    course_rad = np.arctan2(b.velocity_y_mps, b.velocity_x_mps)
+    best, best_rad = -np.inf, course_rad
+    for sector in range(SECTORS):
+        angle_rad = 2 * np.pi * sector / SECTORS
+        worth = np.cos(angle_rad - course_rad) - 4.0 * b.searched[sector]
+        if worth > best:
+            best, best_rad = worth, angle_rad
+    reach_m = p.search_mps * (b.seconds_since_seen - p.patience_s)
+    east_m = b.seen_x_m + reach_m * np.cos(best_rad) - b.carrier_x_m
+    north_m = b.seen_y_m + reach_m * np.sin(best_rad) - b.carrier_y_m
+    c, s = np.cos(b.heading_rad), np.sin(b.heading_rad)
+    return c * east_m + s * north_m, s * east_m - c * north_m, 0.0
+
+
+@njit(cache=True)
+def _pull(
+    b: Any, p: Any, ahead_m: float, right_m: float, velocity_ahead_mps: float, velocity_right_mps: float
+) -> tuple[float, float]:
+    """Return the velocity, over the target's, that brings a place to where it is safe in the picture."""
+    height_m = max(b.height_m, 1.0)
+    inner = 1.0 - p.border
+    half_ahead, half_right = inner * b.half_ahead_m / height_m, inner * b.half_right_m / height_m
+    axis_ahead, axis_right = _axis_soon(b, p, height_m)
+    lean_ahead = min(max(p.lean * axis_ahead, -half_ahead), half_ahead)
+    lean_right = min(max(p.lean * axis_right, -half_right), half_right)
+    goal_ahead, goal_right = nearest_seen(lean_ahead, lean_right, axis_ahead, axis_right, half_ahead, half_right)
+    off_ahead_m, off_right_m = ahead_m - height_m * goal_ahead, right_m - height_m * goal_right
+    off = np.hypot(off_ahead_m / max(b.half_ahead_m, 1e-3), off_right_m / max(b.half_right_m, 1e-3))
+    gain_per_s = p.gain_per_s * max(0.0, 1.0 - p.rest / max(off, 1e-9))
+    seen_ahead, seen_right = nearest_seen(
+        ahead_m / height_m, right_m / height_m, axis_ahead, axis_right, half_ahead, half_right
+    )
+    return (
+        gain_per_s * off_ahead_m
+        + p.urgent_per_s * (ahead_m - height_m * seen_ahead)
+        + p.damping * (velocity_ahead_mps - b.own_ahead_mps - p.lean * b.axis_ahead_mps),
+        gain_per_s * off_right_m
+        + p.urgent_per_s * (right_m - height_m * seen_right)
+        + p.damping * (velocity_right_mps - b.own_right_mps - p.lean * b.axis_right_mps),
+    )
+
+
+@njit(cache=True)
+def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
+    """Return where the optical axis meets the ground soon (ahead, right), over the height."""
+    ahead, right = b.axis_ahead_m / height_m, b.axis_right_m / height_m
+    far = max(np.hypot(ahead, right), 1e-9)
+    outwards_per_s = (ahead * b.axis_ahead_mps + right * b.axis_right_mps) / (far * height_m)
+    soon = min(max(far + p.gust_lead_s * outwards_per_s, 0.0), max(_STRONGEST_GUST, far))
+    return ahead * soon / far, right * soon / far
+
+
+@njit(cache=True)
+def _climb(b: Any, p: Any) -> float:
+    """Return the climb rate: as low as the doubt about the target allows, to see as much of the posterior."""
+    wanted_m = p.height_m
+    if _is_lost(b, p):
+        wanted_m = max(wanted_m, b.spread_m * b.height_m / max(b.half_ahead_m, 1e-3))
+    off_m = min(wanted_m, _HIGHEST_M) - b.height_m
+    if abs(off_m) < _HEIGHT_SLACK_M:
+        return 0.0
+    return min(max(off_m, -p.sink_mps), _CLIMB_MPS)
+
+
+@njit(cache=True)
+def nearest_seen(
+    ahead: float, right: float, axis_ahead: float, axis_right: float, half_ahead: float, half_right: float
+) -> tuple[float, float]:
+    """Return the place on the ground (ahead, right) that a tilted camera sees, nearest in its picture to a place.
+
+    All of it over the height. ``axis_*``: where the optical axis meets the ground; ``half_*``: tangents of half the
+    fields of view.
+    """
+    pitch_rad = np.arctan(axis_ahead)
+    cp, sp = np.cos(pitch_rad), np.sin(pitch_rad)
+    roll_rad = np.arctan(-axis_right * cp)
+    cr, sr = np.cos(roll_rad), np.sin(roll_rad)
+    # The place in the camera's own axes: along the optical one, up and right in the picture.
+    depth = max(ahead * sp * cr - right * sr + cp * cr, _SHALLOWEST)
+    up = (ahead * cp - sp) / depth
+    aside = (ahead * sp * sr + right * cr + cp * sr) / depth
+    up, aside = min(max(up, -half_ahead), half_ahead), min(max(aside, -half_right), half_right)
+    # And back: the ray of that place in the picture meets the ground.
+    down = max(cp * cr - up * sp + aside * cp * sr, _SHALLOWEST)
+    return (sp * cr + up * cp + aside * sp * sr) / down, (aside * cr - sr) / down

@@ -1,0 +1,54 @@
+"""What colours tell the target from everything around it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.kernels.colour_table import CELLS, SIDE, count_colours, look_up
+
+_SMOOTHING_CELLS = 1.0
+_FLOOR = 2e-5
+_CLIP = 4.0
+_FORGETTING = 0.97
+
+
+def smooth_counts(counts: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return colour counts (CELLS,) as a density that sums to one, each colour spread over its neighbours."""
+    cube = counts.reshape(SIDE, SIDE, SIDE)
+    for _ in range(3):
+        # Blur along the last axis, then turn the cube so that each axis has its turn.
+        flat = cv2.GaussianBlur(cube.reshape(SIDE * SIDE, SIDE), (7, 1), _SMOOTHING_CELLS)
+        cube = np.ascontiguousarray(flat.reshape(SIDE, SIDE, SIDE).transpose(2, 0, 1))
+    return cube.ravel() / max(float(cube.sum()), 1e-9)
+
+
+class ColourModel:
+    """Log-ratio of the target's colours to those of the rest of the picture."""
+
+    def __init__(self) -> None:
+        self._target = np.zeros(CELLS, np.float32)
+        self._rest = np.zeros(CELLS, np.float32)
+        self._table = np.zeros(CELLS, np.float32)
+
+    def learn_target(self, rgb: NDArray[np.uint8], weight: NDArray[np.float32]) -> None:
+        """Take the pixels of ``rgb`` (H, W, 3) as the target's, by ``weight`` (H, W)."""
+        self._target *= _FORGETTING
+        count_colours(self._target, rgb, weight, 1)
+
+    def learn_rest(self, rgb: NDArray[np.uint8], weight: NDArray[np.float32]) -> None:
+        """Take the pixels of a whole picture as not the target's, by ``weight`` (H, W)."""
+        self._rest *= 0.8
+        count_colours(self._rest, rgb, weight, 3)
+
+    def refresh(self) -> None:
+        """Bring ``log_ratio`` up to what was learnt."""
+        target, rest = smooth_counts(self._target), smooth_counts(self._rest)
+        self._table = np.clip(np.log((target + _FLOOR) / (rest + _FLOOR)), -_CLIP, _CLIP).astype(np.float32)
+
+    def log_ratio(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Return ``log p(colour | target) / p(colour | rest)`` of every pixel of ``rgb`` (H, W, 3), within
+        [-4, 4].
+        """
+        return look_up(self._table, rgb)

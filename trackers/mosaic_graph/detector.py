@@ -1,0 +1,248 @@
+"""Where in the picture the target may be: colour, motion, shape and size, over the whole picture and where
+it is expected.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.colour_model import ColourModel
+from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M, GroundCamera
+from trackers.mosaic_graph.kernels import oriented_box as ob
+from trackers.mosaic_graph.likeness import Likeness
+from trackers.mosaic_graph.registration import Registered
+from trackers.mosaic_graph.small_picture import SHRINK, to_full, to_small
+
+_OFTEN_SEEN = 4
+_WHOLE = 0.85
+_ALIGN = np.array([1.0, -0.7, -0.08, 0.03, -0.03, 0.0, 0.0])
+_TURNS_RAD = np.array([-0.3, -0.15, 0.0, 0.15, 0.3])
+_SPOT_TURNS_RAD = np.array([-0.5, -0.2, 0.0, 0.2, 0.5, 0.5 * np.pi])
+_REACH_PX, _SPOT_REACH_PX = 6, 2
+_DIFFERENCE_WORTH = 0.03
+_SURROUNDINGS = 0.7
+_COLOUR_STANDS_OUT, _MOTION_STANDS_OUT, _MOVED_CAP = 0.3, 8.0, 50
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """Something that may be the target.
+
+    Attributes:
+        position_m: (2,) its centre on the map.
+        axis_rad: its axis on the map; known up to half a turn.
+        log_ratio: log p(seen | target) / p(seen | something else).
+        measures: (MEASURES,) of ``trackers.mosaic_graph.kernels.oriented_box``.
+    """
+
+    position_m: NDArray[np.float64]
+    axis_rad: float
+    log_ratio: float
+    measures: NDArray[np.float64]
+
+    @property
+    def covered(self) -> float:
+        """Share of it that lies within the picture."""
+        return float(self.measures[ob.COVERED])
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nearly all of it does: what the border cuts is measured too far inside, and askew."""
+        return self.covered > _WHOLE
+
+
+@dataclass(frozen=True, eq=False)
+class Cues:
+    """Maps of one picture, shrunk by ``SHRINK``.
+
+    Attributes:
+        log_ratio: (H, W) of colour.
+        difference: (H, W) uint8, largest difference from the mosaic over the colours, ``UNKNOWN`` where it
+            was not seen often enough to tell.
+    """
+
+    log_ratio: NDArray[np.float32]
+    difference: NDArray[np.uint8]
+
+
+class Detector:
+    """Finds candidates; learns the target's colours and its look from above."""
+
+    def __init__(self, size_m: tuple[float, float], candidates: int) -> None:
+        """Begin for a target of ``size_m`` (length, width); find at most ``candidates`` beside those asked
+        for.
+        """
+        self._size_m = size_m
+        self._half_size_m = 0.5 * np.array(size_m)
+        self._candidates = candidates
+        self.colours = ColourModel()
+        self.likeness = Likeness()
+        self._template = np.zeros((ob.ALONG, ob.ACROSS, 3), np.float32)
+
+    def cues(self, registered: Registered) -> Cues:
+        """Return the maps of a picture."""
+        red, green, blue = cv2.split(cv2.absdiff(registered.small_rgb, registered.background_rgb))
+        difference = cv2.max(cv2.max(red, green), blue)
+        np.minimum(difference, ob.UNKNOWN - 1, out=difference)
+        difference[registered.seen < _OFTEN_SEEN] = ob.UNKNOWN
+        return Cues(self.colours.log_ratio(registered.small_rgb), difference)
+
+    def search(
+        self, registered: Registered, cues: Cues, expected_m: list[tuple[NDArray[np.float64], float]]
+    ) -> list[Candidate]:
+        """Return candidates: one for each place and heading expected (if in the picture), then others from
+        all over it.
+        """
+        camera = registered.camera
+        found: list[Candidate] = []
+        for position_m, heading_rad in expected_m:
+            candidate = self.measure(registered, cues, position_m, heading_rad + _TURNS_RAD, _REACH_PX)
+            if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
+                found.append(candidate)
+        for pixel in self._peaks(cues, camera):
+            candidate = self._measure_spot(registered, cues, pixel)
+            if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
+                found.append(candidate)
+        return found
+
+    def learn(
+        self, registered: Registered, position_m: NDArray[np.float64], axis_rad: float, shape_rate: float
+    ) -> None:
+        """Take what is at a place on the map for the target: its colours, and its shape by ``shape_rate``
+        (1 = it alone).
+        """
+        centre, jacobian = place(registered.camera, position_m)
+        along, across = ob.half_axes(jacobian, self._half_size_m, axis_rad)
+        patch = ob.sample_template(registered.small_rgb, centre, along, across)
+        if np.isnan(patch).any():
+            return
+        # The outermost samples may show the road.
+        core = np.ascontiguousarray(np.clip(patch[1:-1, 1:-1] + 0.5, 0, 255).astype(np.uint8))
+        self.colours.learn_target(core, np.ones(core.shape[:2], np.float32))
+        turned = np.ascontiguousarray(patch[::-1, ::-1])
+        if np.abs(turned - self._template).sum() < np.abs(patch - self._template).sum():
+            patch = turned
+        self._template += shape_rate * (patch - self._template)
+
+    def measure(
+        self,
+        registered: Registered,
+        cues: Cues,
+        position_m: NDArray[np.float64],
+        headings_rad: NDArray[np.float64],
+        reach_px: int,
+    ) -> Candidate | None:
+        """Return the best box near a place on the map, or None if it lies outside the picture.
+
+        Args:
+            headings_rad: (K,) on the map, to be tried.
+            reach_px: how far from the place to look, in pixels of the small picture.
+        """
+        centre, jacobian = place(registered.camera, position_m)
+        height, width = cues.difference.shape
+        if not (-4 < centre[0] < width + 4 and -4 < centre[1] < height + 4):
+            return None
+        centre, heading, measures = ob.fit_box(
+            registered.small_rgb,
+            cues.log_ratio,
+            cues.difference,
+            self._template,
+            centre,
+            jacobian,
+            self._half_size_m,
+            headings_rad,
+            reach_px,
+            _ALIGN,
+        )
+        if measures[ob.COVERED] < 0.4:
+            return None
+        place_m = registered.camera.to_map(to_full(centre)[None], CENTRE_HEIGHT_M)[0]
+        return Candidate(place_m, heading, self.likeness.log_ratio(measures), measures)
+
+    def measure_at(
+        self, registered: Registered, cues: Cues, position_m: NDArray[np.float64], axis_rad: float
+    ) -> Candidate:
+        """Return the box at just this place and axis."""
+        centre, jacobian = place(registered.camera, position_m)
+        along, across = ob.half_axes(jacobian, self._half_size_m, axis_rad)
+        pictures = (registered.small_rgb, cues.log_ratio, cues.difference, self._template)
+        measures = ob.measure_box(*pictures, centre, along, across)
+        return Candidate(position_m, float(axis_rad), self.likeness.log_ratio(measures), measures)
+
+    @staticmethod
+    def merit(candidate: Candidate) -> float:
+        """Return how well a box lies on what it is laid on: what ``measure`` makes greatest."""
+        return float(_ALIGN @ candidate.measures)
+
+    def learn_rest(self, registered: Registered, target_m: NDArray[np.float64] | None) -> None:
+        """Take the whole picture, without the surroundings of the target (2,) if it is in it, for what the
+        target is not.
+        """
+        weight = np.ones(registered.small_rgb.shape[:2], np.float32)
+        if target_m is not None:
+            centre, jacobian = place(registered.camera, target_m)
+            radius = 1.1 * self._half_size_m[0] * float(np.sqrt(abs(np.linalg.det(jacobian))))
+            if np.isfinite(centre).all() and np.abs(centre).max() < 2000:
+                cv2.circle(weight, tuple(np.round(centre).astype(int).tolist()), int(radius) + 1, 0.0, -1)
+        self.colours.learn_rest(registered.small_rgb, weight)
+        self.colours.refresh()
+
+    def _measure_spot(self, registered: Registered, cues: Cues, pixel: NDArray[np.float64]) -> Candidate | None:
+        """Return the best box at a spot of the shrunk picture, begun along the spot's own axis and across
+        it.
+        """
+        radius_px = 0.65 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
+        centre, angle = ob.spot_axis(cues.log_ratio, cues.difference, pixel, radius_px, _DIFFERENCE_WORTH)
+        position_m = registered.camera.to_map(to_full(centre)[None], CENTRE_HEIGHT_M)[0]
+        if not np.isfinite(position_m).all():
+            return None
+        map_from_picture = np.linalg.inv(place(registered.camera, position_m)[1])
+        along = map_from_picture @ np.array([np.cos(angle), np.sin(angle)])
+        axis_rad = float(np.arctan2(along[1], along[0]))
+        return self.measure(registered, cues, position_m, axis_rad + _SPOT_TURNS_RAD, _SPOT_REACH_PX)
+
+    def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
+        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in
+        colour or by not being part of the background.
+        """
+        pixels_per_metre = 0.5 / (SHRINK * camera.metres_per_pixel())
+        narrow_px = 2 * max(1, int(0.5 * self._size_m[1] * pixels_per_metre)) + 1
+        wide_px = 2 * int(0.8 * self._size_m[0] * pixels_per_metre) + 1
+        radius_px = max(1, int(0.4 * self._size_m[0] * pixels_per_metre))
+        moved = np.where(cues.difference == ob.UNKNOWN, 0, np.minimum(cues.difference, _MOVED_CAP)).astype(np.float32)
+        found = [
+            _spots(cues.log_ratio, narrow_px, wide_px, radius_px, _COLOUR_STANDS_OUT, self._candidates),
+            _spots(moved, narrow_px, wide_px, radius_px, _MOTION_STANDS_OUT, self._candidates // 2),
+        ]
+        return 2.0 * np.vstack(found) + 0.5
+
+
+def _spots(
+    cue: NDArray[np.float32], narrow_px: int, wide_px: int, radius_px: int, threshold: float, most: int
+) -> NDArray[np.float64]:
+    """Return the places (K, 2), (column, row) at half the size of ``cue``, where it is highest above its
+    surroundings.
+    """
+    half = cv2.resize(cue, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    spot = cv2.blur(half, (narrow_px, narrow_px)) - _SURROUNDINGS * cv2.blur(half, (wide_px, wide_px))
+    highest = cv2.dilate(spot, np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8))
+    row, column = np.nonzero((spot >= highest) & (spot > threshold))
+    order = np.argsort(spot[row, column])[::-1][:most]
+    return np.column_stack([column, row])[order].astype(np.float64)
+
+
+def _is_new(candidate: Candidate, found: list[Candidate], radius_m: float) -> bool:
+    return all(np.linalg.norm(candidate.position_m - other.position_m) > radius_m for other in found)
+
+
+def place(camera: GroundCamera, position_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the index (2,) in the shrunk picture of a car's middle, and its derivative (2, 2) by the map
+    position.
+    """
+    around = position_m + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    pixels = to_small(camera.to_picture(around, CENTRE_HEIGHT_M))
+    return pixels[0], np.column_stack([pixels[1] - pixels[0], pixels[2] - pixels[0]])

@@ -1,0 +1,79 @@
+"""What the first picture and the target's box in it tell: how it lies, its colours, its shape, how far it
+stands out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.detector import Candidate, Cues, Detector, place
+from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M
+from trackers.mosaic_graph.kernels import oriented_box as ob
+from trackers.mosaic_graph.registration import Registered
+
+WIDTH_TO_LENGTH = 0.42
+_SPREAD_RAD = np.array([-0.2, -0.1, 0.0, 0.1, 0.2])
+_RING = (0.6, 0.85)
+
+
+def apparent_length_px(box_xyxy: NDArray[np.float64]) -> float:
+    """Return the length of a car that fills an upright box (4,)."""
+    return float(np.hypot(*_length_parts_px(box_xyxy)))
+
+
+def look_first(detector: Detector, registered: Registered, box_xyxy: NDArray[np.float64], length_m: float) -> Candidate:
+    """Teach ``detector`` the target inside a box (4,) of the first picture; return it, its axis known up to
+    half a turn.
+    """
+    camera = registered.camera
+    start_m = camera.to_map(0.5 * (box_xyxy[None, :2] + box_xyxy[None, 2:]), CENTRE_HEIGHT_M)[0]
+    axes_rad = _axes_rad(registered, start_m, box_xyxy)
+    for axis_rad in axes_rad:
+        detector.learn(registered, start_m, axis_rad, shape_rate=0.0)
+    detector.learn_rest(registered, start_m)
+    contrast = _contrast(registered, start_m, length_m)
+    cues = Cues(detector.colours.log_ratio(registered.small_rgb), contrast)
+    # The box tells the place; only the axis is to be found. Free to move, the best fit would take in the
+    # car's shadow.
+    trials = (axes_rad[:, None] + _SPREAD_RAD).ravel()
+    found = max((detector.measure_at(registered, cues, start_m, axis) for axis in trials), key=detector.merit)
+    detector.learn(registered, start_m, found.axis_rad, shape_rate=1.0)
+    detector.likeness.start(found.measures)
+    return found
+
+
+def _length_parts_px(box_xyxy: NDArray[np.float64]) -> tuple[float, float]:
+    """Return L |cos| and L |sin| of a car of length L and width r L in an upright box W x H.
+
+    ``W = L (|cos| + r |sin|)``, ``H = L (|sin| + r |cos|)``.
+    """
+    width, height = box_xyxy[2:] - box_xyxy[:2]
+    scale = 1.0 - WIDTH_TO_LENGTH**2
+    return (
+        max(float(width - WIDTH_TO_LENGTH * height) / scale, 0.0),
+        max(float(height - WIDTH_TO_LENGTH * width) / scale, 0.0),
+    )
+
+
+def _axes_rad(
+    registered: Registered, start_m: NDArray[np.float64], box_xyxy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the two axes (2,) on the map along which the car may lie: an upright box does not tell left
+    from right.
+    """
+    across_px, down_px = _length_parts_px(box_xyxy)
+    map_from_picture = np.linalg.inv(place(registered.camera, start_m)[1])
+    directions = map_from_picture @ np.array([[across_px, across_px], [down_px, -down_px]])
+    return np.arctan2(directions[1], directions[0])
+
+
+def _contrast(registered: Registered, start_m: NDArray[np.float64], length_m: float) -> NDArray[np.uint8]:
+    """Return how far each pixel (H, W) differs from the ground around the car, largest over the colours."""
+    centre, jacobian = place(registered.camera, start_m)
+    length_px = length_m * float(np.sqrt(abs(np.linalg.det(jacobian))))
+    rows, columns = np.indices(registered.small_rgb.shape[:2])
+    distance = np.hypot(columns - centre[0], rows - centre[1]) / length_px
+    ground = np.median(registered.small_rgb[(distance > _RING[0]) & (distance < _RING[1])], axis=0)
+    difference = np.abs(registered.small_rgb - ground).max(axis=2)
+    return np.minimum(difference, ob.UNKNOWN - 1).astype(np.uint8)

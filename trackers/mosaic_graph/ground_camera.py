@@ -1,0 +1,173 @@
+"""A camera over flat ground: its pose, and the homographies between the ground map and the picture.
+
+The *map* is the plane on which everything is kept: metres, x and y of the first camera's own world. Where
+nothing is measured on board, that world supposes the first view straight down. If it was not, the map is a
+projective picture of the true ground: ``g = m / (1 - a x - b y)`` (to first order in the tilt, ``(a, b) =
+tilt / height``). ``bend = (a, b)`` is one constant of the flight, learnt while flying, and makes the fit
+exact for any first view.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.kernels.planar_pose import apply_homography, robust_normal_equations
+from trackers.types import CameraModel
+
+CENTRE_HEIGHT_M = 0.7
+"""Height above ground of the middle of a car, to which boxes and truth refer."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroundCamera:
+    """Camera model and pose at one instant.
+
+    Attributes:
+        model: intrinsics.
+        T_world_camera: (4, 4), camera x right, y down, z forward; world z up, ground at z = 0.
+        bend: (2,) a and b above, 1 / m.
+    """
+
+    model: CameraModel
+    T_world_camera: NDArray[np.float64]
+    bend: NDArray[np.float64]
+    _computed: dict[tuple[str, float], NDArray[np.float64]] = field(default_factory=dict, init=False, repr=False)
+
+    def H_picture_map(self, height_m: float = 0.0) -> NDArray[np.float64]:
+        """Return the homography (3, 3) that takes map points, lifted to ``height_m``, to pixels."""
+        H = self._computed.get(("picture", height_m))
+        if H is None:
+            R, C = self.T_world_camera[:3, :3], self.T_world_camera[:3, 3]
+            plane = np.column_stack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-C[0], -C[1], height_m - C[2]]])
+            H = self._computed["picture", height_m] = self._intrinsic_matrix() @ R.T @ plane @ self._unbend()
+        return H
+
+    def H_map_picture(self, height_m: float = 0.0) -> NDArray[np.float64]:
+        """Return its inverse (3, 3), with a positive denominator in front of the camera."""
+        H = self._computed.get(("map", height_m))
+        if H is None:
+            H = np.asarray(np.linalg.inv(self.H_picture_map(height_m)), dtype=np.float64)
+            # The inverse's sign is free.
+            centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px, 1.0])
+            H = self._computed["map", height_m] = H if H[2] @ centre >= 0 else -H
+        return H
+
+    def to_picture(self, map_m: NDArray[np.float64], height_m: float = 0.0) -> NDArray[np.float64]:
+        """Return pixels (N, 2) of map points (N, 2) at ``height_m`` above ground."""
+        return apply_homography(self.H_picture_map(height_m), np.ascontiguousarray(map_m, dtype=float))
+
+    def to_map(self, pixels: NDArray[np.float64], height_m: float = 0.0) -> NDArray[np.float64]:
+        """Return map points (N, 2) seen at pixels (N, 2) if they lie ``height_m`` above ground; NaN above
+        the horizon.
+        """
+        return apply_homography(self.H_map_picture(height_m), np.ascontiguousarray(pixels, dtype=float))
+
+    def footprint_m(self) -> NDArray[np.float64]:
+        """Return the map points (4, 2) at the picture's corners, clockwise from the top left."""
+        width, height = self.model.width_px, self.model.height_px
+        return self.to_map(np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]))
+
+    def metres_per_pixel(self) -> float:
+        """Return the ground covered by a pixel in the middle of the picture."""
+        centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px])
+        across = self.to_map(centre + np.array([[-5.0, 0.0], [5.0, 0.0], [0.0, -5.0], [0.0, 5.0]]))
+        return float(np.sqrt(np.linalg.norm(across[1] - across[0]) * np.linalg.norm(across[3] - across[2])) / 10.0)
+
+    def moved(self, step: NDArray[np.float64]) -> GroundCamera:
+        """Return the camera turned by ``step[:3]`` (rad, in its own frame), shifted by ``step[3:6]`` (m,
+        world) and with ``step[6:8]`` added to the bend (1 / m).
+        """
+        T = self.T_world_camera.copy()
+        T[:3, :3] = T[:3, :3] @ rotation_matrix(step[:3])
+        T[:3, 3] += step[3:6]
+        return replace(self, T_world_camera=T, bend=self.bend + step[6:8])
+
+    def derivatives(self) -> NDArray[np.float64]:
+        """Return d H_picture_map / d step at step = 0, (8, 3, 3), in the order of ``moved``."""
+        R, C = self.T_world_camera[:3, :3], self.T_world_camera[:3, 3]
+        K, unbend = self._intrinsic_matrix(), self._unbend()
+        seen = R.T @ np.column_stack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], -C])
+        result = np.zeros((8, 3, 3))
+        for axis in range(3):
+            result[axis] = -K @ _cross_matrix(axis) @ seen @ unbend
+            shift = np.zeros((3, 3))
+            shift[axis, 2] = -1.0
+            result[3 + axis] = K @ R.T @ shift @ unbend
+        for axis in range(2):
+            result[6 + axis, :, axis] = -(K @ seen)[:, 2]
+        return result
+
+    def _intrinsic_matrix(self) -> NDArray[np.float64]:
+        m = self.model
+        return np.array([[m.focal_px, 0.0, 0.5 * m.width_px], [0.0, m.focal_px, 0.5 * m.height_px], [0.0, 0.0, 1.0]])
+
+    def _unbend(self) -> NDArray[np.float64]:
+        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-self.bend[0], -self.bend[1], 1.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """Outcome of ``fit_pose``.
+
+    Attributes:
+        camera: the fitted camera.
+        information: (8, 8) of the data at the fit, in the order of ``GroundCamera.moved``.
+        support: sum of the robust weights: how many points agree.
+    """
+
+    camera: GroundCamera
+    information: NDArray[np.float64]
+    support: float
+
+
+def fit_pose(
+    camera: GroundCamera,
+    map_m: NDArray[np.float64],
+    pixels: NDArray[np.float64],
+    prior_information: NDArray[np.float64],
+    scales_px: tuple[float, ...],
+) -> Fit:
+    """Fit pose and bend so that ``map_m`` (N, 2) appear at ``pixels`` (N, 2), robustly.
+
+    Gauss-Newton from ``camera``, which is also the mean of a Gaussian prior with ``prior_information`` (8,
+    8); the robust scale goes through ``scales_px``, coarse to fine, so that houses (which stand above the
+    plane) and cars lose their say.
+    """
+    moved_so_far = np.zeros(8)
+    start = camera
+    for scale_px in scales_px:
+        A, b, support = robust_normal_equations(camera.H_picture_map(), camera.derivatives(), map_m, pixels, scale_px)
+        step = np.asarray(np.linalg.solve(A + prior_information, b - prior_information @ moved_so_far), np.float64)
+        moved_so_far = moved_so_far + step
+        camera = camera.moved(step)
+    # Successive small turns do not add up exactly; the prior's pull only needs their sum.
+    return Fit(replace(camera, bend=start.bend + moved_so_far[6:8]), A, support)
+
+
+def looking_down(model: CameraModel, metres_per_pixel: float) -> GroundCamera:
+    """Return a camera that looks straight down on the map's origin, the picture's right along the map's x
+    axis.
+    """
+    T = np.diag([1.0, -1.0, -1.0, 1.0])
+    T[2, 3] = model.focal_px * metres_per_pixel
+    return GroundCamera(model, T, np.zeros(2))
+
+
+def rotation_matrix(rotation_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation (3, 3) about ``rotation_rad`` (3,) by its length (Rodrigues)."""
+    angle = float(np.linalg.norm(rotation_rad))
+    W = sum(rotation_rad[axis] * _cross_matrix(axis) for axis in range(3))
+    if angle < 1e-12:
+        return np.eye(3) + W
+    return np.eye(3) + np.sin(angle) / angle * W + (1 - np.cos(angle)) / angle**2 * W @ W
+
+
+def _cross_matrix(axis: int) -> NDArray[np.float64]:
+    """Return the generator of rotations about one axis: ``_cross_matrix(k) @ v = e_k x v``."""
+    matrix = np.zeros((3, 3))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrix[j, i], matrix[i, j] = 1.0, -1.0
+    return matrix

@@ -1,0 +1,169 @@
+"""Cars on a graph of centre lines: which way they may go on, what lies ahead of them, and how they get there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.kernels.crossing import (
+    CUT_M,
+    curve_over,
+    enter,
+    fit_of_curve,
+    lane_point,
+    last_point,
+    on_curve,
+    reach_before,
+    wrap,
+)
+from trackers.mosaic_graph.kernels.road_position import (
+    ARC,
+    BOUND,
+    CHOICE,
+    DIRECTION,
+    EDGE,
+    HALTS,
+    HEADING,
+    LATERAL,
+    ON_ROAD,
+    X,
+    Y,
+)
+from trackers.mosaic_graph.kernels.roads import RoadGraph
+
+_STRAIGHT_RAD, _SHARPEST_RAD, _TURNING_BACK = 0.6, 2.3, 0.02
+_SAME_WAY_RAD, _OTHER_WAY = 0.3, 1e-3
+_ABREAST_WITHIN_M = 13
+
+
+@njit(cache=True)
+def heading_behind(graph: RoadGraph, way: int) -> float:
+    """Return the heading behind a crossing of a car that takes a way."""
+    edge, direction, arc, _ = enter(graph, way, CUT_M)
+    _, _, t_x, t_y = lane_point(graph, edge, direction, arc, 0.0, 0.0)
+    return np.arctan2(t_y, t_x)
+
+
+@njit(cache=True)
+def choose_way(s: NDArray[np.float64], graph: RoadGraph, turn_weight: float, lane_m: float, uniform: float) -> None:
+    """Draw the way on at the end of the edge and write it into the state: ``CHOICE`` (-1 at a dead end) and ``BOUND``.
+
+    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning back;
+    times how well it leads where the car is bound for, if it is known: roads are drawn anew and anew, intentions stay.
+    Who is on the crossing already is put on the way it chose, whose weight is also times how well place and heading
+    fit.
+    """
+    edge, side = int(s[EDGE]), 1 if s[DIRECTION] > 0 else 0
+    node = graph.ends[edge, side]
+    inside = distance_to_node_m(s, graph) < reach_before(graph, edge)
+    total = 0.0
+    s[CHOICE] = -1.0
+    for draw in range(2):
+        threshold = uniform * total
+        total = 0.0
+        for way in range(graph.node_first[node], graph.node_first[node + 1]):
+            if graph.node_edges[way] == edge and graph.node_sides[way] == side:
+                continue
+            control, _, _, turn = curve_over(graph, edge, s[DIRECTION], way, lane_m)
+            weight = 1.0
+            if abs(turn) > _STRAIGHT_RAD:
+                weight = turn_weight if abs(turn) < _SHARPEST_RAD else _TURNING_BACK
+            if not np.isnan(s[BOUND]):
+                off = wrap(heading_behind(graph, way) - s[BOUND])
+                weight *= np.exp(-0.5 * (off / _SAME_WAY_RAD) ** 2) + _OTHER_WAY
+            share = 0.0
+            if inside:
+                fit, share = fit_of_curve(control, s[X], s[Y], s[HEADING])
+                weight *= fit
+            total += weight
+            if draw == 1 and total >= threshold:
+                s[CHOICE] = way
+                s[BOUND] = heading_behind(graph, way)
+                if inside:
+                    _put_on_way(s, graph, share, lane_m)
+                return
+
+
+@njit(cache=True)
+def _put_on_way(s: NDArray[np.float64], graph: RoadGraph, share: float, lane_m: float) -> None:
+    """Put a car where it has driven a share of the way chosen over a crossing."""
+    edge = int(s[EDGE])
+    to_node = (1.0 - share) * (reach_before(graph, edge) + CUT_M) - CUT_M
+    s[LATERAL] = lane_m
+    if to_node > 0.0:
+        s[ARC] = last_point(graph, edge) - to_node if s[DIRECTION] > 0 else to_node
+    else:
+        _pass_node(s, graph)
+
+
+@njit(cache=True)
+def _pass_node(s: NDArray[np.float64], graph: RoadGraph) -> None:
+    """Put a car on the street that it chose, abreast of where it is."""
+    way = int(s[CHOICE])
+    s[CHOICE] = -1.0
+    s[HALTS] = 0.0
+    s[BOUND] = np.nan
+    nearest, abreast = np.inf, 0.0
+    for beyond in range(_ABREAST_WITHIN_M):
+        edge, direction, arc, rest = enter(graph, way, float(beyond))
+        x, y, _, _ = lane_point(graph, edge, direction, arc, rest, s[LATERAL])
+        squared = (x - s[X]) ** 2 + (y - s[Y]) ** 2
+        if squared < nearest:
+            nearest, abreast = squared, float(beyond)
+    s[EDGE], s[DIRECTION], s[ARC], _ = enter(graph, way, abreast)
+
+
+@njit(cache=True)
+def point_ahead(s: NDArray[np.float64], graph: RoadGraph, distance: float) -> tuple[float, float, float]:
+    """Return the lane's point ``distance`` m ahead along the way chosen, and its heading; straight on where the road
+    ends.
+    """
+    edge, direction = int(s[EDGE]), s[DIRECTION]
+    arc, beyond = s[ARC] + direction * distance, 0.0
+    if s[CHOICE] >= 0:
+        back = reach_before(graph, edge)
+        to_node = distance_to_node_m(s, graph)
+        inside = distance - max(to_node - back, 0.0)
+        if inside > 0.0:
+            way = int(s[CHOICE])
+            control, length, _, _ = curve_over(graph, edge, direction, way, s[LATERAL])
+            # Of a curve of any length, the same share is driven as of the way over the node.
+            inside += length * max(back - to_node, 0.0) / (back + CUT_M)
+            if inside < length:
+                return on_curve(control, inside / length)
+            edge, direction, arc, beyond = enter(graph, way, CUT_M + inside - length)
+    within = min(max(arc, 0.0), last_point(graph, edge))
+    beyond += abs(arc - within)
+    x, y, t_x, t_y = lane_point(graph, edge, direction, within, beyond, s[LATERAL])
+    return x, y, np.arctan2(t_y, t_x)
+
+
+@njit(cache=True)
+def distance_to_node_m(s: NDArray[np.float64], graph: RoadGraph) -> float:
+    """Return how far it is to the end of the edge that a car drives on."""
+    return last_point(graph, int(s[EDGE])) - s[ARC] if s[DIRECTION] > 0 else s[ARC]
+
+
+@njit(cache=True)
+def move_along(s: NDArray[np.float64], graph: RoadGraph, step_x: float, step_y: float) -> None:
+    """Keep edge and arc abreast of the position after a step; over a node onto the way chosen; free at a dead end."""
+    edge = int(s[EDGE])
+    last, back = last_point(graph, edge), reach_before(graph, edge)
+    length = np.sqrt(step_x * step_x + step_y * step_y)
+    if s[CHOICE] >= 0 and distance_to_node_m(s, graph) < back:
+        _, way_m, _, _ = curve_over(graph, edge, s[DIRECTION], int(s[CHOICE]), s[LATERAL])
+        s[ARC] += s[DIRECTION] * length * (back + CUT_M) / way_m
+    else:
+        p = graph.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
+        offset_x, offset_y = s[X] - graph.points_m[p, 0], s[Y] - graph.points_m[p, 1]
+        along = offset_x * graph.tangents[p, 0] + offset_y * graph.tangents[p, 1]
+        # Never back, and never far: a bend's inside would otherwise make the foot of the perpendicular jump.
+        moved = s[DIRECTION] * ((p - graph.first[edge]) + along - s[ARC])
+        s[ARC] += s[DIRECTION] * min(max(moved, 0.3 * length), 2.0 * length)
+    if 0.0 <= s[ARC] <= last:
+        return
+    if s[CHOICE] < 0:
+        s[ON_ROAD] = 0.0
+        return
+    _pass_node(s, graph)

@@ -1,0 +1,264 @@
+"""One step of driving: along roads, with bends, turns and halts ahead in mind, or freely."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.kernels.crossing import curve_over, reach_before, wrap
+from trackers.mosaic_graph.kernels.road_course import choose_way, distance_to_node_m, move_along, point_ahead
+from trackers.mosaic_graph.kernels.road_position import (
+    BOUND,
+    CHOICE,
+    CRUISE,
+    CURVE,
+    DIRECTION,
+    EDGE,
+    HALTS,
+    HEADING,
+    LATERAL,
+    LOOK,
+    ON_ROAD,
+    SPEED,
+    TURN,
+    URGE,
+    X,
+    Y,
+    associate_one,
+    nearest_point,
+)
+from trackers.mosaic_graph.kernels.roads import RoadGraph, Roads
+
+_COMMITTED_M = 5.5
+_DECIDE_M = 28.0
+_HALT_BEFORE_M = 8.0
+_BEND_STEP_M, _BEND_STEPS, _SHORTEST_BEND_M = 10.0, 3, 3.0
+_HARDEST_BRAKING = 5.0
+SHORTEST_LOOK_M, LONGEST_LOOK_M = 3.0, 6.0
+_SHARPEST_PER_M, _TURN_PER_M, _STRAIGHT_PER_M = 0.22, 0.13, 0.02
+_LEAST_TURN_RAD, _LEAST_BEND_RAD = 0.3, 0.15
+_HURRY, _HARDEST = 1.2, 1.6
+_TURN_ENDS_RATE = 1.5
+
+
+class Habits(NamedTuple):
+    """How cars are driven. Rates are per second, noises per square root of a second.
+
+    Attributes:
+        lateral_acceleration, braking, acceleration: m/s^2; comfortable ones, and the most speeding up.
+        cruise_mps, cruise_spread_mps, cruise_rate: speed wished for: mean, deviation, rate of return to the
+            mean.
+        urge_spread, urge_rate: acceleration that nothing here explains: deviation (m/s^2), and rate at
+            which it fades.
+        curve_spread_per_m, curve_rate: curvature of paths off the known roads: deviation, and rate at which
+            it fades.
+        unseen_turns_per_m: crossings at which a car turns, on roads that were never seen.
+        speed_noise, heading_noise, position_noise: of the step.
+        leave_rate, return_rate: of leaving the road, and of taking to one that lies near.
+        halt_share, halt_s: share of crossings where a car halts, and for how long on average.
+        turn_weight: of a turn at a crossing against going straight on.
+        lane_m, lane_rate: offset of the lane to the right of the centre line, and rate at which a car gets into it.
+        rethink_rate: at which the way on at a crossing is drawn again, up to 5.5 m before its middle.
+    """
+
+    lateral_acceleration: float
+    braking: float
+    acceleration: float
+    cruise_mps: float
+    cruise_spread_mps: float
+    cruise_rate: float
+    urge_spread: float
+    urge_rate: float
+    curve_spread_per_m: float
+    curve_rate: float
+    unseen_turns_per_m: float
+    speed_noise: float
+    heading_noise: float
+    position_noise: float
+    leave_rate: float
+    return_rate: float
+    halt_share: float
+    halt_s: float
+    turn_weight: float
+    lane_m: float
+    lane_rate: float
+    rethink_rate: float
+
+
+@njit(cache=True)
+def _allowed_speed(s: NDArray[np.float64], graph: RoadGraph, habits: Habits) -> float:
+    """Return the speed that bends of the street within 30 m, the way over the crossing and a halt before it allow:
+    ``v^2 = a_lateral r`` there plus ``2 b d`` on the way to it.
+    """
+    allowed = max(s[CRUISE], 0.0)
+    to_node = distance_to_node_m(s, graph)
+    street_m = _BEND_STEPS * _BEND_STEP_M
+    if s[CHOICE] >= 0:
+        edge = int(s[EDGE])
+        _, _, radius, turn = curve_over(graph, edge, s[DIRECTION], int(s[CHOICE]), habits.lane_m)
+        if abs(turn) > _LEAST_TURN_RAD:
+            street_m = min(street_m, to_node - reach_before(graph, edge))
+            squared = habits.lateral_acceleration * radius + 2 * habits.braking * max(street_m, 0.0)
+            allowed = min(allowed, np.sqrt(squared))
+    heading = s[HEADING]
+    for step in range(_BEND_STEPS):
+        way = step * _BEND_STEP_M
+        length = min(_BEND_STEP_M, street_m - way)
+        if length < _SHORTEST_BEND_M:
+            break
+        _, _, beyond = point_ahead(s, graph, way + length)
+        bend = abs(wrap(beyond - heading))
+        heading = beyond
+        if bend > _LEAST_BEND_RAD:
+            squared = habits.lateral_acceleration * length / bend + 2 * habits.braking * way
+            allowed = min(allowed, np.sqrt(squared))
+    if s[HALTS] > 0:
+        allowed = min(allowed, np.sqrt(2 * habits.braking * max(0.0, to_node - _HALT_BEFORE_M)))
+    return allowed
+
+
+@njit(cache=True)
+def drive(
+    states: NDArray[np.float64],
+    roads: Roads,
+    habits: Habits,
+    dt_s: float,
+    normals: NDArray[np.float64],
+    uniforms: NDArray[np.float64],
+) -> None:
+    """Move every state on by ``dt_s``, in place.
+
+    On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the way
+    chosen (pure pursuit: ``curvature = 2 sin(alpha) / L``). The speed goes towards the goal g, what
+    ``_allowed_speed`` and the curvature driven allow: ``a = A (1 - (v / g)^4)``, the free road of the intelligent
+    driver model (Treiber, Hennecke, Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, but constant
+    in a turn as far as the speed allows; turns begin as at crossings where no road is known, and may end early. Both:
+    ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and the urge u return to their
+    means (Ornstein-Uhlenbeck).
+
+    Args:
+        states: (N, COLUMNS).
+        normals: (N, 7) standard normal: speed, heading, x, y, wished speed, urge, curvature. uniforms: (N,
+            7) in [0, 1): mode, way on, halt, release, turn, side, rethinking.
+    """
+    root = np.sqrt(dt_s)
+    for i in range(states.shape[0]):
+        s = states[i]
+        s[CRUISE] = habits.cruise_mps + _fade(
+            s[CRUISE] - habits.cruise_mps, habits.cruise_spread_mps, habits.cruise_rate, dt_s, normals[i, 4]
+        )
+        s[URGE] = _fade(s[URGE], habits.urge_spread, habits.urge_rate, dt_s, normals[i, 5])
+        on_road = s[ON_ROAD] > 0
+        if on_road:
+            s[LATERAL] = habits.lane_m + np.exp(-habits.lane_rate * dt_s) * (s[LATERAL] - habits.lane_m)
+            goal, curvature = _follow_road(s, roads.graph, habits, dt_s, uniforms[i])
+        else:
+            goal, curvature = _go_free(s, roads, habits, dt_s, normals[i, 6], uniforms[i])
+        push = habits.acceleration * (1.0 - (s[SPEED] / max(goal, 0.5)) ** 4)
+        push = max(push, -_HARDEST_BRAKING)
+        s[SPEED] = max(0.0, s[SPEED] + (push + s[URGE]) * dt_s + habits.speed_noise * root * normals[i, 0])
+        # A standing car neither turns nor drifts.
+        noise = root * min(1.0, s[SPEED] / 2.0)
+        s[HEADING] = wrap(s[HEADING] + curvature * s[SPEED] * dt_s + habits.heading_noise * noise * normals[i, 1])
+        step_x = s[SPEED] * dt_s * np.cos(s[HEADING])
+        step_y = s[SPEED] * dt_s * np.sin(s[HEADING])
+        s[X] += step_x + habits.position_noise * noise * normals[i, 2]
+        s[Y] += step_y + habits.position_noise * noise * normals[i, 3]
+        if on_road:
+            move_along(s, roads.graph, step_x, step_y)
+
+
+@njit(cache=True)
+def _fade(value: float, spread: float, rate: float, dt_s: float, normal: float) -> float:
+    """Return a step of an Ornstein-Uhlenbeck process about 0: ``f x + s sqrt(1 - f^2) n``, ``f = exp(-rate
+    dt)``.
+    """
+    factor = np.exp(-rate * dt_s)
+    return factor * value + spread * np.sqrt(1 - factor * factor) * normal
+
+
+@njit(cache=True)
+def _follow_road(
+    s: NDArray[np.float64], graph: RoadGraph, habits: Habits, dt_s: float, uniforms: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Return speed aimed at and curvature of a car on a road; it may choose its way on, halt, or begin to
+    leave the road.
+    """
+    edge = int(s[EDGE])
+    to_node = distance_to_node_m(s, graph)
+    undecided = s[CHOICE] < 0
+    # Nobody outside knows the way chosen before the turn begins: it is drawn again now and then, or a car that
+    # is watched for long would be believed to have but one.
+    if to_node < _DECIDE_M and (undecided or (to_node > _COMMITTED_M and uniforms[6] < habits.rethink_rate * dt_s)):
+        if not undecided:
+            s[BOUND] = np.nan
+        elif np.isnan(s[BOUND]):
+            crossing = graph.ends[edge, 1 if s[DIRECTION] > 0 else 0]
+            wide = graph.node_first[crossing + 1] - graph.node_first[crossing] > 2
+            can_halt = wide and to_node > _HALT_BEFORE_M
+            s[HALTS] = 1.0 if can_halt and uniforms[2] < habits.halt_share else 0.0
+        choose_way(s, graph, habits.turn_weight, habits.lane_m, uniforms[1])
+        s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
+    elif undecided:
+        # What it meant to do at a crossing that is behind it, or is not drawn any more.
+        s[BOUND], s[HALTS] = np.nan, 0.0
+    goal = _allowed_speed(s, graph, habits)
+    if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:
+        s[HALTS] = 0.0
+    distance = max(s[LOOK], 0.5 * s[SPEED])
+    x, y, _ = point_ahead(s, graph, distance)
+    alpha = wrap(np.arctan2(y - s[Y], x - s[X]) - s[HEADING])
+    curvature = 2.0 * np.sin(min(max(alpha, -1.5), 1.5)) / distance
+    curvature = min(max(curvature, -_SHARPEST_PER_M), _SHARPEST_PER_M)
+    s[CURVE] = curvature
+    # Who is in the middle of a turn does not speed up before its end.
+    if abs(curvature) > _STRAIGHT_PER_M:
+        goal = min(goal, np.sqrt(_HURRY * habits.lateral_acceleration / abs(curvature)))
+    if uniforms[0] < habits.leave_rate * dt_s:
+        s[ON_ROAD] = 0.0
+        _begin_turn(s, 1.6 * uniforms[4] - 0.8)
+    return goal, curvature
+
+
+@njit(cache=True)
+def _begin_turn(s: NDArray[np.float64], turn: float) -> None:
+    s[TURN] = turn
+    s[CURVE] = _TURN_PER_M if turn > 0 else -_TURN_PER_M
+
+
+@njit(cache=True)
+def _go_free(
+    s: NDArray[np.float64],
+    roads: Roads,
+    habits: Habits,
+    dt_s: float,
+    normal: float,
+    uniforms: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return speed aimed at and curvature of a car off the known roads; where none is near it may turn as
+    at a crossing, where one is it may take to it.
+    """
+    goal = max(s[CRUISE], 0.0)
+    if s[TURN] == 0.0:
+        s[CURVE] = _fade(s[CURVE], habits.curve_spread_per_m, habits.curve_rate, dt_s, normal)
+        if uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s and nearest_point(s[X], s[Y], roads) < 0:
+            _begin_turn(s, 1.57 if uniforms[5] < 0.5 else -1.57)
+    elif uniforms[4] < _TURN_ENDS_RATE * dt_s:
+        # How far a turn goes where no road is known is not known either.
+        s[TURN] = 0.0
+    if uniforms[0] < habits.return_rate * dt_s:
+        associate_one(s, roads, uniforms[1])
+    if s[TURN] == 0.0:
+        return goal, s[CURVE]
+    sharpest = _HARDEST * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0)
+    curvature = min(max(s[CURVE], -sharpest), sharpest)
+    goal = min(goal, np.sqrt(habits.lateral_acceleration / max(abs(s[CURVE]), _STRAIGHT_PER_M)))
+    rest = s[TURN] - curvature * s[SPEED] * dt_s
+    if rest * s[TURN] > 0:
+        s[TURN] = rest
+    else:
+        s[TURN], s[CURVE] = 0.0, 0.0
+    return goal, curvature

@@ -1,0 +1,136 @@
+"""Cars on a graph of centre lines: what is known of each, and where on the graph it is."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.kernels.roads import Roads
+
+(
+    X,
+    Y,
+    HEADING,
+    SPEED,
+    ON_ROAD,
+    EDGE,
+    ARC,
+    DIRECTION,
+    LATERAL,
+    CHOICE,
+    CRUISE,
+    HALTS,
+    URGE,
+    CURVE,
+    TURN,
+    LOOK,
+    LOG_PRIOR,
+    BOUND,
+) = range(18)
+"""Columns of a state: map position (m), heading (rad), speed (m/s); 1 on a road, 0 free; edge, point on it
+(fractional, from the edge's first), +1 or -1 as it is driven, offset to the right of the centre line (m);
+entry of ``node_edges`` chosen at the next crossing, or -1; speed wished for (m/s); 1 if it means to halt
+there; acceleration beside that (m/s^2); curvature of its path (1/m) and rest of a turn (rad) where it is
+free; how far ahead it looks (m): short = sharp corners; log-weight it was born with; heading (rad) behind the next
+crossing that it is bound for, NaN = open.
+"""
+COLUMNS = 18
+_PROBES = 7
+_ON_ROAD_WITHIN_M, _ON_ROAD_COSINE, _ON_ROAD_FREE_WEIGHT = 9.0, 0.17, 1e-9
+_FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT = 6.5, 0.64, 0.082
+
+
+@njit(cache=True)
+def associate(states: NDArray[np.float64], roads: Roads, uniforms: NDArray[np.float64]) -> None:
+    """Put each state on a road that it may be driving on, or set it free, in place.
+
+    Points of centre lines nearest to it and to places ahead of it, straight on and to either side, are slid
+    back to abreast of it. One is drawn with weight ``exp(-c / 2)``, ``c = |p - x| + 12 (1 - |cos angle|)``:
+    in the middle of a turn it is open which street a car is on. Being free has c = 5. Only points within
+    6.5 m and 50 degrees count; a state that was on a road before stays on one within 9 m and 80 degrees if
+    there is any, and keeps what it meant to do at the next crossing. Taking to a road ends a turn.
+
+    Args:
+        uniforms: (N,) in [0, 1).
+    """
+    for i in range(states.shape[0]):
+        associate_one(states[i], roads, uniforms[i])
+
+
+@njit(cache=True)
+def associate_one(s: NDArray[np.float64], roads: Roads, uniform: float) -> None:
+    """Do as ``associate`` to one state."""
+    graph = roads.graph
+    within_m, least_cosine, free_weight = _FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT
+    if s[ON_ROAD] > 0:
+        within_m, least_cosine, free_weight = _ON_ROAD_WITHIN_M, _ON_ROAD_COSINE, _ON_ROAD_FREE_WEIGHT
+    else:
+        s[BOUND] = np.nan
+        s[HALTS] = 0.0
+    s[ON_ROAD] = 0.0
+    s[CHOICE] = -1.0
+    total = free_weight
+    chosen = -1
+    c, si = np.cos(s[HEADING]), np.sin(s[HEADING])
+    edges = np.full(_PROBES, -1, np.int64)
+    points = np.zeros(_PROBES, np.int64)
+    weights = np.zeros(_PROBES)
+    for probe in range(_PROBES):
+        p = _probe(s, roads, probe)
+        if p < 0:
+            continue
+        edge = graph.edge_of_point[p]
+        d_x, d_y = s[X] - graph.points_m[p, 0], s[Y] - graph.points_m[p, 1]
+        along = d_x * graph.tangents[p, 0] + d_y * graph.tangents[p, 1]
+        p = min(max(p + int(np.round(along)), graph.first[edge]), graph.first[edge + 1] - 1)
+        d_x, d_y = s[X] - graph.points_m[p, 0], s[Y] - graph.points_m[p, 1]
+        distance = np.sqrt(d_x * d_x + d_y * d_y)
+        cosine = abs(c * graph.tangents[p, 0] + si * graph.tangents[p, 1])
+        known = False
+        for earlier in range(probe):
+            known = known or edges[earlier] == edge
+        if known or distance > within_m or cosine < least_cosine:
+            continue
+        edges[probe], points[probe] = edge, p
+        weights[probe] = np.exp(-0.5 * (distance + 12.0 * (1.0 - cosine)))
+        total += weights[probe]
+    threshold = uniform * total
+    for probe in range(_PROBES):
+        if edges[probe] >= 0:
+            threshold -= weights[probe]
+            if threshold < 0:
+                chosen = points[probe]
+                break
+    if chosen >= 0:
+        edge = graph.edge_of_point[chosen]
+        t_x, t_y = graph.tangents[chosen, 0], graph.tangents[chosen, 1]
+        s[ON_ROAD] = 1.0
+        s[TURN] = 0.0
+        s[EDGE] = edge
+        s[ARC] = chosen - graph.first[edge]
+        s[DIRECTION] = 1.0 if c * t_x + si * t_y > 0 else -1.0
+        right = t_y * (s[X] - graph.points_m[chosen, 0]) - t_x * (s[Y] - graph.points_m[chosen, 1])
+        s[LATERAL] = s[DIRECTION] * right
+
+
+@njit(cache=True)
+def _probe(s: NDArray[np.float64], roads: Roads, probe: int) -> int:
+    """Return the centre-line point nearest to the place of one probe: here, or 5 or 10 m ahead, straight or
+    60 degrees aside.
+    """
+    ahead = 0.0 if probe == 0 else (5.0 if probe % 2 == 1 else 10.0)
+    aside = 0.0 if probe < 3 else (1.05 if probe < 5 else -1.05)
+    x = s[X] + ahead * np.cos(s[HEADING] + aside)
+    y = s[Y] + ahead * np.sin(s[HEADING] + aside)
+    return nearest_point(x, y, roads)
+
+
+@njit(cache=True)
+def nearest_point(x: float, y: float, roads: Roads) -> int:
+    """Return the centre-line point nearest to a place on the map, -1 if none is near."""
+    column = int(np.floor((x - roads.origin_m[0]) / roads.cell_m))
+    row = int(np.floor((y - roads.origin_m[1]) / roads.cell_m))
+    if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:
+        return -1
+    return roads.nearest[row, column]

@@ -1,0 +1,131 @@
+"""The ground as it has been seen so far, stitched into one growing picture."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M, GroundCamera
+from trackers.mosaic_graph.kernels.blend import blend_into
+from trackers.mosaic_graph.kernels.oriented_box import UNKNOWN
+from trackers.mosaic_graph.small_picture import SHRINK, to_small
+
+_GROW_CELLS = 256
+_SLOWEST_RATE = 0.06
+_WIDEST_VIEW_M = 400.0
+_SUDDEN_LEVELS, _SUDDEN_WEIGHT = 30, 70
+
+
+class Mosaic:
+    """Running mean of what was seen at every cell of the ground.
+
+    Cell (row i, column j) covers the map from ``origin_m + cell_m * (j, i)`` to one cell further in x and y.
+
+    Attributes:
+        cell_m: side of a cell.
+        origin_m: (2,) map position of the corner of cell (0, 0).
+        rgb: (H, W, 3) uint8.
+        count: (H, W) uint8, how often each cell was seen (255 = at least that often); 0 = never.
+    """
+
+    def __init__(self, cell_m: float) -> None:
+        self.cell_m = cell_m
+        self.origin_m = np.zeros(2)
+        self.rgb = np.zeros((0, 0, 3), np.uint8)
+        self.count = np.zeros((0, 0), np.uint8)
+        self._mean = np.zeros((0, 0, 3), np.float32)
+
+    def add(self, small_rgb: NDArray[np.uint8], camera: GroundCamera, weight: NDArray[np.uint8]) -> None:
+        """Lay down a picture; nothing of one whose pose, wrong for once, has the horizon in view.
+
+        Args:
+            small_rgb: (H, W, 3), shrunk by ``SHRINK``.
+            camera: of the picture at full size.
+            weight: (H, W) 1-255, how far each pixel shows the standing ground (cars do not).
+        """
+        corners_m = camera.footprint_m()
+        # Not a number above the horizon.
+        if not np.ptp(corners_m, axis=0).max() < _WIDEST_VIEW_M:
+            return
+        (left, top), (right, bottom) = self._window(corners_m)
+        H = picture_from_cells(camera, self.cell_m, self.origin_m + self.cell_m * np.array([left, top]))
+        size = (right - left, bottom - top)
+        patch = cv2.warpPerspective(small_rgb, H, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+        inside = weight.copy()
+        # The outermost pixels would blend with the black beyond the border.
+        inside[[0, -1], :] = inside[:, [0, -1]] = 0
+        patch_weight = cv2.warpPerspective(inside, H, size, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP)
+        cells = slice(top, bottom), slice(left, right)
+        blend_into(self._mean[cells], self.rgb[cells], self.count[cells], patch, patch_weight, _SLOWEST_RATE)
+
+    def render(self, camera: GroundCamera) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Return what ``camera`` would see of the mosaic, shrunk by ``SHRINK``: rgb (H, W, 3) and how often
+        it was seen (H, W), 0 = never.
+        """
+        H = picture_from_cells(camera, self.cell_m, self.origin_m)
+        size = (camera.model.width_px // SHRINK, camera.model.height_px // SHRINK)
+        rgb = cv2.warpPerspective(self.rgb, H, size, flags=cv2.INTER_LINEAR)
+        count = cv2.warpPerspective(self.count, H, size, flags=cv2.INTER_NEAREST)
+        return rgb, count
+
+    def cells_of(self, map_m: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return (column, row) (N, 2) of the cells that hold map points (N, 2); may lie outside the mosaic."""
+        return np.floor((map_m - self.origin_m) / self.cell_m).astype(np.int64)
+
+    def _window(self, corners_m: NDArray[np.float64]) -> tuple[list[int], list[int]]:
+        """Return the first (column, row) that map points lie in and the one beyond the last, after growing the mosaic
+        to hold them.
+        """
+        low = np.floor((corners_m.min(axis=0) - self.origin_m) / self.cell_m).astype(int)
+        high = np.ceil((corners_m.max(axis=0) - self.origin_m) / self.cell_m).astype(int) + 1
+        height, width = self.count.shape
+        if (low < 0).any() or high[0] > width or high[1] > height:
+            before = np.where(low < 0, -low + _GROW_CELLS, 0)
+            after = np.maximum(high - [width, height] + _GROW_CELLS, 0) * (high > [width, height])
+            self._grow(before, after)
+            low, high = low + before, high + before
+        return low.tolist(), high.tolist()
+
+    def _grow(self, before: NDArray[np.int64], after: NDArray[np.int64]) -> None:
+        pad = ((before[1], after[1]), (before[0], after[0]))
+        self.rgb = np.pad(self.rgb, (*pad, (0, 0)))
+        self._mean = np.pad(self._mean, (*pad, (0, 0)))
+        self.count = np.pad(self.count, pad)
+        self.origin_m = self.origin_m - self.cell_m * before
+
+
+def standing_ground(
+    camera: GroundCamera,
+    difference: NDArray[np.uint8] | None,
+    target_m: NDArray[np.float64] | None,
+    length_m: float,
+) -> NDArray[np.uint8]:
+    """Return how far each pixel (H, W) of a shrunk picture is to be taken for standing ground, 1-255: what
+    changed suddenly less, the target hardly.
+
+    Args:
+        difference: (H, W) from the mosaic, ``UNKNOWN`` where that cannot be told; None = unknown everywhere.
+        target_m: (2,) place of the target on the map, of ``length_m``; None = not in the picture.
+    """
+    height, width = camera.model.height_px // SHRINK, camera.model.width_px // SHRINK
+    weight = np.full((height, width), 255, np.uint8)
+    if difference is not None:
+        weight[(difference > _SUDDEN_LEVELS) & (difference != UNKNOWN)] = _SUDDEN_WEIGHT
+    if target_m is not None:
+        pixel = to_small(camera.to_picture(target_m[None], CENTRE_HEIGHT_M))[0]
+        radius = 0.7 * length_m / (SHRINK * camera.metres_per_pixel())
+        cv2.circle(weight, tuple(np.round(pixel).astype(int).tolist()), int(radius) + 1, 1, -1)
+    return weight
+
+
+def picture_from_cells(camera: GroundCamera, cell_m: float, origin_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the homography (3, 3) from indices (column, row) of a grid on the map, whose first cell begins
+    at ``origin_m``, to indices of the picture shrunk by ``SHRINK`` (OpenCV's reading: whole numbers are
+    centres).
+    """
+    map_from_cells = np.array(
+        [[cell_m, 0.0, origin_m[0] + 0.5 * cell_m], [0.0, cell_m, origin_m[1] + 0.5 * cell_m], [0.0, 0.0, 1.0]]
+    )
+    shrunk = np.array([[1.0 / SHRINK, 0.0, -0.5], [0.0, 1.0 / SHRINK, -0.5], [0.0, 0.0, 1.0]])
+    return shrunk @ camera.H_picture_map() @ map_from_cells

@@ -1,0 +1,202 @@
+"""A graph of centre lines out of the raw lines of a skeleton: crossings joined and put in their middle, spurs cut, dead
+ends connected, streets carried on into what was not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.mosaic_graph.kernels.roads import SPACING_M, RoadGraph
+from trackers.mosaic_graph.road_sketch import CROSSING_M, Line, RoadSketch, direction, even, length_m, smoothed
+
+_SPUR_M = 9.0
+_ISLAND_M = 27.0
+# Points of a line are SPACING_M apart.
+_TANGENT_POINTS = 12
+_FRAYED_POINTS = 6
+_SHORTEST_TO_EXTEND_M = 14.0
+_EXTENSION_M = 45.0
+_JOIN_M = 4.0
+_NEAR_POINTS, _FAR_POINTS, _LEAST_POINTS = 6, 16, 11
+_LEAST_ACROSS = 0.3
+_ARM_POINTS, _SAME_WAY_COSINE = 25, 0.64
+_LOOKED_AT, _MOSTLY = slice(7, 14), 0.6
+
+Unseen = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
+"""Tells of map points (n, 2) which of them (n,) no picture has shown."""
+
+
+def build_graph(lines_m: list[Line], unseen: Unseen) -> RoadGraph:
+    """Return the graph of raw lines (each (n, 2) map points) that share end points where they meet.
+
+    ``unseen`` says where streets may go on although no line was drawn: see ``branch``.
+    """
+    sketch = RoadSketch(lines_m)
+    contract(sketch)
+    for _ in range(2):
+        cut_spurs(sketch)
+        merge_chains(sketch)
+    drop_islands(sketch)
+    sketch.edges = [(start, end, smoothed(points)) for start, end, points in sketch.edges]
+    straighten_ends(sketch)
+    extend(sketch)
+    centre_crossings(sketch)
+    branch(sketch, unseen)
+    return sketch.finished()
+
+
+def contract(sketch: RoadSketch) -> None:
+    """Join stops that a short line connects: a crossing of wide roads has several, near each other."""
+    degree = sketch.degrees()
+    parent = {node: node for node in degree}
+    inner = [degree[s] > 1 and degree[e] > 1 and length_m(p) < CROSSING_M for s, e, p in sketch.edges]
+    for (start, end, _), short in zip(sketch.edges, inner, strict=True):
+        if short:
+            parent[_root(parent, start)] = _root(parent, end)
+    places: dict[int, list[NDArray[np.float64]]] = {}
+    for start, end, points in sketch.edges:
+        places.setdefault(_root(parent, start), []).append(points[0])
+        places.setdefault(_root(parent, end), []).append(points[-1])
+    centres = {node: np.mean(members, axis=0) for node, members in places.items()}
+    kept = [edge for edge, short in zip(sketch.edges, inner, strict=True) if not short]
+    joined = [(_root(parent, start), _root(parent, end), points) for start, end, points in kept]
+    sketch.edges = [(s, e, np.vstack([centres[s], points[1:-1], centres[e]])) for s, e, points in joined]
+
+
+def cut_spurs(sketch: RoadSketch) -> None:
+    """Drop short dead ends, and rings too small to be streets."""
+    degree = sketch.degrees()
+
+    def kept(start: int, end: int, points: Line) -> bool:
+        dangles = degree[start] == 1 or degree[end] == 1
+        return length_m(points) >= _SPUR_M or not (dangles or start == end)
+
+    sketch.edges = [edge for edge in sketch.edges if kept(*edge)]
+
+
+def drop_islands(sketch: RoadSketch) -> None:
+    """Drop what is short and not connected to anything: grey roofs, not streets."""
+    parent = {node: node for edge in sketch.edges for node in edge[:2]}
+    for start, end, _ in sketch.edges:
+        parent[_root(parent, start)] = _root(parent, end)
+    total_m: dict[int, float] = {}
+    for start, _, points in sketch.edges:
+        island = _root(parent, start)
+        total_m[island] = total_m.get(island, 0.0) + length_m(points)
+    sketch.edges = [edge for edge in sketch.edges if total_m[_root(parent, edge[0])] >= _ISLAND_M]
+
+
+def merge_chains(sketch: RoadSketch) -> None:
+    """Make one edge of two that meet where nothing else does."""
+    for node, count in sketch.degrees().items():
+        if count != 2:
+            continue
+        arms = sketch.arms(node)
+        if arms[0].edge == arms[1].edge:
+            continue
+        one, other = arms
+        start, end = (sketch.edges[arm.edge][:2][0 if arm.ends_here else 1] for arm in arms)
+        kept = [edge for k, edge in enumerate(sketch.edges) if k not in (one.edge, other.edge)]
+        sketch.edges = [*kept, (start, end, np.vstack([one.points[::-1], other.points[1:]]))]
+
+
+def straighten_ends(sketch: RoadSketch) -> None:
+    """Let dead ends run straight on over their last metres: where what was seen ends, a skeleton runs into a corner of
+    it.
+    """
+    for node, count in sketch.degrees().items():
+        for arm in sketch.arms(node) if count == 1 else ():
+            if len(arm.points) <= _FRAYED_POINTS + _TANGENT_POINTS:
+                continue
+            stem = arm.points[_FRAYED_POINTS:]
+            outward = -direction(stem, 0, _TANGENT_POINTS)
+            tip = stem[0] + SPACING_M * np.arange(_FRAYED_POINTS, 0, -1)[:, None] * outward
+            sketch.replace(arm, np.vstack([tip, stem]))
+
+
+def extend(sketch: RoadSketch) -> None:
+    """Draw dead ends straight on to a road that they meet within ``_EXTENSION_M``. Others stay dead: where they lead
+    was not seen.
+    """
+    for node, count in sketch.degrees().items():
+        arms = sketch.arms(node)
+        # Another dead end may have been drawn on to this one meanwhile.
+        if count != 1 or len(arms) != 1 or length_m(arms[0].points) < _SHORTEST_TO_EXTEND_M:
+            continue
+        outward = -direction(arms[0].points, 0, _TANGENT_POINTS)
+        steps = np.arange(0.0, _EXTENSION_M + SPACING_M, SPACING_M)[:, None]
+        _connect(sketch, node, arms[0].points[0] + steps * outward, arms[0].edge)
+
+
+def _connect(sketch: RoadSketch, node: int, ray: Line, own: int) -> None:
+    """Add ``ray`` as an edge from ``node`` up to where it meets another road (not ``own``) first, if it does."""
+    target = -1
+    for k, (start, end, points) in enumerate(sketch.edges):
+        if k == own or node in (start, end):
+            continue
+        met = np.flatnonzero(np.linalg.norm(ray[:, None] - points[None], axis=-1).min(axis=1) < _JOIN_M)
+        if len(met):
+            target, ray = k, ray[: met[0] + 1]
+    if target >= 0:
+        far, last = sketch.split(target, ray[-1])
+        sketch.edges.append((node, far, smoothed(np.vstack([ray, last]))))
+
+
+def centre_crossings(sketch: RoadSketch) -> None:
+    """Move every crossing to where its streets, as they run from 6 to 16 m away from it, would meet.
+
+    A skeleton is drawn towards the mouth of a side street, and smoothing rounds it off. The point with the least sum of
+    squared distances from the streets' lines solves ``sum (I - u u^T) x = sum (I - u u^T) p``. Where the streets are
+    nearly parallel, too short to tell, or would meet more than 6 m away, the crossing stays.
+    """
+    for node, count in sketch.degrees().items():
+        if count < 2:
+            continue
+        arms = sketch.arms(node)
+        across, place = np.zeros((2, 2)), np.zeros(2)
+        for arm in arms:
+            if len(arm.points) < _LEAST_POINTS:
+                continue
+            along = direction(arm.points, _NEAR_POINTS, _FAR_POINTS)
+            projector = np.eye(2) - np.outer(along, along)
+            across += projector
+            place += projector @ arm.points[_NEAR_POINTS]
+        if np.linalg.eigvalsh(across)[0] < _LEAST_ACROSS:
+            continue
+        middle = np.linalg.solve(across, place)
+        if np.linalg.norm(middle - arms[0].points[0]) > _NEAR_POINTS * SPACING_M:
+            continue
+        for end in arms:
+            # A ring's other end was moved just now.
+            arm = next(a for a in sketch.arms(node) if (a.edge, a.ends_here) == (end.edge, end.ends_here))
+            sketch.replace(arm, even(np.vstack([middle, arm.points[min(_NEAR_POINTS, len(arm.points) - 1) :]])))
+
+
+def branch(sketch: RoadSketch, unseen: Unseen) -> None:
+    """Let every street go on straight over a crossing, where no other does, into what was not seen: of a crossing at
+    the border of what was seen, not all streets were.
+    """
+    for node, count in sketch.degrees().items():
+        if count < 3:
+            continue
+        arms = sketch.arms(node)
+        ways = [direction(arm.points, 0, _TANGENT_POINTS) for arm in arms]
+        for way in list(ways):
+            ray = arms[0].points[0] - SPACING_M * np.arange(0, _ARM_POINTS + 1)[:, None] * way
+            hidden = unseen(ray)
+            taken = max(float(-way @ other) for other in ways) > _SAME_WAY_COSINE
+            if not taken and hidden[_LOOKED_AT].mean() > _MOSTLY:
+                shown = np.flatnonzero(~hidden[_LOOKED_AT.stop :])
+                end = _LOOKED_AT.stop + int(shown[0]) if len(shown) else len(ray)
+                sketch.edges.append((node, sketch.new_node(), ray[:end]))
+                ways.append(-way)
+
+
+def _root(parent: dict[int, int], node: int) -> int:
+    """Return the node that stands for all those joined with ``node`` (union-find)."""
+    while parent[node] != node:
+        node = parent[node]
+    return node

@@ -1,0 +1,138 @@
+"""The car in the picture, as all three of paper A's filters know it: x = (x, y, V, θ)."""
+
+from __future__ import annotations
+
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.boxes import box_around, inside_picture
+from trackers.kernels.colour_template import ColourTemplate
+from trackers.kernels.weights import circular_mean
+from trackers.paper_a.background_motion import Motion
+from trackers.particle_filter import Posterior
+from trackers.types import CameraModel, Estimate
+
+X, Y, SPEED, HEADING = range(4)
+"""Columns of a state: position in pixels from the image centre, speed in pixels a frame, heading in radians from +x
+towards +y."""
+
+POSITION = slice(0, 2)
+
+
+def image_centre(camera: CameraModel) -> NDArray[np.float64]:
+    """Return the image centre (2,) in pixels from the top left corner."""
+    return 0.5 * np.array([camera.width_px, camera.height_px])
+
+
+START_NOISE = 0.06
+FASTEST_START = 0.35
+
+
+def initial_states(
+    count: int, position_px: NDArray[np.float64], car_px: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Draw states (N, 4): normal about the position (2,), speed uniform in [0, fastest], heading uniform.
+
+    A reading: the paper does not say how it starts. A box in one picture tells neither speed nor heading; the
+    position's standard deviation is 0.06, the fastest 0.35 a frame, in lengths of the car (``car_px``).
+    """
+    states = np.empty((count, 4))
+    states[:, POSITION] = rng.normal(position_px, START_NOISE * car_px, (count, 2))
+    states[:, SPEED] = rng.uniform(0.0, FASTEST_START * car_px, count)
+    states[:, HEADING] = rng.uniform(-np.pi, np.pi, count)
+    return states
+
+
+def move_on(
+    states: NDArray[np.float64], motion: Motion, speed_noise_px: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return states (N, 4) one frame on: by their own velocity, then with the picture; the heading has no noise yet.
+
+    ``(x, y)' = m((x, y) + V (cos θ, sin θ))``, ``V' = |V + N(0, τV²)|``, ``θ'`` the heading as turned by m. With m the
+    paper's rigid motion: ``m(p) = Rot(-ω) p - (Vx, Vy)``, ``θ' = θ - ω`` (paper A, equations 2.2-2.4, 4.19-4.21).
+    Reading: a speed is never negative (it would turn the heading round), so the walk is reflected at zero.
+    """
+    heading = np.empty((len(states), 2))
+    np.cos(states[:, HEADING], out=heading[:, 0])
+    np.sin(states[:, HEADING], out=heading[:, 1])
+    before = states[:, POSITION] + states[:, SPEED, None] * heading
+    moved = np.empty_like(states)
+    moved[:, POSITION] = motion.move(before)
+    turned = motion.move(before + heading) - moved[:, POSITION]
+    moved[:, SPEED] = np.abs(states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states)))
+    moved[:, HEADING] = np.arctan2(turned[:, 1], turned[:, 0])
+    return moved
+
+
+class Walk(Protocol):
+    """How fast speeds and headings change: τV, lengths of the car a frame, and τθ."""
+
+    @property
+    def speed_noise(self) -> float: ...
+
+    @property
+    def heading_noise_rad(self) -> float: ...
+
+
+class Instant(Protocol):
+    """What every one of the three models is told of one picture: how the ground moved since the last."""
+
+    @property
+    def motion(self) -> Motion: ...
+
+
+Parameters = TypeVar("Parameters", bound=Walk)
+Observed = TypeVar("Observed", bound=Instant)
+
+
+class CarModel(Generic[Parameters, Observed]):
+    """What the models of the three filters share: where the car starts, and how it moves where no road leads it."""
+
+    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
+        """``start_px`` (2,) is the middle of the car's first box, from the image centre."""
+        self._parameters = parameters
+        self._template = template
+        self._start_px = start_px
+
+    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """See ``initial_states``."""
+        return initial_states(count, self._start_px, self._template.car_px, rng)
+
+    def predict(self, states: NDArray[np.float64], observed: Observed, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Return states (N, 4) one frame on: see ``move_on``; then ``θ' = θ + N(0, τθ²)`` about ``_directed``."""
+        moved = move_on(states, observed.motion, self._parameters.speed_noise * self._template.car_px, rng)
+        moved[:, HEADING] = self._directed(moved, observed)
+        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
+        return moved
+
+    def _directed(self, moved: NDArray[np.float64], observed: Observed) -> NDArray[np.float64]:
+        """Return the headings (N,) about which those of states just moved are drawn: their own."""
+        return moved[:, HEADING]
+
+
+def place_and_heading(posterior: Posterior) -> tuple[NDArray[np.float64], float]:
+    """Return the weighted means of position (2,), from the image centre, and heading."""
+    position_px = posterior.weights @ posterior.states[:, POSITION]
+    return position_px, circular_mean(posterior.states[:, HEADING], posterior.weights)
+
+
+def car_estimate(posterior: Posterior, camera: CameraModel, size_px: NDArray[np.float64]) -> Estimate:
+    """Return the estimate of a posterior over car states: weighted means before resampling.
+
+    The box keeps its first size (2,) as the paper's rectangle does. The papers' methods do not say whether the car is
+    in view; the share of the weight inside the picture stands in.
+    """
+    particles_px = posterior.states[:, POSITION] + image_centre(camera)
+    weights = posterior.weights
+    position_px = weights @ particles_px
+    inside = inside_picture(particles_px, camera.width_px, camera.height_px)
+    return Estimate(
+        position_px=position_px,
+        box_xyxy=box_around(position_px, size_px),
+        heading_rad=circular_mean(posterior.states[:, HEADING], weights),
+        in_view_probability=float(min(weights[inside].sum(), 1.0)),
+        particles_px=particles_px,
+        weights=weights,
+    )

@@ -1,0 +1,38 @@
+"""What road and other ground look like, learnt from development towns (written by ``frameout learn-colours``)."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class ClassStatistics:
+    """Colours of the two classes of paper A.3 that have typical ones.
+
+    Attributes:
+        mean_rgb, variance_rgb: (2, 3) for road and other, sRGB 0-255.
+    """
+
+    mean_rgb: NDArray[np.float64]
+    variance_rgb: NDArray[np.float64]
+
+
+def load_class_statistics(model: str) -> ClassStatistics:
+    """Read the statistics of a model that comes with the package, by name, or of a file, by a path ending in ``.json``.
+
+    Raises:
+        ValueError: if there is no such model.
+    """
+    bundled = resources.files("trackers").joinpath("paper_a", f"{model}.json")
+    file = Path(model) if model.endswith(".json") else bundled
+    if not file.is_file():
+        raise ValueError(f"class_model: expected a model's name or the path of a .json file, got {model!r}")
+    classes = json.loads(file.read_text())["classes"]
+    read = {key: np.array([classes[name][key] for name in ("road", "other")]) for key in ("mean_rgb", "variance_rgb")}
+    return ClassStatistics(read["mean_rgb"], read["variance_rgb"])

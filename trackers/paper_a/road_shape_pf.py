@@ -1,0 +1,114 @@
+"""The road-shape particle filter of paper A, section 3 (A.2): the helicopter's motion is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.boxes import box_centre
+from trackers.kernels.colour_template import ColourTemplate
+from trackers.kernels.histogram import hs_bins
+from trackers.paper_a.background_motion import STILL, Motion, measured_motion
+from trackers.paper_a.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
+from trackers.paper_a.road_lines import RoadSearch
+from trackers.paper_a.road_model import RoadCurve, RoadModel
+from trackers.particle_filter import ParticleFilter
+from trackers.registry import register, tunable
+from trackers.types import EgoPose, Estimate, Observation
+
+
+@dataclass(frozen=True)
+class RoadShapeParameters:
+    """Setting of ``road_shape_pf``; the paper gives no values.
+
+    Attributes:
+        particles: N.
+        colour_sharpness: λ of the colour's weight.
+        road_share: 1 - alpha, the road's share of the mixture.
+        road_width: w, distance from the centre line that counts one in the road's weight, in lengths of the car.
+        speed_noise: τV, lengths of the car a frame.
+        heading_noise_rad: τ'θ about the road's direction.
+    """
+
+    particles: int = 500
+    colour_sharpness: float = tunable(50.0, 3.0, 300.0, log=True)
+    road_share: float = tunable(0.001, 0.00001, 0.5, log=True)
+    road_width: float = tunable(1.0, 0.05, 4.0, log=True)
+    speed_noise: float = tunable(0.015, 0.003, 0.2, log=True)
+    heading_noise_rad: float = tunable(0.1, 0.01, 0.6, log=True)
+
+
+@dataclass(frozen=True)
+class RoadInstant:
+    """One picture's bins (H, W), its centre (2,), the ground's motion since the last, and the road if one is known."""
+
+    bins: NDArray[np.uint8]
+    centre_px: NDArray[np.float64]
+    motion: Motion
+    road: RoadCurve | None
+
+
+class RoadShapeModel(CarModel[RoadShapeParameters, RoadInstant]):
+    """State x = (x, y, V, θ) in pixels from the image centre.
+
+    Position and speed move as in A.1; then ``θ' = rθ + N(0, τ'θ²)`` (3.10), rθ the road's direction at the new place.
+    Weight ``alpha exp{-λ (1 - L)} + (1 - alpha) exp{-|x - S(y)| / w}`` (3.11, 3.12).
+    Readings: |.| is meant in 3.11, in units of w; without a known road θ walks at random and its term is left out.
+    """
+
+    def _directed(self, moved: NDArray[np.float64], observed: RoadInstant) -> NDArray[np.float64]:
+        if observed.road is None:
+            return super()._directed(moved, observed)
+        return observed.road.offset_and_direction(moved[:, POSITION], moved[:, HEADING])[1]
+
+    def log_weights(self, states: NDArray[np.float64], observed: RoadInstant) -> NDArray[np.float64]:
+        p = self._parameters
+        similarity = self._template.similarities(observed.bins, states[:, POSITION] + observed.centre_px)
+        colour = -p.colour_sharpness * (1.0 - similarity)
+        if observed.road is None:
+            return colour
+        offset, _ = observed.road.offset_and_direction(states[:, POSITION], states[:, HEADING])
+        road = -np.abs(offset) / (p.road_width * self._template.car_px)
+        return np.logaddexp(np.log1p(-p.road_share) + colour, np.log(p.road_share) + road)
+
+
+@register(
+    "road_shape_pf", role="as-written", summary="particle filter with the road's shape, motion measured (paper A.2)"
+)
+class RoadShapeParticleFilter:
+    """Paper A.2, with the measured motion of the helicopter (zero motion where none is measured).
+
+    Readings: see ``RoadModel``, ``RoadShapeModel`` and ``ColourTemplate``; the road is looked for about the last
+    estimate, moved with the ground. The rectangle keeps the size of the first box and does not turn.
+    """
+
+    Parameters = RoadShapeParameters
+
+    def __init__(self, parameters: RoadShapeParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._rng = rng
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Take the template, trace the road beside the car, scatter the particles about it."""
+        self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
+        start_px = box_centre(box_xyxy) - image_centre(observation.camera)
+        model = RoadShapeModel(self._parameters, self._template, start_px)
+        self._filter = ParticleFilter[RoadInstant](model, self._parameters.particles, self._rng)
+        self._road = RoadModel(RoadSearch(), self._template.car_px, self._rng)
+        self._believed: tuple[NDArray[np.float64], float | None] = start_px, None
+        self._road.update(cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY), STILL, start_px, None)
+        self._ego: EgoPose | None = observation.ego
+
+    def update(self, observation: Observation) -> Estimate:
+        """Move the road, then move, weight and resample the particles by the next picture."""
+        motion = measured_motion(self._ego, observation.ego, observation.camera)
+        self._ego = observation.ego
+        grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
+        road = self._road.update(grey, motion, *self._believed)
+        bins, centre_px = hs_bins(observation.image_rgb), image_centre(observation.camera)
+        posterior = self._filter.step(RoadInstant(bins, centre_px, motion, road))
+        self._believed = place_and_heading(posterior)
+        return car_estimate(posterior, observation.camera, self._template.size_px)

@@ -1,0 +1,253 @@
+"""Following a person by colour and place, weighed by the camera's automatic settings (paper 002 as written).
+
+The two methods that the paper compares. They differ in the weight W between colour and place alone: the older one knows
+of a change of the light by the white balance, the paper's by shutter and gain too, and by how readily colour could be
+learnt when the template was taken.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.kernels.boxes import box_centre, box_size
+from trackers.kernels.histogram import BINS, hs_bins
+from trackers.paper_b.candidates import Candidate, CandidateParameters, StereoView, candidate_in_box, see
+from trackers.paper_b.light_change import LightTrend, brightness_change, colour_change, dissimilarity
+from trackers.paper_b.matching import StereoMatcher, baseline_m
+from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, Others, share_before
+from trackers.paper_b.person_kalman import PersonKalman
+from trackers.paper_b.registers import camera_registers
+from trackers.paper_b.robot_frame import Mounting
+from trackers.registry import register, tunable
+from trackers.types import CameraRegisters, Estimate, Observation
+
+_PLACE_WEIGHT_PER_M = 1.0
+"""k of equation 6."""
+_MIDDLE_SHARE = 0.6
+"""Of the first box, where no candidate is in it: what of its middle is taken for the person."""
+
+
+def position_dissimilarity(places_m: NDArray[np.float64], expected_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``R_position = k sqrt((X_s - X_e)² + (Y_s - Y_e)²)``, k = 1 m⁻¹, of places (N, 2) (equation 6)."""
+    return _PLACE_WEIGHT_PER_M * np.linalg.norm(places_m - expected_m, axis=1)
+
+
+def brightness_weight(colour: float, brightness: float, learnt: float) -> float:
+    """Return ``W = P_c + P_l`` where ``D_l >= 0``, else ``P_c + P_l - D_l`` (equation 7)."""
+    return colour + brightness - min(learnt, 0.0)
+
+
+def combined_dissimilarity(
+    weight: float, by_colour: NDArray[np.float64], by_place: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return ``D = (1 - W) R_color + W R_position`` if ``W <= 1``, else ``R_position`` (equation 8), N of each."""
+    return (1.0 - weight) * by_colour + weight * by_place if weight <= 1.0 else by_place
+
+
+@dataclass(frozen=True)
+class StereoColourParameters:
+    """Settings of both methods. The paper gives those of its equations; these it leaves open.
+
+    Attributes:
+        threshold: the target's dissimilarity D is at most this.
+        acceleration_mps2: standard deviation of what a person's velocity changes by, in the robot's frame.
+        place_noise_m: standard deviation of a candidate's place.
+        predicted_s: how long prediction goes on when the target is not found and nobody hides it.
+        predicted_hidden_s: the same when somebody does or has just done so. Then it is lost and its place stays.
+        camera_height_m: of the level camera, where no pose is measured.
+    """
+
+    threshold: float = tunable(0.62, 0.2, 0.9)
+    acceleration_mps2: float = tunable(2.0, 0.3, 10.0, log=True)
+    place_noise_m: float = tunable(0.1, 0.02, 0.5, log=True)
+    predicted_s: float = tunable(1.0, 0.2, 5.0, log=True)
+    predicted_hidden_s: float = tunable(3.0, 0.5, 10.0, log=True)
+    camera_height_m: float = 1.2
+
+
+class StereoColour(ABC):
+    """What both methods do, sections 3.1 to 3.3. Positions are in the robot's frame as in the paper: when the robot
+    turns, they move.
+
+    Where the paper is silent: colours are compared in 16 bins of hue times 8 of saturation over all of a candidate's
+    pixels; a new template replaces the old one; it is taken under the threshold under which the target is found;
+    without any colour to compare, the place alone decides; once prediction has ended there is no place to compare, and
+    the colour alone decides.
+    """
+
+    Parameters = StereoColourParameters
+
+    def __init__(self, parameters: StereoColourParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._candidates = CandidateParameters()
+        self._occlusions = OcclusionParameters()
+        self._matcher = StereoMatcher()
+
+    @abstractmethod
+    def weight(self, colour: float, brightness: float, learnt: float) -> float:
+        """Return W >= 0 of place against colour.
+
+        Args:
+            colour, brightness: P_c and P_l since the template was taken.
+            learnt: D_l when it was.
+        """
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Start on the candidate in the box, or on what is in the middle of it."""
+        p = self._parameters
+        baseline_m(observation.camera)
+        registers = camera_registers(observation)
+        pose = observation.ego
+        self._mounting = Mounting.level(p.camera_height_m) if pose is None else Mounting.from_pose(pose.T_world_camera)
+        self._trend = LightTrend()
+        self._state = OcclusionState(self._occlusions)
+        self._others = Others(self._occlusions, p.acceleration_mps2, p.place_noise_m)
+        self._time_s, self._unfound_s = observation.time_s, 0.0
+        self._found_last, self._lost = True, False
+        self._height_m = self._candidates.usual_height_m
+        view = see(observation, self._matcher, self._mounting, self._candidates)
+        bins = hs_bins(self._matcher.smaller(observation.image_rgb))
+        first = candidate_in_box(view.candidates if view else [], box_xyxy)
+        if first is not None:
+            place_m, template = first.place_m, _histogram(bins.ravel()[first.pixels])
+        else:
+            depth_m = observation.camera.focal_px * self._height_m / box_size(box_xyxy)[1]
+            place_m = self._mounting.place_at(box_centre(box_xyxy), depth_m, observation.camera)[:2]
+            template = _histogram(_middle(bins, box_xyxy * bins.shape[1] / observation.camera.width_px))
+        self._filter = PersonKalman(place_m, p.acceleration_mps2, p.place_noise_m)
+        self._learn(template, registers, self._trend.update(registers))
+
+    def update(self, observation: Observation) -> Estimate:
+        """Find the target among the candidates of the next pair, or say nothing."""
+        registers = camera_registers(observation)
+        trend = self._trend.update(registers)
+        self._predict(observation.time_s)
+        view = see(observation, self._matcher, self._mounting, self._candidates)
+        found = self._find(observation, view, registers, trend) if view else None
+        self._found_last = found is not None
+        if found is None:
+            return Estimate(np.full(2, np.nan), in_view_probability=0.0)
+        return Estimate(found.centre_px, found.box_xyxy.copy(), in_view_probability=1.0, depth_m=found.depth_m)
+
+    def _predict(self, time_s: float) -> None:
+        """Section 3.2.1; how long it goes on is set by the state of occlusion (section 3.3)."""
+        p = self._parameters
+        seconds, self._time_s = time_s - self._time_s, time_s
+        self._unfound_s += seconds
+        limit_s = p.predicted_s if self._state.now is Occlusion.NONE else p.predicted_hidden_s
+        # Who passes before where he was lost does not make that place worth anything again.
+        self._lost = self._lost or self._unfound_s > limit_s
+        if self._lost:
+            self._filter.stand_still()
+            self._state.reset()
+        self._filter.predict(seconds)
+        self._others.predict(seconds)
+
+    def _find(
+        self, observation: Observation, view: StereoView, registers: CameraRegisters, trend: float
+    ) -> Candidate | None:
+        """Sections 3.2.2 and 3.3."""
+        expected_m = self._filter.place_m.copy()
+        self._update_state(observation, view, expected_m)
+        bins = hs_bins(self._matcher.smaller(observation.image_rgb)).ravel()
+        histograms = [_histogram(bins[candidate.pixels]) for candidate in view.candidates]
+        costs = self._dissimilarities(view.candidates, histograms, expected_m, registers)
+        target, others = self._others.associate(view.candidates, costs, self._parameters.threshold, _PLACE_WEIGHT_PER_M)
+        if self._state.now is Occlusion.NONE:
+            self._others.clear()
+        else:
+            self._others.correct(view.candidates, target, others, expected_m)
+        if target is None:
+            return None
+        found = view.candidates[target]
+        self._correct(found)
+        if self._state.template_may_change:
+            self._learn(histograms[target], registers, trend)
+        return found
+
+    def _update_state(self, observation: Observation, view: StereoView, expected_m: NDArray[np.float64]) -> None:
+        o = self._occlusions
+        hidden, beside = (
+            share_before(view.depth_m, expected_m, self._height_m, width_m, self._mounting, observation.camera, o)
+            for width_m in (o.body_width_m, o.body_width_m + 2.0 * o.margin_m)
+        )
+        self._state.update(hidden, beside, self._found_last)
+
+    def _dissimilarities(
+        self,
+        candidates: list[Candidate],
+        histograms: list[NDArray[np.float64]],
+        expected_m: NDArray[np.float64],
+        registers: CameraRegisters,
+    ) -> NDArray[np.float64]:
+        """D (N,) of each candidate."""
+        places_m = np.array([candidate.place_m for candidate in candidates]).reshape(-1, 2)
+        by_place = position_dissimilarity(places_m, expected_m)
+        if not self._template.any():
+            return by_place
+        by_colour = np.array([dissimilarity(histogram, self._template) for histogram in histograms])
+        colour, brightness = colour_change(registers, self._learnt_at), brightness_change(registers, self._learnt_at)
+        weight = 0.0 if self._lost else self.weight(colour, brightness, self._learnt)
+        return combined_dissimilarity(weight, by_colour, by_place)
+
+    def _correct(self, found: Candidate) -> None:
+        p = self._parameters
+        if self._lost:
+            # Where it was lost says nothing of how it went on.
+            self._filter = PersonKalman(found.place_m, p.acceleration_mps2, p.place_noise_m)
+        else:
+            self._filter.correct(found.place_m)
+        self._unfound_s, self._lost = 0.0, False
+        if not found.top_cut:
+            self._height_m = found.height_m
+
+    def _learn(self, template: NDArray[np.float64], registers: CameraRegisters, trend: float) -> None:
+        """Take a colour template: D_l is taken anew with it, and P_c and P_l are 0 for the settings it was taken at."""
+        self._template, self._learnt_at, self._learnt = template, registers, trend
+
+
+@register(
+    "stereo_wb",
+    role="as-written",
+    summary="stereo; colour and place weighed by the white balance (the older method of paper B)",
+    suites=("stereo",),
+)
+class StereoWb(StereoColour):
+    """The older method: ``W = P_c``."""
+
+    def weight(self, colour: float, brightness: float, learnt: float) -> float:
+        """Return P_c."""
+        return colour
+
+
+@register(
+    "stereo_wb_shutter_gain",
+    role="as-written",
+    summary="stereo; colour and place weighed by white balance, shutter and gain (paper B)",
+    suites=("stereo",),
+)
+class StereoWbShutterGain(StereoColour):
+    """The paper's method: W by equation 7."""
+
+    def weight(self, colour: float, brightness: float, learnt: float) -> float:
+        """Return ``brightness_weight``."""
+        return brightness_weight(colour, brightness, learnt)
+
+
+def _histogram(bins: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Hue x saturation histogram (128,), sum 1, of pixels' bins; zeros of none."""
+    counts = np.bincount(bins.ravel(), minlength=BINS).astype(float)
+    return counts / max(counts.sum(), 1.0)
+
+
+def _middle(bins: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """What of a binned picture lies in the middle of a box."""
+    half = 0.5 * _MIDDLE_SHARE * (box_xyxy[2:] - box_xyxy[:2])
+    low, high = (
+        np.clip(np.round(box_centre(box_xyxy) + side * half), 0, bins.shape[::-1]).astype(int) for side in (-1, 1)
+    )
+    return bins[low[1] : high[1], low[0] : high[0]]
