@@ -1,11 +1,14 @@
-"""Is what a tracker returned an estimate at all?"""
+"""Checks what a tracker returned against its contract: an estimate, or the tracks of many targets."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.types import Estimate
+from trackers.types import Estimate, Track
 
 _WEIGHT_TOLERANCE = 1e-3
 
@@ -39,6 +42,31 @@ def check_estimate(estimate: Estimate) -> None:
         if not 0.0 <= probability <= 1.0:
             raise ValueError(f"in_view_probability: expected a number from 0 to 1, got {probability}")
     _check_posterior(estimate, silent)
+
+
+def check_tracks(tracks: Sequence[Track]) -> None:
+    """Raise ValueError, naming the field, what was expected and what came, if tracks break their contract.
+
+    There may be any number of them. A track whose position is NaN says nothing of its target on this picture.
+    """
+    if not isinstance(tracks, Sequence) or isinstance(tracks, str):
+        raise ValueError(f"update: expected a sequence of Tracks, got {type(tracks).__name__}")
+    seen: set[int] = set()
+    for track in tracks:
+        if not isinstance(track, Track):
+            raise ValueError(f"update: expected Tracks, got {type(track).__name__}")
+        if not isinstance(track.identity, Integral) or isinstance(track.identity, bool) or track.identity < 0:
+            raise ValueError(f"identity: expected a whole number >= 0, got {track.identity!r:.60}")
+        if track.identity in seen:
+            raise ValueError(f"identity: expected each once in an answer, got {track.identity} twice")
+        seen.add(int(track.identity))
+        check_estimate(track.estimate)
+        if track.kind is not None and not isinstance(track.kind, str):
+            raise ValueError(f"kind: expected a name or None, got {track.kind!r:.60}")
+        if track.size_m is not None and not (_array("size_m", track.size_m, (3,)) > 0).all():
+            raise ValueError(f"size_m: expected numbers > 0, got {np.asarray(track.size_m).tolist()}")
+        if track.confidence is not None and not 0.0 <= float(_array("confidence", track.confidence, ())) <= 1.0:
+            raise ValueError(f"confidence: expected a number from 0 to 1, got {track.confidence}")
 
 
 def _check_posterior(estimate: Estimate, silent: bool) -> None:

@@ -1,13 +1,14 @@
-"""The two contracts of this package: a tracker, and a controller that steers by one."""
+"""The contracts of this package: trackers of one target and of many, and a controller that steers by one."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.types import CameraCommand, Estimate, Observation
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Track
 
 
 class Tracker(Protocol):
@@ -19,6 +20,22 @@ class Tracker(Protocol):
 
     def update(self, observation: Observation) -> Estimate:
         """Take in the next picture and say where the target is now, inside the picture or not."""
+        ...
+
+
+class MultiTracker(Protocol):
+    """Follows any number of targets. No target is pointed at: it finds them itself."""
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        """Start with pictures without targets, in order of time and maybe none, and the camera's calibration."""
+        ...
+
+    def update(self, observation: Observation) -> Sequence[Track]:
+        """Take in the next picture, the first one included, and return all targets that there are now.
+
+        No identity may stand twice in an answer. A track that is left out has ended for now; its identity may come
+        back later for the same target.
+        """
         ...
 
 

@@ -1,7 +1,6 @@
 """What flows into and out of a tracker. Plain data; nothing here knows where pictures come from.
 
-Pixels: pixel (row i, column j) covers ``[j, j+1) x [i, i+1)``; coordinates are (x right, y down) from the
-    top left
+Pixels: pixel (row i, column j) covers ``[j, j+1) x [i, i+1)``; coordinates are (x right, y down) from the top left
 corner of the picture and go on beyond its borders. Boxes are ``(x_min, y_min, x_max, y_max)``.
 """
 
@@ -13,6 +12,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+Band = Literal["colour", "thermal"]
+"""What a camera is sensitive to: visible light in three channels, or thermal radiation (8 to 14 µm) in one."""
+
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
@@ -23,12 +25,14 @@ class CameraModel:
         focal_px: focal length in pixels.
         baseline_m: how far to the right of this camera the second one of a rectified stereo pair is; None for a single
             camera.
+        band: what its pictures show.
     """
 
     width_px: int
     height_px: int
     focal_px: float
     baseline_m: float | None = None
+    band: Band = "colour"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +71,7 @@ class EgoPose:
     """Pose of the camera as *measured* on board, with the errors of its instruments.
 
     Attributes:
-        T_world_camera: (4, 4), camera frame (x right, y down, z forward) to the carrier's navigation
-            frame (metres,
+        T_world_camera: (4, 4), camera frame (x right, y down, z forward) to the carrier's navigation frame (metres,
             z up, ground at about z = 0).
     """
 
@@ -76,17 +79,33 @@ class EgoPose:
 
 
 @dataclass(frozen=True, slots=True)
+class SteeredCamera:
+    """The camera on the steered carrier, where the tracker watches another one.
+
+    Attributes:
+        camera: its geometry.
+        ego: its measured pose, in the navigation frame of the camera that is watched; None without instruments.
+    """
+
+    camera: CameraModel
+    ego: EgoPose | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Observation:
     """Everything a tracker is told about one instant.
 
     Attributes:
-        image_rgb: (H, W, 3) uint8; of a stereo pair the left one.
+        image_rgb: (H, W, 3) uint8; of a stereo pair the left one. Of a thermal camera its one band after the automatic
+            gain control, the same in all three channels.
         time_s: seconds since the first picture.
         camera: geometry of the camera.
         settings: automatic settings in use, or None if the camera does not report them.
         ego: measured pose of the camera, or None if it carries no instruments.
         right_rgb: (H, W, 3) uint8, the right picture of a stereo pair; None from a single camera, or if the picture was
             lost on its way.
+        counts: (H, W) uint16, the raw counts of a thermal camera (14 bit); None if it does not give them.
+        steered: the camera that a controller steers, if it is not the one that took the picture.
     """
 
     image_rgb: NDArray[np.uint8]
@@ -95,6 +114,23 @@ class Observation:
     settings: CameraSettings | None = None
     ego: EgoPose | None = None
     right_rgb: NDArray[np.uint8] | None = None
+    counts: NDArray[np.uint16] | None = None
+    steered: SteeredCamera | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """What a tracker is told before the first picture.
+
+    Attributes:
+        camera: calibration of the camera.
+        box_xyxy: (4,) box of the one target in the first picture; None where no target is pointed at.
+        background: pictures without targets, in order of time, from which the background may be learnt; maybe none.
+    """
+
+    camera: CameraModel
+    box_xyxy: NDArray[np.float64] | None = None
+    background: tuple[Observation, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,22 +163,52 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
+class Track:
+    """One target of a tracker that follows many.
+
+    Attributes:
+        identity: the same number as long as it is the same target, >= 0; never given to another one.
+        estimate: where it is.
+        kind: what it is, e.g. ``person``; None if the tracker does not tell kinds apart.
+        size_m: (3,) length, width and height; None from a tracker that does not measure them.
+        confidence: probability in [0, 1] that there is such a target, or None.
+    """
+
+    identity: int
+    estimate: Estimate
+    kind: str | None = None
+    size_m: NDArray[np.float64] | None = None
+    confidence: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class CameraCommand:
     """What a controller tells the camera's carrier, in the carrier's own frame (heading = top of the picture).
 
     Attributes:
         forward_mps, right_mps, climb_mps: velocity.
         yaw_rate_rad_s: turn rate, positive counter-clockwise seen from above.
+        pan_rad_s, tilt_rad_s: turn rates of a pan-tilt head, positive to the left and up.
+        zoom_per_s: rate of the logarithm of the focal length, positive towards a narrower view.
     """
 
     forward_mps: float = 0.0
     right_mps: float = 0.0
     climb_mps: float = 0.0
     yaw_rate_rad_s: float = 0.0
+    pan_rad_s: float = 0.0
+    tilt_rad_s: float = 0.0
+    zoom_per_s: float = 0.0
 
 
-Looks = Literal["down", "ahead"]
-CommandName = Literal["forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s"]
+Looks = Literal["down", "ahead", "around"]
+CommandName = Literal[
+    "forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s", "pan_rad_s", "tilt_rad_s", "zoom_per_s"
+]
+
+
+BODY_COMMANDS: tuple[CommandName, ...] = ("forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s")
+"""The commands of a carrier that moves as a whole; the others are those of a pan-tilt-zoom head."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,12 +228,13 @@ class CommandAxis:
 
 @dataclass(frozen=True, slots=True)
 class Carrier:
-    """What carries a camera, as far as who steers it must know.
+    """What carries a camera, as far as steering needs it.
 
     Attributes:
         name: e.g. ``helicopter``; controllers are written for one of these.
-        axes: the commands that it obeys, all others are of no effect.
-        looks: ``down`` on a plane from above, or ``ahead`` along it.
+        axes: the commands that it obeys, all others are of no effect; none of a camera at rest.
+        looks: ``down`` on a plane from above, ``ahead`` along it (then only the tracker tells how far a target is), or
+            ``around``: in any direction, obliquely onto the plane.
     """
 
     name: str

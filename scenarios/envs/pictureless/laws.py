@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, Protocol, get_args
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from trackers.controllers.catalogue import controller_entry
 from trackers.controllers.reentry_kernel import REENTRY, steer
 from trackers.controllers.reentry_robot_kernel import REENTRY_ROBOT, steer_robot
 from trackers.protocols import Controller
-from trackers.types import CameraModel, Carrier, CommandName, EgoPose, Estimate, Observation
+from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
 
 _KERNELS: dict[tuple[str, str], tuple[Any, np.dtype[Any]]] = {
     ("helicopter", "reentry"): (steer, REENTRY),
@@ -71,7 +71,7 @@ class ControllersLaw:
         """See ``Law``."""
         for k, controller in enumerate(self._controllers):
             given = controller.command(self._observation(lives[k]), self._estimate(lives[k]))
-            out[k] = [getattr(given, name) for name in get_args(CommandName)]
+            out[k] = [getattr(given, name) for name in BODY_COMMANDS]
 
     def _observation(self, life: Any) -> Observation:
         focal_px, half_width_px, half_height_px = self._world.camera

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, get_args
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from scenarios.envs.pictureless.road_kernel import ROAD_NOISE, begin_flights, fl
 from scenarios.envs.pictureless.stereo_kernel import begin_drives, drive_on
 from scenarios.stereo_follow.camera import camera
 from sim.optics import PinholeCamera
-from trackers.types import Carrier, CommandAxis, CommandName
+from trackers.types import BODY_COMMANDS, Carrier, CommandAxis
 
 
 class World(Protocol):
@@ -123,6 +123,6 @@ def camera_numbers(camera: PinholeCamera) -> NDArray[np.float64]:
 def command_limits(carrier: Carrier, interval_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return range and largest change a frame (4,) each of all commands, 0 of those that the carrier does not obey."""
     axes: dict[str, CommandAxis] = {axis.name: axis for axis in carrier.axes}
-    limits = [axes[name].limit if name in axes else 0.0 for name in get_args(CommandName)]
-    steps = [axes[name].slew_per_s * interval_s if name in axes else 0.0 for name in get_args(CommandName)]
+    limits = [axes[name].limit if name in axes else 0.0 for name in BODY_COMMANDS]
+    steps = [axes[name].slew_per_s * interval_s if name in axes else 0.0 for name in BODY_COMMANDS]
     return np.array(limits), np.array(steps)

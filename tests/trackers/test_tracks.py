@@ -1,0 +1,115 @@
+"""Answers of trackers that follow many targets: their contract, and one track of them as a tracker of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from trackers.estimate_check import check_estimate, check_tracks
+from trackers.follow_one import FollowOne
+from trackers.types import CameraModel, Estimate, Observation, Track
+
+CAMERA = CameraModel(64, 48, 50.0)
+BOX = np.array([10.0, 10.0, 20.0, 20.0])
+NOWHERE = np.full(2, np.nan)
+
+
+def at(identity: int, x: float, y: float) -> Track:
+    return Track(identity, Estimate(np.array([x, y])))
+
+
+def observation(k: int = 0) -> Observation:
+    return Observation(np.zeros((48, 64, 3), np.uint8), k / 15, CAMERA)
+
+
+class Scripted:
+    """Answers with what it was given, picture by picture."""
+
+    def __init__(self, *answers: Sequence[Track]) -> None:
+        self.answers = list(answers)
+        self.started: list[Any] = []
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        self.started.append((tuple(background), camera))
+
+    def update(self, observation: Observation) -> Sequence[Track]:
+        return self.answers.pop(0)
+
+
+@pytest.mark.parametrize(
+    "tracks",
+    [
+        [],
+        (at(0, 1.0, 2.0), at(7, -50.0, 900.0)),
+        [Track(np.int64(3), Estimate(NOWHERE), "person", np.ones(3), 0.0)],  # type: ignore[arg-type]
+        [at(identity, 0.0, 0.0) for identity in range(1000)],
+    ],
+)
+def test_tracks_that_the_contract_allows(tracks: Sequence[Track]) -> None:
+    check_tracks(tracks)
+
+
+@pytest.mark.parametrize(
+    ("tracks", "message"),
+    [
+        (None, "update: expected a sequence of Tracks, got NoneType"),
+        ([Estimate(np.zeros(2))], "update: expected Tracks, got Estimate"),
+        ([at(4, 0.0, 0.0), at(5, 0.0, 0.0), at(4, 1.0, 1.0)], "identity: expected each once in an answer, got 4 twice"),
+        ([at(-1, 0.0, 0.0)], "identity: expected a whole number >= 0, got -1"),
+        ([Track(True, Estimate(np.zeros(2)))], "identity: expected a whole number >= 0, got True"),
+        ([at(0, np.inf, 0.0)], "position_px: expected finite numbers"),
+        ([Track(0, Estimate(np.zeros(2)), kind=3)], "kind: expected a name or None, got 3"),  # type: ignore[arg-type]
+        ([Track(0, Estimate(np.zeros(2)), size_m=np.array([1.0, 0.0, 1.0]))], "size_m: expected numbers > 0"),
+        ([Track(0, Estimate(np.zeros(2)), size_m=np.ones(2))], r"size_m: expected the shape \(3,\), got \(2,\)"),
+        ([Track(0, Estimate(np.zeros(2)), confidence=1.5)], "confidence: expected a number from 0 to 1, got 1.5"),
+    ],
+)
+def test_tracks_that_it_forbids(tracks: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        check_tracks(tracks)
+
+
+def followed(*answers: Sequence[Track]) -> list[Estimate]:
+    """Return what one track says from the second picture on; the first one has the first answer."""
+    one = FollowOne(Scripted(*answers))
+    one.initialise(observation(), BOX)
+    return [one.update(observation(k)) for k in range(1, len(answers))]
+
+
+def test_the_track_nearest_to_the_middle_of_the_box_is_followed() -> None:
+    first = [at(1, 11.0, 11.0), at(2, 14.0, 15.0), at(3, 21.0, 15.0)]
+    estimates = followed(first, [at(1, 15.0, 15.0), at(2, 40.0, 41.0)])
+    np.testing.assert_array_equal(estimates[0].position_px, [40.0, 41.0])
+
+
+def test_a_track_that_dies_says_nothing_and_goes_on_when_it_comes_back() -> None:
+    estimates = followed([at(2, 15.0, 15.0)], [], [at(9, 15.0, 15.0)], [at(9, 0.0, 0.0), at(2, 30.0, 31.0)])
+    assert np.isnan(estimates[0].position_px).all()
+    assert np.isnan(estimates[1].position_px).all()
+    np.testing.assert_array_equal(estimates[2].position_px, [30.0, 31.0])
+    for estimate in estimates:
+        check_estimate(estimate)
+
+
+def test_a_target_that_is_found_late_is_looked_for_in_its_first_box() -> None:
+    nothing_there = [at(1, 40.0, 40.0), Track(5, Estimate(NOWHERE))]
+    estimates = followed(nothing_there, nothing_there, [at(6, 12.0, 12.0)], [at(6, 50.0, 12.0)])
+    assert np.isnan(estimates[0].position_px).all()
+    np.testing.assert_array_equal(estimates[2].position_px, [50.0, 12.0])
+
+
+def test_background_and_calibration_reach_the_tracker_once() -> None:
+    tracker, background = Scripted([], []), (observation(), observation(1))
+    one = FollowOne(tracker, background)
+    one.initialise(observation(), BOX)
+    one.update(observation(1))
+    assert tracker.started == [(background, CAMERA)]
+
+
+def test_a_thousand_tracks_are_gone_through() -> None:
+    many = [at(identity, float(identity), 15.0) for identity in range(1000)]
+    [estimate] = followed(many, many)
+    np.testing.assert_array_equal(estimate.position_px, [15.0, 15.0])
