@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from scenarios.truth import Side, VisibilityState
 from sim.optics import PinholeCamera, project
 
-_MOSTLY_HIDDEN = 0.5
+MOSTLY_SEEN = 0.5
+"""Share of an object that shows from which it counts as seen; one inside the picture with less is ``occluded``."""
 
 
 class Exits:
@@ -38,7 +39,7 @@ def state_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible: floa
         return "out"
     if left < 0 or top < 0 or right > camera.width_px or bottom > camera.height_px:
         return "partial"
-    return "occluded" if visible < _MOSTLY_HIDDEN else "in"
+    return "occluded" if visible < MOSTLY_SEEN else "in"
 
 
 def centres_px(

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.records import Row
+from benchmarks.scores import pooling
 from benchmarks.scores.statistics import PooledRatios
+from benchmarks.suites.registry import Metric
 from sim.rng import generator
 
 _RESAMPLES = 1000
@@ -71,27 +73,23 @@ def calibration(rows: Sequence[Row]) -> Curve | None:
 def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve | None:
     """Share of targets found again, against frames since they could be, up to ``until_frames``.
 
-    Kaplan-Meier: ``1 - prod_{u <= t} (1 - d_u / n_u)``, d_u targets found at u among the n_u still looked for. A
-    target never found is looked for until its watch ends. The band is a percentile bootstrap over seeds. None if
-    there is none to find.
+    Kaplan-Meier, see ``pooling.still_waiting``; a target never found is looked for until its watch ends. The band is a
+    percentile bootstrap over seeds. None if there is none to find.
     """
-    frames = [row for row in rows if row["metric"] == "recovery_frames"]
-    watched = [row["value"] for row in rows if row["metric"] == "watched_frames"]
-    if not frames:
+    metric = Metric(
+        "found_again",
+        "share found again",
+        "fraction",
+        "higher",
+        ("recovery_frames", "watched_frames"),
+        "restricted mean",
+        horizon_frames=until_frames + 1,
+    )
+    pool = pooling.pooled(rows, metric)
+    if pool is None:
         return None
-    found = np.array([row["value"] is not None for row in frames])
-    ends = np.array([w if r["value"] is None else r["value"] for r, w in zip(frames, watched, strict=True)])
-    seeds, places = np.unique([row["seed"] for row in frames], return_inverse=True)
-    steps = np.arange(until_frames + 1.0)
-    events, looked_for = np.zeros((2, len(seeds), len(steps)))
-    np.add.at(events, places, (ends[:, None] == steps) & found[:, None])
-    np.add.at(looked_for, places, ends[:, None] >= steps)
-    return _with_band(PooledRatios(seeds, events, looked_for, _found_share), x=steps, fewest=0)
-
-
-def _found_share(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
-    # Once nobody is looked for the share stays what it was.
-    return np.asarray(1.0 - np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1), dtype=np.float64)
+    found = replace(pool, finish=lambda hazards: 1.0 - pooling.still_waiting(hazards))
+    return _with_band(found, x=np.arange(until_frames + 1.0), fewest=0)
 
 
 def _sums_by_seed(rows: Sequence[Row], metric: str) -> PooledRatios | None:

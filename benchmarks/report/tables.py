@@ -15,7 +15,7 @@ _IDEAL = {"coverage_50": 0.5, "coverage_90": 0.9, "coverage_95": 0.95, "nees": 2
 """Metrics that are right at a value: more is not better. NEES of two dimensions has the mean 2."""
 _RANKED_BY = 3
 """So many columns decide the order: the first one, where it ties the next …"""
-_WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F"} | {
+_WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
     word: word.upper() for word in ("tpr", "tnr", "auc", "nees", "dat", "tsr", "sr", "evt")
 }
 

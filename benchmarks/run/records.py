@@ -61,7 +61,8 @@ Rows about one frame-out (suite ``frame-out``):
 ``kept``                           1 if recovered and still on the car one second later, else 0
 ``recovery_frames``                frames from ``back_frame`` to the first one on the car; null = never
 ``watched_frames``                 frames from ``back_frame`` to the next exit or the episode's end: where
-                                   ``recovery_frames`` is null the time to recover is censored here
+                                   ``recovery_frames`` is null the time to recover is censored here. Both are
+                                   given of every frame-out with a ``back_frame``
 ``locked_on_wrong_car``            1 if on one other vehicle, not the target, in most of the frames
                                    ``back_frame`` … ``back_frame + 5``
 ``reentry_error_m``                error on the last frame wholly outside
@@ -69,49 +70,50 @@ Rows about one frame-out (suite ``frame-out``):
 ``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
 =================================  =====================================================================
 
-Frame-outs without a row ``recovered`` are those that cannot be judged: no full return to the picture before
-the next exit or the end. (In closed loop the tracker steers: there a car that never returns is not
-recovered.)
+``recovered``, ``kept`` and ``locked_on_wrong_car`` are given of the same frame-outs, chosen by the truth alone: those
+whose ``back_frame`` at least 5 frames and one second of the episode follow. (In closed loop the tracker steers: there
+they must follow ``exit_frame``, and a car that never returns is not recovered.)
 
 Rows of suite ``frame-out`` about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a
-tracker without posterior), ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at
-level 0-5 %, 5-10 % … of the posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``,
-``in_view_tpr``, ``in_view_tnr``, ``precision_curve`` and ``recall_curve`` (*series* over
-``scores.long_term.THRESHOLDS``), ``centre_error_px``, ``success_auc``, ``success_curve`` (*series* over
-``metrics.single_object.THRESHOLDS``), ``time_in_view`` and ``losses_per_minute`` (closed loop only), ``run_kept``
-(1 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
-``failed_at_frame`` (only if the tracker failed), ``frames``.
+tracker that gave no posterior in the episode; of others a frame without one is a miss, with the capped NEES),
+``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
+posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``,
+``precision_curve`` and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``,
+``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_seen``, ``time_in_view``
+and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1 if every frame-out that can be
+judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``, ``failed_at_frame`` (only if the tracker
+failed), ``frames``.
 
 Rows of suite ``stereo`` about events, see ``metrics.people`` for what a frame counts as:
 
 =================================  =====================================================================
-``recovered``                      occlusions: 1 if right within 10 frames after ``back_frame``, else 0
+``recovered``                      occlusions whose ``back_frame`` at least 10 frames of the episode follow: 1 if
+                                   right within 10 frames after it, else 0
 ``recovery_frames``                frames from ``back_frame`` to the first right one; null = never
 ``watched_frames``                 frames from ``back_frame`` to the next occlusion or the episode's end
 ``locked_on_wrong_person``         1 if on one other person in most of the frames
-                                   ``back_frame`` … ``back_frame + 10``
+                                   ``back_frame`` … ``back_frame + 10``, of the same occlusions
 ``event_right_frames``, ``event_wrong_frames``, ``event_missed_frames``, ``event_wrong_person_rate``
                                    other events: the same as of the whole episode, of their frames alone
 =================================  =====================================================================
 
 Rows of suite ``stereo`` about the whole episode but its first frame: ``right_frames``, ``wrong_frames``,
-``missed_frames`` (A, B and C, of which precision, recall and F are made), ``wrong_person_rate`` (share of all frames),
-``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m`` (frames with a
-right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
+``missed_frames`` (A, B and C, of which precision, recall, F and F1 are made), ``wrong_person_rate`` (share of all
+frames), ``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m``
+(frames with a right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
 ``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
 ``failed_at_frame``, ``frames``. Moreover, the same of everyone who sees the same pictures, what ``metrics.disparity``
 measures on every tenth pair whose right picture is not lost, of pixels that both cameras see:
-``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``,
-``disparity_bad_3_GROUP`` (shares of the known disparities that are off by more) and ``disparity_density_GROUP`` (share
-of pixels that have one). GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is
-there).
+``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``, ``disparity_bad_3_GROUP``
+(shares of the known disparities that are off by more) and ``disparity_density_GROUP`` (share of pixels that have one).
+GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is there).
 
-Rows of suite ``follow``, formulas in ``metrics.following``; about a loss: ``recovery_frames`` (from leaving view to
-being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end); about the whole episode:
-``rate_hz``, ``time_in_view``, ``losses_per_minute``, ``centring_error``, ``effort``, ``jerkiness_per_s``,
-``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, of people ``evt_success_rate``,
-``evt_tracking_rate`` and ``evt_collision_rate``, of what the tracker says ``in_view_tpr``, ``in_view_tnr``,
-``wrong_target_rate`` and ``silent_frames``, then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
+Rows of suite ``follow``, formulas in ``metrics.following`` and ``scores.view_time``; about a loss: ``recovery_frames``
+(from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
+about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
+``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, of people
+``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``, of what the tracker says ``in_view_tpr``,
+``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``, then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
 
 Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see

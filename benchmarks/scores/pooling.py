@@ -41,7 +41,7 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
         return _collect(
             seeds,
             [_survival_parts(times, watched, metric.horizon_frames)],
-            lambda hazards: _restricted_mean(hazards) / frames_per_unit,
+            lambda hazards: still_waiting(hazards).sum(axis=-1) / frames_per_unit,
         )
     if metric.statistic in _COUNTED:
         return _collect(seeds, [_count_parts(chosen, *_COUNTED[metric.statistic])], _only)
@@ -64,9 +64,10 @@ _COUNTED = {
     "precision of counts": ((1.0, 0.0, 0.0), (1.0, 1.0, 0.0)),
     "recall of counts": ((1.0, 0.0, 0.0), (1.0, 0.0, 1.0)),
     "f of counts": ((2.0, 0.0, 0.0), (2.0, 1.0, 1.0)),
+    "detection f1 of counts": ((2.0, 0.0, 0.0), (2.0, 2.0, 1.0)),
 }
-"""How much a right, a wrong and a missing answer counts above and below the line: ``A / (A + B)``, ``A / (A + C)`` and
-``2 P R / (P + R) = 2 A / (2 A + B + C)``.
+"""How much a right, a wrong and a missing answer counts above and below the line: ``A / (A + B)``, ``A / (A + C)``,
+``2 P R / (P + R) = 2 A / (2 A + B + C)``, and the same with ``R = A / (A + B + C)``, see ``metrics.people``.
 """
 
 _Parts = tuple[list[int], NDArray[np.float64], NDArray[np.float64]]
@@ -162,9 +163,12 @@ def _median_of(grid: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDA
     return median
 
 
-def _restricted_mean(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``sum_t S(t)`` over the frames t before the horizon with ``S(t) = prod_{u <= t} (1 - hazard_u)``; where
-    nobody is watched S stays.
+def still_waiting(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return Kaplan and Meier's ``S(t) = prod_{u <= t} (1 - h_u)`` (..., T) of hazards h (..., T), ``h_u = d_u / n_u``:
+    d_u found at frame u among the n_u still looked for; NaN, where nothing is looked for, leaves S as it is.
+
+    Its sum over t is the restricted mean. (statsmodels makes one curve a call, not one for each of thousands of
+    resamples: the tests hold this function to it.)
     """
-    survival = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
-    return survival.sum(axis=-1)
+    survival: NDArray[np.float64] = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
+    return survival

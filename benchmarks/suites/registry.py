@@ -34,6 +34,7 @@ Statistic = Literal[
     "precision of counts",
     "recall of counts",
     "f of counts",
+    "detection f1 of counts",
     "restricted mean",
 ]
 Condition = tuple[str, str, str, str, str]

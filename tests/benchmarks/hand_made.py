@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from benchmarks.suites.frame_out.metrics.series import EstimateSeries, TruthSeries
@@ -12,6 +13,7 @@ from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
 
 CAMERA = PinholeCamera(100, 80, 100.0)
 CAR_M = np.array([4.0, 2.0, 1.5])
+IN_VIEW_OR_NOT = st.lists(st.booleans(), min_size=2, max_size=80).map(lambda flags: np.array([True, *flags]))
 POSE = look_down_pose(np.array([0.0, 0.0, 50.0]), 0.0, 0.0, 0.0)
 
 
@@ -67,6 +69,7 @@ def estimate_at(
         position_m=intersect_plane(CAMERA, POSE, position_px, 0.5 * CAR_M[2]),
         box_xyxy=np.concatenate([position_px - half, position_px + half], axis=1),
         in_view_probability=np.full(count, np.nan) if in_view is None else np.array(in_view, dtype=float),
+        has_posterior=np.zeros(count, dtype=bool),
         credible_level=np.full(count, np.nan),
         nees=np.full(count, np.nan),
     )
@@ -75,3 +78,8 @@ def estimate_at(
 def pixels_of(places_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return where places (F, 2) on the ground, at half a car's height, are in the picture (F, 2)."""
     return project(CAMERA, POSE, np.column_stack([places_m, np.full(len(places_m), 0.5 * CAR_M[2])]))[0]
+
+
+def view(*stretches: tuple[bool, int]) -> NDArray[np.bool_]:
+    """Return frames in view or not, by stretches."""
+    return np.concatenate([np.full(length, seen) for seen, length in stretches])

@@ -5,20 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from benchmarks.suites.follow.metrics.following import LOSS_S
+from benchmarks.scores.view_time import LOSS_S, LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
 from benchmarks.suites.registry import EventWords, Metric
 
 LONGEST_SEARCH_FRAMES = 150
 """The restricted mean of the time to find again counts no more than this (10 s at 15 frames a second)."""
 
 COMPARED = (
-    Metric(
-        "time_in_view",
-        "time with the target's centre in the picture and its box at least 12 px long",
-        "fraction",
-        "higher",
-        ("time_in_view",),
-    ),
+    TIME_SEEN,
+    TIME_IN_VIEW,
     Metric(
         "centring_error",
         "distance of the target from the picture's middle, over half the diagonal, while in view",
@@ -26,17 +21,11 @@ COMPARED = (
         "lower",
         ("centring_error",),
     ),
-    Metric(
-        "losses_per_minute",
-        f"stretches out of view longer than {LOSS_S:g} s",
-        "1/min",
-        "lower",
-        ("losses_per_minute",),
-    ),
+    LOSSES_PER_MINUTE,
     Metric(
         "time_to_find_again_s",
-        f"mean time from leaving view to being in view again, of losses; never = {LONGEST_SEARCH_FRAMES} frames "
-        "(Kaplan-Meier, restricted)",
+        f"of losses alone (out of view for longer than {LOSS_S:g} s): mean time from leaving view to being in view "
+        f"again, never = {LONGEST_SEARCH_FRAMES} frames (Kaplan-Meier, restricted)",
         "s",
         "lower",
         ("recovery_frames", "watched_frames", "rate_hz"),

@@ -14,8 +14,8 @@ from benchmarks.report.palette import GRID, GROUND, QUIET, LineStyle
 from benchmarks.run.records import Row
 from benchmarks.scores import pooling
 from benchmarks.scores.statistics import bootstrap_interval
-from benchmarks.suites.follow.events import COMPARED, LONGEST_SEARCH_FRAMES
-from benchmarks.suites.follow.metrics.following import LOSS_S
+from benchmarks.scores.view_time import LOSS_S, TIME_SEEN
+from benchmarks.suites.follow.events import LONGEST_SEARCH_FRAMES
 from benchmarks.suites.registry import Plot
 
 _LINE_HEIGHT = 0.4
@@ -32,33 +32,34 @@ ByTracker = Mapping[str, Mapping[str, Sequence[Row]]]
 
 
 def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    """Return the time in view by tracker and controller, and for each tracker how soon targets are found again."""
+    """Return the time seen by tracker and controller, and for each tracker how soon targets are found again."""
     by_tracker: dict[str, dict[str, Sequence[Row]]] = {}
     for rows in drawn.values():
         by_tracker.setdefault(rows[0]["tracker"], {})[rows[0]["controller"]] = rows
     by_tracker = dict(sorted(by_tracker.items(), key=lambda item: _is_ours(item[1]), reverse=True))
-    # Variants alone are not drawn.
-    return [_time_in_view(by_tracker, styles), *_found_again(by_tracker, styles)] if by_tracker else []
+    return [*_time_seen(by_tracker, styles), *_found_again(by_tracker, styles)]
 
 
 def _is_ours(rows: Mapping[str, Sequence[Row]]) -> bool:
     return bool(next(iter(rows.values()))[0]["tracker_role"] == "ours")
 
 
-def _time_in_view(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> Plot:
+def _time_seen(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> list[Plot]:
     shares = {
         tracker: {
             controller: (pool.mean, *bootstrap_interval(pool))
             for controller, rows in mine.items()
-            if (pool := pooling.pooled(rows, COMPARED[0])) is not None
+            if (pool := pooling.pooled(rows, TIME_SEEN)) is not None
         }
         for tracker, mine in by_tracker.items()
     }
+    if not any(shares.values()):
+        return []
     words = (
-        "In view: the target's centre is in the picture and its box at least 12 pixels long. Marks: all episodes; "
-        "bars: 95 % bootstrap over seeds."
+        "Seen: the target's centre is in the picture, its box at least 12 pixels long, and at least half of it "
+        "visible. Marks: all episodes; bars: 95 % bootstrap over seeds."
     )
-    return Plot("How long is it in view?", words, plot_shares(shares, styles, "time in view"))
+    return [Plot("For how long is it seen?", words, plot_shares(shares, styles, "time seen"))]
 
 
 def plot_shares(
@@ -98,8 +99,8 @@ def _found_again(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> list
         }
         if lines:
             words = (
-                f"Losses are longer than {LOSS_S:g} s. Kaplan–Meier: a target that is never seen again counts as lost "
-                "for as long as the episode went on. Bands: 95 % bootstrap over seeds."
+                f"Of losses alone, which are longer than {LOSS_S:g} s. Kaplan–Meier: a target that is never in view "
+                "again counts as lost for as long as the episode went on. Bands: 95 % bootstrap over seeds."
             )
             svg = plots.plot_search(lines, styles, LONGEST_SEARCH_FRAMES)
             made.append(Plot(f"How soon is it found again, by {tracker}?", words, svg))

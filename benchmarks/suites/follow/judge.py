@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.scores import in_view
+from benchmarks.scores.view_time import find_losses, view_scores
 from benchmarks.suites.follow.metrics import following
 from benchmarks.suites.judging import Score
 from scenarios.in_view import centring, is_in_view
@@ -70,14 +71,12 @@ class FollowJudge:
         """Yield what the camera saw and did, whatever the tracker said."""
         rate_hz, seen = self._rate_hz, np.array(self._seen.is_in_view)
         steps = float(len(seen) - 1)
-        losses = following.find_losses(seen, rate_hz)
-        for loss in losses:
+        for loss in find_losses(seen, rate_hz):
             frames = None if loss.back_frame is None else float(loss.length_frames)
             yield Score("recovery_frames", frames, event=loss)
             yield Score("watched_frames", float(loss.length_frames), event=loss)
         yield Score("rate_hz", rate_hz)
-        yield Score("time_in_view", following.time_in_view(seen), steps)
-        yield Score("losses_per_minute", following.losses_per_minute(losses, len(seen), rate_hz), steps)
+        yield from view_scores(seen, np.array(self._seen.visible), rate_hz)
         position_px = np.array(self._seen.position_px)
         error = following.centring_error(position_px, self._size_px, seen)
         yield Score("centring_error", error, float(seen[1:].sum()))

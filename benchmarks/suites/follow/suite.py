@@ -67,6 +67,7 @@ FOLLOW = Suite(
         ),
     ),
     headline=(
+        "time_seen",
         "time_in_view",
         "centring_error",
         "losses_per_minute",

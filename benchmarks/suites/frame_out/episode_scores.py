@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.scores import in_view, long_term, recovery
-from benchmarks.scores.recovery import Recovery
-from benchmarks.suites.frame_out.metrics import closed_loop as closed
 from benchmarks.suites.frame_out.metrics import localisation, offscreen, posterior, single_object
 from benchmarks.suites.frame_out.metrics.frame_outs import FrameOut, find_frame_outs
 from benchmarks.suites.frame_out.metrics.series import EstimateSeries, TruthSeries
 from benchmarks.suites.judging import Score
 
 NEES_CAP = 100.0
-"""Largest NEES of a frame that enters a mean: one frame on which a tracker is lost must not decide it."""
+"""Largest NEES of a frame that enters a mean: one frame on which a tracker is lost must not decide it. It stands for a
+frame on which one that gives posteriors gives none."""
 
 
 EpisodeScore = Callable[[TruthSeries, EstimateSeries], float]
@@ -48,77 +47,56 @@ def score_episode(
     frame_outs = find_frame_outs(truth)
     on_target = localisation.on_target(truth, estimate)
     on_other = localisation.on_other(truth, estimate)
-    recoveries = [_recovery(f, on_target, on_other, truth, closed_loop) for f in frame_outs]
     error_m = offscreen.ground_error_m(truth, estimate)
-    scores = list(_frame_out_scores(frame_outs, recoveries, error_m))
-    scores += _offscreen_scores(truth, estimate, error_m, failed_at_frame)
+    one_second = round(truth.rate_hz)
+    scores, kept = [], []
+    for frame_out in frame_outs:
+        judged = recovery.judge_recovery(
+            frame_out, on_target, on_other, kept_frames=one_second, closed_loop=closed_loop
+        )
+        if judged is not None:
+            kept.append(judged.kept)
+            scores.append(Score("recovered", float(judged.recovered), event=frame_out))
+            scores.append(Score("kept", float(judged.kept), event=frame_out))
+            scores.append(Score("locked_on_wrong_car", float(judged.locked_on_other), event=frame_out))
+        scores += recovery.time_scores(frame_out, on_target, closed_loop=closed_loop)
+        scores += _errors_while_out(frame_out, error_m)
+    scores += _offscreen_scores(truth, estimate, error_m)
     scores += _in_view_scores(truth, estimate, on_target, failed_at_frame)
-    judged = [r for r in recoveries if r is not None]
-    scores.append(Score("run_kept", float(all(r.kept for r in judged)) if judged else None))
-    if closed_loop:
-        scores.append(Score("time_in_view", closed.time_in_view(truth), truth.frame_count))
-        losses = closed.losses_per_minute(recoveries, truth.frame_count, truth.rate_hz)
-        scores.append(Score("losses_per_minute", losses, truth.frame_count))
+    scores.append(Score("run_kept", float(all(kept)) if kept else None))
     silent = np.isnan(estimate.position_px).any(axis=1)
     scores.append(Score("silent_frames", float(silent.sum())))
     scores += [Score(metric, _number(score(truth, estimate))) for metric, score in _ADDED.items()]
     return scores
 
 
-def _recovery(
-    frame_out: FrameOut,
-    on_target: NDArray[np.bool_],
-    on_other: NDArray[np.int64],
-    truth: TruthSeries,
-    closed_loop: bool,
-) -> Recovery | None:
-    if closed_loop and recovery.never_back(frame_out, truth.frame_count):
-        return recovery.NEVER_BACK
-    return recovery.judge_recovery(frame_out, on_target, on_other, truth.rate_hz)
+def _errors_while_out(frame_out: FrameOut, error_m: NDArray[np.float64]) -> Iterator[Score]:
+    by_frame_m = offscreen.error_by_frames_since_exit_m(error_m, frame_out)
+    yield Score("reentry_error_m", float(by_frame_m[-1]), event=frame_out)
+    for frames_since_exit in (30, 100):
+        if frame_out.length_frames > frames_since_exit:
+            name = f"offscreen_error_{frames_since_exit}_m"
+            yield Score(name, float(by_frame_m[frames_since_exit]), event=frame_out)
+    yield Score("offscreen_error_by_frame_m", by_frame_m.tolist(), event=frame_out)
 
 
-def _frame_out_scores(
-    frame_outs: Sequence[FrameOut], recoveries: Sequence[Recovery | None], error_m: NDArray[np.float64]
-) -> Iterator[Score]:
-    for frame_out, outcome in zip(frame_outs, recoveries, strict=True):
-        if outcome is not None:
-            yield Score("recovered", float(outcome.recovered), event=frame_out)
-            yield Score("kept", float(outcome.kept), event=frame_out)
-            frames = None if outcome.frames is None else float(outcome.frames)
-            yield Score("recovery_frames", frames, event=frame_out)
-            yield Score("watched_frames", float(outcome.watched_frames), event=frame_out)
-            yield Score("locked_on_wrong_car", float(outcome.locked_on_other), event=frame_out)
-        by_frame_m = offscreen.error_by_frames_since_exit_m(error_m, frame_out)
-        yield Score("reentry_error_m", float(by_frame_m[-1]), event=frame_out)
-        for frames_since_exit in (30, 100):
-            if frame_out.length_frames > frames_since_exit:
-                name = f"offscreen_error_{frames_since_exit}_m"
-                yield Score(name, float(by_frame_m[frames_since_exit]), event=frame_out)
-        yield Score("offscreen_error_by_frame_m", by_frame_m.tolist(), event=frame_out)
-
-
-def _offscreen_scores(
-    truth: TruthSeries,
-    estimate: EstimateSeries,
-    error_m: NDArray[np.float64],
-    failed_at_frame: int | None,
-) -> Iterator[Score]:
+def _offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDArray[np.float64]) -> Iterator[Score]:
     out = truth.state == "out"
     frames = float(out.sum())
     if frames == 0:
         return
     yield Score("offscreen_error_m", float(error_m[out].mean()), frames)
     yield Score("offscreen_error_car_lengths", float(error_m[out].mean()) / truth.car_length_m, frames)
-    level, nees = estimate.credible_level.copy(), np.minimum(estimate.nees, NEES_CAP)
-    if failed_at_frame is not None and np.isfinite(level[out]).any():
-        level[failed_at_frame:], nees[failed_at_frame:] = 1.0, NEES_CAP
-    given = out & np.isfinite(level)
-    weight = float(given.sum())
+    # One that gave a posterior on any frame of the episode has missed where it gives none.
+    judged = bool(estimate.has_posterior.any())
+    weight = frames if judged else 0.0
+    level = estimate.credible_level[out]
+    nees = np.minimum(np.nan_to_num(estimate.nees[out], nan=NEES_CAP), NEES_CAP)
     for percent in (50, 90, 95):
-        yield Score(f"coverage_{percent}", _number(posterior.coverage(level[given], percent / 100)), weight)
-    yield Score("nees", float(nees[given].mean()) if given.any() else None, weight)
-    if given.any():
-        yield Score("credible_level_histogram", posterior.level_histogram(level[given]).tolist(), weight)
+        yield Score(f"coverage_{percent}", posterior.coverage(level, percent / 100) if judged else None, weight)
+    yield Score("nees", float(nees.mean()) if judged else None, weight)
+    if judged:
+        yield Score("credible_level_histogram", posterior.level_histogram(level).tolist(), weight)
 
 
 def _in_view_scores(

@@ -32,7 +32,8 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
         (
             "Does the tracker know how little it knows?",
             "Share of the frames outside on which the car lies in the posterior's region of that size. "
-            "Above the diagonal: too modest; below: too sure. Trackers without a posterior are not shown.",
+            "Above the diagonal: too modest; below: too sure. A frame on which a tracker gives no posterior is a miss; "
+            "trackers that never give one are not shown.",
             curves.calibration,
             plots.plot_calibration,
         ),

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.scores.view_time import view_scores
 from benchmarks.suites.frame_out.episode_scores import score_episode
 from benchmarks.suites.frame_out.metrics import posterior
 from benchmarks.suites.frame_out.metrics.series import (
@@ -18,6 +19,7 @@ from benchmarks.suites.frame_out.metrics.series import (
     without_pictures,
 )
 from benchmarks.suites.judging import Score, told_by
+from scenarios.in_view import is_in_view
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Episode, Frame
 from sim.optics import intersect_plane
@@ -31,11 +33,13 @@ class FrameOutJudge:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
         self._first_box_xyxy = episode.target_box_xyxy
         self._truths: list[RoadTruth] = []
+        self._in_view: list[bool] = []
         self._camera: CameraModel | None = None
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
         self._truths.append(without_pictures(told_by(frame.truth, RoadTruth)))
+        self._in_view.append(is_in_view(frame.truth, frame.camera))
         self._camera = frame.observation.camera
 
     def sheet(self) -> FrameOutSheet:
@@ -50,7 +54,10 @@ class FrameOutJudge:
 
     def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
         """Return the scores of one contestant."""
-        return score_episode(self.truth, estimate, failed_at_frame, closed_loop=self._closed_loop)
+        scores = score_episode(self.truth, estimate, failed_at_frame, closed_loop=self._closed_loop)
+        if self._closed_loop:
+            scores += view_scores(np.array(self._in_view), self.truth.visible_fraction, self._rate_hz)
+        return scores
 
 
 class FrameOutSheet:
@@ -63,6 +70,7 @@ class FrameOutSheet:
         self._position_m: list[NDArray[np.float64]] = []
         self._box_xyxy: list[NDArray[np.float64]] = []
         self._in_view_probability: list[float] = []
+        self._has_posterior: list[bool] = []
         self._calibrations: list[posterior.Calibration] = []
 
     def keep(self, frame: Frame, estimate: Estimate) -> None:
@@ -77,6 +85,7 @@ class FrameOutSheet:
         self._position_m.append(intersect_plane(camera, truth.T_world_camera, position_px, height_m))
         self._box_xyxy.append(estimated_box(estimate, self._first_box_xyxy).copy())
         self._in_view_probability.append(float("nan") if said is None else float(said))
+        self._has_posterior.append(posterior.has_posterior(estimate))
         self._calibrations.append(posterior.calibration(estimate, truth, camera) if outside else posterior.NO_POSTERIOR)
 
     def scores(self, failed_at_frame: int | None) -> Sequence[Score]:
@@ -86,6 +95,7 @@ class FrameOutSheet:
             position_m=np.array(self._position_m),
             box_xyxy=np.array(self._box_xyxy),
             in_view_probability=np.array(self._in_view_probability),
+            has_posterior=np.array(self._has_posterior),
             credible_level=np.array([c.credible_level for c in self._calibrations]),
             nees=np.array([c.nees for c in self._calibrations]),
         )

@@ -46,7 +46,7 @@ EVENTS = EventWords(
     },
     compared=(
         Metric("recovered", "on the target within 10 frames", "fraction", "higher", ("recovered",)),
-        Metric("f_measure", "F over its frames", "fraction", "higher", EVENT_COUNTS, "f of counts"),
+        Metric("detection_f1", "F1 over its frames", "fraction", "higher", EVENT_COUNTS, "detection f1 of counts"),
         Metric("wrong_person_rate", "its frames on another person", "fraction", "lower", ("event_wrong_person_rate",)),
     ),
     describe=_describe,

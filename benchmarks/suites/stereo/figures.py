@@ -24,16 +24,16 @@ _GROUPS = {
 
 
 def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    """Return F by what happens, the time to recover, and every frame of one episode."""
+    """Return F1 by what happens, the time to recover, and every frame of one episode."""
     made = []
-    groups = {words: _f_of_kind(drawn, kind) for words, kind in _GROUPS.items()}
+    groups = {words: _f1_of_kind(drawn, kind) for words, kind in _GROUPS.items()}
     groups = {words: values for words, values in groups.items() if values}
     if groups:
         words = (
-            "F over the frames of the 2 s after a change of light, and of those with and without somebody within "
-            "1.5 m. Dots: all episodes; bars: 95 % bootstrap over seeds."
+            "F1, in which a wrong answer is a miss too, over the frames of the 2 s after a change of light, and of "
+            "those with and without somebody within 1.5 m. Dots: all episodes; bars: 95 % bootstrap over seeds."
         )
-        svg = dot_plot.plot_groups(groups, styles, "F of right, wrong and missing answers")
+        svg = dot_plot.plot_groups(groups, styles, "F1 of right, wrong and missing answers")
         made.append(Plot("What makes it lose the person?", words, svg))
     lines = {name: curve for name, rows in drawn.items() if (curve := curves.recovery(rows)) is not None}
     if lines:
@@ -46,9 +46,9 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
     return [*made, *_strips(drawn)]
 
 
-def _f_of_kind(drawn: Mapping[str, Sequence[Row]], kind: str) -> dict[str, tuple[float, float, float]]:
-    """Return F with its interval by tracker, of those with frames of this kind."""
-    metric = Metric("f", "", "fraction", "higher", EVENT_COUNTS, "f of counts", kind)
+def _f1_of_kind(drawn: Mapping[str, Sequence[Row]], kind: str) -> dict[str, tuple[float, float, float]]:
+    """Return F1 with its interval by tracker, of those with frames of this kind."""
+    metric = Metric("f1", "", "fraction", "higher", EVENT_COUNTS, "detection f1 of counts", kind)
     pools = {name: pooling.pooled(rows, metric) for name, rows in drawn.items()}
     return {
         name: (pool.mean, *bootstrap_interval(pool))

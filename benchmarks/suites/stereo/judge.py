@@ -94,7 +94,7 @@ def score_episode(
     other = people.on_other(truth, np.where(given[:, None], place_m, np.nan))
     for event in events:
         if event.kind == OCCLUSION:
-            yield from _occlusion_scores(event, truth, outcome, other, closed_loop)
+            yield from _occlusion_scores(event, outcome, other, closed_loop)
         else:
             yield from _count_scores(outcome[event.first_frame : event.end_frame], event)
     yield from _count_scores(outcome[1:])
@@ -118,23 +118,19 @@ def _count_scores(outcome: NDArray[np.int64], event: PeopleEvent | None = None) 
 
 def _occlusion_scores(
     occlusion: PeopleEvent,
-    truth: PeopleSeries,
     outcome: NDArray[np.int64],
     on_other: NDArray[np.int64],
     closed_loop: bool,
 ) -> Iterator[Score]:
-    """Yield how an occlusion ended; nothing where that cannot be judged."""
+    """Yield how an occlusion ended, if that can be judged, and how long that took."""
     found = outcome == people.Outcome.RIGHT
-    judged = recovery.judge_recovery(occlusion, found, on_other, truth.rate_hz, OCCLUSION_WINDOW_FRAMES)
-    if closed_loop and recovery.never_back(occlusion, truth.frame_count):
-        judged = recovery.NEVER_BACK
-    if judged is None:
-        return
-    frames = None if judged.frames is None else float(judged.frames)
-    yield Score("recovered", float(judged.recovered), event=occlusion)
-    yield Score("recovery_frames", frames, event=occlusion)
-    yield Score("watched_frames", float(judged.watched_frames), event=occlusion)
-    yield Score("locked_on_wrong_person", float(judged.locked_on_other), event=occlusion)
+    judged = recovery.judge_recovery(
+        occlusion, found, on_other, window_frames=OCCLUSION_WINDOW_FRAMES, closed_loop=closed_loop
+    )
+    if judged is not None:
+        yield Score("recovered", float(judged.recovered), event=occlusion)
+        yield Score("locked_on_wrong_person", float(judged.locked_on_other), event=occlusion)
+    yield from recovery.time_scores(occlusion, found, closed_loop=closed_loop)
 
 
 def _without_pictures(truth: PeopleTruth) -> PeopleTruth:

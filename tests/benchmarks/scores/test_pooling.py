@@ -98,7 +98,9 @@ def test_f_is_taken_at_the_best_threshold_of_the_mean_curves() -> None:
 
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 80), st.integers(0, 90)), min_size=1, max_size=25))
-def test_the_restricted_mean_is_the_area_under_scipys_curve(cars: list[tuple[int, int, int]]) -> None:
+def test_the_restricted_mean_is_the_area_under_scipys_curve_and_under_the_product_by_hand(
+    cars: list[tuple[int, int, int]],
+) -> None:
     """(seed, frames to recover, watched frames); one that is not recovered while watched is censored."""
     rows, events, censored = [], [], []
     for seed, frames, watched in cars:
@@ -111,6 +113,12 @@ def test_the_restricted_mean_is_the_area_under_scipys_curve(cars: list[tuple[int
     pool = pooled(rows, FRAME_OUT.metric("time_to_recover_frames"))
     assert pool is not None
     assert pool.mean == pytest.approx(area, abs=1e-9)
+    product, by_hand = 1.0, 0.0
+    for t in range(60):
+        at_risk = sum(end >= t for end in events + censored)
+        product *= 1 - events.count(t) / at_risk if at_risk else 1.0
+        by_hand += product
+    assert pool.mean == pytest.approx(by_hand, abs=1e-9)
 
 
 counted = st.lists(st.tuples(st.integers(0, 4), *[st.integers(0, 9)] * 3), min_size=1, max_size=12)
@@ -128,7 +136,11 @@ def brute_force(data: list[tuple[int, int, int, int]]) -> dict[str, float]:
     recall = right / (right + missed) if right + missed else np.nan
     total = precision + recall
     f = 2 * precision * recall / total if total > 0 else 0.0 if right + wrong + missed else np.nan
-    return {"precision": precision, "recall": recall, "f_measure": f}
+    found = right / (right + wrong + missed) if right + wrong + missed else np.nan
+    both = precision + found
+    # Where nothing is right both are 0, whether or not there was an answer.
+    f1 = 2 * precision * found / both if both > 0 else 0.0 if right + wrong + missed else np.nan
+    return {"precision": precision, "recall": recall, "f_measure": f, "detection_f1": f1}
 
 
 @settings(deadline=None)
@@ -140,6 +152,31 @@ def test_precision_recall_and_f_of_counts_are_those_of_all_frames_together(
         pool = pooled(count_rows(data), STEREO.metric(name))
         assert pool is not None
         assert pool.mean == pytest.approx(expected, nan_ok=True)
+
+
+def detection_f1(right: int, wrong: int, missed: int) -> float:
+    pool = pooled(count_rows([(0, right, wrong, missed)]), STEREO.metric("detection_f1"))
+    assert pool is not None
+    return pool.mean
+
+
+@given(st.integers(1, 50), st.integers(0, 50), st.integers(0, 50), st.integers(1, 50))
+def test_a_wrong_answer_is_worse_than_none_and_a_right_one_better(
+    right: int, wrong: int, missed: int, more: int
+) -> None:
+    assert detection_f1(right, wrong + more, missed) < detection_f1(right, wrong, missed + more)
+    assert detection_f1(right, wrong, missed + more) < detection_f1(right, wrong, missed)
+    assert detection_f1(right + more, wrong, missed) >= detection_f1(right, wrong, missed)
+
+
+def test_a_constant_answer_is_not_ahead_for_never_being_silent() -> None:
+    """By the paper's F one that always answers, right on 71 of 100 frames, is far ahead of one that knows 65 and is
+    silent on the most of what it does not.
+    """
+    constant, careful = (71, 29, 0), (65, 5, 30)
+    f = {name: brute_force([(0, *counts)])["f_measure"] for name, counts in (("a", constant), ("b", careful))}
+    assert f["a"] > f["b"] + 0.04
+    assert detection_f1(*constant) < detection_f1(*careful)
 
 
 @settings(deadline=None, max_examples=30)

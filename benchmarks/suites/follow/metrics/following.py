@@ -1,67 +1,24 @@
 """How well a camera is kept on its target: measures of our own, and those that the closest rivals report.
 
-Frames are those of an episode, frame 0 first. That one was given: no command led to it, so shares and means are over
-the steps, frames 1 to F - 1. In view is a frame with the target's centre in the picture and its amodal box at least 12
-pixels long (``scenarios.in_view``), hidden or not.
+Frames, steps and *in view* are those of ``benchmarks.scores.view_time``: shares and means are over the steps, frames 1
+to F - 1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.scores.runs import runs
+from benchmarks.scores.view_time import find_losses
 from scenarios.truth import Truth
 
-LOSS_S = 1.0
-"""A loss is a stretch out of view that lasts longer."""
 RIVALS_LOSS_S = 2.0
 """The rivals' episodes end with a loss; they time it by the wall clock, here it is longer than so much simulated time
 out of view."""
 RIVALS_STEPS = 500
 FOLLOWING_M, FAR_M, FAR_STEPS, COLLISION_M = 3.0, 4.0, 20, 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class Loss:
-    """A stretch of frames out of view that is long enough to count.
-
-    Attributes:
-        index: its place in the episode, from 0.
-        first_frame: first frame out of view. length_frames: so many in a row.
-        back_frame: first frame in view again; None if the episode ended before.
-    """
-
-    index: int
-    first_frame: int
-    length_frames: int
-    back_frame: int | None
-
-    def attributes(self) -> dict[str, Any]:
-        """Return what rows say of it."""
-        return {"kind": "loss", **asdict(self)}
-
-
-def find_losses(in_view: NDArray[np.bool_], rate_hz: float, longer_than_s: float = LOSS_S) -> list[Loss]:
-    """Return the stretches out of view (F,) that last longer than ``longer_than_s``, in order."""
-    long = [(first, end) for first, end in runs(~in_view) if end - first > longer_than_s * rate_hz]
-    return [
-        Loss(index, first, end - first, end if end < len(in_view) else None) for index, (first, end) in enumerate(long)
-    ]
-
-
-def time_in_view(in_view: NDArray[np.bool_]) -> float:
-    """Return the share in [0, 1] of the steps with the target in view."""
-    return float(in_view[1:].mean())
-
-
-def losses_per_minute(losses: Sequence[Loss], frame_count: int, rate_hz: float) -> float:
-    """Return the number of losses a minute of the steps, >= 0."""
-    return 60.0 * len(losses) * rate_hz / (frame_count - 1)
 
 
 def centring_error(position_px: NDArray[np.float64], size_px: tuple[int, int], in_view: NDArray[np.bool_]) -> float:

@@ -38,6 +38,11 @@ class FrameOut:
     side: str
     turned: bool
 
+    @property
+    def first_frame(self) -> int:
+        """``exit_frame``, by the name that every absence has."""
+        return self.exit_frame
+
     def attributes(self) -> dict[str, Any]:
         """Return what rows say of it."""
         values = asdict(self)

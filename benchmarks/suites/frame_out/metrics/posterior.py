@@ -37,6 +37,11 @@ WRONG = Calibration(1.0, float("inf"))
 """Of a posterior that says nothing usable about this frame: no region holds the truth."""
 
 
+def has_posterior(estimate: Estimate) -> bool:
+    """Return whether an estimate says how sure it is: by particles or a covariance."""
+    return estimate.particles_px is not None or estimate.covariance_px is not None
+
+
 def calibration(estimate: Estimate, truth: Truth, camera: PinholeCamera) -> Calibration:
     """Judge the posterior of one frame: particles on the ground in metres, or a Gaussian in pixels.
 
@@ -128,17 +133,17 @@ def _densities(
 
 
 def coverage(credible_level: NDArray[np.float64], region: float) -> float:
-    """Return the share in [0, 1] of frames whose truth lies in the posterior's ``region`` (0.95 …); NaN
-    levels (frames of a tracker without posterior) are left out; NaN if there is none."""
-    given = credible_level[np.isfinite(credible_level)]
-    return float((given <= region).mean()) if len(given) else float("nan")
+    """Return the share in [0, 1] of frames (F,), at least one, whose truth lies in the posterior's ``region`` (0.95 …).
+
+    A frame without posterior (NaN) is a miss: silence where it is hard must not look like honesty.
+    """
+    return float((credible_level <= region).mean())
 
 
 def level_histogram(credible_level: NDArray[np.float64], bins: int = 20) -> NDArray[np.float64]:
-    """Return (bins,): shares of frames by credible level, equal bins of [0, 1]. NaN without frames. Flat =
-    calibrated.
+    """Return (bins,): shares of frames (F,), at least one, by credible level, equal bins of [0, 1]. Flat = calibrated.
+
+    A frame without posterior (NaN) is in the last bin, as one whose truth is outside.
     """
-    given = credible_level[np.isfinite(credible_level)]
-    if len(given) == 0:
-        return np.full(bins, np.nan)
-    return np.histogram(given, bins=bins, range=(0.0, 1.0))[0] / len(given)
+    levels = np.nan_to_num(credible_level, nan=1.0)
+    return np.histogram(levels, bins=bins, range=(0.0, 1.0))[0] / len(levels)

@@ -60,13 +60,6 @@ class TruthSeries:
         """(F, N, 2) world position of every object."""
         return self.T_world_object[:, :, :2, 3]
 
-    @property
-    def in_picture(self) -> NDArray[np.bool_]:
-        """(F,) whether the target's centre lies inside the picture."""
-        xy = self.position_px[:, self.target]
-        with np.errstate(invalid="ignore"):
-            return np.all((xy >= 0) & (xy < np.array(self.size_px)), axis=1)
-
 
 @dataclass(frozen=True, eq=False)
 class EstimateSeries:
@@ -77,15 +70,17 @@ class EstimateSeries:
         position_m: (F, 2), the same on the ground, through the true camera; NaN also above the horizon.
         box_xyxy: (F, 4); where it gave no box, one of the first frame's size about its position.
         in_view_probability: (F,), NaN where it gave none.
+        has_posterior: (F,) bool, it gave one.
         credible_level: (F,) level of its posterior's smallest region that holds the truth; NaN where it gave
-            no posterior.
-        nees: (F,) normalised estimation error squared; NaN where it gave no posterior.
+            none, and on frames that are not judged.
+        nees: (F,) normalised estimation error squared; NaN likewise.
     """
 
     position_px: NDArray[np.float64]
     position_m: NDArray[np.float64]
     box_xyxy: NDArray[np.float64]
     in_view_probability: NDArray[np.float64]
+    has_posterior: NDArray[np.bool_]
     credible_level: NDArray[np.float64]
     nees: NDArray[np.float64]
 

@@ -7,7 +7,10 @@ A frame counts as right (A), wrong (B) or missed (C)::
     C  it does not answer though at least a tenth of the target is seen
 
 Frames on which nothing of the target is seen count in none, nor does frame 0, whose answer is given.
-``P = A / (A + B)``, ``R = A / (A + C)``, ``F = 2 P R / (P + R)``.
+``P = A / (A + B)``, ``R = A / (A + C)``, ``F = 2 P R / (P + R) = 2 A / (2 A + B + C)`` are paper B's. There a wrong
+answer takes a frame out of the recall, so one that always answers, a constant even, cannot miss. Trackers are ranked by
+the F1 of detection, in which a wrong answer is a false positive and leaves the target missed: ``R = A / (A + B + C)``
+and ``F1 = 2 A / (2 A + 2 B + C)``. A wrong answer costs more than none.
 """
 
 from __future__ import annotations

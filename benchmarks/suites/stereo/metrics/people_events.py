@@ -10,12 +10,11 @@ import numpy as np
 from benchmarks.scores.runs import runs
 from benchmarks.suites.stereo.metrics.people import SEEN_AT_LEAST, PeopleSeries
 from scenarios.stereo_follow.truth import LightEvent
+from scenarios.visibility import MOSTLY_SEEN
 
 OCCLUSION, NEAR, NOBODY_NEAR = "occlusion", "near person", "nobody near"
 LIGHT_KINDS: tuple[str, ...] = get_args(LightEvent)
 _SHORTEST_OCCLUSION_FRAMES = 2
-_BACK_FROM = 0.5
-"""Share of the target that is seen when it is back."""
 _LIGHT_CHANGE_S = 2.0
 
 
@@ -66,7 +65,7 @@ def find_events(truth: PeopleSeries) -> list[PeopleEvent]:
     occlusions = _occlusions(truth)
     watch_ends = [*(first for first, _ in occlusions[1:]), truth.frame_count]
     for (first, end), watch_end in zip(occlusions, watch_ends, strict=False):
-        back = np.flatnonzero(truth.visible_fraction[end:watch_end] >= _BACK_FROM)
+        back = np.flatnonzero(truth.visible_fraction[end:watch_end] >= MOSTLY_SEEN)
         add(OCCLUSION, first, end, end + int(back[0]) if len(back) else None, watch_end)
     for kind, first in _lights(truth):
         add(kind, first, min(first + round(_LIGHT_CHANGE_S * truth.rate_hz), truth.frame_count))

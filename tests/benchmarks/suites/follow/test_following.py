@@ -10,52 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.suites.follow.metrics import following
-from benchmarks.suites.follow.metrics.following import Loss
+from tests.benchmarks.hand_made import IN_VIEW_OR_NOT, view
 from tests.benchmarks.suites.follow import fake_follow
 from tests.benchmarks.suites.follow.fake_follow import boxes_xyxy, middles_px
 
 RATE_HZ = 10.0
-SEEN_OR_NOT = st.lists(st.booleans(), min_size=2, max_size=80).map(lambda flags: np.array([True, *flags]))
-
-
-def view(*stretches: tuple[bool, int]) -> np.ndarray:
-    """Return frames in view or not, by stretches."""
-    return np.concatenate([np.full(length, seen) for seen, length in stretches])
-
-
-def test_a_loss_lasts_longer_than_a_second() -> None:
-    in_view = view((True, 5), (False, 10), (True, 3), (False, 11), (True, 2), (False, 30))
-    first, second = following.find_losses(in_view, RATE_HZ)
-    assert first == Loss(index=0, first_frame=18, length_frames=11, back_frame=29)
-    assert second == Loss(index=1, first_frame=31, length_frames=30, back_frame=None)
-    assert first.attributes() == {
-        "kind": "loss",
-        "index": 0,
-        "first_frame": 18,
-        "length_frames": 11,
-        "back_frame": 29,
-    }
-    # 60 steps are six seconds.
-    assert following.losses_per_minute([first, second], 61, RATE_HZ) == pytest.approx(20.0)
-
-
-def test_time_in_view_is_of_steps_alone() -> None:
-    assert following.time_in_view(view((True, 1), (True, 3), (False, 1))) == 0.75
-    assert following.time_in_view(view((True, 1), (False, 4))) == 0.0
-
-
-@given(SEEN_OR_NOT)
-def test_losses_are_apart_and_out_of_view(in_view: np.ndarray) -> None:
-    losses = following.find_losses(in_view, RATE_HZ)
-    covered = np.zeros(len(in_view), dtype=int)
-    for loss in losses:
-        end = loss.first_frame + loss.length_frames
-        covered[loss.first_frame : end] += 1
-        assert loss.back_frame in (None, end)
-        assert (loss.back_frame is None) == (end == len(in_view))
-    assert covered.max() <= 1
-    assert not (covered.astype(bool) & in_view).any()
-    assert covered.sum() <= (len(in_view) - 1) * (1.0 - following.time_in_view(in_view)) + 1e-9
 
 
 def test_centring_error_is_over_frames_in_view_after_the_first() -> None:
@@ -133,7 +92,7 @@ def test_what_comes_after_the_first_steps_does_not_count_for_survival() -> None:
     assert not following.survives(late, RATE_HZ, steps=71)
 
 
-@given(SEEN_OR_NOT)
+@given(IN_VIEW_OR_NOT)
 def test_who_never_loses_it_has_the_longest_episode(in_view: np.ndarray) -> None:
     steps = following.episode_length_steps(in_view, RATE_HZ)
     assert 0 < steps <= len(in_view) - 1

@@ -37,6 +37,10 @@ def test_scores_are_those_of_what_was_seen() -> None:
     in_view = [is_in_view(frame.truth, frame.camera) for frame in frames]
     assert scores["time_in_view"] == pytest.approx(np.mean(in_view[1:]))
     assert scores["time_in_view"] == 1.0
+    # Hidden is not seen.
+    visible = [frame.truth.visible_fraction[frame.truth.target] for frame in frames]
+    assert scores["time_seen"] == pytest.approx(1.0 - len(HIDDEN) / (len(frames) - 1))
+    assert [k for k, share in enumerate(visible) if share < 0.5] == list(HIDDEN)
     assert scores["effort"] == pytest.approx(0.5 / np.sqrt(2))
     assert scores["jerkiness_per_s"] == pytest.approx(RATE_HZ * 0.5 / np.sqrt(2) / (len(frames) - 1))
     assert scores["wrong_target_rate"] == 0.0

@@ -62,7 +62,14 @@ def mean_of(outcome: Outcome, controller: str, tracker: str, metric: str) -> flo
 
 def test_who_steers_by_who_knows_keeps_it_in_view(outcome: tuple[Outcome, Path]) -> None:
     made, _ = outcome
-    best = {"time_in_view": 1.0, "losses_per_minute": 0.0, "wrong_target_rate": 0.0, "sr_500": 1.0, "dat_tsr": 1.0}
+    best = {
+        "time_seen": 1.0,
+        "time_in_view": 1.0,
+        "losses_per_minute": 0.0,
+        "wrong_target_rate": 0.0,
+        "sr_500": 1.0,
+        "dat_tsr": 1.0,
+    }
     assert {metric: mean_of(made, "centre", "fake_knowing", metric) for metric in best} == best
     assert mean_of(made, "hold", "fake_knowing", "time_in_view") < 0.5
     assert mean_of(made, "hold", "fake_knowing", "effort") == 0.0
@@ -185,7 +192,7 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
     text = re.sub(r"<[^>]+>", " ", page)
     assert f"<h1>{FOLLOW.heading}</h1>" in page
     for words in (
-        "How long is it in view?",
+        "For how long is it seen?",
         "How soon is it found again, by fake_still?",
         "by fake_knowing",
         *TRACKERS,

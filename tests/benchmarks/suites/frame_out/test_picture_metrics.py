@@ -9,9 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from benchmarks.scores import in_view, long_term
-from benchmarks.scores.recovery import NEVER_BACK, Recovery
 from benchmarks.suites.frame_out.metrics import offscreen, single_object
-from benchmarks.suites.frame_out.metrics.closed_loop import losses_per_minute, time_in_view
 from benchmarks.suites.frame_out.metrics.frame_outs import find_frame_outs
 from tests.benchmarks.hand_made import estimate_at, pixels_of, truth_of
 
@@ -89,10 +87,3 @@ def test_error_by_frames_since_exit_starts_at_the_exit() -> None:
     error = np.arange(5.0)
     assert offscreen.error_by_frames_since_exit_m(error, frame_out).tolist() == [1.0, 2.0, 3.0]
     assert truth.frames_since_exit[1:4].tolist() == [0, 1, 2]
-
-
-def test_closed_loop_counts_views_and_losses() -> None:
-    truth = truth_of(["in"] * 4, np.array([[0.0, 0.0], [0.0, 24.0], [0.0, 26.0], [0.0, 0.0]])[:, None])
-    assert time_in_view(truth) == 0.75
-    kept = Recovery(True, True, 0, 30, False)
-    assert losses_per_minute([kept, NEVER_BACK, None], 300, 15.0) == pytest.approx(3.0)

@@ -121,5 +121,5 @@ def test_histogram_of_levels() -> None:
     levels = np.array([0.01, 0.03, 0.5, 1.0, np.nan])
     histogram = level_histogram(levels)
     assert histogram.sum() == pytest.approx(1.0)
-    assert histogram[0] == 0.5
-    assert histogram[-1] == 0.25
+    # A frame without posterior is one whose truth is outside.
+    assert histogram[0] == histogram[-1] == 0.4

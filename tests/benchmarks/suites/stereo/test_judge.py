@@ -84,10 +84,20 @@ def test_locked_on_another_takes_most_of_the_window() -> None:
 
 
 def test_an_occlusion_that_never_ends_is_judged_only_where_the_tracker_steers() -> None:
-    truth = people_of([1.0, 1.0, 0.0, 0.0, 0.3])
-    places = [RIGHT] * 5
+    truth = people_of([1.0, 1.0, 0.0, 0.0, *[0.3] * 10])
+    places = [RIGHT] * 14
     assert values(scores_of(truth, places), "recovered", "occlusion") == []
     assert values(scores_of(truth, places, closed_loop=True), "recovered", "occlusion") == [0.0]
+
+
+def test_whether_an_occlusion_counts_does_not_depend_on_the_answer() -> None:
+    """Ten frames must be left after the return: before, a late success counted and a late failure did not."""
+    for count, recovered in ((BACK + 10, [[], []]), (BACK + 11, [[1.0], [0.0]])):
+        truth = people_of(HIDDEN[:count])
+        right, silent = (scores_of(truth, [place] * count) for place in (RIGHT, None))
+        assert [values(scores, "recovered", "occlusion") for scores in (right, silent)] == recovered
+        for scores in (right, silent):
+            assert values(scores, "watched_frames", "occlusion") == [float(count - BACK)]
 
 
 def test_frames_after_a_change_of_light_are_counted_for_it() -> None:

@@ -54,19 +54,20 @@ def test_who_knows_the_way_has_the_best_of_all_scores(outcome: tuple[Outcome, Pa
         "precision": 1.0,
         "recall": 1.0,
         "f_measure": 1.0,
+        "detection_f1": 1.0,
         "wrong_person_rate": 0.0,
         "occlusion_recovery_rate": 1.0,
         "time_to_recover_s": 0.0,
-        "f_after_lamp_off": 1.0,
-        "f_after_back_light": 1.0,
-        "f_near_person": 1.0,
-        "f_no_near_person": 1.0,
+        "f1_after_lamp_off": 1.0,
+        "f1_after_back_light": 1.0,
+        "f1_near_person": 1.0,
+        "f1_no_near_person": 1.0,
         "wrong_after_light_rate": 0.0,
     }
     assert {metric: mean_of(made, "follow_knowing", metric) for metric in best} == pytest.approx(best)
     assert mean_of(made, "follow_knowing", "position_error_m") < 1e-6
     # There was none such.
-    assert not any(entry["metric"] in ("f_after_doorway", "f_after_shade") for entry in made.summary)
+    assert not any(entry["metric"] in ("f1_after_doorway", "f1_after_shade") for entry in made.summary)
 
 
 def test_whoever_goes_with_another_is_told_so(outcome: tuple[Outcome, Path]) -> None:
@@ -232,10 +233,10 @@ def test_compare_divides_by_what_happened(outcome: tuple[Outcome, Path], capsys:
     assert main([*words, "--json"]) == 0
     found = {(e["events"], e["metric"]): e["difference"] for e in json.loads(capsys.readouterr().out)}
     assert found["occlusions", "recovered"] == 1.0
-    assert found["2 s after lamp off", "f_measure"] == 1.0
+    assert found["2 s after lamp off", "detection_f1"] == 1.0
     assert found["2 s after any change of light", "wrong_person_rate"] == -1.0
-    assert 0.0 < found["somebody near", "f_measure"] < 1.0
-    assert ("2 s after shade", "f_measure") not in found
+    assert 0.0 < found["somebody near", "detection_f1"] < 1.0
+    assert ("2 s after shade", "detection_f1") not in found
     assert main(words) == 0
     assert "2 s after back light" in capsys.readouterr().out
 
