@@ -2,17 +2,60 @@
 
 from __future__ import annotations
 
-from scenarios.road_town.scenario import ROAD_TOWN
-from scenarios.scenario import Scenario
-from scenarios.stereo_follow.scenario import STEREO_FOLLOW
+import importlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-_SCENARIOS: tuple[Scenario, ...] = (ROAD_TOWN, STEREO_FOLLOW)
-"""In order of publication: of two versions of one scenario, the later stands later."""
+from sim.checks import check
+
+if TYPE_CHECKING:
+    from scenarios.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is known of a scenario before its modules are imported, which takes seconds.
+
+    Attributes:
+        id: catalogue id with its version. place: ``module:name`` of the ``Scenario``.
+        env_id: Gymnasium's id of the env about it, '' if there is none.
+        tracker: the one in that env's loop if no other is asked for.
+    """
+
+    id: str
+    place: str
+    env_id: str = ""
+    tracker: str = ""
+
+
+_ENTRIES: tuple[Entry, ...] = (
+    Entry("road-town-v1", "scenarios.road_town.scenario:ROAD_TOWN", "frameout/RoadTownFollow-v1", "mosaic_graph_pf"),
+    Entry(
+        "stereo-follow-v1",
+        "scenarios.stereo_follow.scenario:STEREO_FOLLOW",
+        "frameout/StereoFollow-v1",
+        "stereo_people",
+    ),
+)
+"""In order of publication: of two versions of one scenario, the later stands later. Add yours here."""
+
+
+def register(entry: Entry) -> None:
+    """Add a scenario. Raises ValueError if another has its id."""
+    global _ENTRIES
+    if entry not in _ENTRIES:
+        check("scenario", entry.id not in names(), "an id that is free", repr(entry.id))
+        _ENTRIES = (*_ENTRIES, entry)
 
 
 def names() -> tuple[str, ...]:
     """Return the ids of all scenarios, with their versions."""
-    return tuple(scenario.id for scenario in _SCENARIOS)
+    return tuple(entry.id for entry in _ENTRIES)
+
+
+def envs() -> dict[str, tuple[str, str]]:
+    """Return env id -> catalogue id, and the tracker in the loop if no other is asked for."""
+    return {entry.env_id: (entry.id, entry.tracker) for entry in _ENTRIES if entry.env_id}
 
 
 def scenario(name: str) -> Scenario:
@@ -21,7 +64,8 @@ def scenario(name: str) -> Scenario:
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
-    for known in reversed(_SCENARIOS):
-        if name in (known.id, known.id.rsplit("-v", 1)[0]):
-            return known
+    for entry in reversed(_ENTRIES):
+        if name in (entry.id, entry.id.rsplit("-v", 1)[0]):
+            module, _, attribute = entry.place.partition(":")
+            return getattr(importlib.import_module(module), attribute)
     raise ValueError(f"scenario: expected one of {', '.join(names())}; got {name!r}")

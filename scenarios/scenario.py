@@ -8,6 +8,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.command_link import LinkLimits
 from scenarios.truth import Truth, TruthExtent
 from sim.optics import PinholeCamera
 from trackers.types import CameraCommand, Carrier, Observation
@@ -64,6 +65,91 @@ class Episode(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class TrackerRuns:
+    """Of runs with pictures that a tracker's error model is fitted to.
+
+    Attributes:
+        controllers: those that steer, in turn: between them the target is seen, cut, hidden, lost for moments and lost
+            for good.
+        wrong_from_m: error from which a tracker is not on its target.
+        jump_m: the tracker looks elsewhere where its error changes by more from frame to frame.
+    """
+
+    controllers: tuple[str, ...]
+    wrong_from_m: float
+    jump_m: float
+
+
+class World(Protocol):
+    """Moves episodes without pictures, B at a time: records ``lives`` (B,) of dtype ``life``.
+
+    Attributes:
+        life: ``scenarios.envs.pictureless.life.LIFE`` with fields of the carrier's own.
+        camera: focal length, half width, half height (3,), pixels.
+        interval_s: between frames.
+    """
+
+    life: np.dtype[Any]
+    camera: NDArray[np.float64]
+    interval_s: float
+
+    def begin(
+        self,
+        lives: NDArray[np.void],
+        which: NDArray[np.int64],
+        episodes: NDArray[np.int64],
+        at_frame_outs: bool,
+        sightings: NDArray[np.void],
+        rng: np.random.Generator,
+    ) -> None:
+        """Begin episodes (K,) of the bank in the lives ``which`` (K,); write their first sightings."""
+        ...
+
+    def move(
+        self,
+        lives: NDArray[np.void],
+        wanted: NDArray[np.float64],
+        waiting: NDArray[np.float64],
+        sightings: NDArray[np.void],
+        rng: np.random.Generator,
+    ) -> None:
+        """Move all on by a frame, by commands wanted (B, 4); ``waiting`` (B, D, 4) are those on their way."""
+        ...
+
+
+class Pictureless(Protocol):
+    """How a scenario's episodes are played without pictures, see ``scenarios.envs.pictureless``.
+
+    Attributes:
+        version: of what ``arrays`` returns, to be counted up with every change of it.
+        runs: what error models of trackers are fitted to.
+    """
+
+    @property
+    def version(self) -> int: ...
+
+    @property
+    def runs(self) -> TrackerRuns: ...
+
+    def is_playable(self, preset: Any) -> bool:
+        """Return whether a configuration measures where its camera is, which there is no picture to tell."""
+        ...
+
+    def arrays(self, preset: Any, seed: int) -> dict[str, NDArray[np.float64]]:
+        """Return what is decided of an episode before its first frame, by name, of the same shapes for every seed."""
+        ...
+
+    def world(
+        self, preset: Any, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
+    ) -> World:
+        """Return what moves episodes: ``arrays`` of E of them, E first; ``errors`` as ``error_kernel`` reads them.
+
+        Imports kernels, which takes seconds.
+        """
+        ...
+
+
 class Scenario(Protocol):
     """A kind of world."""
 
@@ -85,6 +171,11 @@ class Scenario(Protocol):
     @property
     def carrier(self) -> Carrier:
         """What carries the camera: all that is needed to steer it, by a controller or in an env."""
+        ...
+
+    @property
+    def pictureless(self) -> Pictureless | None:
+        """How its episodes are played without pictures; None if they cannot be."""
         ...
 
     @property

@@ -274,6 +274,23 @@ class Kills(_Fake):
         return Estimate(self._centre)
 
 
+@register("fake_spoils", role="baseline", summary="paints on its picture on frame 20")
+class Spoils(_Fake):
+    """Writes into what others are shown, too."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        if self._frame == 20:
+            observation.image_rgb[:] = 255
+        return Estimate(self._centre)
+
+
+@register("fake_sees", role="baseline", summary="is where it was first, or far off if its picture is not black")
+class Sees(_Fake):
+    """Goes by its picture."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        return Estimate(self._centre + float(observation.image_rgb.max()), self._box)
+
+
 FAKE_TOWN = FakeScenario()
-if "fake-town-v1" not in catalog.names():
-    catalog._SCENARIOS = (*catalog._SCENARIOS, FAKE_TOWN)
+catalog.register(catalog.Entry("fake-town-v1", "tests.fakes_scenario:FAKE_TOWN"))

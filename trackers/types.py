@@ -7,7 +7,7 @@ corner of the picture and go on beyond its borders. Boxes are ``(x_min, y_min, x
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,9 @@ class EgoPose:
 
     T_world_camera: NDArray[np.float64]
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "T_world_camera", _read_only(self.T_world_camera))
+
 
 @dataclass(frozen=True, slots=True)
 class SteeredCamera:
@@ -93,7 +96,7 @@ class SteeredCamera:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """Everything a tracker is told about one instant.
+    """Everything a tracker is told about one instant. Its arrays are read-only: others are shown the same ones.
 
     Attributes:
         image_rgb: (H, W, 3) uint8; of a stereo pair the left one. Of a thermal camera its one band after the automatic
@@ -116,6 +119,12 @@ class Observation:
     right_rgb: NDArray[np.uint8] | None = None
     counts: NDArray[np.uint16] | None = None
     steered: SteeredCamera | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("image_rgb", "right_rgb", "counts"):
+            picture = getattr(self, name)
+            if picture is not None:
+                object.__setattr__(self, name, _read_only(picture))
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,3 +249,10 @@ class Carrier:
     name: str
     axes: tuple[CommandAxis, ...]
     looks: Looks
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a view of the same numbers that cannot be written through; nothing is copied."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -18,13 +18,11 @@ class LearnColours:
     truth.
 
     Attributes:
-        scenario: catalogue id.
-        preset: one or more presets, whose towns are looked at in turn.
+        preset: one or more of the town's presets, whose towns are looked at in turn.
         seeds: towns A:B; below 10,000.
         every: take every so many frames of an episode.
     """
 
-    scenario: str = "road-town"
     preset: tuple[str, ...] = ("standard",)
     seeds: Annotated[str, SEEDS] = "0:8"
     every: int = 60
@@ -35,6 +33,6 @@ class LearnColours:
         if self.every < 1:
             raise ValueError(f"every: expected a whole number >= 1, got {self.every}")
         command = f"frameout learn-colours --preset {' '.join(self.preset)} --seeds {self.seeds} --every {self.every}"
-        model = learn_colours(self.scenario, names(self.preset), seeds, self.every)
+        model = learn_colours(names(self.preset), seeds, self.every)
         print(write_model(model, command))
         return 0

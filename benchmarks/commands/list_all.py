@@ -18,7 +18,6 @@ from benchmarks.run.records import write_beside
 from benchmarks.run.versions import hash_of_survey
 from benchmarks.suites.registry import suites
 from scenarios import catalog
-from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.road_town.survey import survey
 from trackers.controllers.catalogue import controllers
@@ -133,7 +132,7 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
 def _envs() -> list[tuple[str, str, str]]:
     return [
         (name, scenario, f"follow in a Gymnasium env; in the loop, unless said otherwise: {tracker}")
-        for name, (scenario, tracker) in FOLLOW_ENVS.items()
+        for name, (scenario, tracker) in catalog.envs().items()
     ]
 
 

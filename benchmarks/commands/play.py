@@ -14,7 +14,7 @@ from benchmarks.learning import playing
 from benchmarks.report.page import write_report
 from benchmarks.run.experiment import make_folder
 from benchmarks.scores.summary import write_summary
-from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios import catalog
 from sim.checks import check
 
 
@@ -46,10 +46,10 @@ class Play:
 
     def run(self) -> int:
         """Play; return the exit status."""
-        check("env", self.env in FOLLOW_ENVS, f"one of {', '.join(FOLLOW_ENVS)}", repr(self.env))
+        check("env", self.env in catalog.envs(), f"one of {', '.join(catalog.envs())}", repr(self.env))
         check("zoom", 0 < self.zoom <= 8, "a number in (0, 8]", self.zoom)
         make_folder(self.out)
-        tracker = self.tracker or FOLLOW_ENVS[self.env][1]
+        tracker = self.tracker or catalog.envs()[self.env][1]
         seeds = seed_range(self.seeds)
         played = playing.play(playing.Play(self.env, self.preset, tracker, self.link, seeds, self.out, self.zoom))
         if played == 0:

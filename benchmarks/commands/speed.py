@@ -23,7 +23,6 @@ from benchmarks.speed.pictureless import measure_pictureless
 from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, measure_scenario
 from benchmarks.speed.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from scenarios import catalog
-from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.envs.pictureless.bank import is_playable
 
 _SOAKED_ENVS, _SOAKED_WORKERS = 4, 2
@@ -77,7 +76,7 @@ class Speed:
             if scenario.id == SCENARIO:
                 with progress_bar(f"speed of {ENV_ID}") as progress:
                     entries += measure_env(self.preset, seeds, self.frames, progress)
-            for env_id, (followed, _) in FOLLOW_ENVS.items():
+            for env_id, (followed, _) in catalog.envs().items():
                 if followed == scenario.id and is_playable(followed, scenario.presets[self.preset]):
                     entries += measure_pictureless(env_id, self.preset, seeds, EPISODES)
         write_beside(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from benchmarks.learning.tracker_errors import Said, said_in
+from scenarios import catalog
+from scenarios.envs.pictureless.bank import pictureless_of
 from scenarios.envs.pictureless.error_model import (
     CONDITION_FRAMES,
     KNOT_FRAMES,
@@ -37,19 +39,15 @@ from scenarios.envs.pictureless.life import (
     PROBABILITY,
     SPREAD,
 )
-from trackers.types import Carrier
 
 _FEWEST = 25
 """Frames from which a distribution is taken; fewer borrow from the next ones."""
 _SMOOTHING = 2.0
 _PROBABILITIES = stats.norm.cdf(QUANTILE_Z)
 _LONGEST_KEPT = 0.995
-_JUMP_M = {"helicopter": 4.0, "robot": 0.8}
 
 
-def fit(
-    tracker: str, scenario: str, carrier: Carrier, runs: Sequence[NDArray[np.void]], made: Mapping[str, Any]
-) -> ErrorModel:
+def fit(tracker: str, scenario: str, runs: Sequence[NDArray[np.void]], made: Mapping[str, Any]) -> ErrorModel:
     """Return the error model of a tracker by runs (T,) of dtype ``RUN`` each; frame 0 is given and tells nothing.
 
     Args:
@@ -60,7 +58,8 @@ def fit(
     """
     if not runs:
         raise ValueError("runs: expected at least one, got none")
-    said = [said_in(run, carrier) for run in runs]
+    told, carrier = pictureless_of(scenario).runs, catalog.scenario(scenario).carrier
+    said = [said_in(run, carrier, told.wrong_from_m) for run in runs]
     every = Said.joined(said)
     error, spread, share = _by_knot(every, every.error_m), _by_knot(every, every.spread_m), _by_knot(every, every.share)
     return ErrorModel(
@@ -76,7 +75,7 @@ def fit(
         probability=_probabilities(every),
         length=_by_mode(every, every.length)[..., 0],
         known_share=_known_shares(every),
-        looked_again=_looked_again(said, _JUMP_M[carrier.name]),
+        looked_again=_looked_again(said, told.jump_m),
     )
 
 

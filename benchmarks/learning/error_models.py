@@ -8,15 +8,9 @@ from pathlib import Path
 from benchmarks.learning.error_fit import fit
 from benchmarks.learning.recorded_runs import read_run, write_runs
 from benchmarks.run.records import write_beside
-from scenarios import catalog
+from scenarios.envs.pictureless.bank import pictureless_of
 from scenarios.envs.pictureless.error_model import ErrorModel
 from scenarios.envs.settings import FollowSettings
-
-CONTROLLERS = {
-    "helicopter": ("centre", "disturbed:centre", "centre", "disturbed:centre", "hold"),
-    "robot": ("reentry", "disturbed:reentry", "centre", "disturbed:reentry", "search", "hold"),
-}
-"""In turn, by carrier: between them the target is seen, cut, hidden, lost for moments and lost for good."""
 
 
 def make_error_model(
@@ -28,13 +22,12 @@ def make_error_model(
         seeds: of development episodes. folder: where runs are kept; what the same code made is not run again.
         report: called with (episodes done, all).
     """
-    carrier = catalog.scenario(settings.scenario).carrier
-    return model_of(settings, write_runs(settings, seeds, list(CONTROLLERS[carrier.name]), folder, report))
+    controllers = list(pictureless_of(settings.scenario).runs.controllers)
+    return model_of(settings, write_runs(settings, seeds, controllers, folder, report))
 
 
 def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
     """Return the model fitted to runs that ``write_runs`` wrote of an env so set up."""
-    carrier = catalog.scenario(settings.scenario).carrier
     runs = [read_run(path) for path in paths]
     made = {
         "by": "benchmarks.learning.error_models",
@@ -42,7 +35,7 @@ def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
         "frames": sum(len(run) - 1 for run in runs),
         "runs": [path.stem.removeprefix(f"{settings.scenario}-") for path in paths],
     }
-    return fit(settings.tracker, settings.scenario, carrier, runs, made)
+    return fit(settings.tracker, settings.scenario, runs, made)
 
 
 def save_error_model(model: ErrorModel) -> Path:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.records import write_beside
-from scenarios import catalog
 from scenarios.road_town.layout import Building, Layout
 from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import Frame
 from sim.optics import rays
 
@@ -27,14 +27,12 @@ _EAVES_M = 0.8
 _PIXEL_STEP = 3
 
 
-def learn_colours(scenario: str, presets: Sequence[str], seeds: range, every: int) -> dict[str, Any]:
-    """Return mean and variance of the sRGB values (0-255) of each class, over every so many frames of all
-    episodes.
-    """
+def learn_colours(presets: Sequence[str], seeds: range, every: int) -> dict[str, Any]:
+    """Return mean and variance of the sRGB values (0-255) of each class, over every so many frames of all towns."""
     sums = {name: np.zeros((3, 3)) for name in CLASSES}
     for preset in presets:
         for seed in seeds:
-            episode = catalog.scenario(scenario).episode(preset, seed, closed_loop=False)
+            episode = ROAD_TOWN.episode(preset, seed, closed_loop=False)
             try:
                 roads = RoadMap(episode.map_of().graph)
                 last = (episode.frame_count - 1) // every * every

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from sim.checks import check
@@ -61,7 +61,7 @@ class Training:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check("env", self.env in FOLLOW_ENVS, f"one of {', '.join(FOLLOW_ENVS)}", repr(self.env))
+        check("env", self.env in catalog.envs(), f"one of {', '.join(catalog.envs())}", repr(self.env))
         check("algorithm", self.algorithm in ("ppo", "sac"), "ppo or sac", repr(self.algorithm))
         for name in ("steps", "episodes", "episode_steps"):
             check(name, getattr(self, name) >= 1, "a whole number >= 1", getattr(self, name))
@@ -78,12 +78,12 @@ class Training:
     @property
     def scenario(self) -> str:
         """Catalogue id of the env's scenario."""
-        return FOLLOW_ENVS[self.env][0]
+        return catalog.envs()[self.env][0]
 
     @property
     def tracker_name(self) -> str:
         """The tracker, that of the env unless said otherwise."""
-        return self.tracker or FOLLOW_ENVS[self.env][1]
+        return self.tracker or catalog.envs()[self.env][1]
 
     @property
     def env_keywords(self) -> dict[str, Any]:

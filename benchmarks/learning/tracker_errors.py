@@ -18,7 +18,6 @@ from scenarios.envs.pictureless.error_model import (
     UNSEEN,
     UNSEEN_SHARE,
     WRONG,
-    WRONG_FROM_M,
 )
 from sim.checks import check
 from trackers.belief.kernel import SEEN_PROBABILITY
@@ -61,8 +60,12 @@ class Said:
         return Said(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-def said_in(run: NDArray[np.void], carrier: Carrier) -> Said:
-    """Return what was said in a run (T,) of dtype ``RUN`` after its first frame (T - 1 frames)."""
+def said_in(run: NDArray[np.void], carrier: Carrier, wrong_from_m: float) -> Said:
+    """Return what was said in a run (T,) of dtype ``RUN`` after its first frame (T - 1 frames).
+
+    Args:
+        wrong_from_m: see ``TrackerRuns``.
+    """
     run = run[1:]
     said = run["sighting"]
     focal_px, half_px = _camera(run, carrier)
@@ -71,7 +74,7 @@ def said_in(run: NDArray[np.void], carrier: Carrier) -> Said:
     error_m = place_m - run["place_m"]
     far = np.linalg.norm(error_m, axis=1)
     sure = known & (said["in_view_probability"] >= SEEN_PROBABILITY)
-    mode = np.where(sure, np.where(far < WRONG_FROM_M[carrier.name], TRACKING, WRONG), LOST)
+    mode = np.where(sure, np.where(far < wrong_from_m, TRACKING, WRONG), LOST)
     visible = run["visible_fraction"] * ~run["out"]
     condition = np.where(visible >= PLAIN_SHARE, PLAIN, np.where(visible < UNSEEN_SHARE, UNSEEN, CUT))
     unsure = _since(mode != TRACKING)

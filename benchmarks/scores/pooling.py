@@ -170,5 +170,5 @@ def still_waiting(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
     Its sum over t is the restricted mean. (statsmodels makes one curve a call, not one for each of thousands of
     resamples: the tests hold this function to it.)
     """
-    survival: NDArray[np.float64] = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
+    survival: NDArray[Any] = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
     return survival

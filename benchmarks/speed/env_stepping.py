@@ -27,12 +27,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, UNTIMED_FRAMES, bare_calls, entries_of
+from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.envs.vector_env import FollowVectorEnv
 
 ENV_ID = "frameout/RoadTownFollow-v1"
-SCENARIO = FOLLOW_ENVS[ENV_ID][0]
+SCENARIO = catalog.envs()[ENV_ID][0]
 SIDE_PX = 84
 _ENVS, _WORKERS = 16, 2
 _TURN_STEPS = 10

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.speed.rendering import entries_of
-from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 
 _ENVS = 1024
@@ -25,12 +25,12 @@ def measure_pictureless(env_id: str, preset: str, seeds: range, cache: Path | No
     """
     step_s = [step_cpu_s(env_id, preset, seed, cache) for seed in seeds]
     figures = (("env_steps_per_s_without_pictures", "1/s", "higher", [1.0] * len(step_s), step_s),)
-    return entries_of(FOLLOW_ENVS[env_id][0], preset, "env", seeds, figures)
+    return entries_of(catalog.envs()[env_id][0], preset, "env", seeds, figures)
 
 
 def step_cpu_s(env_id: str, preset: str, seed: int, cache: Path | None = None) -> float:
     """Return the thread's own seconds for a step of one env, of 1,024 in the same episode; resets are included."""
-    scenario, tracker = FOLLOW_ENVS[env_id]
+    scenario, tracker = catalog.envs()[env_id]
     envs = PicturelessVectorEnv(
         _ENVS, scenario, tracker, preset=preset, seeds=[seed], cache=cache, max_episode_steps=_EPISODE_STEPS
     )

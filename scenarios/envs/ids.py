@@ -1,21 +1,18 @@
-"""The env ids, and the scenario each of them is about."""
+"""Makes the env ids of the catalogue known to Gymnasium."""
 
 from __future__ import annotations
 
 from gymnasium.envs.registration import register, registry
 
-FOLLOW_ENVS = {
-    "frameout/RoadTownFollow-v1": ("road-town-v1", "mosaic_graph_pf"),
-    "frameout/StereoFollow-v1": ("stereo-follow-v1", "stereo_people"),
-}
-"""Env id -> catalogue id, and the tracker in the loop if no other is asked for."""
+from scenarios import catalog
+
 DEFAULT_EPISODE_STEPS = 299
 """Steps of an episode of 300 frames, the presets' usual length."""
 
 
 def register_envs() -> None:
-    """Make every id known; calling it again changes nothing."""
-    for env_id, (scenario, tracker) in FOLLOW_ENVS.items():
+    """Make every id known; calling it again adds those that are new in the catalogue."""
+    for env_id, (scenario, tracker) in catalog.envs().items():
         if env_id not in registry:
             register(
                 id=env_id,

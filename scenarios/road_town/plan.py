@@ -28,6 +28,10 @@ TARGET = 0
 """Index of the target among the cars."""
 _NEAR_TARGET_M = 110.0
 _SPAWN_GAP_M = 14.0
+EXCURSION_ASIDE_M, EXCURSION_ALONG_M = (7.0, 16.0), (34.0, 70.0)
+"""Ranges of the sideways distance and of the length of a way off the road."""
+STOP_S = (0.8, 2.5)
+"""So long a car halts at a crossing where it does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,8 +166,8 @@ def _target_driver(
             layout,
             rng,
             between_m=(start + max(k * share, 3.0 * cruise), start + (k + 1) * share + 20.0),
-            aside_m=(7.0, 16.0),
-            along_m=(34.0, 70.0),
+            aside_m=EXCURSION_ASIDE_M,
+            along_m=EXCURSION_ALONG_M,
         )
         if excursion is not None:
             excursions.append(excursion)
@@ -186,7 +190,7 @@ def _start_before_bend(preset: RoadTown, route: Route, needed_m: float, cruise_m
 def _stops(preset: RoadTown, route: Route, start_m: float, rng: np.random.Generator) -> tuple[tuple[float, float], ...]:
     """Return halts (arc length, seconds) at the entries of some crossings."""
     return tuple(
-        (passage.enter_m, float(rng.uniform(0.8, 2.5)))
+        (passage.enter_m, float(rng.uniform(*STOP_S)))
         for passage in route.passages
         if rng.random() < preset.stop_share and passage.enter_m > start_m + 10.0
     )

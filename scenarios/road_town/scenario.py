@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 from scenarios.road_town.episode import RoadTownEpisode
 from scenarios.road_town.flight import HELICOPTER
+from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
-from scenarios.scenario import RendererName
+from scenarios.scenario import Pictureless, RendererName
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
 from trackers.types import Carrier
@@ -22,6 +23,7 @@ class RoadTownScenario:
     summary: str = "a car in a town, seen from a helicopter that often loses it from view"
     start: str = "the first picture and the car's box in it; measured ego pose where the preset has instruments"
     carrier: Carrier = HELICOPTER
+    pictureless: Pictureless | None = field(default_factory=RoadPictureless)
     presets: dict[str, RoadTown] = field(default_factory=lambda: dict(PRESETS))
 
     def configuration(self, preset: str | RoadTown) -> RoadTown:

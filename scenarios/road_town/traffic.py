@@ -17,10 +17,13 @@ from scenarios.road_town.route import POINT_SPACING_M, Route
 
 LATERAL_ACCELERATION_MPS2 = 2.2
 BRAKING_MPS2 = 2.5
-_ACCELERATION_MPS2 = 1.8
-_HARDEST_BRAKING_MPS2 = 5.0
-_TIME_GAP_S = 1.2
-_STANDSTILL_GAP_M = 2.5
+ACCELERATION_MPS2 = 1.8
+HARDEST_BRAKING_MPS2 = 5.0
+TIME_GAP_S = 1.2
+STANDSTILL_GAP_M = 2.5
+SLOWEST_LIMIT_MPS = 2.0
+HALTS_BELOW_MPS, PASSED_STOP_M = 0.3, 2.0
+"""A car slower than this, close to its stop, waits; one so far beyond it has passed it."""
 _CAR_LENGTH_M = 4.8
 _LOOK_AHEAD_M = np.arange(1.0, 42.0, 1.5)
 _HERE_AND_AHEAD_M = np.concatenate([[0.0], _LOOK_AHEAD_M])
@@ -88,7 +91,7 @@ def speed_limit_mps(route: Route, cruise_mps: float) -> NDArray[np.float64]:
     """Return the highest speed (M,) at each point of a route that bends there and ahead allow."""
     curvature = np.maximum(np.abs(route.curvature_per_m()), 1e-6)
     limit = np.minimum(cruise_mps, np.sqrt(LATERAL_ACCELERATION_MPS2 / curvature))
-    limit = np.maximum(limit, 2.0)
+    limit = np.maximum(limit, SLOWEST_LIMIT_MPS)
     # v² may fall by 2 a ds from point to point: the running minimum of v² + 2 a s, taken from the far end.
     energy = limit**2 + 2 * BRAKING_MPS2 * POINT_SPACING_M * np.arange(len(limit))
     energy = np.minimum.accumulate(energy[::-1])[::-1]
@@ -119,11 +122,11 @@ class _State:
             free_m[car] = min(free_m[car], self._gap_to_crossing(car), self._gap_to_stop(car, dt_s))
         limit = np.array([self._limit(car) for car in range(len(self.drivers))])
         speed = self.speed_mps
-        wanted_gap = _STANDSTILL_GAP_M + speed * _TIME_GAP_S
-        acceleration = _ACCELERATION_MPS2 * (
+        wanted_gap = STANDSTILL_GAP_M + speed * TIME_GAP_S
+        acceleration = ACCELERATION_MPS2 * (
             1 - (speed / np.maximum(limit, 0.5)) ** 4 - (wanted_gap / np.maximum(free_m, 0.3)) ** 2
         )
-        acceleration = np.clip(acceleration, -_HARDEST_BRAKING_MPS2, _ACCELERATION_MPS2)
+        acceleration = np.clip(acceleration, -HARDEST_BRAKING_MPS2, ACCELERATION_MPS2)
         self.speed_mps = np.maximum(speed + acceleration * dt_s, 0.0)
         lengths = np.array([d.route.length_m for d in self.drivers])
         self.arc_m = np.minimum(self.arc_m + 0.5 * (speed + self.speed_mps) * dt_s, lengths)
@@ -158,7 +161,7 @@ class _State:
         if front_gap < 8.0 + self.speed_mps[car] ** 2 / (2 * BRAKING_MPS2):
             if self.holder.setdefault(passage.node, car) == car or front_gap < 0:
                 return np.inf
-            return front_gap + _STANDSTILL_GAP_M
+            return front_gap + STANDSTILL_GAP_M
         return np.inf
 
     def _gap_to_stop(self, car: int, dt_s: float) -> float:
@@ -167,10 +170,10 @@ class _State:
             return np.inf
         place_m, seconds = self.stops[car][0]
         gap = place_m - self.arc_m[car] - 0.5 * _CAR_LENGTH_M
-        if self.speed_mps[car] < 0.3 and gap < 2 * _STANDSTILL_GAP_M:
+        if self.speed_mps[car] < HALTS_BELOW_MPS and gap < 2 * STANDSTILL_GAP_M:
             self.waited_s[car] += dt_s
-        if self.waited_s[car] >= seconds or gap < -2.0:
+        if self.waited_s[car] >= seconds or gap < -PASSED_STOP_M:
             self.stops[car].pop(0)
             self.waited_s[car] = 0.0
             return np.inf
-        return max(gap, 0.0) + _STANDSTILL_GAP_M
+        return max(gap, 0.0) + STANDSTILL_GAP_M

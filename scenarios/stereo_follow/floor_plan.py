@@ -120,6 +120,11 @@ class FloorPlan:
         )
         return (*(self.free_area(room) for room in self.rooms), *lanes)
 
+    @property
+    def free_m(self) -> NDArray[np.float64]:
+        """``free_parts`` as (P, 4) rectangles x0, y0, x1, y1."""
+        return np.array([[part.x0, part.y0, part.x1, part.y1] for part in self.free_parts])
+
     def is_free(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return at which points (..., 2) a person or the robot can be."""
         free = np.zeros(points_m.shape[:-1], dtype=np.bool_)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow.floor_plan import FloorPlan
@@ -33,7 +34,7 @@ class Robot:
     """
 
     def __init__(self, plan: FloorPlan, place_m: NDArray[np.float64], heading_rad: float, rate_hz: float) -> None:
-        self._plan = plan
+        self._free_m = plan.free_m
         self._interval_s = 1.0 / rate_hz
         self._speed_mps = self._turn_rad_s = 0.0
         self.place_m = np.array(place_m, dtype=float)
@@ -41,20 +42,61 @@ class Robot:
 
     def drive(self, command: CameraCommand) -> None:
         """Obey a command for one frame: ``forward_mps`` and ``yaw_rate_rad_s``, as far as it can, nothing else."""
-        dt = self._interval_s
-        wanted_mps = float(np.clip(command.forward_mps, -FASTEST_MPS, FASTEST_MPS))
-        wanted_rad_s = float(np.clip(command.yaw_rate_rad_s, -FASTEST_TURN_RAD_S, FASTEST_TURN_RAD_S))
-        self._speed_mps += _limited(wanted_mps - self._speed_mps, ACCELERATION_MPS2 * dt)
-        self._turn_rad_s += _limited(wanted_rad_s - self._turn_rad_s, TURN_ACCELERATION_RAD_S2 * dt)
-        middle_rad = self.heading_rad + 0.5 * self._turn_rad_s * dt
-        self.heading_rad += self._turn_rad_s * dt
-        step_m = self._speed_mps * dt * np.array([np.cos(middle_rad), np.sin(middle_rad)])
-        # At a wall it slides along.
-        for part_m in (step_m, np.array([step_m[0], 0.0]), np.array([0.0, step_m[1]])):
-            if self._plan.is_free(self.place_m + part_m):
-                self.place_m = self.place_m + part_m
-                return
-        self._speed_mps = 0.0
+        x_m, y_m, self.heading_rad, self._speed_mps, self._turn_rad_s = driven(
+            self.place_m,
+            self.heading_rad,
+            self._speed_mps,
+            self._turn_rad_s,
+            float(command.forward_mps),
+            float(command.yaw_rate_rad_s),
+            self._free_m,
+            self._interval_s,
+        )
+        self.place_m = np.array([x_m, y_m])
+
+
+@njit(cache=True)
+def driven(
+    place_m: NDArray[np.float64],
+    heading_rad: float,
+    speed_mps: float,
+    turn_rad_s: float,
+    wanted_mps: float,
+    wanted_rad_s: float,
+    free_m: NDArray[np.float64],
+    interval_s: float,
+) -> tuple[float, float, float, float, float]:
+    """Return place x, y, heading, speed and turn rate one frame later; at a wall a robot slides along.
+
+    Args:
+        free_m: (P, 4) rectangles x0, y0, x1, y1 where the robot can be.
+    """
+    wanted_mps = min(max(wanted_mps, -FASTEST_MPS), FASTEST_MPS)
+    wanted_rad_s = min(max(wanted_rad_s, -FASTEST_TURN_RAD_S), FASTEST_TURN_RAD_S)
+    most_mps, most_rad_s = ACCELERATION_MPS2 * interval_s, TURN_ACCELERATION_RAD_S2 * interval_s
+    speed_mps += min(max(wanted_mps - speed_mps, -most_mps), most_mps)
+    turn_rad_s += min(max(wanted_rad_s - turn_rad_s, -most_rad_s), most_rad_s)
+    middle_rad = heading_rad + 0.5 * turn_rad_s * interval_s
+    heading_rad += turn_rad_s * interval_s
+    east_m = speed_mps * interval_s * np.cos(middle_rad)
+    north_m = speed_mps * interval_s * np.sin(middle_rad)
+    x_m, y_m = place_m[0], place_m[1]
+    if _is_free(free_m, x_m + east_m, y_m + north_m):
+        return x_m + east_m, y_m + north_m, heading_rad, speed_mps, turn_rad_s
+    if _is_free(free_m, x_m + east_m, y_m):
+        return x_m + east_m, y_m, heading_rad, speed_mps, turn_rad_s
+    if _is_free(free_m, x_m, y_m + north_m):
+        return x_m, y_m + north_m, heading_rad, speed_mps, turn_rad_s
+    return x_m, y_m, heading_rad, 0.0, turn_rad_s
+
+
+@njit(cache=True)
+def _is_free(free_m: NDArray[np.float64], x_m: float, y_m: float) -> bool:
+    free = False
+    for k in range(len(free_m)):
+        if free_m[k, 0] <= x_m <= free_m[k, 2] and free_m[k, 1] <= y_m <= free_m[k, 3]:
+            free = True
+    return free
 
 
 class HandDriver:
@@ -93,7 +135,3 @@ class HandDriver:
         lines_m = place_m + _ALONG_LINE[:, None, None] * (trail_m - place_m)
         is_straight = self._plan.is_free(lines_m).all(axis=0)
         return trail_m[is_straight.argmax()]
-
-
-def _limited(change: float, most: float) -> float:
-    return min(max(change, -most), most)

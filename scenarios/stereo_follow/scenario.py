@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from scenarios.paper_sheet.carried_sheet import CarriedSheet
 from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
 from scenarios.paper_sheet.episode import SheetEpisode
-from scenarios.scenario import RendererName
+from scenarios.scenario import Pictureless, RendererName
 from scenarios.stereo_follow.episode import StereoFollowEpisode
+from scenarios.stereo_follow.pictureless.bank import StereoPictureless
 from scenarios.stereo_follow.plan import make_plan
 from scenarios.stereo_follow.presets import PRESETS, StereoFollow
 from scenarios.stereo_follow.robot import ROBOT
@@ -33,6 +34,7 @@ class StereoFollowScenario:
     summary: str = "a person among others, followed by a robot with a stereo camera from corridor to yard"
     start: str = "the first pair and the person's box in the left picture; the camera's settings; odometry"
     carrier: Carrier = ROBOT
+    pictureless: Pictureless | None = field(default_factory=StereoPictureless)
     presets: dict[str, Preset] = field(default_factory=lambda: {**PRESETS, **_PAPER})
 
     def configuration(self, preset: str | Preset) -> Preset:

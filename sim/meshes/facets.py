@@ -34,11 +34,8 @@ class Facets:
         corners: list[_Row] = np.asarray(corners_m, dtype=float).tolist()
         self._add_polygon(corners, _rows(uv, len(corners)))
 
-    def quad(self, corners_m: ArrayLike, uv: ArrayLike) -> None:
-        """Add four corners (4, 3) that need not lie in one plane: one face, or two triangles."""
-        self._add_quad(np.asarray(corners_m, dtype=float).tolist(), uv)
-
     def _add_quad(self, corners: list[_Row], uv: ArrayLike) -> None:
+        """Add four corners that need not lie in one plane: one face, or two triangles."""
         colours = _rows(uv, 4)
         normal, (a, b) = _twice_area(corners), corners[:2]
         rise = abs(sum(n * (q - p) for n, p, q in zip(normal, a, b, strict=True)))

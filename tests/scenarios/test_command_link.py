@@ -20,6 +20,22 @@ def link(settings: Link = LINKS["prompt"], seed: int = 0) -> CommandLink:
     return CommandLink(CARRIER, RATE_HZ, settings, generator(seed, "link"))
 
 
+@pytest.mark.parametrize("settings", [Link(), Link(delay_frames=3), Link(noise=0.1), Link(2, 0.05)])
+def test_the_link_keeps_to_its_equations_to_the_last_bit(settings: Link) -> None:
+    rng, sender, drawn = np.random.default_rng(5), link(settings, seed=2), generator(2, "link")
+    limits, steps, latest = np.array([2.0, 1.0]), np.array([5.0, 100.0]) / RATE_HZ, np.zeros(2)
+    waiting = [np.zeros(2)] * settings.delay_frames
+    for _ in range(200):
+        wanted = rng.normal(0, [3.0, 1.0])
+        latest = np.clip(np.clip(wanted, -limits, limits), latest - steps, latest + steps)
+        waiting.append(latest)
+        obeyed = waiting.pop(0)
+        if settings.noise > 0.0:
+            obeyed = np.clip(obeyed + settings.noise * limits * drawn.normal(size=2), -limits, limits)
+        got = sender.send(CameraCommand(forward_mps=wanted[0], right_mps=1.0, yaw_rate_rad_s=wanted[1]))
+        assert got == CameraCommand(forward_mps=obeyed[0], yaw_rate_rad_s=obeyed[1])
+
+
 @given(st.lists(st.tuples(NUMBERS, NUMBERS), min_size=1, max_size=20))
 def test_commands_keep_to_range_and_slew(wanted: list[tuple[float, float]]) -> None:
     sender, before = link(), 0.0

@@ -21,6 +21,8 @@ from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any, Literal, TypeVar
 
+import numpy as np
+
 from trackers.controllers.policy_file import Policy, load_policy, shipped_policies
 from trackers.protocols import Controller
 
@@ -41,6 +43,7 @@ _MODULES = (
 
 _ENTRIES: dict[tuple[str, str], ControllerEntry] = {}
 _T = TypeVar("_T", bound=type)
+Kernel = tuple[Callable[..., None], np.dtype[Any]]
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,8 @@ class ControllerEntry:
         summary: one line.
         controller: class with ``Parameters`` and ``__init__(parameters)``.
         overrides: parameter values that belong to the entry.
+        kernel: the same law for many beliefs at a time, called as ``law(beliefs, parameters, out)``, and the dtype of
+            its parameters' record, fields in the order of ``Parameters``; None if there is none.
     """
 
     name: str
@@ -61,6 +66,7 @@ class ControllerEntry:
     summary: str
     controller: Callable[[Any], Controller]
     overrides: Mapping[str, Any] = field(default_factory=dict)
+    kernel: Kernel | None = None
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then ``changes``."""
@@ -92,14 +98,16 @@ class ControllerEntry:
         return kind(**values)
 
 
-def register_controller(name: str, *, role: ControllerRole, carrier: str, summary: str) -> Callable[[_T], _T]:
+def register_controller(
+    name: str, *, role: ControllerRole, carrier: str, summary: str, kernel: Kernel | None = None
+) -> Callable[[_T], _T]:
     """Class decorator: make a controller known under ``name`` for a carrier. Raises ValueError if that is taken."""
 
     def add(controller: _T) -> _T:
         old = _ENTRIES.get((carrier, name))
         if old is not None and old.controller is not controller:
             raise ValueError(f"controller: the name {name!r} is taken")
-        _ENTRIES[carrier, name] = ControllerEntry(name, carrier, role, summary, controller)
+        _ENTRIES[carrier, name] = ControllerEntry(name, carrier, role, summary, controller, kernel=kernel)
         return controller
 
     return add

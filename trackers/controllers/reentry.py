@@ -52,7 +52,11 @@ class ReentryParameters:
 
 
 @register_controller(
-    "reentry", role="ours", carrier="helicopter", summary="flies where the target stays, or comes back, in view"
+    "reentry",
+    role="ours",
+    carrier="helicopter",
+    summary="flies where the target stays, or comes back, in view",
+    kernel=(steer, REENTRY),
 )
 class ReentryController:
     """Flies no further than it must to have the target in view, soon and after the gust.

@@ -57,7 +57,11 @@ class ReentryRobotParameters:
 
 
 @register_controller(
-    "reentry", role="ours", carrier="robot", summary="steers by the belief; looks where the target must come back"
+    "reentry",
+    role="ours",
+    carrier="robot",
+    summary="steers by the belief; looks where the target must come back",
+    kernel=(steer_robot, REENTRY_ROBOT),
 )
 class ReentryRobotController:
     """Keeps the belief and asks the law ``steer_robot`` about it; its memory of ways and places wants odometry."""

@@ -14,22 +14,29 @@ from numpy.typing import NDArray
 
 from benchmarks.suites.frame_out.oracle_routes import fan_of_routes
 from scenarios.road_town.excursion import aside_share
+from scenarios.road_town.plan import EXCURSION_ALONG_M, EXCURSION_ASIDE_M, STOP_S
+from scenarios.road_town.presets import STANDARD
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.traffic import BRAKING_MPS2, LATERAL_ACCELERATION_MPS2
+from scenarios.road_town.traffic import (
+    ACCELERATION_MPS2,
+    BRAKING_MPS2,
+    HALTS_BELOW_MPS,
+    HARDEST_BRAKING_MPS2,
+    LATERAL_ACCELERATION_MPS2,
+    PASSED_STOP_M,
+    SLOWEST_LIMIT_MPS,
+    STANDSTILL_GAP_M,
+    TIME_GAP_S,
+)
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.optics import project
 from trackers.kernels.posterior import geometric_median
 from trackers.types import Estimate
 
-_STANDSTILL_GAP_M = 2.5
-_TIME_GAP_S = 1.2
-_ACCELERATION_MPS2 = 1.8
-_HARDEST_BRAKING_MPS2 = 5.0
 _HELD_UP_WITHIN_S = 4.0
 _PROPOSALS_PER_PARTICLE = 12
 _BRAKING_REACH_M = np.arange(0.0, 22.0, 2.0)
-_SLOWEST_MPS = 2.0
 _RECENT_FRAMES = 5
 _MEDIAN_STEPS = 40
 
@@ -55,13 +62,13 @@ class OracleParameters:
     """
 
     particles: int = 600
-    cruise_mps: tuple[float, float] = (7.0, 12.0)
-    stop_share: float = 0.25
-    stop_s: tuple[float, float] = (0.8, 2.5)
+    cruise_mps: tuple[float, float] = STANDARD.cruise_mps
+    stop_share: float = STANDARD.stop_share
+    stop_s: tuple[float, float] = STOP_S
     off_road_share: float = 0.3
     leaves_within_m: tuple[float, float] = (-4.0, 25.0)
-    aside_m: tuple[float, float] = (7.0, 16.0)
-    along_m: tuple[float, float] = (34.0, 70.0)
+    aside_m: tuple[float, float] = EXCURSION_ASIDE_M
+    along_m: tuple[float, float] = EXCURSION_ALONG_M
     slows_off_road: bool = False
     held_up_share: float = 0.2
     acceleration_noise_mps2: float = 0.8
@@ -197,9 +204,9 @@ class OracleMap:
         guesses.arc_m = guesses.arc_m + 0.5 * (before + after) * passed_s
         guesses.speed_mps = after
         gap_m = guesses.stop_at_m - guesses.arc_m
-        waiting = (after < 0.3) & (gap_m < 2 * _STANDSTILL_GAP_M)
+        waiting = (after < HALTS_BELOW_MPS) & (gap_m < 2 * STANDSTILL_GAP_M)
         guesses.wait_s = guesses.wait_s - passed_s * waiting
-        guesses.stop_at_m = np.where((guesses.wait_s <= 0) | (gap_m < -2.0), np.inf, guesses.stop_at_m)
+        guesses.stop_at_m = np.where((guesses.wait_s <= 0) | (gap_m < -PASSED_STOP_M), np.inf, guesses.stop_at_m)
 
     def _acceleration_mps2(self, guesses: _Guesses) -> NDArray[np.float64]:
         """Intelligent driver model: ``a = A (1 - (v / limit)^4 - (wanted gap / gap)^2)``, as the scenario's
@@ -209,10 +216,10 @@ class OracleMap:
         if self._parameters.slows_off_road:
             limit = np.minimum(limit, self._aside_limit_mps(guesses))
         limit = np.where(guesses.held_up_in_s <= 0, np.minimum(limit, guesses.held_up_mps), limit)
-        wanted_m = _STANDSTILL_GAP_M + guesses.speed_mps * _TIME_GAP_S
-        free_m = np.maximum(guesses.stop_at_m - guesses.arc_m, 0.0) + _STANDSTILL_GAP_M
+        wanted_m = STANDSTILL_GAP_M + guesses.speed_mps * TIME_GAP_S
+        free_m = np.maximum(guesses.stop_at_m - guesses.arc_m, 0.0) + STANDSTILL_GAP_M
         share = (guesses.speed_mps / np.maximum(limit, 0.5)) ** 4 + (wanted_m / free_m) ** 2
-        return np.clip(_ACCELERATION_MPS2 * (1 - share), -_HARDEST_BRAKING_MPS2, _ACCELERATION_MPS2)
+        return np.clip(ACCELERATION_MPS2 * (1 - share), -HARDEST_BRAKING_MPS2, ACCELERATION_MPS2)
 
     def _places(self, guesses: _Guesses) -> NDArray[np.float64]:
         place, heading = self._fan.at(guesses.route, guesses.arc_m)
@@ -235,7 +242,7 @@ class OracleMap:
         step = _BRAKING_REACH_M[1] - _BRAKING_REACH_M[0]
         before, here, after = (self._aside_share(guesses, ahead_m + offset) for offset in (-step, 0.0, step))
         curvature = np.abs(guesses.aside_m[:, None] * (before - 2 * here + after)) / step**2
-        squared = np.maximum(LATERAL_ACCELERATION_MPS2 / np.maximum(curvature, 1e-6), _SLOWEST_MPS**2)
+        squared = np.maximum(LATERAL_ACCELERATION_MPS2 / np.maximum(curvature, 1e-6), SLOWEST_LIMIT_MPS**2)
         return np.sqrt((squared + 2 * BRAKING_MPS2 * _BRAKING_REACH_M).min(axis=1))
 
     def _estimate(self, frame: Frame, places_m: NDArray[np.float64]) -> Estimate:

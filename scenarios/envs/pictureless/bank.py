@@ -13,15 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.envs.pictureless.road_bank import ROAD_VERSION, road_arrays
-from scenarios.envs.pictureless.stereo_bank import STEREO_VERSION, stereo_arrays
+from scenarios import catalog
+from scenarios.scenario import Pictureless
 from sim.checks import check
 from sim.rng import episode_seed
-
-_MAKERS: dict[str, tuple[Any, int]] = {
-    "road-town-v1": (road_arrays, ROAD_VERSION),
-    "stereo-follow-v1": (stereo_arrays, STEREO_VERSION),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +26,7 @@ class EpisodeBank:
     Attributes:
         scenario: catalogue id. preset: its configuration.
         seeds: (E,) as ``reset(options={"episode_seed": ...})`` takes them.
-        arrays: what was planned, by name, E first; see ``road_bank`` and ``stereo_bank``.
+        arrays: what was planned, by name, E first; see the scenario's ``Pictureless``.
     """
 
     scenario: str
@@ -61,27 +56,25 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
     Raises:
         ValueError: for a scenario, or a preset of it, that cannot be played without pictures.
     """
-    known = ", ".join(_MAKERS)
-    check("scenario", scenario in _MAKERS, f"one of {known}", repr(scenario))
-    check("preset", is_playable(scenario, preset), "one with instruments (ego) or odometry", "neither")
+    playing = pictureless_of(scenario)
+    check("preset", playing.is_playable(preset), "one with instruments (ego) or odometry", "neither")
     wanted = np.array(list(seeds), dtype=np.int64)
     check("seeds", len(wanted) > 0, "at least one", "none")
-    make, version = _MAKERS[scenario]
     if cache is None:
-        planned = [make(preset, episode_seed(int(seed), scenario, 0)) for seed in wanted]
-        return EpisodeBank(scenario, preset, wanted, _stacked(planned))
+        fresh = [playing.arrays(preset, episode_seed(int(seed), scenario, 0)) for seed in wanted]
+        return EpisodeBank(scenario, preset, wanted, _stacked(fresh))
     settings = {k: v for k, v in dataclasses.asdict(preset).items() if k not in ("summary", "closed_loop")}
-    key = hashlib.sha256(repr((scenario, version, sorted(settings.items()))).encode()).hexdigest()[:16]
+    key = hashlib.sha256(repr((scenario, playing.version, sorted(settings.items()))).encode()).hexdigest()[:16]
     folder = cache / f"{scenario}-{key}"
     folder.mkdir(parents=True, exist_ok=True)
-    planned = []
+    planned: list[dict[str, Any]] = []
     for seed in wanted:
         path = folder / f"{seed}.npz"
         if path.is_file():
             with np.load(path, allow_pickle=False) as stored:
                 planned.append({name: stored[name] for name in stored.files})
             continue
-        planned.append(make(preset, episode_seed(int(seed), scenario, 0)))
+        planned.append(playing.arrays(preset, episode_seed(int(seed), scenario, 0)))
         # Whoever is stopped half way leaves no file that looks whole; several may plan the same episode at a time.
         part = folder / f".{seed}.{os.getpid()}.npz"
         np.savez(part, **planned[-1])
@@ -89,12 +82,18 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
     return EpisodeBank(scenario, preset, wanted, _stacked(planned))
 
 
+def pictureless_of(scenario: str) -> Pictureless:
+    """Return how a scenario is played without pictures. Raises ValueError for one that cannot be."""
+    playing = catalog.scenario(scenario).pictureless
+    check("scenario", playing is not None, "one that can be played without pictures", repr(scenario))
+    assert playing is not None
+    return playing
+
+
 def is_playable(scenario: str, preset: Any) -> bool:
-    """Return whether there are envs without pictures of it: a robot without odometry measures no places, a helicopter
-    without instruments neither.
-    """
-    measures = getattr(preset, "ego", None) is not None or getattr(preset, "odometry", False)
-    return scenario in _MAKERS and bool(measures)
+    """Return whether there are envs without pictures of a configuration."""
+    playing = catalog.scenario(scenario).pictureless
+    return playing is not None and playing.is_playable(preset)
 
 
 def _stacked(planned: list[dict[str, NDArray[np.float64]]]) -> dict[str, NDArray[np.float64]]:

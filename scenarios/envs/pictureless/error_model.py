@@ -35,8 +35,6 @@ KNOT_FRAMES = (1.0, 4.0, 10.0, 22.0, 45.0, 90.0)
 ``tracking`` the first three are those of the conditions instead."""
 QUANTILE_Z = np.linspace(-2.4, 2.4, 17)
 """Quantiles are held at these places of the standard normal distribution."""
-WRONG_FROM_M = {"helicopter": 3.0, "robot": 0.8}
-"""Errors from which a tracker is not on its target."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class ErrorModel:
         rates: (C, 5, 2, M, M) chance of each mode (last axis) after each mode, by condition, how long that has been
             so, and whether it is longer than ``LONG_LOST_FRAMES`` since the tracker was tracking.
         kept: (M, 8) what is left of each latent number from frame to frame.
-        error_m: (2, M, K, Q) of the place, along and across the axis: the car's heading, or the line of sight of a
+        error_m: (2, M, K, Q) of the place, along and across the axis: the target's heading, or the line of sight of a
             camera that looks ahead, as it was when last tracked.
         spread_m, densest_share: (M, K, Q). densest_offset: (2, M, Q) over the spread.
         probability: (M, 2, Q) of being in view, of an estimate outside the picture and in it.

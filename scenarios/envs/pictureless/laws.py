@@ -9,19 +9,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.envs.pictureless.worlds import World
 from scenarios.envs.settings import FollowSettings
+from scenarios.scenario import World
 from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.reentry_kernel import REENTRY, steer
-from trackers.controllers.reentry_robot_kernel import REENTRY_ROBOT, steer_robot
 from trackers.protocols import Controller
 from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
-
-_KERNELS: dict[tuple[str, str], tuple[Any, np.dtype[Any]]] = {
-    ("helicopter", "reentry"): (steer, REENTRY),
-    ("robot", "reentry"): (steer_robot, REENTRY_ROBOT),
-}
-"""Of controllers by carrier and name: the law, and its parameters' record, fields in the order of ``Parameters``."""
 
 
 class Law(Protocol):
@@ -99,6 +91,6 @@ class ControllersLaw:
 def law_of(settings: FollowSettings, carrier: Carrier, world: World, count: int) -> Law:
     """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
     entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
-    if (carrier.name, entry.name) in _KERNELS:
-        return KernelLaw(entry.parameters(**values), *_KERNELS[carrier.name, entry.name])
+    if entry.kernel is not None:
+        return KernelLaw(entry.parameters(**values), *entry.kernel)
     return ControllersLaw(lambda: entry.create(**values), carrier, world, count)

@@ -6,6 +6,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.optics import PinholeCamera
+
+
+def camera_numbers(camera: PinholeCamera) -> NDArray[np.float64]:
+    """Return focal length, half width, half height (3,), pixels."""
+    return np.array([camera.focal_px, 0.5 * camera.width_px, 0.5 * camera.height_px])
+
 
 @njit(cache=True)
 def turn_down(R: NDArray[np.float64], yaw_rad: float, pitch_rad: float, roll_rad: float) -> None:

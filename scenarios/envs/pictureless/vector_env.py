@@ -12,16 +12,16 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from scenarios import catalog
+from scenarios.command_link import link_limits
 from scenarios.envs.actions import checked_actions
-from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank
+from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank, pictureless_of
 from scenarios.envs.pictureless.error_kernel import error_record
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.pictureless.laws import Law, law_of
-from scenarios.envs.pictureless.life import LIFE
 from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
-from scenarios.envs.pictureless.worlds import World, world_of
 from scenarios.envs.reward import TERMS
 from scenarios.envs.settings import FollowSettings
+from scenarios.scenario import World
 from sim.checks import check
 from trackers.belief.features import FEATURES, features_of
 from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, take_in
@@ -86,17 +86,18 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         check("bank", bank.scenario == scenario, f"episodes of {scenario}", bank.scenario)
         self._at_frame_outs = starts == "frame-outs"
         self._most_steps = max_episode_steps or bank.frame_count
-        link = self.settings.link_settings
-        self._world: World = world_of(bank, self.carrier, link, error_record(model))
+        link = link_limits(self.carrier, preset.rate_hz, self.settings.link_settings)
+        self._world: World = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
+        self._limits = link.limits
         self._law: Law | None = None
         if self.settings.action == "correction":
             self._law = law_of(self.settings, self.carrier, self._world, num_envs)
-        self._obeyed = np.flatnonzero(self._world.limits)
+        self._obeyed = np.flatnonzero(self._limits)
         self.single_observation_space = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, (len(self._obeyed),), np.float32)
         self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, num_envs)
         self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
-        self.lives = np.zeros(num_envs, LIFE)
+        self.lives = np.zeros(num_envs, self._world.life)
         self.beliefs, self.sightings = np.zeros(num_envs, BELIEF), np.zeros(num_envs, SIGHTING)
         self._waiting = np.zeros((num_envs, link.delay_frames, 4))
         self._wanted, self._terms = np.zeros((num_envs, 4)), np.zeros((num_envs, len(TERMS)))
@@ -150,7 +151,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._world.move(self.lives, self._wanted, self._waiting, self.sightings, self.np_random)
         take_in(self.beliefs, self.sightings, self._world.interval_s)
         lives = self.lives
-        terms_of(lives, self._weights, self._loss_frames, 2.0 * self._world.camera[1], self._world.limits, self._terms)
+        terms_of(lives, self._weights, self._loss_frames, 2.0 * self._world.camera[1], self._limits, self._terms)
         terminated = lives["frames_out"] >= self._lost_frames
         truncated = (lives["frame"] + 1 >= self.bank.frame_count) | (lives["steps"] >= self._most_steps)
         observed, rewards, infos = self._observed(), self._terms.sum(axis=1), self._infos()
@@ -191,7 +192,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
     def _command(self, actions: NDArray[np.float64]) -> None:
         """Write the commands (B, 4) that actions mean."""
-        limits = self._world.limits[self._obeyed]
+        limits = self._limits[self._obeyed]
         if self._law is None:
             self._wanted[:, self._obeyed] = np.clip(actions, -1.0, 1.0) * limits
             return
@@ -205,7 +206,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
     def _observed(self) -> NDArray[np.float32]:
         """Return the beliefs' features (B, F), a fresh array."""
-        shares = self._wanted / np.where(self._world.limits > 0.0, self._world.limits, np.inf)
+        shares = self._wanted / np.where(self._limits > 0.0, self._limits, np.inf)
         features_of(self.beliefs, np.clip(shares, -1.0, 1.0), self._features)
         return np.clip(self._features, -1.0, 1.0)
 

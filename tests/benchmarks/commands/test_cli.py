@@ -164,6 +164,11 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
             "seeds: expected development seeds, below 10000, got '10000:10001'",
         ),
         (
+            # The classes are the town's: no other scenario's colours may take their place.
+            ["learn-colours", "--scenario", "stereo-follow"],
+            "arguments: expected options of `frameout learn-colours --help`, got '--scenario'",
+        ),
+        (
             ["train", "--fit-model", "9999:10001"],
             "fit_model: expected development seeds, below 10000, got '9999:10001'",
         ),

@@ -34,7 +34,7 @@ def test_moments_are_numpys_and_the_model_is_what_trackers_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(pixel_colours, "MODEL_PATH", tmp_path / "classes.json")
-    model = learn_colours("road-town", ("quick",), range(3, 4), every=1000)
+    model = learn_colours(("quick",), range(3, 4), every=1000)
     episode = catalog.scenario("road-town").episode("quick", 3, closed_loop=False)
     frame = episode.step()
     labels = label_pixels(frame, RoadMap(episode.map_of().graph), episode.map_of())

@@ -11,7 +11,6 @@ import tyro
 
 from benchmarks.commands.train import Train
 from scenarios import catalog
-from scenarios.envs.ids import FOLLOW_ENVS
 from trackers.controllers.catalogue import controllers
 from trackers.controllers.policy_file import load_policy, policy_path, shipped_policies
 
@@ -19,13 +18,13 @@ NAMES = shipped_policies()
 
 
 def test_every_env_has_one() -> None:
-    assert sorted(load_policy(name).env for name in NAMES) == sorted(FOLLOW_ENVS)
+    assert sorted(load_policy(name).env for name in NAMES) == sorted(catalog.envs())
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_it_was_made_by_the_command_on_its_card(name: str) -> None:
     policy = load_policy(name)
-    scenario, tracker = FOLLOW_ENVS[policy.env]
+    scenario, tracker = catalog.envs()[policy.env]
     carrier = catalog.scenario(scenario).carrier
     assert (policy.carrier, policy.tracker) == (carrier, tracker)
     assert controllers(carrier.name)[f"policy:{name}"].role == "policy"

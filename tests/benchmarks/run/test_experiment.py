@@ -115,6 +115,7 @@ def test_what_other_code_made_is_made_again(tmp_path: Path) -> None:
     ("tracker", "reason"),
     [
         ("fake_raises", "RuntimeError: a bug"),
+        ("fake_spoils", "ValueError: assignment destination is read-only"),
         ("fake_half_nan", "position_px: expected finite numbers, got [nan, 3.0]"),
         ("fake_wrong_shape", "position_px: expected the shape (2,), got (3,)"),
         ("fake_slow", "took longer than 0.5 s over one frame"),
@@ -133,6 +134,13 @@ def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, t
     assert mean_of(outcome, tracker, "in_view_tnr") == 0.0
     assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_a_tracker_cannot_spoil_the_pictures_of_another(tmp_path: Path) -> None:
+    run(replace(TINY, trackers=("fake_spoils", "fake_sees")), tmp_path / "together")
+    run(replace(TINY, trackers=("fake_sees",)), tmp_path / "alone")
+    together = [row for row in without_times(tmp_path / "together") if row["tracker"] == "fake_sees"]
+    assert together == without_times(tmp_path / "alone")
 
 
 def test_a_silent_tracker_is_no_failure_but_has_the_worst_error(tmp_path: Path) -> None:

@@ -14,13 +14,16 @@ from tests.fakes_scenario import FAKE_TOWN, Knowing, NoParameters
 
 IDS = ("frameout/RoadTownFollow-v1", "frameout/StereoFollow-v1")
 FRAMES = 40
+FLOWN, DRIVEN = replace(FAKE_TOWN, id="road-town-v1"), replace(FAKE_TOWN, id="stereo-follow-v1", carrier=ROBOT)
 
 
 @pytest.fixture
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let both ids mean cars on circles, below a helicopter and below what moves like the robot."""
-    worlds = (replace(FAKE_TOWN, id="road-town-v1"), replace(FAKE_TOWN, id="stereo-follow-v1", carrier=ROBOT))
-    monkeypatch.setattr(catalog, "_SCENARIOS", worlds)
+    worlds = {FLOWN.id: "FLOWN", DRIVEN.id: "DRIVEN"}
+    known = [entry for entry in catalog._ENTRIES if entry.id in worlds]
+    entries = tuple(replace(entry, place=f"{__name__}:{worlds[entry.id]}") for entry in known)
+    monkeypatch.setattr(catalog, "_ENTRIES", entries)
 
 
 def keywords(**others: Any) -> dict[str, Any]:

@@ -10,7 +10,6 @@ import pytest
 
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.ids import FOLLOW_ENVS
 from scenarios.envs.vector_env import FollowVectorEnv
 from tests.scenarios.envs.compared import assert_same
 from trackers.types import CameraCommand
@@ -22,7 +21,7 @@ STEPS, SEED = 6, 21
 def keywords(env_id: str) -> dict[str, Any]:
     changes = {"width_px": 84, "height_px": 84}
     common = {"preset": "quick", "changes": changes, "observation": "both"}
-    return {"scenario": FOLLOW_ENVS[env_id][0], "tracker": TRACKERS[env_id]} | common
+    return {"scenario": catalog.envs()[env_id][0], "tracker": TRACKERS[env_id]} | common
 
 
 def live(env: FollowEnv) -> tuple[Any, ...]:
@@ -34,7 +33,7 @@ def live(env: FollowEnv) -> tuple[Any, ...]:
     return tuple(told)
 
 
-@pytest.mark.parametrize("env_id", FOLLOW_ENVS)
+@pytest.mark.parametrize("env_id", catalog.envs())
 def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_lives_it_again(env_id):
     env = FollowEnv(**keywords(env_id))
     told = live(env)
@@ -55,7 +54,7 @@ def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_li
     episode.close()
 
 
-@pytest.mark.parametrize("env_id", FOLLOW_ENVS)
+@pytest.mark.parametrize("env_id", catalog.envs())
 def test_a_checker_is_content(env_id):
     """That of fewer resets, which take long here; both look at every mode of the same env in ``test_follow_env``."""
     env = FollowEnv(**keywords(env_id))

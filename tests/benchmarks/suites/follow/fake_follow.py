@@ -222,5 +222,4 @@ class FollowRaises(_Follower):
 
 
 FAKE_FOLLOW = FakeFollowScenario()
-if "fake-follow-v1" not in catalog.names():
-    catalog._SCENARIOS = (*catalog._SCENARIOS, FAKE_FOLLOW)
+catalog.register(catalog.Entry("fake-follow-v1", "tests.benchmarks.suites.follow.fake_follow:FAKE_FOLLOW"))

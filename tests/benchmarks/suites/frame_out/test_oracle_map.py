@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import ast
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,9 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.suites.frame_out import oracle_map, oracle_routes
 from benchmarks.suites.frame_out.metrics.posterior import coverage, particle_calibration
 from benchmarks.suites.frame_out.oracle_map import OracleMap, OracleParameters
 from benchmarks.suites.frame_out.oracle_routes import fan_of_routes
+from scenarios import road_town
 from scenarios.road_town.frame_outs import OUT, picture_states
 from scenarios.road_town.plan import TARGET, Plan, make_plan
 from scenarios.road_town.presets import PRESETS
@@ -25,6 +29,23 @@ CAR_HEIGHT_M = 1.5
 def plans() -> list[Plan]:
     preset = PRESETS["standard"]
     return [make_plan(preset, episode_seed(seed, "road-town-v1", 0), closed_loop=False) for seed in SEEDS]
+
+
+def assigned_in(path: Path) -> set[str]:
+    """Return the constants that a module gives values to, leading underscores left out."""
+    nodes = [node for node in ast.parse(path.read_text()).body if isinstance(node, ast.Assign)]
+    names = (name for node in nodes for target in node.targets for name in ast.walk(target))
+    return {name.id.lstrip("_") for name in names if isinstance(name, ast.Name) and name.id.isupper()}
+
+
+def test_the_drivers_numbers_stand_in_the_scenario_alone() -> None:
+    folder = Path(road_town.__file__).parent
+    scene = set().union(*(assigned_in(path) for path in folder.glob("*.py")))
+    assert {"STANDSTILL_GAP_M", "BRAKING_MPS2", "POINT_SPACING_M"} <= scene
+    for module in (oracle_map, oracle_routes):
+        assert not assigned_in(Path(module.__file__)) & scene
+    assert OracleParameters().cruise_mps == PRESETS["standard"].cruise_mps
+    assert OracleParameters().stop_share == PRESETS["standard"].stop_share
 
 
 def frame_of(plan: Plan, k: int, state: str, T_world_camera: NDArray[np.float64]) -> Any:

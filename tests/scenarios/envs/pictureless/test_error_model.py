@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from scenarios.envs.ids import FOLLOW_ENVS
+from scenarios import catalog
 from scenarios.envs.pictureless.error_kernel import error_record, start_tracker, track
 from scenarios.envs.pictureless.error_model import LOST, TRACKING, WRONG, error_model, model_from_json
 from scenarios.envs.pictureless.life import ACROSS, ALONG, LIFE
@@ -93,7 +93,7 @@ def test_text_and_back() -> None:
     np.testing.assert_array_equal(read.rates, made.rates)
 
 
-@pytest.mark.parametrize(("scenario", "tracker"), FOLLOW_ENVS.values())
+@pytest.mark.parametrize(("scenario", "tracker"), catalog.envs().values())
 def test_every_env_s_tracker_has_a_model(scenario: str, tracker: str) -> None:
     shipped = error_model(tracker)
     assert (shipped.scenario, shipped.tracker) == (scenario, tracker)

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from numba import njit
 
-from scenarios.envs.pictureless.drive_kernel import covered_share
 from scenarios.envs.pictureless.life import LIFE
+from scenarios.envs.pictureless.poses import camera_numbers
 from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
 from scenarios.envs.pictureless.sight_kernel import look, tell_ahead, tell_down
-from scenarios.envs.pictureless.worlds import camera_numbers
 from scenarios.envs.reward import TERMS, Reward, Rewarder
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
@@ -38,11 +37,6 @@ def tell_one(lives: Any, camera: Any, said: Any, down: bool) -> None:
         tell_down(lives[0], camera, said[0])
     else:
         tell_ahead(lives[0], camera, said[0])
-
-
-@njit
-def covered_one(lives: Any, others_m: Any, openings_m: Any) -> float:
-    return covered_share(lives[0], others_m, openings_m)
 
 
 def above(rng: np.random.Generator) -> np.ndarray:
@@ -124,17 +118,3 @@ def test_sightings_are_those_of_the_rendered_env(carrier: Any) -> None:
         expected = sighting_of(carrier.looks, observation, Estimate(np.full(2, np.nan), in_view_probability=0.3))
         for name in SIGHTING.names or ():
             np.testing.assert_allclose(said[name], expected[name], atol=1e-9, err_msg=name)
-
-
-def test_walls_and_people_hide() -> None:
-    lives = np.zeros(1, LIFE)
-    lives["place_m"], lives["target_m"] = [-2.0, 1.0, 0.0], [2.0, 1.0]
-    wall, nobody = np.array([[0.0, 0.0, 0.0, 2.0]]), np.full((1, 2), 1e6)
-    assert covered_one(lives, nobody, wall) == 0.0
-    # The opening is elsewhere.
-    assert covered_one(lives, nobody, np.array([[0.0, 3.0, 0.0, 5.0]])) == 1.0
-    # On the line, his shadow is wider than the target; aside by a shadow's and the target's half widths it is gone.
-    assert covered_one(lives, np.array([[0.0, 1.0]]), wall) == 1.0
-    assert covered_one(lives, np.array([[0.0, 1.0 + 0.5 * 0.5]]), wall) == pytest.approx(0.5)
-    assert covered_one(lives, np.array([[0.0, 1.0 + 0.5 * 0.76]]), wall) == 0.0
-    assert covered_one(lives, np.array([[3.0, 1.0]]), wall) == 0.0, "he stands behind the target"

@@ -1,4 +1,4 @@
-"""The robot's way for many at a time: the equations of ``scenarios.stereo_follow.robot.Robot`` and ``Odometry``."""
+"""The robot's way and view for many at a time."""
 
 from __future__ import annotations
 
@@ -8,67 +8,35 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scenarios.envs.pictureless.life import life_with
 from scenarios.envs.pictureless.poses import turn_down
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.episode import NOD_KEPT, NOD_RAD
-from scenarios.stereo_follow.odometry import SLIP_M, TURN_SLIP_RAD
-from scenarios.stereo_follow.robot import ACCELERATION_MPS2, FASTEST_MPS, FASTEST_TURN_RAD_S, TURN_ACCELERATION_RAD_S2
+from scenarios.stereo_follow.odometry import add_up
+from scenarios.stereo_follow.robot import driven
 
+DRIVE_LIFE = life_with(
+    ("speed_mps", "f8"), ("shake_rad", "f8", (2,)), ("odometry", "f8", (3,)), ("odometry_scales", "f8", (2,))
+)
+"""A drive: its speed, how the camera shakes, and what the wheels say of its place and heading."""
 _HALF_TURN_RAD = 0.5 * np.pi
-_STANDS_M = 1e-4
 _HALF_WIDTH_M = 0.25
 """Of a person, as others are hidden behind."""
 
 
 @njit(cache=True)
-def drive(life: Any, free_m: NDArray[np.float64], interval_s: float) -> None:
-    """Obey ``life.obeyed`` for one frame, and slide along walls.
+def drive(life: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.random.Generator) -> None:
+    """Obey ``life.obeyed`` for one frame, and add up what the wheels say of the way.
 
     Args:
         free_m: (P, 4) rectangles x0, y0, x1, y1 where the robot can be.
     """
-    wanted_mps = min(max(life.obeyed[0], -FASTEST_MPS), FASTEST_MPS)
-    wanted_rad_s = min(max(life.obeyed[3], -FASTEST_TURN_RAD_S), FASTEST_TURN_RAD_S)
-    most_mps, most_rad_s = ACCELERATION_MPS2 * interval_s, TURN_ACCELERATION_RAD_S2 * interval_s
-    life.speed_mps += min(max(wanted_mps - life.speed_mps, -most_mps), most_mps)
-    life.yaw_rate_rad_s += min(max(wanted_rad_s - life.yaw_rate_rad_s, -most_rad_s), most_rad_s)
-    middle_rad = life.yaw_rad + 0.5 * life.yaw_rate_rad_s * interval_s
-    life.yaw_rad += life.yaw_rate_rad_s * interval_s
-    east_m = life.speed_mps * interval_s * np.cos(middle_rad)
-    north_m = life.speed_mps * interval_s * np.sin(middle_rad)
-    x_m, y_m = life.place_m[0], life.place_m[1]
-    if _is_free(free_m, x_m + east_m, y_m + north_m):
-        life.place_m[0], life.place_m[1] = x_m + east_m, y_m + north_m
-    elif _is_free(free_m, x_m + east_m, y_m):
-        life.place_m[0] = x_m + east_m
-    elif _is_free(free_m, x_m, y_m + north_m):
-        life.place_m[1] = y_m + north_m
-    else:
-        life.speed_mps = 0.0
-
-
-@njit(cache=True)
-def _is_free(free_m: NDArray[np.float64], x_m: float, y_m: float) -> bool:
-    free = False
-    for k in range(len(free_m)):
-        if free_m[k, 0] <= x_m <= free_m[k, 2] and free_m[k, 1] <= y_m <= free_m[k, 3]:
-            free = True
-    return free
-
-
-@njit(cache=True)
-def measure(life: Any, x_m: float, y_m: float, yaw_rad: float, rng: np.random.Generator) -> None:
-    """Add up what the wheels say of the way from a place (x, y) and heading to where the robot is."""
+    x_m, y_m, yaw_rad = life.place_m[0], life.place_m[1], life.yaw_rad
+    life.place_m[0], life.place_m[1], life.yaw_rad, life.speed_mps, life.yaw_rate_rad_s = driven(
+        life.place_m, yaw_rad, life.speed_mps, life.yaw_rate_rad_s, life.obeyed[0], life.obeyed[3], free_m, interval_s
+    )
     step_m = (life.place_m[0] - x_m) * np.cos(yaw_rad) + (life.place_m[1] - y_m) * np.sin(yaw_rad)
-    turn_rad = life.yaw_rad - yaw_rad
-    slip_m, slip_rad = SLIP_M * rng.standard_normal(), TURN_SLIP_RAD * rng.standard_normal()
-    moves = abs(step_m) > _STANDS_M or abs(turn_rad) > _STANDS_M
-    step_m = life.odometry_scales[0] * step_m + (slip_m if moves else 0.0)
-    turn_rad = life.odometry_scales[1] * turn_rad + (slip_rad if moves else 0.0)
-    middle_rad = life.odometry[2] + 0.5 * turn_rad
-    life.odometry[0] += step_m * np.cos(middle_rad)
-    life.odometry[1] += step_m * np.sin(middle_rad)
-    life.odometry[2] += turn_rad
+    add_up(life.odometry, life.odometry_scales, step_m, life.yaw_rad - yaw_rad, rng)
 
 
 @njit(cache=True)

@@ -8,11 +8,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scenarios.command_link import send
 from scenarios.envs.pictureless.error_kernel import start_tracker, track
-from scenarios.envs.pictureless.flight_kernel import fly, look_down
-from scenarios.envs.pictureless.link_kernel import send
 from scenarios.envs.pictureless.sight_kernel import look, tell_down
 from scenarios.envs.pictureless.starts import frame_before
+from scenarios.road_town.flight import ALTITUDE_RANGE_M
+from scenarios.road_town.pictureless.flight_kernel import fly, look_down
 
 ROAD_NOISE = np.dtype(
     [
@@ -24,7 +25,7 @@ ROAD_NOISE = np.dtype(
     align=True,
 )
 """Errors of the instruments."""
-_LOWEST_M = 40.0
+_LOWEST_M = ALTITUDE_RANGE_M[0]
 _OFF_COURSE_M = 3.0
 
 

@@ -1,4 +1,7 @@
-"""The helicopter's flight for many at a time: the equations of ``scenarios.road_town.flight.Helicopter``."""
+"""The helicopter's flight for many at a time: the equations of ``scenarios.road_town.flight.Helicopter``.
+
+That one is not served by this kernel: NumPy's norm and matrix products round other than compiled sums by a bit.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scenarios.envs.pictureless.life import life_with
 from scenarios.envs.pictureless.poses import turn_down, turned
 from scenarios.road_town.flight import (
     ALTITUDE_RANGE_M,
@@ -18,6 +22,10 @@ from scenarios.road_town.flight import (
 )
 
 _LOWEST_M, _HIGHEST_M = ALTITUDE_RANGE_M
+FLIGHT_LIFE = life_with(
+    ("velocity_mps", "f8", (3,)), ("position_bias_m", "f8", (3,)), ("attitude_bias_rad", "f8", (3,))
+)
+"""A flight: its velocity, and the errors of its instruments that last."""
 
 
 @njit(cache=True)

@@ -8,16 +8,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scenarios.envs.pictureless.drive_kernel import covered_share, drive, is_walled, look_ahead, measure
+from scenarios.command_link import send
 from scenarios.envs.pictureless.error_kernel import start_tracker, track
 from scenarios.envs.pictureless.error_model import WRONG
 from scenarios.envs.pictureless.life import NOBODY
-from scenarios.envs.pictureless.link_kernel import send
 from scenarios.envs.pictureless.poses import in_camera
 from scenarios.envs.pictureless.sight_kernel import look, tell_ahead
 from scenarios.envs.pictureless.starts import frame_before
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.odometry import SCALE_ERROR, TURN_SCALE_ERROR
+from scenarios.stereo_follow.pictureless.drive_kernel import covered_share, drive, is_walled, look_ahead
 
 _NEAREST_M, _FARTHEST_M = 0.5, 8.0
 """People are taken for the target at these distances."""
@@ -89,9 +89,7 @@ def drive_on(
     for k in range(len(lives)):
         life = lives[k]
         send(life, wanted[k], limits, steps, waiting[k], link_noise, rng)
-        x_m, y_m, yaw_rad = life.place_m[0], life.place_m[1], life.yaw_rad
-        drive(life, free_m[life.episode], interval_s)
-        measure(life, x_m, y_m, yaw_rad, rng)
+        drive(life, free_m[life.episode], interval_s, rng)
         life.frame += 1
         life.steps += 1
         _see(life, target_m, target_rad, size_m, others_m, openings_m, camera, rng)

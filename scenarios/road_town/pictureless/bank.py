@@ -1,0 +1,60 @@
+"""What a pictureless env needs of an episode of ``road-town``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.command_link import LinkLimits
+from scenarios.road_town.flight import gust_attitude_rad
+from scenarios.road_town.plan import TARGET, make_plan
+from scenarios.road_town.presets import RoadTown
+from scenarios.scenario import TrackerRuns, World
+
+_MOST_GUSTS = 8
+
+
+class RoadPictureless:
+    """See ``scenarios.scenario.Pictureless``."""
+
+    version = 1
+    runs = TrackerRuns(
+        ("centre", "disturbed:centre", "centre", "disturbed:centre", "hold"), wrong_from_m=3.0, jump_m=4.0
+    )
+
+    def is_playable(self, preset: RoadTown) -> bool:
+        """Return whether the helicopter has instruments."""
+        return preset.ego is not None
+
+    def arrays(self, preset: RoadTown, seed: int) -> dict[str, NDArray[np.float64]]:
+        """Return the target's way and the helicopter's air, all in closed loop.
+
+        ``target_m`` (T, 2), ``target_rad`` (T,) and ``size_m`` (3,) of the car; ``attitude_rad`` (T, 3) of rough air
+        and gusts; ``start_m`` (3,) of the helicopter, ``yaw_rad`` (T,) of a set path; ``path_m`` (T, 2) of that;
+        ``onsets`` (8,) frames on which gusts begin, -1 for none.
+        """
+        plan = make_plan(preset, seed, closed_loop=True)
+        poses = plan.camera_poses
+        frames = preset.frame_count
+        onsets = np.full(_MOST_GUSTS, -1.0)
+        starts = [float(pulse.start_frame) for pulse in plan.pulses][:_MOST_GUSTS]
+        onsets[: len(starts)] = starts
+        return {
+            "target_m": plan.motion.position_m[:, TARGET],
+            "target_rad": plan.motion.heading_rad[:, TARGET],
+            "size_m": plan.sizes_m[TARGET],
+            "attitude_rad": plan.air.attitude_rad + gust_attitude_rad(list(plan.pulses), plan.air.altitude_m, frames),
+            "start_m": np.array([*poses[0, :2, 3], plan.air.altitude_m]),
+            "path_m": poses[:, :2, 3],
+            "yaw_rad": plan.air.yaw_rad,
+            "onsets": onsets,
+        }
+
+    def world(
+        self, preset: RoadTown, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
+    ) -> World:
+        """Return the helicopters' world."""
+        # Imported where it is wanted: its kernels take seconds to load.
+        from scenarios.road_town.pictureless.world import RoadWorld
+
+        return RoadWorld(preset, arrays, link, errors)

@@ -1,0 +1,79 @@
+"""A scenario says itself how it is played without pictures; the env asks it, and names none."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios import catalog, envs
+from scenarios.envs.pictureless.bank import episode_bank, is_playable
+from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from scenarios.road_town.pictureless.bank import RoadPictureless
+from scenarios.road_town.pictureless.world import RoadWorld
+from scenarios.road_town.scenario import ROAD_TOWN
+from tests.scenarios.envs.pictureless.hand_made import PRESET, SETTINGS, bank, model
+from trackers.types import Carrier, CommandAxis
+
+BALLOON = Carrier("balloon", (CommandAxis("climb_mps", 2.0, 8.0),), "down")
+SCENE_WORDS = {"road", "town", "stereo", "sheet", "helicopter", "robot"}
+
+
+class Drifting(RoadWorld):
+    """Goes north with the wind, whatever is commanded."""
+
+    def move(self, lives: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
+        super().move(lives, wanted, waiting, sightings, rng)
+        lives["place_m"][:] = 0.0
+        lives["place_m"][:, 1] = lives["frame"]
+
+
+class BalloonPictureless(RoadPictureless):
+    """That of the town, but for what moves."""
+
+    def world(self, *told: Any) -> Drifting:
+        return Drifting(*told)
+
+
+BALLOON_TOWN = replace(ROAD_TOWN, id="balloon-town-v1", carrier=BALLOON, pictureless=BalloonPictureless())
+SEEN_ALONE = replace(ROAD_TOWN, id="seen-alone-v1", pictureless=None)
+
+
+@pytest.fixture
+def _known(monkeypatch: pytest.MonkeyPatch) -> None:
+    more = [
+        catalog.Entry(f"{name}-v1", f"{__name__}:{place}")
+        for name, place in (("balloon-town", "BALLOON_TOWN"), ("seen-alone", "SEEN_ALONE"))
+    ]
+    monkeypatch.setattr(catalog, "_ENTRIES", (*catalog._ENTRIES, *more))
+
+
+@pytest.mark.usefixtures("_known")
+def test_what_looks_down_moves_as_its_own_scenario_says() -> None:
+    told = {**SETTINGS, "scenario": BALLOON_TOWN.id, "bank": replace(bank(), scenario=BALLOON_TOWN.id)}
+    made = PicturelessVectorEnv(3, **told, model=model(scenario=BALLOON_TOWN.id))
+    assert made.action_space.shape == (3, 1)
+    made.reset(seed=0)
+    for _ in range(5):
+        made.step(np.ones((3, 1)))
+    np.testing.assert_array_equal(made.lives["place_m"], np.tile([0.0, 5.0, 0.0], (3, 1)))
+
+
+@pytest.mark.usefixtures("_known")
+def test_a_scenario_that_is_not_played_without_pictures_is_refused() -> None:
+    assert is_playable(BALLOON_TOWN.id, PRESET)
+    assert not is_playable(SEEN_ALONE.id, PRESET)
+    with pytest.raises(ValueError, match="scenario: expected one that can be played without pictures, got 'seen-al"):
+        episode_bank(SEEN_ALONE.id, PRESET, [1])
+
+
+def test_envs_name_no_scenario_and_no_carrier() -> None:
+    for path in Path(envs.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [value for _, value in ast.iter_fields(node) if isinstance(value, str)]
+            words = set("_".join(names).replace("-", "_").replace(".", "_").replace(" ", "_").lower().split("_"))
+            assert not words & SCENE_WORDS, f"{path}:{getattr(node, 'lineno', 0)}: {names}"
