@@ -1,4 +1,4 @@
-"""The command ``frameout``: which sub-command, with which arguments; what is wrong with them, in one line."""
+"""The command ``frameout``: chooses the sub-command, parses its arguments, and refuses wrong ones in one line."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ _COMMANDS = {
 """Sub-command → module and the frozen dataclass whose fields are its options."""
 
 _SUMMARIES = {
-    "list": "scenarios, presets and what they hold, trackers, controllers, suites",
+    "list": "scenarios with their presets, trackers, controllers, suites, envs; definitions of metrics",
     "bench": "run a suite, rank the trackers, write rows, summary and report",
-    "compare": "paired differences of two trackers, by attribute of frame-outs and other events",
-    "paper": "repeat a paper's experiment, its table beside ours",
-    "play": "steer a camera yourself, and stand on the table",
-    "render": "watch an episode: write an MP4",
-    "report": "make the page of a result folder again, from its rows",
-    "speed": "how fast pictures are made, against PyBullet's TinyRenderer",
-    "train": "train a policy that follows a target, by what a tracker believes",
-    "tune": "choose trackers' parameters on development seeds, the same budget for each",
-    "learn-colours": "learn the colours of road, other and building from development towns",
+    "compare": "paired differences of two trackers, by kind of event",
+    "paper": "repeat a paper's experiment and compare with its table",
+    "play": "steer a camera by hand, scored like a controller",
+    "render": "write an episode as an MP4",
+    "report": "make the report of a result folder again from its rows",
+    "speed": "time rendering against PyBullet's TinyRenderer, and steps of the envs",
+    "train": "train a policy that steers by a tracker's estimate",
+    "tune": "search parameters of trackers and controllers on development seeds",
+    "learn-colours": "learn colour models of road, building and other from development towns",
 }
 _STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
 _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}
@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 class Command(Protocol):
-    """A sub-command: a frozen dataclass of its options."""
+    """A sub-command: a frozen dataclass of options."""
 
     def run(self) -> int:
         """Do it; return the exit status."""

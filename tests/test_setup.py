@@ -234,3 +234,17 @@ def test_ci_fails_if_the_tests_do(machine: Machine) -> None:
     machine.make("test")
     (machine.checkout / ".venv/bin/pytest").write_text("#!/bin/sh\nexit 3\n")
     assert machine.make(".ci/run", program="bash").returncode != 0
+
+
+def test_the_workflow_runs_the_whole_check_with_pinned_actions(machine: Machine) -> None:
+    text = (ROOT / ".github/workflows/check.yml").read_text()
+    actions = re.findall(r"uses: (\S+)", text)
+    assert actions
+    assert all(re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40}", action) for action in actions)
+    assert "secrets" not in text
+    assert 'python-version: "3.11"' in text
+    assert re.findall(r"run: (.+)", text) == ["make check"]
+    assert machine.make("--dry-run", "check").returncode == 2
+    machine.put_python("python3.11", "3.11")
+    planned = machine.make("--dry-run", "check").stdout
+    assert all(program in planned for program in ("ruff format", "ruff check", "mypy", "lint-imports", "pytest"))

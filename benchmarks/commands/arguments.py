@@ -1,4 +1,4 @@
-"""Arguments that commands share: lists of names, ranges of seeds."""
+"""Arguments shared by commands: lists of names, ranges of seeds."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from collections.abc import Sequence
 
 import tyro
 
-# The help of these says itself what holds if they are not given.
+from benchmarks.results.ledger import TEST_SPLIT
+
+# The help texts of these name the default themselves.
 COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
 FILE = tyro.conf.arg(metavar="FILE", help_behavior_hint="")
 ONE_NAME = tyro.conf.arg(metavar="NAME", help_behavior_hint="")
 VALUES = tyro.conf.arg(metavar="NAME VALUE …", help_behavior_hint="")
-WORKERS = tyro.conf.arg(metavar="N", help_behavior_hint="(default: one a core)")
+WORKERS = tyro.conf.arg(metavar="N", help_behavior_hint="(default: one per core)")
 NAMES = tyro.conf.arg(metavar="NAME …", help_behavior_hint="")
 SEEDS = tyro.conf.arg(metavar="A:B")
+PUBLISH = tyro.conf.arg(metavar="WHY", help_behavior_hint="")
 FOLDER = tyro.conf.arg(metavar="FOLDER", help_behavior_hint="")
-TEST_SPLIT = range(10_000, 20_000)
-"""Published numbers come from these seeds, and nobody tunes on them."""
 
 
 def names(given: Sequence[str]) -> tuple[str, ...]:
@@ -39,7 +40,7 @@ def seed_range(text: str, parameter: str = "seeds") -> range:
 
 
 def development_seeds(text: str, parameter: str = "seeds") -> range:
-    """Return seeds A:B that one may learn from. Raises ValueError for others."""
+    """Return development seeds A:B. Raises ValueError for others."""
     seeds = seed_range(text, parameter)
     if seeds.stop > TEST_SPLIT.start:
         raise ValueError(f"{parameter}: expected development seeds, below {TEST_SPLIT.start}, got {text!r}")

@@ -11,11 +11,12 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, NAMES, SEEDS, WORKERS, cores, names, seed_range
+from benchmarks.commands.arguments import FOLDER, NAMES, PUBLISH, SEEDS, WORKERS, cores, names, seed_range
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.selection import parties
 from benchmarks.report.page import write_report
+from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
 from benchmarks.suites.registry import Suite, suite
@@ -27,30 +28,32 @@ _QUICK_SEEDS = "10000:10003"
 class Bench:
     """Run a suite, rank the trackers, write rows, summary and report.
 
-    Stopped at any moment, the same command goes on where it stopped. Trackers that fail have said nothing
-    for the rest of the episode, and the exit status is 1; everyone else's results stand.
+    A run that was stopped continues with the same command. A tracker that fails counts as giving no answer for the
+    rest of the episode, and the exit status is 1; the results of the others are not affected.
 
     Attributes:
-        suites: what to run: frame-out, stereo, follow.
-        scenario: of a suite about several, one or more (default: all of them).
-        preset: presets of the scenario, one or more (default: standard; with --quick: quick).
-        trackers: who takes part, one or more names, see `frameout list` (default: everyone of the suite;
-            with --quick all but variants; in the suite follow ours and one other of each scenario).
-        controllers: who steers the camera by the tracker's estimate, see `frameout list`; `set-path` = nobody, the
-            same pictures for everyone (default: as the preset says; in the suite follow, which compares them,
-            everyone). `policy:FILE` is a trained policy.
-        link: in the suite follow, how commands reach the carrier: prompt, delayed or noisy.
+        suites: names of the suites to run: frame-out, stereo, follow.
+        scenario: one or more of the suite's scenarios (default: all).
+        preset: one or more presets of the scenario (default: standard; with --quick: quick).
+        trackers: names of trackers, see `frameout list` (default: all of the suite; with --quick all but variants;
+            in the suite follow ours and one other for each scenario).
+        controllers: names of controllers that steer the camera by the tracker's estimate, see `frameout list`;
+            `policy:FILE` is a trained policy; `set-path` moves the camera on a fixed path, so that all trackers get
+            the same pictures (default: given by the preset; in the suite follow all controllers).
+        link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
         seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
-            10000:10003 unless given.
-        renderer: raster or pybullet; the same picture, the latter from PyBullet's own renderer and slower.
-        quick: a few small, short episodes, to see that everything works.
+            10000:10003 by default.
+        renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
+        quick: run a few small, short episodes as a trial.
         out: folder for records.jsonl, summary.json, comparisons.json and report.html (default:
             results/SUITE, with --quick results/quick).
-        workers: processes; 0 = none but this one.
-        limit_s: the longest a tracker may take over one frame, in seconds.
-        modules: your own Python modules that register trackers, imported first.
-        backend: joblib's backend, where you have set up another than processes of this machine.
+        workers: number of worker processes; 0 = run in this process.
+        limit_s: time limit in seconds for one frame of a tracker.
+        modules: your own Python modules, imported first; they register trackers, metrics and so on.
+        backend: joblib backend; the default starts processes on this machine.
         json: print the summary as JSON instead of tables.
+        publish: why figures of this run on the test split are to be published; adds the command, the commit and this
+            text to benchmarks/results/test_split_runs.jsonl, once. Needs a checkout without changes to the code.
     """
 
     suites: Annotated[tuple[str, ...], tyro.conf.Positional] = ("frame-out",)
@@ -68,13 +71,20 @@ class Bench:
     modules: Annotated[tuple[str, ...], NAMES] = ()
     backend: str = "loky"
     json: bool = False
+    publish: Annotated[str, PUBLISH] = ""
 
     def run(self) -> int:
         """Run it; return the exit status."""
         status = 0
-        for name in self.suites:
-            status = max(status, self._run_suite(name))
+        with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
+            for name in self.suites:
+                status = max(status, self._run_suite(name))
         return status
+
+    @property
+    def _seeds(self) -> range:
+        quick_seeds = self.quick and self.seeds == type(self).seeds
+        return seed_range(_QUICK_SEEDS if quick_seeds else self.seeds)
 
     def _run_suite(self, name: str) -> int:
         load_modules(self.modules)
@@ -104,7 +114,6 @@ class Bench:
         if self.link != "prompt" and not wanted.judges_controllers:
             raise ValueError(f"link: expected prompt, since suite {wanted.name} knows no other, got {self.link!r}")
         preset = wanted.quick_preset if self.quick else wanted.preset
-        quick_seeds = self.quick and self.seeds == type(self).seeds
         chosen = parties(
             wanted, names(self.scenario), names(self.trackers), names(self.controllers), variants=not self.quick
         )
@@ -114,7 +123,7 @@ class Bench:
                 scenario=party.scenario,
                 presets=names(self.preset) or (preset,),
                 trackers=party.trackers,
-                seeds=seed_range(_QUICK_SEEDS if quick_seeds else self.seeds),
+                seeds=self._seeds,
                 renderer=check_renderer(self.renderer),
                 controllers=party.controllers or None,
                 link=self.link,
@@ -137,7 +146,7 @@ def _what_runs(wanted: Suite, experiment: Experiment) -> str:
 
 
 def _tell_what_went_wrong(outcome: Outcome, wanted: Suite) -> None:
-    """Say on stderr, once for each tracker, that it failed or said nothing."""
+    """Report on stderr, once for each tracker, that it failed or gave no answer."""
     episodes = Counter(failure.tracker for failure in outcome.failures)
     told: set[str] = set()
     for failure in outcome.failures:

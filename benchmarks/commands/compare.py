@@ -1,4 +1,4 @@
-"""``frameout compare``: two trackers, episode by episode, by attribute of frame-outs and other events."""
+"""``frameout compare``: paired differences of two trackers, by kind of frame-out or other event."""
 
 from __future__ import annotations
 
@@ -23,19 +23,17 @@ from trackers.controllers.catalogue import POLICY
 
 @dataclass(frozen=True)
 class Compare:
-    """Paired differences of two trackers with 95 % intervals: by kind, side, turn and length of the
-    frame-out; in the suite stereo by what happens, e.g. after a lamp goes off; in the suite follow over whole
-    episodes.
+    """Paired differences of two trackers with 95 % intervals: by kind, side, turn and length of the frame-out; in the
+    suite stereo by kind of event, e.g. after a lamp goes off; in the suite follow over whole episodes.
 
-    A tracker is named as in `frameout list`, or as FOLDER:NAME to take it from another result folder (the
-    same tracker with two renderers, before and after a change …). In the suite follow two controllers with
-    their trackers are compared: CONTROLLER+TRACKER. Only episodes that both ran on count. p-values are
-    corrected for the number of comparisons (Holm).
+    A tracker is named as in `frameout list`, or as FOLDER:NAME to take it from another result folder (the same tracker
+    with two renderers, or before and after a change). In the suite follow the two are pairs, CONTROLLER+TRACKER. Only
+    episodes that both have run are compared. p-values are corrected for the number of comparisons (Holm).
 
     Attributes:
-        first, second: the trackers; differences are first minus second.
-        directory: result folder of trackers named without one.
-        preset: compare in this preset alone.
+        first, second: names; differences are first minus second.
+        directory: result folder of names without one.
+        preset: use rows of this preset only.
         json: print JSON instead of a table.
     """
 

@@ -1,4 +1,4 @@
-"""The leaderboard in letters: for the terminal, and in Markdown."""
+"""The leaderboard as text: for the terminal, and as Markdown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``frameout learn-colours``: what road, other and building look like, learnt from development towns."""
+"""``frameout learn-colours``: learn colour models of road, building and other from development towns."""
 
 from __future__ import annotations
 
@@ -11,16 +11,14 @@ from benchmarks.learning.pixel_colours import learn_colours, write_model
 
 @dataclass(frozen=True)
 class LearnColours:
-    """Learn mean and variance of the colours of road, other and building, and write them where trackers
-    find them.
+    """Learn mean and variance of the colours of road, building and other; write them to the file that trackers load.
 
-    Pictures come from development towns, never from one that trackers are tested in; labels come from their
-    truth.
+    Pictures come from development towns only, labels from their truth.
 
     Attributes:
-        preset: one or more of the town's presets, whose towns are looked at in turn.
-        seeds: towns A:B; below 10,000.
-        every: take every so many frames of an episode.
+        preset: one or more of the town's presets to take towns from.
+        seeds: towns A to B - 1, below 10,000.
+        every: use one frame of so many.
     """
 
     preset: tuple[str, ...] = ("standard",)

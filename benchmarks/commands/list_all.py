@@ -1,4 +1,4 @@
-"""``frameout list``: what there is."""
+"""``frameout list``: scenarios, suites, trackers, controllers, envs, and the page of definitions."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from rich.table import Table
 
 from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
 from benchmarks.commands.progress import progress_bar
+from benchmarks.report.reference import reference_page
 from benchmarks.run.contestants import entrants, load_modules
 from benchmarks.run.records import write_beside
 from benchmarks.run.versions import hash_of_survey
@@ -28,24 +29,30 @@ _CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
 
 @dataclass(frozen=True)
 class List:
-    """List scenarios with their presets and what those hold, suites, trackers and controllers.
+    """List scenarios with their presets and contents, suites, trackers, controllers and envs.
 
     Attributes:
-        measure: measure anew what the presets hold (no picture is drawn) and keep it, instead of showing
-            what was kept.
-        seeds: episodes A:B to measure over.
-        modules: your own Python modules that register trackers, imported first.
+        measure: measure the contents of the presets again (without rendering) and store them, instead of showing the
+            stored ones.
+        seeds: episodes A:B to measure.
+        modules: your own Python modules, imported first; they register trackers, metrics and so on.
         json: print JSON instead of tables.
+        reference: print the definitions of all metrics, observation features, reward terms and `info` keys instead, as
+            Markdown (the page REFERENCE.md).
     """
 
     measure: bool = False
     seeds: Annotated[str, SEEDS] = "0:50"
     modules: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False
+    reference: bool = False
 
     def run(self) -> int:
         """Print it; return the exit status."""
         load_modules(self.modules)
+        if self.reference:
+            print(reference_page(), end="")
+            return 0
         if self.measure:
             _measure(seed_range(self.seeds))
         contents = json.loads(_CONTENTS.read_text()) if _CONTENTS.is_file() else {}
@@ -97,10 +104,10 @@ def _scenario_table(name: str, contents: dict[str, Any]) -> Table:
 
 def _measured(contents: dict[str, Any]) -> str:
     if not contents:
-        return "not measured yet (--measure)"
-    measured = f"measured over episodes {contents['seeds']}"
+        return "contents not measured yet (--measure)"
+    measured = f"contents measured over episodes {contents['seeds']}"
     if contents["code"] != hash_of_survey():
-        measured += ", with other code than this; measure anew: frameout list --measure"
+        measured += ", with another version of the code; measure again: frameout list --measure"
     return measured
 
 
@@ -131,7 +138,7 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
 
 def _envs() -> list[tuple[str, str, str]]:
     return [
-        (name, scenario, f"follow in a Gymnasium env; in the loop, unless said otherwise: {tracker}")
+        (name, scenario, f"Gymnasium env; default tracker: {tracker}")
         for name, (scenario, tracker) in catalog.envs().items()
     ]
 

@@ -1,4 +1,4 @@
-"""``frameout paper``: a paper's experiment, repeated."""
+"""``frameout paper``: repeat a paper's experiment."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, SEEDS, WORKERS, cores, seed_range
+from benchmarks.commands.arguments import FOLDER, PUBLISH, SEEDS, WORKERS, cores, seed_range
+from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.experiment import check_renderer
 
 _EXPERIMENTS = {
@@ -23,20 +24,20 @@ _EXPERIMENTS = {
 
 @dataclass(frozen=True)
 class Paper:
-    """Repeat a paper's experiment over many episodes: its table beside ours, pictures at the paper's frames.
+    """Repeat a paper's experiment over many episodes; show its table beside ours, with pictures at the paper's frames.
 
-    The methods are set as they were written; `frameout bench` sets them as they were tuned. B1 and B2 measure a camera
+    The methods have the parameters of the paper; in `frameout bench` they have tuned ones. B1 and B2 measure a camera
     and run no method.
 
     Attributes:
         experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown), B1
-            (colours and camera settings under a lamp that is dimmed), B2 (when colour can be learnt) or B3 (a person
-            followed by stereo under changing light).
-        seeds: episodes A:B, half open (default: 10000:10050; B3, whose ten are as many frames as the paper's,
-            10000:10010).
+            (colours and camera settings under a dimmed lamp), B2 (when colour can be learnt) or B3 (a person followed
+            by stereo under changing light).
+        seeds: episodes A to B - 1 (default: 10000:10050; for B3 10000:10010, as many frames as in the paper).
         renderer: raster or pybullet.
         out: folder for rows, pictures and page (default: results/paper-a2 …).
-        workers: processes.
+        workers: number of worker processes.
+        publish: why figures of this run on the test split are to be published, see `frameout bench --help`.
     """
 
     experiment: Annotated[str, tyro.conf.Positional]
@@ -44,6 +45,7 @@ class Paper:
     renderer: str = "raster"
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
+    publish: Annotated[str, PUBLISH] = ""
 
     def run(self) -> int:
         """Run it; return the exit status."""
@@ -52,6 +54,7 @@ class Paper:
         renderer = check_renderer(self.renderer)
         module = importlib.import_module(_EXPERIMENTS[self.experiment])
         out = self.out or Path("results") / f"paper-{self.experiment.lower()}"
-        seeds = self.seeds or ("10000:10010" if self.experiment == "B3" else "10000:10050")
-        module.run(out, seed_range(seeds), renderer, cores(self.workers))
+        seeds = seed_range(self.seeds or ("10000:10010" if self.experiment == "B3" else "10000:10050"))
+        with recorded(command_of("paper", self, "experiment"), seeds, self.publish):
+            module.run(out, seeds, renderer, cores(self.workers))
         return 0

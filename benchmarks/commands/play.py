@@ -1,4 +1,4 @@
-"""``frameout play``: a person steers."""
+"""``frameout play``: steer by hand."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from sim.checks import check
 
 @dataclass(frozen=True)
 class Play:
-    """Steer a camera yourself, by what it sees and an orange cross where the tracker believes the target to be.
+    """Steer a camera by hand, with its picture on the screen and an orange cross at the tracker's estimate.
 
-    Keys: w and s go ahead and back; a and d go left and right (a robot turns); q and e turn, r and f climb and sink.
-    Every episode played to its end is scored and written as rows of suite `follow`, by the controller `human`, into
-    the folder: the report shows you among the others. Needs pygame (pip install 'frameout[play]').
+    Keys: w and s move ahead and back; a and d move left and right (a robot turns); q and e turn; r and f climb, sink.
+    Every episode played to its end is scored and written as rows of suite `follow` with the controller `human`; the
+    report of the folder shows it beside the others. Needs pygame (pip install 'frameout[play]').
 
     Attributes:
         env: env id, see `frameout list`.
-        preset: of the scenario.
-        tracker: in the loop (default: the env's).
-        link: prompt, delayed or noisy: how commands reach the carrier.
+        preset: one of the scenario's.
+        tracker: name of the tracker (default: the env's).
+        link: how commands reach the carrier: prompt, delayed or noisy.
         seeds: episodes A to B - 1.
-        zoom: of the picture.
-        out: folder for the rows; that of a bench run, so that you stand on its table.
+        zoom: factor by which the picture is enlarged.
+        out: folder for the rows; take that of a bench run to appear in its table.
     """
 
     env: tyro.conf.Positional[str] = "frameout/RoadTownFollow-v1"

@@ -1,4 +1,4 @@
-"""Progress with an estimate of what is left, on stderr."""
+"""Progress with an estimate of the time left, on stderr."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from benchmarks.run.experiment import Progress as Report
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Report]:
-    """Show how far a long piece of work is, from its first word on until the context ends.
+    """Show the progress of long work until the context ends.
 
-    Yields what has to be called with (done, of). Work that is refused before it begins shows nothing.
+    Yields a function to be called with (done, of). Nothing is shown before its first call.
     """
     columns = (
         TextColumn("{task.description}"),

@@ -1,4 +1,4 @@
-"""``frameout render``: watch an episode."""
+"""``frameout render``: write an episode as a video."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from scenarios import catalog
 
 @dataclass(frozen=True)
 class Render:
-    """Write one episode as an MP4: what the camera sees, truth, and what a tracker says.
+    """Write one episode as an MP4: the camera's picture, the truth, and a tracker's estimate.
 
-    A road town is shown inside a larger view; a person followed with both pictures, disparity, and from above.
+    A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above.
 
     Attributes:
-        scenario: see `frameout list`; without its version the latest.
+        scenario: catalogue id, see `frameout list`; without a version the latest.
         preset: one of the scenario's.
-        seed: the episode, a whole number >= 0.
-        tracker: whose estimate and particles are drawn (default: nobody's, truth alone).
-        controller: who steers by the tracker's estimate (default: a set path).
+        seed: of the episode, a whole number >= 0.
+        tracker: name of the tracker to draw (default: truth only).
+        controller: name of the controller that steers by the tracker's estimate (default: a set path).
         renderer: raster or pybullet.
-        frames: stop after so many (default: the whole episode).
-        scale: field of the larger view against the observed frame, >= 1.
+        frames: number of frames (default: the whole episode).
+        scale: size of the larger view over that of the camera's picture, >= 1.
         out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
     """
 

@@ -1,4 +1,4 @@
-"""``frameout report``: the page of a result folder, made again from its rows."""
+"""``frameout report``: make the report of a result folder again from its rows."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class Report:
     """Make summary.json, comparisons.json and report.html of a result folder again, from its records.jsonl.
 
     Attributes:
-        directory: the folder that `frameout bench` wrote.
-        markdown: print the leaderboard as a Markdown table too.
+        directory: folder written by `frameout bench`.
+        markdown: also print the leaderboard as a Markdown table.
     """
 
     directory: Annotated[Path, tyro.conf.Positional]

@@ -1,4 +1,4 @@
-"""Who takes part in which scenario of a suite, as users named them."""
+"""The contestants of each scenario of a suite, from the names that users gave."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trackers.controllers.catalogue import controller_entry, controllers
 
 @dataclass(frozen=True, slots=True)
 class Party:
-    """Those who take part in one scenario.
+    """The contestants of one scenario.
 
     Attributes:
         scenario: catalogue id.
@@ -29,17 +29,17 @@ class Party:
 def parties(
     suite: Suite, scenarios: Sequence[str], trackers: Sequence[str], steering: Sequence[str], *, variants: bool
 ) -> list[Party]:
-    """Return who takes part, by scenario.
+    """Return the contestants, scenario by scenario.
 
-    Names are shared out: each scenario gets those it knows, and one that knows none of them is left out. What nobody
-    knows goes to the first one, which will refuse it.
+    Each scenario gets the given names that it knows; a scenario that knows none is left out. A name that no scenario
+    knows goes to the first one, which refuses it.
 
     Args:
-        scenarios, trackers, steering: as users named them; () = all of the suite, the scenario's own, and, where
-            controllers are contestants, everyone. variants: whether ablations take part if nobody is named.
+        scenarios, trackers, steering: names that users gave; () = all of the suite, the scenario's own, and, where
+            controllers are contestants, all controllers. variants: whether ablations are included by default.
 
     Raises:
-        ValueError: for scenarios that the suite is not about.
+        ValueError: for scenarios that the suite does not have.
     """
     scenes = _scenes(suite, scenarios)
     tracking = _shared(trackers, [partial(_tracks, suite.tracked_by(scene)) for scene in scenes])

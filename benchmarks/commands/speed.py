@@ -1,4 +1,4 @@
-"""``frameout speed``: how fast pictures are made."""
+"""``frameout speed``: time rendering and the envs."""
 
 from __future__ import annotations
 
@@ -31,21 +31,20 @@ _FEWEST_SOAKED_STEPS = 1000
 
 @dataclass(frozen=True)
 class Speed:
-    """Time a finished frame with all its truth against a bare call of PyBullet's TinyRenderer on the same scene.
+    """Compare the time of a finished frame with all its truth with a bare call of PyBullet's TinyRenderer on the scene.
 
-    One core, shadows on, CPU time of the thread; then frames a second as such, and what two processes make against one.
-    Then likewise steps of frameout/RoadTownFollow-v1 with a tracker in the loop and pictures of 84 × 84, if its
-    scenario is among those chosen; how much faster two workers step 16 such envs than one does (8 GB of memory), beside
-    two processes that only count, the most that the machine allows; and what a reset takes. Then steps a second of the
-    envs without pictures.
-    Leave the machine alone meanwhile: processes that share its cores are measured too.
+    Measured on one core with shadows, in CPU time of the thread; then frames a second, and the rate of two processes
+    over that of one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v1 with a tracker and
+    pictures of 84 × 84: also the rate of two workers over one with 16 envs (8 GB of memory), beside two processes that
+    only count, as the limit of the machine, and the time of a reset. Then steps a second of the envs without pictures.
+    Run nothing else meanwhile: other processes on the same cores change the figures.
 
     Attributes:
         scenarios: catalogue ids (default: all).
-        preset: whose picture size and scene.
+        preset: one of the scenarios'; it sets the size of the picture and the scene.
         seeds: towns A to B - 1.
-        frames: frames timed in each town.
-        soak: instead take so many steps of that env in a vector env with two workers, and print the memory they hold.
+        frames: number of timed frames in each town.
+        soak: instead make so many steps in a vector env with two workers, and print the memory in use.
         out: folder for summary.json.
         json: print JSON instead of a table.
     """

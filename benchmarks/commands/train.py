@@ -1,4 +1,4 @@
-"""``frameout train``: train a policy that follows."""
+"""``frameout train``: train a policy."""
 
 from __future__ import annotations
 
@@ -27,34 +27,34 @@ _RUNS = "runs"
 
 @dataclass(frozen=True)
 class Train:
-    """Train a policy in an env, with stable-baselines3; stopped at any moment, the same command goes on.
+    """Train a policy in an env with stable-baselines3. A run that was stopped continues with the same command.
 
-    By default in the env without pictures, where a fitted model of the tracker's errors stands for picture and
-    tracker; `frameout bench follow --controllers policy:OUT/policy.json` judges it in the rendered one. OUT gets
-    policy.json and policy.safetensors (no pickle), checkpoints, and curves for TensorBoard.
+    By default training is without pictures: a fitted model of the tracker's errors replaces picture and tracker.
+    `frameout bench follow --controllers policy:OUT/policy.json` scores the policy with pictures. OUT gets policy.json
+    and policy.safetensors (no pickle), checkpoints, and curves for TensorBoard.
 
     Attributes:
         env: env id, see `frameout list`.
         algorithm: ppo, or sac (off-policy).
-        steps: of all envs together.
-        tracker: in the loop (default: the env's).
-        preset: of the scenario.
-        controller: the one that the policy corrects; none: the policy steers alone.
-        controller_values: of its parameters, other than those it was tuned to, e.g. gain_per_s 0.8.
-        corrects: when it corrects: always, or while the tracker does not see the target (unseen).
+        steps: number of steps of all envs together.
+        tracker: name of the tracker (default: the env's).
+        preset: one of the scenario's.
+        controller: name of the controller that the policy corrects; none: the policy steers alone.
+        controller_values: values of the controller's parameters in place of the tuned ones, e.g. gain_per_s 0.8.
+        corrects: when the policy corrects: always, or while the tracker does not see the target (unseen).
         correction_share: the largest correction, as a share of the command's limit.
-        reward: weights of the reward's terms.
-        pictures: train in the rendered env.
-        envs: number of envs that run together (default: 256 without pictures, one for each core with them).
-        episodes: planned for the env without pictures, about a second each; they are kept.
-        starts: where episodes begin without pictures: episodes (on frame 0), or frame-outs (a little before the target
-            is about to be lost).
-        episode_steps: episodes are cut to so many steps.
-        seed: of everything random.
-        check_model: episodes A:B in which controllers are run with pictures and without, to be shown side by side,
-            instead of training: how far the model of the tracker's errors is to be trusted.
-        fit_model: episodes A:B that are run with pictures, and to which the model of the tracker's errors is fitted
-            anew, instead of training; it takes the place of the one that there is.
+        reward: weights of the reward's terms, see REFERENCE.md.
+        pictures: train with pictures.
+        envs: number of envs (default: 256 without pictures, one per core with them).
+        episodes: number of episodes planned for training without pictures, about a second each; they are stored.
+        starts: first frame of episodes without pictures: episodes (frame 0), or frame-outs (shortly before the target
+            is likely to be lost).
+        episode_steps: maximum number of steps of an episode.
+        seed: of all random numbers.
+        check_model: instead of training, run controllers in episodes A:B with pictures and without, and print both:
+            this shows how accurate the model of the tracker's errors is.
+        fit_model: instead of training, run episodes A:B with pictures, fit the model of the tracker's errors to them
+            and replace the stored one.
         out: folder (default: results/policies/ENV).
     """
 

@@ -1,4 +1,4 @@
-"""``frameout tune``: choose parameters of trackers and of controllers."""
+"""``frameout tune``: search parameters of trackers and controllers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from benchmarks.commands.arguments import (
     NAMES,
     ONE_NAME,
     SEEDS,
-    TEST_SPLIT,
     WORKERS,
     cores,
     development_seeds,
@@ -23,6 +22,7 @@ from benchmarks.commands.progress import progress_bar
 from benchmarks.learning.controller_tuning import SUITE, ControllerBudget, tunable_controller, tune_controller
 from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_tuning import TUNED_FOLDER, Budget, Tuned, tunables, tune, write_tuned
+from benchmarks.results.ledger import TEST_SPLIT
 from benchmarks.run.experiment import make_folder
 from benchmarks.suites.registry import suite
 from scenarios import catalog
@@ -31,28 +31,28 @@ from trackers import registry
 
 @dataclass(frozen=True)
 class Tune:
-    """Choose parameters on development seeds, by the same search, score and number of trials for each.
+    """Search parameters on development seeds, with the same search, score and number of trials for each.
 
-    Trackers are tuned on the first suite they take part in. Controllers are tuned for suite `follow`: searched for
-    without pictures, where a model of the tracker's errors stands for it, and checked in rendered episodes. Writes
-    trackers/tuned/NAME.json (controllers: trackers/tuned/controllers/CARRIER/NAME.json) with the values, the score, the
-    number of trials, the seeds and this command; from then on these values are used in place of the defaults. Variants
-    share the values of the tracker they are made of. Stopped at any moment, the same command goes on. Needs Optuna
+    Trackers are tuned on the first of their suites. Controllers are tuned for suite `follow`: the search is without
+    pictures, with a model of the tracker's errors in place of the tracker; the best setting is checked with pictures.
+    Writes trackers/tuned/NAME.json (controllers: trackers/tuned/controllers/CARRIER/NAME.json) with the values, the
+    score, the number of trials, the seeds and this command; these values then replace the defaults. Variants share the
+    values of their tracker. A run that was stopped continues with the same command. Needs Optuna
     (pip install 'frameout[tune]').
 
     Attributes:
-        trackers: names (default, if no controllers are named: every tracker that declares something to tune).
+        trackers: names (default without --controllers: all trackers with tunable parameters).
         controllers: names of controllers to tune instead.
-        scenario: what the controllers follow in.
-        tracker: that tells the controllers (default: the suite's own).
-        trials: settings to try for each.
-        preset: one or more presets, of controllers one; their scores are averaged.
-        seeds: episodes A:B, below 10,000; the best setting takes the defaults' place if it is better than they are on
-            the B - A episodes after these too (controllers: on --fresh of them).
-        fresh: rendered episodes that controllers' best settings are checked on.
-        workers: processes.
-        out: folder for the values (default: trackers/tuned, the only place from which they are used).
-        studies: folder where every trial is kept, with plots.
+        scenario: scenario for the controllers.
+        tracker: name of the tracker for the controllers (default: the suite's own).
+        trials: number of settings to try for each.
+        preset: one or more presets, one for controllers; the scores are averaged.
+        seeds: episodes A to B - 1, below 10,000; the best setting replaces the defaults if it is also better on the
+            next B - A episodes (controllers: on the next --fresh ones).
+        fresh: number of rendered episodes for the check of controllers.
+        workers: number of worker processes.
+        out: folder for the values (default: trackers/tuned, the only folder that they are loaded from).
+        studies: folder that keeps all trials, with plots.
     """
 
     trackers: Annotated[tuple[str, ...], tyro.conf.Positional] = ()

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.report.numbers import ranges_text
+from benchmarks.results.ledger import TEST_SPLIT
 from benchmarks.run.records import LAST_METRIC, Row, event_of
 from benchmarks.suites.registry import suite
-
-TEST_SPLIT = range(10_000, 20_000)
 
 
 @dataclass(frozen=True, slots=True)

@@ -110,12 +110,12 @@ def _oracles() -> tuple[Entrant, Entrant]:
     return (
         _oracle(
             "oracle_map",
-            "knows the road graph and the state at the exit, sees nothing until the car is back",
+            "knows the road graph and the state at the exit; no picture until the car is back",
             OracleParameters(),
         ),
         _oracle(
             "oracle_driver",
-            "knows moreover how this scenario's drivers leave the road: nobody can do better",
+            "oracle_map that also knows the driver model: an upper bound",
             OracleParameters(slows_off_road=True),
         ),
     )

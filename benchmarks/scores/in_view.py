@@ -11,11 +11,10 @@ _SEEN_AT_LEAST = 0.1
 def present_and_absent(
     state: NDArray[np.str_], visible_fraction: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return (F,) present and (F,) absent; a frame may be neither. Both are made of the target's state (F,) and the
-    fraction (F,) of it that is seen.
+    """Return (F,) present and (F,) absent, from the target's state (F,) and visible fraction (F,).
 
-    Present: state ``in`` (whole, at least half of it seen). Absent: state ``out``, or less than a tenth of it
-    is seen. Between the two (half across the border, half behind a tree) nobody is judged.
+    Present: state ``in`` (whole, at least half of it visible). Absent: state ``out``, or less than a tenth of it
+    visible. A frame between the two (target half across the border, or half behind a tree) counts in neither rate.
     """
     present = state == "in"
     return present, ((state == "out") | (visible_fraction < _SEEN_AT_LEAST)) & ~present
@@ -37,7 +36,7 @@ def true_negative_rate(absent: NDArray[np.bool_], says_in_view: NDArray[np.bool_
     """Return TNR in [0, 1]: share of the absent frames on which the tracker says "not in view" (OxUvA, eq.
     1).
 
-    Where it believes the target to be meanwhile plays no part. NaN without absent frames.
+    The position of the estimate does not matter. NaN without absent frames.
     """
     return _share(~says_in_view, absent)
 

@@ -15,16 +15,25 @@ from benchmarks.suites.registry import Metric
 
 
 def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None = None) -> PooledRatios | None:
-    """Return what a metric is made of.
+    """Return what a metric is made of: sums over the rows of each seed, and how their ratios become its value.
+
+    Statistics:
+        mean: ``sum w v / sum w`` of values v and weights w (the frames that a value is a mean of, else 1).
+        median: of the values, one for each row.
+        geometric mean: root of the product of the means of two kinds of row.
+        precision, recall, f: of the mean curves, at the confidence at which F is greatest.
+        precision, recall, f of counts: ``A / (A + B)``, ``A / (A + C)`` and ``2 A / (2 A + B + C)`` of the sums A, B
+            and C of right, wrong and missed frames.
+        restricted mean: area under the Kaplan-Meier curve of the times, from 0 to the metric's horizon; a time of null
+            is censored at ``watched_frames``. Frames, or seconds where there are rows ``rate_hz``.
 
     Args:
-        rows: of one tracker under one condition. Every seed in them takes part, also one that says nothing of
-            the metric.
+        rows: of one tracker under one condition. Every seed in them counts, also one without a row of the metric.
         grid: for medians, the values that they may take, ``values`` of all trackers that are compared; None =
             these rows'.
 
     Returns:
-        None if no row speaks of the metric.
+        None without a row of the metric.
     """
     seeds = np.unique([row["seed"] for row in rows])
     chosen = [_chosen(rows, name, metric.kind) for name in metric.rows]

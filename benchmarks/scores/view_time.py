@@ -50,6 +50,9 @@ LOSSES_PER_MINUTE = Metric(
 class Loss:
     """A stretch of frames out of view that is long enough to count.
 
+    Its rows: ``watched_frames`` is its length; ``recovery_frames`` is the same, or null if the target never came back;
+    ``rate_hz``, frames a second, turns both into seconds.
+
     Attributes:
         index: its place in the episode, from 0.
         first_frame: first frame out of view. length_frames: so many in a row.

@@ -1,14 +1,14 @@
-"""Suites by name: which scenario, presets, judge, metrics and figures belong together.
+"""Suites by name: each one combines scenarios, presets, a judge, metrics and figures.
 
-A suite registers where it is defined, ``register_suite(Suite(...))``. Everything that runs, pools, compares or reports
-asks here, and knows no suite by name.
+A suite registers where it is defined, ``register_suite(Suite(...))``. Code that runs, pools,
+compares or reports looks suites up here and names none.
 """
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -160,6 +160,7 @@ class Suite:
             controller there is can.
         contestants: what names a contestant, keys of rows. Whose role it is that rows tell, stands first.
         truth: how much of it the judge looks at.
+        definitions: function, class or module whose docstring defines rows -> the rows' names.
     """
 
     name: str
@@ -182,6 +183,7 @@ class Suite:
     controller: str | None = "centre"
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
+    definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def judges_controllers(self) -> bool:

@@ -54,7 +54,7 @@ def layout_of(env: FollowEnv) -> dict[str, Field]:
     """Return the arrays of a vector env of such envs."""
     boxes = parts_of(env.observation_space)
     observation = {OBSERVATION + part: Field(str(box.dtype), tuple(box.shape or ())) for part, box in boxes.items()}
-    information = {INFORMATION + key: Field(dtype, shape) for key, (dtype, shape) in INFO.items()}
+    information = {INFORMATION + key: Field(dtype, shape) for key, (dtype, shape, _) in INFO.items()}
     rest = {
         # Double precision, so that an action is the same number as one handed to an env itself.
         "action": Field("float64", tuple(env.action_space.shape or ())),

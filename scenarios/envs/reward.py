@@ -1,4 +1,4 @@
-"""What a step is worth: a weighted sum of terms, each of which is told in ``info``."""
+"""The reward of a step: a weighted sum of terms, each of which is in ``info``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TERMS = ("in_view", "centred", "size", "effort", "loss")
 
 @dataclass(frozen=True)
 class Reward:
-    """Weights of the terms of a step's reward; each term is weight times what is said here.
+    """Weights of the terms of a step's reward; each term is its weight times the value given here.
 
     Attributes:
         in_view: 1 while the target's centre is in the picture and it is at least 12 pixels long, else 0.
@@ -25,7 +25,8 @@ class Reward:
             picture's width.
         effort: minus the norm of the command obeyed, each number over its limit, over the root of their number.
         loss: -1 on the step on which the target has been out of view for ``loss_after_s``, else 0.
-        length_share, loss_after_s: see there.
+        length_share: wanted length in ``size``, in widths of the picture.
+        loss_after_s: time out of view in ``loss``, in seconds.
     """
 
     in_view: float = 1.0

@@ -1,4 +1,9 @@
-"""A belief as a vector of numbers in [-1, 1]: what a policy is told."""
+"""A belief as a vector of numbers in [-1, 1]: the observation of a policy.
+
+Ahead and right are along and across the carrier's heading, level with the ground. Halves of the picture are measured on
+the ground below a camera that looks down, and at a distance of 1 m of one that looks ahead. Squashed is
+``x / (1 + |x|)``.
+"""
 
 from __future__ import annotations
 
@@ -8,43 +13,50 @@ from numpy.typing import NDArray
 
 from trackers.belief.kernel import SECTORS
 
-FEATURES = (
-    "known",
-    "in_view_probability",
-    "picture_x",
-    "picture_y",
-    "length_share",
-    "ahead",
-    "right",
-    "velocity_ahead",
-    "velocity_right",
-    "spread",
-    "densest_ahead",
-    "densest_right",
-    "densest_share",
-    "since_seen",
-    "seen_ahead",
-    "seen_right",
-    "height",
-    "axis_ahead",
-    "axis_right",
-    "axis_ahead_motion",
-    "axis_right_motion",
-    "own_ahead",
-    "own_right",
-    "own_climb",
-    "own_yaw_rate",
-    *(f"searched_{sector}" for sector in range(SECTORS)),
-    "command_forward",
-    "command_right",
-    "command_climb",
-    "command_yaw_rate",
-)
-"""Names of the numbers, in order. Lengths are in halves of the picture on the ground (at the target's distance of a
-camera that looks ahead) and, as speeds and times, squashed by x / (1 + |x|); ``searched`` counts counter-clockwise from
-ahead; ``command`` is the latest one over its limits."""
 COMMANDS = 4
 _SPEED_MPS, _TURN_RAD_S, _HEIGHT_M, _SPREAD_M, _SECONDS = 10.0, 1.0, 60.0, 5.0, 2.0
+_HALVES = "in halves of the picture on the ground, squashed"
+_SPEED, _TURN = f"over {_SPEED_MPS:g} m/s, squashed", f"over {_TURN_RAD_S:g} rad/s, squashed"
+
+MEANINGS = {
+    "known": "1 if the tracker answers on this picture, else 0",
+    "in_view_probability": "the tracker's probability in [0, 1] that the target is in view; if it gives none, 1 while "
+    "its estimate lies in the picture; 0 while it does not answer",
+    "picture_x": "estimate, right of the picture's centre, in halves of its width, squashed",
+    "picture_y": "estimate, below the picture's centre, in halves of its height, squashed",
+    "length_share": "4 times the longer side of the estimated box over the picture's width, squashed; 0 without a box",
+    "ahead": f"estimate, ahead of the carrier, {_HALVES}",
+    "right": f"estimate, right of the carrier, {_HALVES}",
+    "velocity_ahead": f"target's velocity along the carrier's heading, filtered from the estimates, {_SPEED}",
+    "velocity_right": f"the same to the right, {_SPEED}",
+    "spread": f"standard deviation of the posterior, mean of both axes, over {_SPREAD_M:g} m, squashed; 0 without one",
+    "densest_ahead": f"centre of the picture-sized window that holds most of the posterior, ahead, {_HALVES}",
+    "densest_right": f"the same, right, {_HALVES}",
+    "densest_share": "share in [0, 1] of the posterior in that window",
+    "since_seen": f"time since the tracker last gave a probability of 0.5 or more, over {_SECONDS:g} s, squashed",
+    "seen_ahead": f"place where it then was, ahead of the carrier, {_HALVES}",
+    "seen_right": f"the same, right, {_HALVES}",
+    "height": f"camera's measured height, over {_HEIGHT_M:g} m, squashed",
+    "axis_ahead": f"point on the ground that the camera looks at, ahead of the carrier, {_HALVES}",
+    "axis_right": f"the same, right, {_HALVES}",
+    "axis_ahead_motion": "its measured motion ahead in a second, smoothed, in the same unit, squashed",
+    "axis_right_motion": "the same to the right",
+    "own_ahead": f"carrier's measured velocity ahead, smoothed, {_SPEED}",
+    "own_right": f"the same to the right, {_SPEED}",
+    "own_climb": f"the same upwards, {_SPEED}",
+    "own_yaw_rate": f"carrier's measured turn rate, counter-clockwise, smoothed, {_TURN}",
+    **{
+        f"searched_{sector}": f"set to 1 when the camera looks {360 * sector // SECTORS}° counter-clockwise from ahead "
+        "of the place last seen, without success; decays within seconds"
+        for sector in range(SECTORS)
+    },
+    "command_forward": "latest command ahead, over the carrier's limit, in [-1, 1]; 0 on an axis that it lacks",
+    "command_right": "the same to the right",
+    "command_climb": "the same upwards",
+    "command_yaw_rate": "the same of the turn rate, counter-clockwise",
+}
+"""Feature -> what it is, in the order of the vector."""
+FEATURES = tuple(MEANINGS)
 
 
 @njit(cache=True)

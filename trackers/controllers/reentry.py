@@ -55,7 +55,7 @@ class ReentryParameters:
     "reentry",
     role="ours",
     carrier="helicopter",
-    summary="flies where the target stays, or comes back, in view",
+    summary="keeps the target in view, or flies to where it will come back",
     kernel=(steer, REENTRY),
 )
 class ReentryController:

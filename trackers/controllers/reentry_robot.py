@@ -60,7 +60,7 @@ class ReentryRobotParameters:
     "reentry",
     role="ours",
     carrier="robot",
-    summary="steers by the belief; looks where the target must come back",
+    summary="steers by the belief; looks to where the target must come back",
     kernel=(steer_robot, REENTRY_ROBOT),
 )
 class ReentryRobotController:

@@ -77,7 +77,7 @@ class MosaicGraphParameters:
 @register(
     "mosaic_graph_pf",
     role="ours",
-    summary="ground mosaic, road graph drawn from it, particles that drive on it; whole-picture re-detection",
+    summary="ground mosaic, road graph drawn from it, particles that move on it; re-detection in the whole picture",
 )
 class MosaicGraphParticleFilter:
     """Follows a car by keeping the ground still: everything lives in map coordinates of the mosaic."""
@@ -264,11 +264,11 @@ class MosaicGraphParticleFilter:
 
 
 _ABLATIONS = (
-    ("no_negative", "ours, but not seeing says nothing", {"use_negative_information": False}),
-    ("no_mosaic", "ours, placed frame to frame only", {"use_mosaic": False}),
+    ("no_negative", "ours, without negative information", {"use_negative_information": False}),
+    ("no_mosaic", "ours, registered from frame to frame only", {"use_mosaic": False}),
     ("no_roads", "ours, without a road graph", {"use_roads": False}),
-    ("no_redetection", "ours, looking only where particles are", {"use_redetection": False}),
-    ("no_ego", "ours, from pixels alone", {"use_ego": False}),
+    ("no_redetection", "ours, detection only at the particles", {"use_redetection": False}),
+    ("no_ego", "ours, without measured ego motion", {"use_ego": False}),
 )
 for _name, _summary, _overrides in _ABLATIONS:
     register_variant(f"mosaic_graph_pf_{_name}", "mosaic_graph_pf", summary=_summary, **_overrides)

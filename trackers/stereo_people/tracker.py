@@ -68,7 +68,7 @@ class StereoPeopleParameters:
 @register(
     "stereo_people",
     role="ours",
-    summary="stereo; everybody followed in the frame of odometry, looks apart from the light",
+    summary="stereo; tracks all people in the frame of odometry; appearance separate from light",
     suites=("stereo",),
 )
 class StereoPeople:
@@ -266,11 +266,11 @@ class StereoPeople:
         return Scene(observation, levels, self._mounting, self._candidates, look, self._parameters.use_odometry)
 
 
-register_variant("stereo_people_no_light", of="stereo_people", summary="looks compared as they are", use_light=False)
+register_variant("stereo_people_no_light", of="stereo_people", summary="ours, without the light model", use_light=False)
+register_variant("stereo_people_no_odometry", of="stereo_people", summary="ours, without odometry", use_odometry=False)
 register_variant(
-    "stereo_people_no_odometry", of="stereo_people", summary="places relative to the robot", use_odometry=False
+    "stereo_people_no_others", of="stereo_people", summary="ours, tracks the target only", use_others=False
 )
 register_variant(
-    "stereo_people_no_others", of="stereo_people", summary="nobody but the target followed", use_others=False
+    "stereo_people_no_nearby", of="stereo_people", summary="ours, without partial candidates", use_nearby=False
 )
-register_variant("stereo_people_no_nearby", of="stereo_people", summary="whole candidates alone seen", use_nearby=False)

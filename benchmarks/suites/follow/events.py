@@ -1,4 +1,4 @@
-"""Losses as the events of their suite, what is compared of them and of whole episodes, and how many there are."""
+"""Losses, the events of suite ``follow``: metrics that are compared, and a description of all losses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from benchmarks.scores.view_time import LOSS_S, LOSSES_PER_MINUTE, TIME_IN_VIEW,
 from benchmarks.suites.registry import EventWords, Metric
 
 LONGEST_SEARCH_FRAMES = 150
-"""The restricted mean of the time to find again counts no more than this (10 s at 15 frames a second)."""
+"""Horizon of the restricted mean of the time to find again (10 s at 15 frames a second)."""
 
 COMPARED = (
     TIME_SEEN,
@@ -54,12 +54,12 @@ COMPARED = (
         ("jerkiness_per_s",),
     ),
 )
-"""In which contestants are compared, over whole episodes."""
+"""Metrics in which contestants are compared, over whole episodes."""
 
 
 def _describe(losses: Sequence[dict[str, Any]]) -> str:
     if not losses:
-        return f"nobody lost the target from view for longer than {LOSS_S:g} s"
+        return f"no losses: the target was never out of view for longer than {LOSS_S:g} s"
     lengths = [each["length_frames"] for each in losses]
     never = sum(each["back_frame"] is None for each in losses)
     return f"{len(losses)} losses of {min(lengths)} to {max(lengths)} frames, {never} of them to the end"
@@ -68,7 +68,7 @@ def _describe(losses: Sequence[dict[str, Any]]) -> str:
 EVENTS = EventWords(
     name="losses",
     key="event",
-    # Nobody meets another's losses: they are compared over whole episodes alone.
+    # Losses depend on the controller, so contestants are compared over whole episodes only.
     tests={},
     compared=(),
     describe=_describe,

@@ -1,10 +1,12 @@
-"""The suite ``follow``: a controller that a tracker tells where the target is: how well does it keep it in view?"""
+"""The suite ``follow``: how well does a controller, steering by a tracker's estimate, keep the target in view?"""
 
 from __future__ import annotations
 
+from benchmarks.scores import in_view, view_time
 from benchmarks.suites.follow.events import COMPARED, EVENTS
 from benchmarks.suites.follow.figures import figures
 from benchmarks.suites.follow.judge import FollowJudge
+from benchmarks.suites.follow.metrics import following
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
 
@@ -14,7 +16,7 @@ def _share(name: str, summary: str) -> Metric:
 
 FOLLOW = Suite(
     name="follow",
-    summary="a camera steered by what a tracker says of its target: is it kept in view?",
+    summary="a controller steers the camera by a tracker's estimate: is the target kept in view?",
     heading="Is it kept in view?",
     scenes=(
         Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf")),
@@ -34,7 +36,10 @@ FOLLOW = Suite(
             "higher",
             ("episode_length_steps",),
         ),
-        _share("sr_500", "AD-VAT, UnrealZoo: episodes of 500 steps, or shorter ones, without such a loss"),
+        _share(
+            "sr_500",
+            "AD-VAT, UnrealZoo: episodes of 500 steps, or shorter, never out of view for over 2 simulated s",
+        ),
         _share("evt_success_rate", "EVT-Bench: episodes that end in the picture and within 3 m, never lost"),
         _share("evt_tracking_rate", "EVT-Bench: steps in the picture and within 3 m, none after a loss"),
         Metric(
@@ -48,7 +53,7 @@ FOLLOW = Suite(
         _share("in_view_tnr", "OxUvA: frames with the target absent on which the tracker says so"),
         Metric(
             "in_view_gm",
-            "geometric mean of the two",
+            "geometric mean of in_view_tpr and in_view_tnr",
             "fraction",
             "higher",
             ("in_view_tpr", "in_view_tnr"),
@@ -79,9 +84,27 @@ FOLLOW = Suite(
     compared=tuple(metric.name for metric in COMPARED),
     tuned_for={"time_in_view": 1.0, "effort": -0.1},
     events=EVENTS,
-    silence="nothing by itself: its controller is told so, and what the camera sees is what counts",
+    silence="no estimate for its controller; only where the camera looks is scored",
     figures=figures,
     contestants=("controller", "tracker"),
     truth="target",
+    definitions={
+        view_time: ("time_seen", "time_in_view", "losses_per_minute"),
+        following: ("centring_error", "effort", "jerkiness_per_s"),
+        view_time.losses_per_minute: ("losses_per_minute",),
+        view_time.Loss: ("losses_per_minute", "recovery_frames", "watched_frames", "rate_hz"),
+        following.centring_error: ("centring_error",),
+        following.effort: ("effort",),
+        following.jerkiness_per_s: ("jerkiness_per_s",),
+        following.is_on_other: ("wrong_target_rate",),
+        following.dat_cumulative_reward: ("dat_cumulative_reward",),
+        following.dat_tsr: ("dat_tsr",),
+        following.episode_length_steps: ("episode_length_steps",),
+        following.survives: ("sr_500",),
+        following.person_following: ("evt_success_rate", "evt_tracking_rate", "evt_collision_rate"),
+        in_view.present_and_absent: ("in_view_tpr", "in_view_tnr"),
+        in_view.true_positive_rate: ("in_view_tpr",),
+        in_view.true_negative_rate: ("in_view_tnr",),
+    },
 )
 register_suite(FOLLOW)

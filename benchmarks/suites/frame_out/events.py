@@ -1,4 +1,4 @@
-"""Frame-outs as the events of their suite: what they are divided by, and how many there are."""
+"""Frame-outs, the events of their suite: their kinds, metrics that are compared, and a description of all of them."""
 
 from __future__ import annotations
 

@@ -1,12 +1,16 @@
-"""The suite ``frame-out``: where is the car while nobody sees it, and is it found again?"""
+"""The suite ``frame-out``: where is the car while it is outside the picture, and is it found again?"""
 
 from __future__ import annotations
 
+from benchmarks.scores import in_view, long_term, view_time
+from benchmarks.scores.recovery import Recovery
 from benchmarks.scores.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
+from benchmarks.suites.frame_out.episode_scores import NEES_CAP
 from benchmarks.suites.frame_out.events import EVENTS
 from benchmarks.suites.frame_out.figures import figures
 from benchmarks.suites.frame_out.judge import FrameOutJudge
-from benchmarks.suites.frame_out.metrics.offscreen import WORST_ERROR_M
+from benchmarks.suites.frame_out.metrics import localisation, offscreen, posterior, single_object
+from benchmarks.suites.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.suites.frame_out.picture import show_frame_out
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
@@ -30,17 +34,17 @@ FRAME_OUT = Suite(
     quick_preset="quick",
     judge=FrameOutJudge,
     metrics=(
-        _rate("recovery_rate", "frame-outs after which it is on the car within 5 frames", "recovered"),
+        _rate("recovery_rate", "frame-outs after which the tracker is on the car within 5 frames", "recovered"),
         _rate("road_recovery_rate", "the same, of frame-outs on the road", "recovered", "road"),
         _rate("excursion_recovery_rate", "the same, of those with a way off the road", "recovered", "excursion"),
         _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", "recovered", "turned"),
         _rate("kept_rate", "frame-outs recovered and still on the car one second later", "kept"),
         _rate("road_kept_rate", "the same, of frame-outs on the road", "kept", "road"),
         _rate("excursion_kept_rate", "the same, of those with a way off the road", "kept", "excursion"),
-        _rate("kept_run_rate", "episodes all of whose frame-outs were kept", "run_kept"),
+        _rate("kept_run_rate", "episodes with all judged frame-outs kept", "run_kept"),
         Metric(
             "wrong_car_rate",
-            "frame-outs after which it is locked on another car",
+            "frame-outs after which the tracker is locked on another car",
             "fraction",
             "lower",
             ("locked_on_wrong_car",),
@@ -55,16 +59,30 @@ FRAME_OUT = Suite(
         ),
         _error(
             "offscreen_error_30_m",
-            "error 30 frames after the exit, mean of frame-outs that last so long",
+            "error 30 frames after the exit, of frame-outs that last longer than that",
             "offscreen_error_30_m",
         ),
-        _error("offscreen_error_100_m", "error 100 frames after the exit", "offscreen_error_100_m"),
-        Metric("offscreen_error_30_median_m", "its median", "m", "lower", ("offscreen_error_30_m",), "median"),
-        Metric("offscreen_error_100_median_m", "its median", "m", "lower", ("offscreen_error_100_m",), "median"),
+        _error("offscreen_error_100_m", "the same 100 frames after the exit", "offscreen_error_100_m"),
+        Metric(
+            "offscreen_error_30_median_m",
+            "median of the error 30 frames after the exit",
+            "m",
+            "lower",
+            ("offscreen_error_30_m",),
+            "median",
+        ),
+        Metric(
+            "offscreen_error_100_median_m",
+            "median of the error 100 frames after the exit",
+            "m",
+            "lower",
+            ("offscreen_error_100_m",),
+            "median",
+        ),
         _error("offscreen_error_m", "error on all frames outside", "offscreen_error_m"),
         _error(
             "offscreen_error_car_lengths",
-            "the same in car lengths",
+            "error on all frames outside, in lengths of the car",
             "offscreen_error_car_lengths",
             "car lengths",
         ),
@@ -76,12 +94,18 @@ FRAME_OUT = Suite(
         ),
         _rate("coverage_90", "in its 90 % region (0.9 is right)", "coverage_90"),
         _rate("coverage_95", "in its 95 % region (0.95 is right)", "coverage_95"),
-        Metric("nees", "normalised error squared of the posterior outside (2 is right)", "1", "lower", ("nees",)),
-        _rate("in_view_tpr", "frames in view on which it says so and is on the car", "in_view_tpr"),
-        _rate("in_view_tnr", "frames out of view on which it says so", "in_view_tnr"),
+        Metric(
+            "nees",
+            f"normalised error squared of the posterior outside, of a frame at most {NEES_CAP:g} (2 is right)",
+            "1",
+            "lower",
+            ("nees",),
+        ),
+        _rate("in_view_tpr", "frames in view on which the tracker says so and is on the car", "in_view_tpr"),
+        _rate("in_view_tnr", "frames out of view on which the tracker says so", "in_view_tnr"),
         Metric(
             "in_view_gm",
-            "geometric mean of the two (OxUvA)",
+            "geometric mean of in_view_tpr and in_view_tnr (OxUvA)",
             "fraction",
             "higher",
             ("in_view_tpr", "in_view_tnr"),
@@ -127,10 +151,33 @@ FRAME_OUT = Suite(
     ),
     tuned_for={"kept_rate": 1.0, "f_measure": 1.0, "offscreen_error_m": -0.01},
     events=EVENTS,
-    silence=f"the worst error, {WORST_ERROR_M:g} m",
+    silence=f"the worst error, {offscreen.WORST_ERROR_M:g} m",
     figures=figures,
     picture=show_frame_out,
-    oracles="Oracles know the map and the car's state at the exit, and see no picture until it is back: what they miss "
-    "is hard to know at all.",
+    oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: what "
+    "they miss is hardly predictable.",
+    definitions={
+        FrameOut: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
+        Recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
+        localisation.on_object: ("recovered", "kept", "locked_on_wrong_car", "in_view_tpr"),
+        offscreen.ground_error_m: (
+            "offscreen_error_30_m",
+            "offscreen_error_100_m",
+            "offscreen_error_m",
+            "offscreen_error_car_lengths",
+            "reentry_error_m",
+        ),
+        posterior.Calibration: ("coverage_50", "coverage_90", "coverage_95", "nees"),
+        posterior.coverage: ("coverage_50", "coverage_90", "coverage_95"),
+        in_view.present_and_absent: ("in_view_tpr", "in_view_tnr", "centre_error_px", "success_auc"),
+        in_view.true_positive_rate: ("in_view_tpr",),
+        in_view.true_negative_rate: ("in_view_tnr",),
+        long_term.precision_recall_curves: ("precision_curve", "recall_curve"),
+        single_object.centre_error_px: ("centre_error_px",),
+        single_object.success_curve: ("success_auc",),
+        single_object.success_auc: ("success_auc",),
+        view_time: ("time_seen", "time_in_view", "losses_per_minute"),
+        view_time.losses_per_minute: ("losses_per_minute",),
+    },
 )
 register_suite(FRAME_OUT)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from benchmarks.scores.recovery import Recovery
 from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, register_suite
 from benchmarks.suites.stereo.disparity import DISPARITY
 from benchmarks.suites.stereo.events import EVENT_COUNTS, EVENTS
 from benchmarks.suites.stereo.figures import figures
 from benchmarks.suites.stereo.judge import StereoJudge
-from benchmarks.suites.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR
+from benchmarks.suites.stereo.metrics import disparity, people
+from benchmarks.suites.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR, PeopleEvent
 from benchmarks.suites.stereo.picture import show_event
 
 _COUNTS = ("right_frames", "wrong_frames", "missed_frames")
@@ -27,7 +29,7 @@ def _error(name: str, summary: str) -> Metric:
 
 STEREO = Suite(
     name="stereo",
-    summary="a person followed among others by a stereo camera: is it still the same one, whatever the light does?",
+    summary="a stereo camera follows a person among others under changing light: is it still the same person?",
     heading="Is it still the same person?",
     scenes=(Scene("stereo-follow"),),
     preset="standard",
@@ -39,22 +41,22 @@ STEREO = Suite(
             "F1 in which a wrong answer is a false positive and a miss too: 2 A / (2 A + 2 B + C)",
             "detection f1 of counts",
         ),
-        _counted("precision", "answers that are within 0.5 m of the target: A / (A + B)", "precision of counts"),
-        _counted("recall", "A of the frames with a right answer or none: A / (A + C)", "recall of counts"),
-        _counted("f_measure", "2 P R / (P + R) as paper B has it: a wrong answer is no miss", "f of counts"),
+        _counted("precision", "A / (A + B), the share of answers within 0.5 m of the target", "precision of counts"),
+        _counted("recall", "A / (A + C), C = frames with the target visible and no answer", "recall of counts"),
+        _counted("f_measure", "2 P R / (P + R) as in paper B: a wrong answer is no miss", "f of counts"),
         Metric("wrong_person_rate", "frames on another person", "fraction", "lower", ("wrong_person_rate",)),
-        _error("position_error_m", "error on frames on which the target is seen, at most and without answer 5 m"),
+        _error("position_error_m", "error on frames on which the target is seen, at most 5 m; 5 m without an answer"),
         _error("position_error_found_m", "error on frames with a right answer"),
         Metric(
             "occlusion_recovery_rate",
-            "occlusions after which it is on the target within 10 frames",
+            "occlusions after which the tracker is on the target within 10 frames",
             "fraction",
             "higher",
             ("recovered",),
         ),
         Metric(
             "wrong_after_occlusion_rate",
-            "occlusions after which it is locked on another person",
+            "occlusions after which the tracker is locked on another person",
             "fraction",
             "lower",
             ("locked_on_wrong_person",),
@@ -76,8 +78,8 @@ STEREO = Suite(
             ("event_wrong_person_rate",),
             kind="light",
         ),
-        _f1_of("f1_near_person", "F1 on frames with somebody within 1.5 m", NEAR),
-        _f1_of("f1_no_near_person", "F1 on frames with nobody so near", NOBODY_NEAR),
+        _f1_of("f1_near_person", "F1 on frames with another person within 1.5 m of the camera and in view", NEAR),
+        _f1_of("f1_no_near_person", "F1 on frames without one", NOBODY_NEAR),
         Metric("ms_per_frame", "CPU time of one core a frame", "ms", "lower", ("ms_per_frame",), "median"),
         Metric("frames_per_s", "frames a second on one core", "1/s", "higher", ("frames_per_s",), "median"),
     ),
@@ -98,7 +100,19 @@ STEREO = Suite(
     figures=figures,
     picture=show_event,
     facts=DISPARITY,
-    # Controllers that there are steer a camera that looks down.
     controller=None,
+    definitions={
+        people: ("right_frames", "wrong_frames", "missed_frames", *EVENT_COUNTS),
+        people.on_other: ("wrong_person_rate", "event_wrong_person_rate", "locked_on_wrong_person"),
+        people.position_error_m: ("position_error_m", "position_error_found_m"),
+        PeopleEvent: ("recovered", "recovery_frames", "watched_frames", "event_wrong_person_rate", *EVENT_COUNTS),
+        Recovery: ("recovered", "recovery_frames", "watched_frames", "locked_on_wrong_person"),
+        people.PeopleSeries: ("rate_hz",),
+        disparity: tuple(row for metric in DISPARITY.columns for row in metric.rows),
+        disparity.DisparityErrors.median_px: ("disparity_error_px",),
+        disparity.DisparityErrors.bad_1: ("disparity_bad_1",),
+        disparity.DisparityErrors.bad_3: ("disparity_bad_3",),
+        disparity.DisparityErrors.density: ("disparity_density",),
+    },
 )
 register_suite(STEREO)

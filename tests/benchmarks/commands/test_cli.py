@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.results import ledger
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
 from tests import fakes_scenario
@@ -44,6 +45,20 @@ def test_json_is_all_that_stdout_holds(tmp_path: Path, capfd: pytest.CaptureFixt
     document = json.loads(out)
     assert document["summary"] == json.loads((tmp_path / "summary.json").read_text())
     assert document["failures"] == []
+
+
+def test_a_run_to_be_published_is_in_the_ledger_when_it_is_through(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(ledger, "LEDGER", tmp_path / "ledger.jsonl")
+    monkeypatch.setattr(ledger, "_commit", lambda: "0123456789")
+    assert bench(tmp_path / "a", "--seeds", "10000:10001") == 0
+    assert "--publish WHY" in capsys.readouterr().err
+    assert ledger.published_runs() == {}
+    assert bench(tmp_path / "b", "--seeds", "10000:10001", "--publish", "a table") == 0
+    ((command, runs),) = ledger.published_runs().items()
+    assert command == "frameout bench frame-out --trackers fake_knowing,fake_still --seeds 10000:10001"
+    assert [run["why"] for run in runs] == ["a table"]
 
 
 def test_a_tracker_that_fails_is_told_in_one_line_and_in_the_status(

@@ -1,7 +1,7 @@
-"""How well a camera is kept on its target: measures of our own, and those that the closest rivals report.
+"""How well a camera is kept on its target: our metrics, and those of comparable benchmarks.
 
-Frames, steps and *in view* are those of ``benchmarks.scores.view_time``: shares and means are over the steps, frames 1
-to F - 1.
+Frames, steps and *in view* are defined in ``benchmarks.scores.view_time``. Shares and means are over the steps, frames
+1 to F - 1.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def is_on_target(position_px: NDArray[np.float64], truth: Truth) -> bool:
 
 
 def is_on_other(position_px: NDArray[np.float64], truth: Truth) -> bool:
-    """Return whether the pixel at a position (2,) shows another object, and that is not within the target's box."""
+    """Return whether the pixel at a position (2,) shows another object and the position is outside the target's box."""
     height, width = truth.instance_map.shape
     if not (0 <= position_px[0] < width and 0 <= position_px[1] < height) or is_on_target(position_px, truth):
         return False
@@ -79,7 +79,7 @@ def dat_tsr(centring: NDArray[np.float64]) -> float:
 def episode_length_steps(in_view: NDArray[np.bool_], rate_hz: float) -> int:
     """Return the steps until the target counts as lost, or of the whole episode (AD-VAT, UnrealZoo).
 
-    Theirs is lost when it was out of view for some seconds of wall clock; here for longer than two simulated ones.
+    In theirs the target is lost after some seconds of wall clock out of view; here after two simulated seconds.
     """
     lost = find_losses(in_view, rate_hz, RIVALS_LOSS_S)
     return lost[0].first_frame + int(RIVALS_LOSS_S * rate_hz) if lost else len(in_view) - 1
@@ -107,12 +107,12 @@ class PersonFollowing:
 
 
 def person_following(in_picture: NDArray[np.bool_], distance_m: NDArray[np.float64]) -> PersonFollowing:
-    """Return what EVT-Bench (TrackVLA, 2025) says of an episode.
+    """Return the scores of EVT-Bench (TrackVLA, 2025) for an episode.
 
     Following is to face the person (here: the centre is in the picture) from at most 3 m. Their episode ends with a
-    collision, and with the person lost: more than 20 steps beyond 4 m since the last step following. Ours goes on, and
-    nothing of that is following. Their tracking rate divides by the larger of reference length and steps; episodes here
-    have one length, F - 1, for everybody.
+    collision, or with the loss of the person: more than 20 steps beyond 4 m since the last step of following. Ours
+    continues, without any following. Their tracking rate divides by the larger of reference length and steps; here
+    all episodes have the same length, F - 1.
 
     Args:
         in_picture: (F,). distance_m: (F,) on the ground from the camera to the person.

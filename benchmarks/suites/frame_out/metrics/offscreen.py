@@ -13,7 +13,7 @@ WORST_ERROR_M = 200.0
 
 
 def ground_error_m(truth: TruthSeries, estimate: EstimateSeries) -> NDArray[np.float64]:
-    """Return (F,): ``min(|estimate - truth|, 200)`` in metres, in [0, 200]; 200 where nothing was said.
+    """Return (F,): ``min(|estimate - truth|, 200)`` in metres, in [0, 200]; 200 without an answer.
 
     The estimate is taken to the ground through the true camera, at half the car's height, where its centre is.
     Unconditional: no frame is left out because the tracker is lost.

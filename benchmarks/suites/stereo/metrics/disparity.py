@@ -1,7 +1,7 @@
-"""What a stereo matcher measures against the true disparity, pixel by pixel of the left picture.
+"""The disparity of a stereo matcher against the true one, pixel by pixel of the left picture.
 
-The true disparity is ``d = f b / z`` with the depth z of the left camera's truth: what a perfectly aligned pair would
-show. That a pair is never quite aligned counts as an error, as it does for whoever reckons depth from disparity.
+The true disparity is ``d = f b / z`` with the true depth z of the left camera: that of a perfectly aligned pair. The
+small misalignment of a real pair counts as an error, as it does when depth is computed from disparity.
 Errors are in pixels of the picture at full size. *Bad N* is the share of errors of more than N pixels, as in the
 Middlebury benchmark (D. Scharstein and R. Szeliski, 2002); KITTI counts bad 3.
 """
@@ -101,5 +101,5 @@ class DisparityErrors:
 
     @property
     def density(self) -> float | None:
-        """Share of the pixels of which there is a disparity, in [0, 1]."""
+        """Share of the pixels with a disparity, in [0, 1]."""
         return self.known / self.pixels if self.pixels else None

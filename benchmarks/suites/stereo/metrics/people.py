@@ -1,16 +1,16 @@
-"""Is a tracker's answer on the person it follows, on another one, or nowhere?
+"""Is a tracker's answer on the target, on another person, or nowhere?
 
 A frame counts as right (A), wrong (B) or missed (C)::
 
-    A  it answers, within 0.5 m of the target on the ground
-    B  it answers otherwise
-    C  it does not answer though at least a tenth of the target is seen
+    A  an answer within 0.5 m of the target on the ground
+    B  any other answer
+    C  no answer although at least a tenth of the target is visible
 
-Frames on which nothing of the target is seen count in none, nor does frame 0, whose answer is given.
+Frames on which nothing of the target is visible count in none, nor does frame 0, where the answer is given.
 ``P = A / (A + B)``, ``R = A / (A + C)``, ``F = 2 P R / (P + R) = 2 A / (2 A + B + C)`` are paper B's. There a wrong
-answer takes a frame out of the recall, so one that always answers, a constant even, cannot miss. Trackers are ranked by
-the F1 of detection, in which a wrong answer is a false positive and leaves the target missed: ``R = A / (A + B + C)``
-and ``F1 = 2 A / (2 A + 2 B + C)``. A wrong answer costs more than none.
+answer takes a frame out of the recall, so a tracker that always answers, a constant even, cannot miss. Trackers are
+ranked by the F1 of detection, in which a wrong answer is a false positive and leaves the target missed:
+``R = A / (A + B + C)`` and ``F1 = 2 A / (2 A + 2 B + C)``. A wrong answer costs more than none.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ class PeopleSeries:
         visible_fraction: (F,) of the target.
         out: (F,) the target is wholly outside the picture.
         place: (F,) str, where the target is.
-        light_event: (F,) str, what has just begun to change; "" where nothing has.
-        near_person: (F,) bool, somebody else is near.
+        light_event: (F,) str, the change of light that has just begun; "" without one.
+        near_person: (F,) bool, another person is within 1.5 m of the camera and in its picture.
     """
 
     rate_hz: float
@@ -137,8 +137,8 @@ def distances_m(truth: PeopleSeries, place_m: NDArray[np.float64]) -> NDArray[np
 def on_other(truth: PeopleSeries, place_m: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return (F,): index of the other person that the answer is on; -1 = none.
 
-    On another is an answer that is not within 0.5 m of the target, but within 0.5 m of somebody else and so nearer to
-    him: of several the nearest.
+    An answer is on another person if it is within 0.5 m of that person and not within 0.5 m of the target; of several
+    persons the nearest counts.
     """
     distance_m = distances_m(truth, place_m)
     wrong = distance_m[:, truth.target] > RIGHT_WITHIN_M

@@ -1,4 +1,4 @@
-"""What happens while a person is followed: he is hidden, the light changes, somebody is near."""
+"""Events while a person is followed: occlusions, changes of light, other people near the camera."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class PeopleEvent:
         index: its place in the episode's list of events, from 0.
         kind: ``occlusion``, a change of light (``lamp on`` …), ``near person`` or ``nobody near``.
         first_frame, length_frames: the stretch; of a change of light the two seconds from its first frame on.
-        back_frame: of an occlusion the first frame after it on which half of the target is seen; None if it is hidden
-            again, or the episode ends, before that. None of other events.
+        back_frame: first frame after an occlusion on which half of the target is visible; None if the target is hidden
+            again, or the episode ends, before that. None for other events.
         watch_end_frame: first frame of the next occlusion, or the number of frames.
         place: where the target is on its first frame.
     """

@@ -125,7 +125,7 @@ def test_infos_are_those_of_the_rendered_env_and_mask_who_goes_on() -> None:
     for _ in range(FRAMES):
         _, _, terminated, truncated, infos = made.step(np.tile([-1.0, 0.0, 0.0, 0.0], (4, 1)) * [[1], [0], [1], [0]])
         for name in keys:
-            kind, shape = INFO[name]
+            kind, shape, _ = INFO[name]
             assert (infos[name].dtype, infos[name].shape) == (np.dtype(kind), (4, *shape)), name
             assert infos[f"_{name}"].all()
         ended = terminated | truncated

@@ -1,0 +1,95 @@
+"""The ledger: how often published commands ran on the test split, at which commit, and why."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+TEST_SPLIT = range(10_000, 20_000)
+"""Seeds that published numbers come from; no parameter is chosen on them."""
+LEDGER = Path(__file__).with_name("test_split_runs.jsonl")
+_WITHOUT_EFFECT = {"publish", "out", "workers", "backend", "json"}
+"""Options that change no figure: they do not make a command another one."""
+
+
+@contextmanager
+def recorded(command: str, seeds: range, why: str) -> Iterator[None]:
+    """Record a run on the test split in the ledger once it has ended, if ``why`` says that it is to be published.
+
+    Without ``why`` it ends with a line on stderr. A run is one command at one commit: repeating it adds nothing.
+
+    Raises:
+        ValueError: before the run, for a run to be published on other seeds or not from a clean checkout.
+    """
+    on_test_split = seeds.start < TEST_SPLIT.stop and seeds.stop > TEST_SPLIT.start
+    text = f"{seeds.start}:{seeds.stop}"
+    if why and not on_test_split:
+        raise ValueError(f"publish: expected seeds of the test split, 10000:20000, got {text}")
+    entry = {"command": command, "commit": _commit(), "split": "test", "seeds": text, "why": why} if why else None
+    yield
+    if entry is not None:
+        if not any(_same(entry, known) for known in _entries()):
+            with LEDGER.open("a") as file:
+                file.write(json.dumps(entry) + "\n")
+    elif on_test_split:
+        print("note: these seeds are the test split; to publish figures, run with --publish WHY", file=sys.stderr)
+
+
+def published_runs() -> dict[str, list[dict[str, str]]]:
+    """Return the ledger's entries by command, the oldest first."""
+    runs: dict[str, list[dict[str, str]]] = {}
+    for entry in _entries():
+        runs.setdefault(entry["command"], []).append(entry)
+    return runs
+
+
+def command_of(name: str, options: Any, positional: str) -> str:
+    """Return the command line of a command's dataclass: its options that are not the defaults and change figures."""
+    words = ["frameout", name, *_texts(getattr(options, positional))]
+    for each in dataclasses.fields(options):
+        value = getattr(options, each.name)
+        if each.name not in {positional, *_WITHOUT_EFFECT} and value != each.default:
+            words += [f"--{each.name.replace('_', '-')}", *_texts(value)]
+    return shlex.join(words)
+
+
+def _texts(value: Any) -> list[str]:
+    if value is True:
+        return []
+    return [str(each) for each in value] if isinstance(value, tuple) else [str(value)]
+
+
+def _entries() -> list[dict[str, str]]:
+    return [json.loads(line) for line in LEDGER.read_text().splitlines()] if LEDGER.is_file() else []
+
+
+def _same(first: dict[str, str], second: dict[str, str]) -> bool:
+    return all(first[key] == second[key] for key in ("command", "commit"))
+
+
+def _commit() -> str:
+    """Return the commit of the checkout. Raises ValueError outside of one, and if code differs from the commit."""
+    _git("ls-files", "--error-unmatch", LEDGER.name, expected="a checkout of the repository, got none")
+    root = _git("rev-parse", "--show-toplevel", expected="a checkout")
+    packages = [f"{root}/{name}" for name in ("sim", "trackers", "scenarios", "benchmarks")]
+    changed = _git("diff", "--name-only", "HEAD", "--", *packages, f":!{LEDGER.name}", expected="a commit")
+    if changed:
+        raise ValueError(f"publish: expected code as it was committed, got changes in {changed.splitlines()[0]}")
+    return _git("rev-parse", "--short=10", "HEAD", expected="a commit")
+
+
+def _git(*arguments: str, expected: str) -> str:
+    try:
+        done = subprocess.run(["git", *arguments], cwd=LEDGER.parent, capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        raise ValueError("publish: expected git to name the commit, got none on PATH") from None
+    if done.returncode:
+        raise ValueError(f"publish: expected {expected}")
+    return done.stdout.strip()

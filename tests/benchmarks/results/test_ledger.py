@@ -1,0 +1,106 @@
+"""Published commands on the test split are counted, once for each commit, and only as they were committed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from benchmarks.cli import main
+from benchmarks.commands.bench import Bench
+from benchmarks.results import ledger
+
+TEST_SEEDS = range(9_999, 10_001)
+
+
+def git(folder: Path, *arguments: str) -> str:
+    who = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
+    done = subprocess.run(["git", *who, *arguments], cwd=folder, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+@pytest.fixture
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A repository with a module and an empty ledger, where that of ours is looked for."""
+    file = tmp_path / "benchmarks/results/test_split_runs.jsonl"
+    file.parent.mkdir(parents=True)
+    file.touch()
+    (tmp_path / "benchmarks/module.py").touch()
+    git(tmp_path, "init", "--quiet")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "--quiet", "-m", "first")
+    monkeypatch.setattr(ledger, "LEDGER", file)
+    return tmp_path
+
+
+def publish(command: str = "frameout bench stereo", why: str = "a table", seeds: range = TEST_SEEDS) -> None:
+    with ledger.recorded(command, seeds, why):
+        pass
+
+
+def test_a_command_counts_once_for_each_commit(checkout: Path) -> None:
+    publish()
+    publish(why="stopped, and gone on with")
+    publish("frameout paper A2")
+    first = git(checkout, "rev-parse", "--short=10", "HEAD")
+    git(checkout, "commit", "--quiet", "--all", "-m", "second")
+    publish(why="made anew")
+    runs = ledger.published_runs()
+    assert [entry["why"] for entry in runs["frameout bench stereo"]] == ["a table", "made anew"]
+    assert runs["frameout paper A2"] == [
+        {"command": "frameout paper A2", "commit": first, "split": "test", "seeds": "9999:10001", "why": "a table"}
+    ]
+    assert len(ledger.LEDGER.read_text().splitlines()) == 3
+
+
+def test_a_run_that_was_stopped_or_refused_is_not_counted(checkout: Path) -> None:
+    with pytest.raises(KeyboardInterrupt), ledger.recorded("frameout bench", TEST_SEEDS, "a table"):
+        raise KeyboardInterrupt
+    assert ledger.published_runs() == {}
+
+
+def test_without_a_reason_nothing_is_counted_and_one_line_says_so(
+    checkout: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    publish(why="")
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "--publish WHY" in line
+    publish(why="", seeds=range(10_000))
+    publish(why="", seeds=range(20_000, 20_001))
+    assert capsys.readouterr().err == ""
+    assert ledger.published_runs() == {}
+
+
+def test_only_code_as_committed_is_published(checkout: Path) -> None:
+    publish()
+    publish("frameout paper A2")
+    (checkout / "benchmarks/module.py").write_text("changed = True\n")
+    with pytest.raises(ValueError, match=r"publish: expected code as it was committed, .* benchmarks/module.py"):
+        publish("frameout paper A3")
+
+
+def test_outside_a_checkout_nothing_is_published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Installed somewhere within another repository, too, which does not know the ledger."""
+    git(tmp_path, "init", "--quiet")
+    monkeypatch.setattr(ledger, "LEDGER", tmp_path / "test_split_runs.jsonl")
+    with pytest.raises(ValueError, match="publish: expected a checkout"):
+        publish()
+
+
+@pytest.mark.parametrize("command", [["bench"], ["paper", "A2"]])
+def test_development_seeds_are_not_published(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*command, "--seeds", "0:5", "--publish", "a table"]) == 2
+    assert "publish: expected seeds of the test split, 10000:20000, got 0:5" in capsys.readouterr().err
+
+
+def test_a_command_is_told_by_what_changes_figures() -> None:
+    bench = Bench(("stereo",), trackers=("a", "b"), quick=True, limit_s=2.0, out=Path("x"), workers=3, publish="why")
+    assert ledger.command_of("bench", bench, "suites") == "frameout bench stereo --trackers a b --quick --limit-s 2.0"
+
+
+def test_the_ledger_of_this_repository_can_be_read() -> None:
+    keys = {"command", "commit", "split", "seeds", "why"}
+    entries = [json.loads(line) for line in ledger.LEDGER.read_text().splitlines()]
+    assert all(set(entry) == keys for entry in entries)
