@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import importlib
 import io
 import re
@@ -42,6 +43,8 @@ _SUMMARIES = {
 }
 _STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
 _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_FAILED = 1
 _USAGE_ERROR = 2
 _STOPPED = 130
 _ABOUT_AN_ARGUMENT = re.compile(r"[\w. -]+: expected .*", re.DOTALL)
@@ -67,6 +70,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if _ABOUT_AN_ARGUMENT.fullmatch(str(error)) is None:
             raise
         return _refuse(str(error))
+    except OSError as error:
+        if error.errno not in _NO_ROOM:
+            raise
+        where = "" if error.filename is None else f"{error.filename}: "
+        print(f"error: {where}{error.strerror}; what was written before stands", file=sys.stderr)
+        return _FAILED
     except KeyboardInterrupt:
         print("stopped; the same command goes on from here", file=sys.stderr)
         return _STOPPED

@@ -24,7 +24,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 
@@ -103,13 +103,26 @@ def tunable(default: float, low: float, high: float, *, log: bool = False) -> An
 def register(
     name: str, *, role: Role, summary: str, reproducible: bool = True, suites: tuple[str, ...] = ("frame-out",)
 ) -> Callable[[_T], _T]:
-    """Class decorator: make a tracker known under ``name``, to take part in ``suites``."""
+    """Class decorator: make a tracker known under ``name``, to take part in ``suites``.
+
+    Raises:
+        ValueError: for a name that is taken, an unknown role, a class without parameters.
+    """
 
     def add(tracker: _T) -> _T:
+        check_registered(tracker, role, get_args(Role))
         _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible, suites))
         return tracker
 
     return add
+
+
+def check_registered(registered: type, role: str, roles: tuple[str, ...]) -> None:
+    """Raise ValueError for a role that is none of ``roles``, and for a class without a dataclass ``Parameters``."""
+    if role not in roles:
+        raise ValueError(f"role: expected one of {', '.join(roles)}; got {role!r}")
+    if not dataclasses.is_dataclass(getattr(registered, "Parameters", None)):
+        raise ValueError(f"Parameters: expected a dataclass of this name in class {registered.__name__}, got none")
 
 
 def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> None:

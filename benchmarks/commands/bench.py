@@ -146,7 +146,9 @@ def _what_runs(wanted: Suite, experiment: Experiment) -> str:
 
 
 def _tell_what_went_wrong(outcome: Outcome, wanted: Suite) -> None:
-    """Report on stderr, once for each tracker, that it failed or gave no answer."""
+    """Report on stderr which rows were moved and, once for each tracker, that it failed or gave no answer."""
+    for moved in outcome.moved:
+        print(f"note: {moved}", file=sys.stderr)
     episodes = Counter(failure.tracker for failure in outcome.failures)
     told: set[str] = set()
     for failure in outcome.failures:

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.commands.arguments import ONE_NAME
+from benchmarks.commands.ignored_rows import tell_what_is_ignored
 from benchmarks.run.records import Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison
@@ -45,6 +46,8 @@ class Compare:
 
     def run(self) -> int:
         """Print it; return the exit status."""
+        for directory in dict.fromkeys(self._place_of(name)[0] for name in (self.first, self.second)):
+            tell_what_is_ignored(directory)
         first, second = (self._rows(name) for name in (self.first, self.second))
         suites = sorted({row["suite"] for row in (*first, *second)})
         if len(suites) > 1:

@@ -15,12 +15,12 @@ from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.report.reference import reference_page
 from benchmarks.run.contestants import entrants, load_modules
-from benchmarks.run.records import write_beside
 from benchmarks.run.versions import hash_of_survey
 from benchmarks.suites.registry import suites
 from scenarios import catalog
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.road_town.survey import survey
+from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controllers
 
 _CONTENTS_COLUMNS = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad")
@@ -78,7 +78,7 @@ def _measure(seeds: range) -> None:
             held[ROAD_TOWN.id][preset] = asdict(survey(configuration, ROAD_TOWN.id, seeds))
         progress(len(ROAD_TOWN.presets), len(ROAD_TOWN.presets))
     document = {"seeds": f"{seeds.start}:{seeds.stop}", "code": hash_of_survey(), "holds": held}
-    write_beside(_CONTENTS, json.dumps(document, indent=1) + "\n")
+    write_atomic(_CONTENTS, json.dumps(document, indent=1) + "\n")
 
 
 def _scenario_table(name: str, contents: dict[str, Any]) -> Table:

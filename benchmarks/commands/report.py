@@ -8,6 +8,7 @@ from typing import Annotated
 
 import tyro
 
+from benchmarks.commands.ignored_rows import tell_what_is_ignored
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.report.page import write_report
 from benchmarks.scores.summary import write_summary
@@ -28,6 +29,7 @@ class Report:
     def run(self) -> int:
         """Write them; return the exit status."""
         summary = write_summary(self.directory)
+        tell_what_is_ignored(self.directory)
         if self.markdown:
             print_leaderboard(summary, markdown=True)
         print(write_report(self.directory))

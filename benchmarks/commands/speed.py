@@ -16,7 +16,6 @@ from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.learning.settings import EPISODES
 from benchmarks.run.experiment import make_folder
-from benchmarks.run.records import write_beside
 from benchmarks.scores.summary import SUMMARY_FILE_NAME
 from benchmarks.speed.env_stepping import ENV_ID, SCENARIO, measure_env
 from benchmarks.speed.pictureless import measure_pictureless
@@ -24,6 +23,7 @@ from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, measure_scenario
 from benchmarks.speed.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
+from trackers.atomic_file import write_atomic
 
 _SOAKED_ENVS, _SOAKED_WORKERS = 4, 2
 _FEWEST_SOAKED_STEPS = 1000
@@ -78,7 +78,7 @@ class Speed:
             for env_id, (followed, _) in catalog.envs().items():
                 if followed == scenario.id and is_playable(followed, scenario.presets[self.preset]):
                     entries += measure_pictureless(env_id, self.preset, seeds, EPISODES)
-        write_beside(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
+        write_atomic(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
         if self.json:
             print(json.dumps(entries, indent=1))
             return 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
+import secrets
 import shutil
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
 
     for left_over in out.glob(f".{_FOLDER}.new.*"):
         shutil.rmtree(left_over, ignore_errors=True)
-    beside = out / f".{_FOLDER}.new.{os.getpid()}"
+    beside = out / f".{_FOLDER}.new.{secrets.token_hex(8)}"
     beside.mkdir(parents=True)
     save_file(_tensors(model), beside / "tensors.safetensors")
     state = {"settings": settings, "steps": model.num_timesteps, "updates": model._n_updates}

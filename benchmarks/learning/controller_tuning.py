@@ -13,7 +13,7 @@ from benchmarks.learning.search import Progress, search
 from benchmarks.learning.tracker_tuning import Tuned, chosen, score_of
 from benchmarks.learning.without_pictures import lived_without_pictures
 from benchmarks.run.jobs import Job, run_job
-from benchmarks.run.versions import versions_of_module
+from benchmarks.run.versions import versions_of_modules
 from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
@@ -73,7 +73,8 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
 
     # Planned once, for all workers.
     episode_bank(budget.scenario, catalog.scenario(budget.scenario).presets[budget.preset], budget.seeds, budget.cache)
-    code = [versions_of_module(module) for module in (__name__, entry.controller.__module__)]
+    scene = type(catalog.scenario(budget.scenario)).__module__
+    code = versions_of_modules(__name__, entry.controller.__module__, scene)
     scored = (error_model(budget.tracker).to_json(), suite(SUITE).tuned_for)
     told = (dataclasses.replace(budget, trials=0, workers=0, cache=None), code, scored)
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, told)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from benchmarks.learning.error_fit import fit
 from benchmarks.learning.recorded_runs import read_run, write_runs
-from benchmarks.run.records import write_beside
 from scenarios.envs.pictureless.bank import pictureless_of
 from scenarios.envs.pictureless.error_model import ErrorModel
 from scenarios.envs.settings import FollowSettings
+from trackers.atomic_file import write_atomic
 
 
 def make_error_model(
@@ -41,5 +41,5 @@ def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
 def save_error_model(model: ErrorModel) -> Path:
     """Write a model to where the package keeps them; return its file."""
     path = Path(__file__).parents[2] / "scenarios" / "envs" / "models" / f"{model.tracker}.json"
-    write_beside(path, model.to_json())
+    write_atomic(path, model.to_json())
     return path

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.run.records import write_beside
 from scenarios.road_town.layout import Building, Layout
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import Frame
 from sim.optics import rays
+from trackers.atomic_file import write_atomic
 
 MODEL_PATH = Path(__file__).resolve().parents[2] / "trackers" / "paper_a" / "road_town_classes.json"
 CLASSES = ("road", "other", "building")
@@ -47,7 +47,7 @@ def learn_colours(presets: Sequence[str], seeds: range, every: int) -> dict[str,
 
 def write_model(model: dict[str, Any], command: str) -> Path:
     """Write a learnt model where trackers find it and return its path."""
-    write_beside(MODEL_PATH, json.dumps({"classes": model, "command": command}, indent=1) + "\n")
+    write_atomic(MODEL_PATH, json.dumps({"classes": model, "command": command}, indent=1) + "\n")
     return MODEL_PATH
 
 

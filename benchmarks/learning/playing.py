@@ -170,7 +170,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             link=played.link,
         )
         seconds = round(time.perf_counter() - self._started, 3)
-        ending = {"seconds": seconds, "versions": versions_of(who)}
+        ending = {"seconds": seconds, "versions": versions_of(job.suite, job.scenario, job.preset, who)}
         heading = heading_of(job, played.tracker, who.role, controller_role="external")
         assert self._sheet is not None
         scores = [*self._sheet.scores(None), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.contestants import entrant
-from benchmarks.run.versions import versions_of, versions_of_module
+from benchmarks.run.versions import versions_of, versions_of_modules
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.watched_episode import WatchedEpisode
 from scenarios.in_view import is_in_view
 from sim.rng import generator
+from trackers.atomic_file import atomic_file
 from trackers.belief.kernel import SIGHTING
 from trackers.belief.sighting import sighting_of
 from trackers.controllers.catalogue import controller_entry, create_controller
@@ -104,10 +104,9 @@ def write_runs(
         controller = controllers[k % len(controllers)]
         path = folder / f"{settings.scenario}-{settings.preset}-{seed}-{_file_name(settings, controller)}.npy"
         if not path.exists():
-            # Beside its place first: whoever is stopped half way leaves no run that looks whole.
-            beside = path.with_name(f".{path.name}.{os.getpid()}.npy")
-            np.save(beside, run_of(settings, seed, controller), allow_pickle=False)
-            beside.replace(path)
+            run = run_of(settings, seed, controller)
+            with atomic_file(path) as file:
+                np.save(file, run, allow_pickle=False)
         paths.append(path)
     report(len(seeds), len(seeds))
     return paths
@@ -125,7 +124,8 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
     """Return what a run's name says of its making: the controller, and a hash of all settings and code."""
     carrier = catalog.scenario(settings.scenario).carrier
     steering = controller_entry(controller.removeprefix(DISTURBED), carrier.name)
-    made = versions_of(entrant(str(settings.tracker)), steering) | versions_of_module(__name__)
+    who = entrant(str(settings.tracker))
+    made = versions_of("follow", settings.scenario, settings.preset, who, steering) | versions_of_modules(__name__)
     told = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
     return f"{controller.replace(':', '-')}-{told}"
 

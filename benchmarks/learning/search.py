@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from trackers.atomic_file import atomic_file
+
 _BATCH = 8
 """Trials that are asked for at a time: those of a tracker watch the same pictures, others run side by side."""
 _SEARCH_SEED = 0
@@ -131,9 +133,8 @@ def _draw(complete: list[Any], defaults: dict[str, Any], path: Path) -> None:
         axis.plot([trial.params[name] for trial in complete], values, ".", color="#0072b2")
         axis.plot([defaults[name]], [first], "x", color="#d55e00")
         axis.set_xlabel(name)
-    beside = path.with_name(f".{path.name}")
-    figure.savefig(beside, format="svg", metadata={"Date": None})
-    beside.replace(path)
+    with atomic_file(path) as file:
+        figure.savefig(file, format="svg", metadata={"Date": None})
 
 
 def _optuna() -> Any:

@@ -15,13 +15,15 @@ import numpy as np
 from benchmarks.learning.search import Found, Progress, search
 from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job, run_job
-from benchmarks.run.records import Row, write_beside
-from benchmarks.run.versions import versions_of_module
+from benchmarks.run.records import Row
+from benchmarks.run.versions import modules_of, versions_of_modules
 from benchmarks.scores import pooling
 from benchmarks.scores.summary import grouped
 from benchmarks.suites.registry import suite
 from scenarios import catalog
+from scenarios.scenario import Scenario
 from trackers import registry
+from trackers.atomic_file import write_atomic
 
 TUNED_FOLDER = Path(__file__).resolve().parents[2] / "trackers" / "tuned"
 
@@ -111,7 +113,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         studies,
         (
             dataclasses.replace(budget, trials=0, workers=0),
-            versions_of_module(entrant(name).module),
+            versions_of_modules(entrant(name).module, *modules_of(budget.suite, _scenario(budget).id)),
             suite(budget.suite).tuned_for,
         ),
     )
@@ -150,13 +152,13 @@ def write_tuned(
     }
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.json"
-    write_beside(path, json.dumps(document, indent=1) + "\n")
+    write_atomic(path, json.dumps(document, indent=1) + "\n")
     return path
 
 
 def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
     """Return the score of every labelled setting."""
-    scenario = catalog.scenario(suite(budget.suite).scenes[0].scenario)
+    scenario = _scenario(budget)
     jobs = [
         Job(
             suite=budget.suite,
@@ -179,6 +181,10 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
         label: sum(score_of(trackers[label], budget.suite) for trackers in groups.values()) / len(groups)
         for label in settings
     }
+
+
+def _scenario(budget: Budget) -> Scenario:
+    return catalog.scenario(suite(budget.suite).scenes[0].scenario)
 
 
 def _who_watches(closed_loop: bool, labels: tuple[str, ...]) -> list[tuple[str, ...]]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,10 @@ from benchmarks.papers.page import write_page
 from benchmarks.report.numbers import ranges_text
 from benchmarks.report.pictures import read_pictures
 from benchmarks.run.experiment import check_renderer, make_folder
-from benchmarks.run.records import FILE_NAME, BlockKey, Row, append_block, read_blocks, rewrite, rounded
-from benchmarks.run.versions import versions_of_module
+from benchmarks.run.records import FILE_NAME, BlockKey, Row, append_block, read_blocks, read_rows, rounded, tidy
+from benchmarks.run.versions import versions_of_modules
 from benchmarks.scores.statistics import PooledRatios, bootstrap_interval
+from scenarios import catalog
 from scenarios.scenario import RendererName
 
 SUITE, SCENARIO, TRACKER = "paper", "stereo-follow-v1", "none"
@@ -50,7 +52,7 @@ class MeasuredExperiment:
     @property
     def versions(self) -> dict[str, str]:
         """What its rows say of their making."""
-        return versions_of_module(self.measure.__module__)
+        return versions_of_modules(self.measure.__module__, type(catalog.scenario(SCENARIO)).__module__)
 
     def key(self, seed: int, renderer: RendererName) -> BlockKey:
         """Return what names the block of one seed."""
@@ -91,12 +93,11 @@ class MeasuredExperiment:
             for done, block in enumerate(parallel(jobs), start=1):
                 append_block(out, block)
                 progress(len(seeds) - len(missing) + done, len(seeds))
-        blocks = read_blocks(out)
-        rewrite(out, blocks.values())
-        return [row for block in blocks.values() for row in block]
+        _tidy(out)
+        return read_rows(out)
 
     def _current(self, out: Path, seeds: range) -> set[BlockKey]:
-        """Return the blocks that are there, made by the same code; other makings are removed."""
+        """Return the blocks that are there, made by the same code; other makings are moved out of the way."""
         if not (out / FILE_NAME).is_file():
             return set()
         blocks = read_blocks(out)
@@ -107,10 +108,9 @@ class MeasuredExperiment:
                 raise ValueError(
                     f"out: expected a folder with no rows but {wanted}, got {str(out)!r}, which has {came}"
                 )
-        current = {key: rows for key, rows in blocks.items() if rows[0]["versions"] == self.versions}
-        if len(current) < len(blocks):
-            rewrite(out, current.values())
-        return set(current)
+        current = {key for key, rows in blocks.items() if rows[0].get("versions") == self.versions}
+        _tidy(out, blocks.keys() - current)
+        return current
 
     def findings(self, rows: Sequence[Row]) -> list[Finding]:
         """Return what the rows say of each claim, for each renderer."""
@@ -144,6 +144,12 @@ class MeasuredExperiment:
             seeds=ranges_text(seeds),
             command=f"frameout paper {self.name} --seeds {seeds.start}:{seeds.stop}{again}",
         )
+
+
+def _tidy(out: Path, outdated: Collection[BlockKey] = ()) -> None:
+    told = tidy(out, outdated)
+    if told is not None:
+        print(f"note: {told}", file=sys.stderr)
 
 
 def mean_series(rows: Sequence[Row], metric: str) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from benchmarks.report.page import page_style
-from benchmarks.run.records import write_beside
+from trackers.atomic_file import write_atomic
 
 _FILE_NAME = "paper.html"
 
@@ -24,5 +24,5 @@ def write_page(out: Path, template: str, **values: Any) -> None:
         lstrip_blocks=True,
     )
     path = out / _FILE_NAME
-    write_beside(path, environment.get_template(template).render(style=Markup(page_style()), **values))
+    write_atomic(path, environment.get_template(template).render(style=Markup(page_style()), **values))
     print(f"page: {path}")

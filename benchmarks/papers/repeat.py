@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,8 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     )
     with progress_bar(f"paper {experiment.name}") as progress:
         outcome = run_experiment(runs, out, progress)
+    for told in outcome.moved:
+        print(f"note: {told}", file=sys.stderr)
     found = findings(experiment, outcome.summary)
     picture = _picture(experiment, out, seeds, renderer)
     print_findings(experiment.title, found, seeds)

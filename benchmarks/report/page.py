@@ -16,7 +16,7 @@ from benchmarks.report.facts import facts_table
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
-from benchmarks.run.records import Row, read_rows, write_beside
+from benchmarks.run.records import Row, read_rows
 from benchmarks.scores.summary import (
     COMPARISONS_FILE_NAME,
     SUMMARY_FILE_NAME,
@@ -27,6 +27,7 @@ from benchmarks.scores.summary import (
     write_summary,
 )
 from benchmarks.suites.registry import Condition, Plot, Suite, suite
+from trackers.atomic_file import write_atomic
 
 REPORT_FILE_NAME = "report.html"
 _RANKED_ROLES = ("ours", "policy", "as-written", "baseline", "external")
@@ -89,7 +90,7 @@ def write_report(directory: Path) -> Path:
         for condition, trackers in groups.items()
     ]
     path = directory / REPORT_FILE_NAME
-    write_beside(path, _render(sections))
+    write_atomic(path, _render(sections))
     return path
 
 

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.run.records import write_beside
 from benchmarks.suites.registry import Condition
+from trackers.atomic_file import write_atomic
 
 FOLDER_NAME = "pictures"
 
@@ -52,9 +52,7 @@ def write_picture(
     folder = directory / FOLDER_NAME
     folder.mkdir(parents=True, exist_ok=True)
     _, encoded = cv2.imencode(".jpg", image_rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 86])
-    beside = folder / f".{name}.jpg"
-    beside.write_bytes(encoded.tobytes())
-    beside.replace(folder / f"{name}.jpg")
+    write_atomic(folder / f"{name}.jpg", encoded.tobytes())
     words = {
         "condition": condition,
         "title": title,
@@ -63,7 +61,7 @@ def write_picture(
         "width_px": image_rgb.shape[1],
         "height_px": image_rgb.shape[0],
     }
-    write_beside(folder / f"{name}.json", json.dumps(words, indent=1) + "\n")
+    write_atomic(folder / f"{name}.json", json.dumps(words, indent=1) + "\n")
 
 
 def made_from(directory: Path, name: str) -> str | None:

@@ -84,7 +84,7 @@ def _versions(rows: Sequence[Row]) -> dict[str, str]:
     for row in rows:
         for name, version in row["versions"].items():
             label = f"code of {row[name]}" if name in ("tracker", "controller") else name
-            label = "code of scene and scores" if name == "scene" else label
+            label = f"code of the {name}" if name in ("scene", "judge", "loop") else label
             if version not in found.setdefault(label, []):
                 found[label].append(version)
     return {name: ", ".join(versions) for name, versions in found.items()}

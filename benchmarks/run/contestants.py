@@ -4,48 +4,21 @@ from __future__ import annotations
 
 import importlib
 import sys
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from benchmarks.run.from_pictures import Contestant, FromPictures
+from benchmarks.run.source_files import is_users
 from benchmarks.suites.frame_out.oracle_map import OracleMap, OracleParameters
 from scenarios.road_town.road_map import RoadMap
-from scenarios.scenario import Episode, Frame
+from scenarios.scenario import Episode
 from sim.render.compilation import forget_stale_kernels
 from trackers import registry
-from trackers.protocols import Tracker
-from trackers.types import Estimate
-
-
-class Contestant(Protocol):
-    """One that is asked at every frame where the target is."""
-
-    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
-        """Start on the target inside ``box_xyxy`` (4,) of the first frame."""
-        ...
-
-    def update(self, frame: Frame) -> Estimate:
-        """Say where the target is on the next frame."""
-        ...
-
-
-class FromPictures:
-    """A tracker as a contestant: it is handed the observation of a frame, and nothing of its truth."""
-
-    def __init__(self, tracker: Tracker) -> None:
-        self._tracker = tracker
-
-    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
-        """See ``Contestant``."""
-        self._tracker.initialise(frame.observation, box_xyxy)
-
-    def update(self, frame: Frame) -> Estimate:
-        """See ``Contestant``."""
-        return self._tracker.update(frame.observation)
 
 
 @dataclass(frozen=True)
@@ -95,15 +68,25 @@ def load_modules(modules: Sequence[str]) -> None:
     """Import users' own modules, found from the current folder too, so that the trackers in them register.
 
     Raises:
-        ValueError: if one cannot be imported.
+        ValueError: if one cannot be imported; says where in it.
     """
     if modules and str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))
     for module in modules:
         try:
             importlib.import_module(module)
-        except ImportError as error:
-            raise ValueError(f"modules: expected one that can be imported, got {module!r}: {error}") from None
+        except (Exception, SystemExit) as error:
+            # Whatever is wrong with it is its author's to mend, who needs the line and not our own calls.
+            expected = f"modules: expected one that can be imported, got {module!r}{_place_in_users_code(error)}"
+            raise ValueError(f"{expected}: {type(error).__name__}: {error}") from None
+
+
+def _place_in_users_code(error: BaseException) -> str:
+    """Return the file and the line of a user's code that an error came from; nothing where it came from none."""
+    if isinstance(error, SyntaxError):
+        return f", {error.filename}, line {error.lineno}"
+    lines = [frame for frame in traceback.extract_tb(error.__traceback__) if is_users(frame.filename)]
+    return f", {lines[-1].filename}, line {lines[-1].lineno}" if lines else ""
 
 
 def _oracles() -> tuple[Entrant, Entrant]:

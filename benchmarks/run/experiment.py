@@ -11,7 +11,7 @@ from typing import Any, get_args
 from benchmarks.run.contestants import entrant, entrants, load_modules
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
-from benchmarks.run.records import FILE_NAME, HUMAN, BlockKey, append_block, read_blocks, rewrite
+from benchmarks.run.records import FILE_NAME, HUMAN, BlockKey, append_block, read_blocks, tidy
 from benchmarks.run.tracked import Failure
 from benchmarks.run.versions import versions_of
 from benchmarks.scores.summary import write_summary
@@ -71,6 +71,7 @@ class Outcome:
         failures: trackers that failed.
         silent: tracker → frames on which it said nothing.
         episodes: number of (tracker, episode) pairs that were run, and ``resumed`` that were there already.
+        moved: lines that say which rows were moved out of the way, and where to.
     """
 
     summary: list[dict[str, Any]] = field(default_factory=list)
@@ -78,14 +79,16 @@ class Outcome:
     silent: dict[str, int] = field(default_factory=dict)
     episodes: int = 0
     resumed: int = 0
+    moved: list[str] = field(default_factory=list)
 
     def followed_by(self, later: Outcome) -> Outcome:
         """Return this and what came of a later run into the same folder."""
         silent = {
             name: self.silent.get(name, 0) + later.silent.get(name, 0) for name in {**self.silent, **later.silent}
         }
-        failures = [*self.failures, *later.failures]
-        return Outcome(later.summary, failures, silent, self.episodes + later.episodes, self.resumed + later.resumed)
+        failures, moved = [*self.failures, *later.failures], [*self.moved, *later.moved]
+        episodes, resumed = self.episodes + later.episodes, self.resumed + later.resumed
+        return Outcome(later.summary, failures, silent, episodes, resumed, moved)
 
 
 Progress = Callable[[int, int], None]
@@ -95,8 +98,8 @@ Progress = Callable[[int, int], None]
 def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> Outcome:
     """Run what is not there yet, write rows as they come, then the summary.
 
-    The same call after a stop goes on where it stopped. Rows that other code or parameters made are made
-    again. Rows do not depend on the number of workers, but for times.
+    The same call after a stop goes on where it stopped. Rows that other code or parameters made are moved to a file
+    beside and made again. Rows do not depend on the number of workers, but for times.
 
     Raises:
         ValueError: for unknown names, or a folder that holds other seeds' rows or cannot be written.
@@ -104,14 +107,14 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
-    have = _current_blocks(experiment, out)
-    jobs = [_what_is_left(job, have) for job in _jobs(experiment, out / _NOTES)]
-    jobs = [job for job in jobs if job.trackers]
-    outcome = Outcome(resumed=len(have))
-    total = len(have) + sum(len(job.trackers) for job in jobs)
+    versions = _versions(experiment)
+    have, moved = _current_blocks(experiment, versions, out)
+    jobs = (_what_is_left(job, have) for job in _jobs(experiment, versions, out / _NOTES))
+    outcome = Outcome(resumed=len(have), moved=moved)
+    total = len(experiment.seeds) * sum(map(len, versions.values()))
     report = progress or (lambda done, of: None)
     report(len(have), total)
-    for result in results(jobs, experiment.workers, experiment.backend):
+    for result in results((job for job in jobs if job.trackers), experiment.workers, experiment.backend):
         for block in result.blocks:
             append_block(out, block)
         outcome.episodes += len(result.blocks)
@@ -122,7 +125,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     with contextlib.suppress(OSError):
         (out / _NOTES).rmdir()
     # Workers finish in any order; the file does not show it.
-    rewrite(out, read_blocks(out).values())
+    outcome.moved += filter(None, [tidy(out)])
     outcome.summary = write_summary(out)
     return outcome
 
@@ -138,39 +141,50 @@ def make_folder(out: Path) -> None:
         raise ValueError(f"out: expected a folder that can be written, got {str(out)!r}: {error.strerror}") from None
 
 
-def _jobs(experiment: Experiment, notes: Path) -> Iterator[Job]:
-    """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop."""
-    scenario = catalog.scenario(experiment.scenario)
-    link = experiment.link if suite(experiment.suite).judges_controllers else None
+_Versions = dict[tuple[str, str | None], dict[str, dict[str, str]]]
+"""Preset and controller (None on a set path) → tracker → what its rows say of their making."""
+
+
+def _versions(experiment: Experiment) -> _Versions:
+    carrier = catalog.scenario(experiment.scenario).carrier.name
+    versions: _Versions = {}
     for preset in experiment.presets:
         for controller in _controllers(experiment, preset):
-            versions = _versions(experiment, controller)
-            groups = [experiment.trackers] if controller is None else [(name,) for name in experiment.trackers]
-            for seed in experiment.seeds:
-                for trackers in groups:
-                    yield Job(
-                        suite=experiment.suite,
-                        scenario=scenario.id,
-                        preset=preset,
-                        renderer=experiment.renderer,
-                        seed=seed,
-                        controller=controller,
-                        trackers=trackers,
-                        link=link,
-                        modules=experiment.modules,
-                        repeats=experiment.repeats,
-                        limit_s=experiment.limit_s,
-                        settings={name: (name, values) for name, values in experiment.settings.items()},
-                        notes=notes,
-                        versions=versions,
-                    )
+            steered_by = None if controller is None else catalogue.controller_entry(controller, carrier)
+            where = (experiment.suite, experiment.scenario, preset)
+            versions[preset, controller] = {
+                name: versions_of(*where, entrant(name, experiment.settings.get(name)), steered_by)
+                for name in experiment.trackers
+            }
+    return versions
 
 
-def _versions(experiment: Experiment, controller: str | None) -> dict[str, dict[str, str]]:
-    """Return by tracker what its rows say of their making where a controller steers, or nobody does."""
-    carrier = catalog.scenario(experiment.scenario).carrier.name
-    steered_by = None if controller is None else catalogue.controller_entry(controller, carrier)
-    return {name: versions_of(entrant(name, experiment.settings.get(name)), steered_by) for name in experiment.trackers}
+def _jobs(experiment: Experiment, versions: _Versions, notes: Path) -> Iterator[Job]:
+    """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop."""
+    for (preset, controller), made in versions.items():
+        groups = [experiment.trackers] if controller is None else [(name,) for name in experiment.trackers]
+        for seed in experiment.seeds:
+            for trackers in groups:
+                yield Job(
+                    suite=experiment.suite,
+                    scenario=catalog.scenario(experiment.scenario).id,
+                    preset=preset,
+                    renderer=experiment.renderer,
+                    seed=seed,
+                    controller=controller,
+                    trackers=trackers,
+                    link=_link(experiment),
+                    modules=experiment.modules,
+                    repeats=experiment.repeats,
+                    limit_s=experiment.limit_s,
+                    settings={name: (name, values) for name, values in experiment.settings.items()},
+                    notes=notes,
+                    versions=made,
+                )
+
+
+def _link(experiment: Experiment) -> str | None:
+    return experiment.link if suite(experiment.suite).judges_controllers else None
 
 
 def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
@@ -248,25 +262,29 @@ def _key(job: Job, tracker: str) -> BlockKey:
     return BlockKey(job.suite, job.scenario, job.preset, job.renderer, steering, tracker, job.seed, job.link or "")
 
 
-def _current_blocks(experiment: Experiment, out: Path) -> set[BlockKey]:
-    """Return which of the experiment's blocks are there already, made by the same code; other makings are
-    removed.
+def _current_blocks(experiment: Experiment, versions: _Versions, out: Path) -> tuple[set[BlockKey], list[str]]:
+    """Return which of the experiment's blocks are there already, made by the same code, and what is said of other
+    makings, which are moved out of the way.
     """
     if not (out / FILE_NAME).is_file():
-        return set()
+        return set(), []
     blocks = read_blocks(out)
     # A person may have played other episodes than these.
-    strangers = sorted({key.seed for key in blocks if key.controller != HUMAN} - set(experiment.seeds))
+    strangers = sorted(key.seed for key in blocks if key.controller != HUMAN and key.seed not in experiment.seeds)
     if strangers:
         wanted = f"{experiment.seeds.start}:{experiment.seeds.stop}"
         raise ValueError(
             f"out: expected a folder with no seeds but {wanted}, got {str(out)!r}, which holds seed {strangers[0]}"
         )
-    versions = {_key(job, name): job.versions[name] for job in _jobs(experiment, out) for name in job.trackers}
-    outdated = {key for key in versions.keys() & blocks.keys() if blocks[key][0]["versions"] != versions[key]}
-    if outdated:
-        rewrite(out, (rows for key, rows in blocks.items() if key not in outdated))
-    return (versions.keys() & blocks.keys()) - outdated
+    scenario, link = catalog.scenario(experiment.scenario).id, _link(experiment) or ""
+    whose = (experiment.suite, scenario, experiment.renderer, link)
+    current: set[BlockKey] = set()
+    outdated: set[BlockKey] = set()
+    for key, rows in blocks.items():
+        made = versions.get((key.preset, key.controller or None), {}).get(key.tracker)
+        if made is not None and (key.suite, key.scenario, key.renderer, key.link) == whose:
+            (current if rows[0].get("versions") == made else outdated).add(key)
+    return current, list(filter(None, [tidy(out, outdated)]))
 
 
 def _what_is_left(job: Job, have: set[BlockKey]) -> Job:

@@ -5,7 +5,6 @@ process.
 from __future__ import annotations
 
 import hashlib
-import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -42,7 +41,7 @@ class Job:
         modules: users' own modules to import first.
         repeats: runs of a tracker whose random numbers no seed reaches.
         limit_s: the longest a tracker may take over a frame.
-        notes: folder for the note that says what the worker is at, so that its death can be explained.
+        notes: folder for the note that says what the worker is at, so that its death can be explained; None = no note.
         versions: tracker → what its rows say of their making, as it was when the experiment began.
         settings: label in ``trackers`` → the tracker's name and the values it is set to.
         deadly: trackers that ended their process in this episode, and the frame they did it on.
@@ -66,12 +65,15 @@ class Job:
     deadly: dict[str, int] = field(default_factory=dict)
 
     @property
-    def note_file(self) -> Path:
-        """Where the job's note is while it runs."""
-        folder = Path(tempfile.gettempdir()) if self.notes is None else self.notes
+    def name(self) -> str:
+        """What tells the job from the others of an experiment, short."""
         episode = (self.scenario, self.preset, self.renderer, str(self.seed), self.controller or "", self.link or "")
-        names = "/".join((*episode, *self.trackers))
-        return folder / f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.json"
+        return hashlib.sha256("/".join((*episode, *self.trackers)).encode()).hexdigest()[:16]
+
+    @property
+    def note_file(self) -> Path | None:
+        """Where the job's note is while it runs."""
+        return None if self.notes is None else self.notes / f"{self.name}.json"
 
 
 @dataclass(frozen=True)

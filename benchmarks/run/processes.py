@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import joblib
@@ -12,29 +12,43 @@ from benchmarks.run.jobs import Job, JobResult, run_job
 from benchmarks.run.notes import read_note
 
 
-def results(jobs: Sequence[Job], workers: int, backend: str) -> Iterator[JobResult]:
+def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
     """Yield results as they come; a job whose worker dies is run again without the tracker that killed it.
 
     Args:
-        workers: processes; 0 = this very one. backend: joblib's.
+        jobs: taken one after the other, as they are worked at. workers: processes; 0 = this very one.
+        backend: joblib's.
     """
     if workers == 0:
         yield from map(run_job, jobs)
         return
-    waiting = {job.note_file: job for job in jobs}
-    while waiting:
+    coming = iter(jobs)
+    waiting: dict[str, Job] = {}
+    ended = False
+    while not ended:
         try:
-            for result in _in_processes(tuple(waiting.values()), workers, backend):
-                del waiting[result.job.note_file]
+            for result in _in_processes(_taken(coming, waiting), workers, backend):
+                del waiting[result.job.name]
                 yield result
+            ended = True
         except BrokenProcessPool:
             # One death ends the whole pool: who was at work is suspect, and is tried alone.
-            suspects = [job for job in waiting.values() if job.note_file.exists()]
+            suspects = [job for job in waiting.values() if job.note_file is not None and job.note_file.exists()]
             if not suspects:
                 raise RuntimeError("a worker process ended outside of any episode; the same command goes on") from None
             for job in suspects:
-                del waiting[job.note_file]
+                del waiting[job.name]
                 yield _alone(job, backend)
+
+
+def _taken(coming: Iterator[Job], waiting: dict[str, Job]) -> Iterator[Job]:
+    """Yield the jobs that an earlier pool was given and did not end, then those to come, which are noted in
+    ``waiting``.
+    """
+    yield from tuple(waiting.values())
+    for job in coming:
+        waiting[job.name] = job
+        yield job
 
 
 def _alone(job: Job, backend: str) -> JobResult:

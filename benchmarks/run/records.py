@@ -52,7 +52,7 @@
 
 Rows of one (suite, scenario, preset, tracker, controller, renderer, link, seed) are one *block*, written at once.
 The last row of a block has the metric ``frames`` (number of frames); a block without it was cut off, is
-ignored and made again.
+ignored and made again. Rows that are replaced are moved to ``records.outdated-1.jsonl``, ``-2`` and so on.
 
 Rows about one frame-out (suite ``frame-out``):
 
@@ -122,12 +122,15 @@ Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``compari
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from trackers.atomic_file import write_atomic
 
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
@@ -135,6 +138,10 @@ HUMAN = "human"
 """Controller of the rows of a person who played; the role is ``external``."""
 
 Row = dict[str, Any]
+_NAMED: dict[str, Any] = {
+    **dict.fromkeys(("suite", "scenario", "preset", "renderer", "tracker", "metric"), str),
+    **{"controller": str | None, "seed": int, "value": object},
+}
 
 
 @dataclass(frozen=True, order=True, slots=True)
@@ -171,32 +178,48 @@ def event_of(row: Row) -> dict[str, Any] | None:
     return event
 
 
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What a file of rows holds.
+
+    Attributes:
+        blocks: whole blocks in canonical order; of one that was made twice the later.
+        replaced: lines of blocks that were cut off or made again later. broken: lines that are no rows.
+    """
+
+    blocks: dict[BlockKey, list[Row]]
+    replaced: list[bytes]
+    broken: list[bytes]
+
+
 def append_block(directory: Path, rows: Sequence[Row]) -> None:
-    """Append one whole block by a single write: a killed run leaves at most one torn block, at the end.
+    """Append one whole block: a killed run leaves at most one torn block, at the end.
 
     Raises:
         ValueError: if the block's last row is not its ``frames`` row.
+        OSError: if it cannot be written whole, for want of space; then nothing of it is left.
     """
     if not rows or rows[-1]["metric"] != LAST_METRIC:
         raise ValueError(f"rows: expected a block that ends with the metric {LAST_METRIC!r}")
     path = directory / FILE_NAME
-    text = "".join(json.dumps(row) + "\n" for row in rows)
-    with path.open("ab+") as file:
-        file.seek(0, os.SEEK_END)
-        torn = False
-        if file.tell() > 0:
-            file.seek(-1, os.SEEK_END)
-            torn = file.read(1) != b"\n"
-        # A torn line of a killed run must not swallow our first one.
-        file.write((b"\n" if torn else b"") + text.encode())
-        file.flush()
-        os.fsync(file.fileno())
+    unwritten = memoryview(_lines(rows))
+    with path.open("ab+", buffering=0) as file:
+        end = file.seek(0, os.SEEK_END)
+        try:
+            if end > 0 and os.pread(file.fileno(), 1, end - 1) != b"\n":
+                # A torn line of a killed run must not swallow our first one.
+                file.write(b"\n")
+            while unwritten:
+                unwritten = unwritten[file.write(unwritten) :]
+            os.fsync(file.fileno())
+        except OSError as error:
+            file.truncate(end)
+            error.filename = str(path)
+            raise
 
 
-def read_blocks(directory: Path) -> dict[BlockKey, list[Row]]:
-    """Return the whole blocks of a directory in canonical order; torn lines and cut-off blocks are left out.
-
-    Of a block that was made twice the later one counts.
+def read(directory: Path) -> Contents:
+    """Return what the file of a directory holds.
 
     Raises:
         ValueError: if the directory holds no records.
@@ -204,20 +227,30 @@ def read_blocks(directory: Path) -> dict[BlockKey, list[Row]]:
     path = directory / FILE_NAME
     if not path.is_file():
         raise ValueError(f"directory: expected one that holds {FILE_NAME}, got {str(directory)!r}")
-    whole: dict[BlockKey, list[Row]] = {}
-    growing: list[Row] = []
-    for line in path.read_text().splitlines():
+    whole: dict[BlockKey, list[tuple[bytes, Row]]] = {}
+    growing: list[tuple[bytes, Row]] = []
+    replaced: list[tuple[bytes, Row]] = []
+    broken: list[bytes] = []
+    for line in path.read_bytes().splitlines():
         row = _parsed(line)
+        if growing and (row is None or block_key(growing[0][1]) != block_key(row)):
+            replaced += growing
+            growing = []
         if row is None:
-            growing = []
+            broken.append(line)
             continue
-        if growing and block_key(growing[0]) != block_key(row):
-            growing = []
-        growing.append(row)
+        growing.append((line, row))
         if row["metric"] == LAST_METRIC:
+            replaced += whole.get(block_key(row), [])
             whole[block_key(row)] = growing
             growing = []
-    return {key: whole[key] for key in sorted(whole)}
+    blocks = {key: [row for _, row in whole[key]] for key in sorted(whole)}
+    return Contents(blocks, [line for line, _ in (*replaced, *growing)], broken)
+
+
+def read_blocks(directory: Path) -> dict[BlockKey, list[Row]]:
+    """Return the blocks that ``read`` finds."""
+    return read(directory).blocks
 
 
 def read_rows(directory: Path) -> list[Row]:
@@ -225,17 +258,26 @@ def read_rows(directory: Path) -> list[Row]:
     return [row for rows in read_blocks(directory).values() for row in rows]
 
 
-def rewrite(directory: Path, blocks: Iterable[Sequence[Row]]) -> None:
-    """Replace the records by these blocks: written beside and renamed."""
-    text = "".join(json.dumps(row) + "\n" for rows in blocks for row in rows)
-    write_beside(directory / FILE_NAME, text)
+def tidy(directory: Path, outdated: Collection[BlockKey] = ()) -> str | None:
+    """Put the records in canonical order; move outdated blocks and what belongs to no block to a file beside.
+
+    Return one line that says so, None where nothing was moved.
+    """
+    contents, told = read(directory), None
+    old = b"".join(_lines(contents.blocks[key]) for key in sorted(outdated))
+    aside = [*contents.replaced, *contents.broken, *old.splitlines()]
+    if aside:
+        names = (directory / f"records.outdated-{number}.jsonl" for number in itertools.count(1))
+        beside = next(path for path in names if not path.exists())
+        write_atomic(beside, b"\n".join([*aside, b""]))
+        told = f"{len(aside)} rows that are outdated, cut off or broken were moved to {beside}"
+    kept = (rows for key, rows in contents.blocks.items() if key not in outdated)
+    write_atomic(directory / FILE_NAME, b"".join(map(_lines, kept)))
+    return told
 
 
-def write_beside(path: Path, text: str) -> None:
-    """Write a file beside its place and rename it, so that it is there wholly or not at all."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    beside.write_text(text)
-    beside.replace(path)
+def _lines(rows: Sequence[Row]) -> bytes:
+    return "".join(json.dumps(row) + "\n" for row in rows).encode()
 
 
 def rounded(value: float | list[float] | None) -> float | list[float] | None:
@@ -249,9 +291,11 @@ def _six_digits(value: float) -> float | None:
     return float(f"{value:.6g}") if abs(value) < float("inf") else None
 
 
-def _parsed(line: str) -> Row | None:
+def _parsed(line: bytes) -> Row | None:
+    """Return the row of a line, None of one that is none: torn, not UTF-8, or without what names a row."""
     try:
-        row = json.loads(line)
-    except json.JSONDecodeError:
+        row = json.loads(line.decode())
+    except ValueError:
         return None
-    return row if isinstance(row, dict) and "metric" in row else None
+    whole = isinstance(row, dict) and row.keys() >= _NAMED.keys()
+    return row if whole and all(isinstance(row[name], kind) for name, kind in _NAMED.items()) else None

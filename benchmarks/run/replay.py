@@ -6,7 +6,8 @@ from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.run.contestants import Contestant, entrant
+from benchmarks.run.contestants import entrant
+from benchmarks.run.from_pictures import Contestant
 from benchmarks.run.records import Row
 from benchmarks.run.versions import versions_of
 from benchmarks.video.instant import Instant
@@ -99,9 +100,11 @@ def replay(
 
 def made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:
     """Return whether a tracker lived through again does what it did when its rows were made, and who steered by it."""
-    steered_by, carrier = rows[0]["controller"], catalog.scenario(rows[0]["scenario"]).carrier.name
+    made, steered_by = rows[0], rows[0]["controller"]
+    carrier = catalog.scenario(made["scenario"]).carrier.name
     try:
         controller = None if steered_by is None else catalogue.controller_entry(steered_by, carrier)
-        return versions_of(entrant(tracker), controller) == rows[0]["versions"]
+        now = versions_of(made["suite"], made["scenario"], made["preset"], entrant(tracker), controller)
+        return now == made["versions"]
     except ValueError:
         return False

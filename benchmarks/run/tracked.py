@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.run.contestants import Contestant
+from benchmarks.run.from_pictures import Contestant
 from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
 from benchmarks.suites.judging import Score, ScoreSheet
 from scenarios.scenario import Frame

@@ -1,20 +1,25 @@
 """What made a row: versions of packages, and hashes of the code and the parameters.
 
-A resumed run does again what other code made. A tracker's hash covers only the modules it is made of, so a
-change in one tracker does not make the others run again.
+A resumed run does again what other code made. A hash covers the modules that a part is made of and no others: a change
+in one tracker, scene or judge does not make rows of the others anew.
 """
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib.metadata
-import importlib.util
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from benchmarks.run import contestants, jobs
 from benchmarks.run.contestants import Entrant
+from benchmarks.run.source_files import source_files
+from benchmarks.suites import registry as suites
+from scenarios import catalog
+from trackers import registry
+from trackers.controllers import catalogue
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
 from trackers.controllers.policy_file import load_policy, policy_path
 
@@ -25,41 +30,36 @@ _PACKAGES = {
     "opencv": "opencv-python-headless",
     "pybullet": "pybullet",
 }
-_SCENE_PARTS = (
-    "sim",
-    "scenarios",
-    "benchmarks/scores",
-    "benchmarks/suites/frame_out/metrics",
-    "benchmarks/suites/stereo/metrics",
-    "benchmarks/suites/follow/metrics",
-    "benchmarks/suites/judging.py",
-    "benchmarks/suites/follow/judge.py",
-    "benchmarks/suites/frame_out/judge.py",
-    "benchmarks/suites/stereo/disparity.py",
-    "benchmarks/suites/stereo/judge.py",
-    "benchmarks/suites/frame_out/episode_scores.py",
-    "benchmarks/run/steering.py",
-    "benchmarks/run/tracked.py",
-    "trackers/estimate_check.py",
-    "benchmarks/run/time_limit.py",
-    "benchmarks/run/jobs.py",
-    "trackers/belief/command_shares.py",
-    "trackers/paper_b/matching.py",
-)
-_ROOT = Path(__file__).resolve().parents[2]
+_REGISTRIES = tuple(module.__name__ for module in (catalog, catalogue, contestants, registry, suites))
+"""They name all scenes, judges and contestants; a row says itself which it is of."""
 _DIGITS = 10
 
 
-def versions_of(entrant: Entrant, controller: ControllerEntry | None = None) -> dict[str, str]:
-    """Return what rows of one entrant say of their making: package versions, ``scene`` and ``tracker``; and
-    ``controller`` where one steers.
+def versions_of(
+    suite: str, scenario: str, preset: str, entrant: Entrant, controller: ControllerEntry | None = None
+) -> dict[str, str]:
+    """Return what rows of one entrant say of their making: package versions, ``scene``, ``judge``, ``loop`` (that runs
+    them) and ``tracker``; and ``controller`` where one steers.
     """
+    scene, judge, loop = modules_of(suite, scenario)
     made = {
         **_package_versions(),
-        "scene": _scene_hash(),
+        "scene": _hash_with(scene, catalog.scenario(scenario).presets.get(preset)),
+        "judge": _hash_with(judge, suites.suite(suite).truth),
+        "loop": _modules_hash(loop),
         "tracker": _hash_with(entrant.module, entrant.parameters),
     }
     return made if controller is None else made | _versions_of_controller(controller)
+
+
+def modules_of(suite: str, scenario: str) -> tuple[str, str, str]:
+    """Return the modules of a scene, of the judge and of the loop that runs episodes."""
+    return type(catalog.scenario(scenario)).__module__, suites.suite(suite).judge.__module__, jobs.__name__
+
+
+def versions_of_modules(*modules: str) -> dict[str, str]:
+    """Return what rows say that modules measured, where no tracker ran."""
+    return {**_package_versions(), "experiment": _modules_hash(*modules)}
 
 
 def _versions_of_controller(controller: ControllerEntry) -> dict[str, str]:
@@ -74,14 +74,9 @@ def _versions_of_controller(controller: ControllerEntry) -> dict[str, str]:
     return made
 
 
-def _hash_with(module: str, parameters: Any) -> str:
-    """Hash of a module, as ``_modules_hash``, and of the parameters that its class is set to."""
-    return hashlib.sha256(f"{_modules_hash(module)}{parameters!r}".encode()).hexdigest()[:_DIGITS]
-
-
-def versions_of_module(module: str) -> dict[str, str]:
-    """Return what rows say that a module measured, where no tracker ran."""
-    return {**_package_versions(), "scene": _scene_hash(), "experiment": _modules_hash(module)}
+def hash_of_survey() -> str:
+    """Hash of the code that decides what episodes of the scenario with presets hold, and of that which counts it."""
+    return _modules_hash("scenarios.road_town.survey")
 
 
 @cache
@@ -89,67 +84,18 @@ def _package_versions() -> dict[str, str]:
     return {name: importlib.metadata.version(package) for name, package in _PACKAGES.items()}
 
 
-def hash_of_survey() -> str:
-    """Hash of the code that decides what episodes of the scenario with presets hold, and of that which counts it."""
-    return _modules_hash("scenarios.road_town.survey")
+def _hash_with(module: str, values: Any) -> str:
+    """Hash of a module, as ``_modules_hash``, and of the values that what it defines is set to."""
+    return hashlib.sha256(f"{_modules_hash(module)}{values!r}".encode()).hexdigest()[:_DIGITS]
 
 
 @cache
-def _scene_hash() -> str:
-    """Hash of everything that makes pictures, truth and scores. Envs only ask for them."""
-    envs = _ROOT / "scenarios" / "envs"
-    files = [file for part in _SCENE_PARTS for file in _files_of(_ROOT / part) if envs not in file.parents]
-    return _hash_files(files)
+def _modules_hash(*modules: str) -> str:
+    """Hash of modules and of all that they are made of, see ``source_files``."""
+    return _hash_files(source_files(modules, _REGISTRIES))
 
 
-@cache
-def _modules_hash(module: str) -> str:
-    """Hash of a module, of all modules of ours that it imports, directly or not, and of the learnt models."""
-    found: dict[str, Path] = {}
-    waiting = [module]
-    while waiting:
-        name = waiting.pop()
-        path = _source_of(name)
-        if name in found or path is None:
-            continue
-        found[name] = path
-        waiting += _imported(path)
-    models = sorted((_ROOT / "trackers" / "paper_a").glob("*.json"))
-    return _hash_files([found[name] for name in sorted(found)] + models)
-
-
-def _imported(path: Path) -> list[str]:
-    """Return the names of modules (and of what may be modules) that a file imports, registries excepted."""
-    names = []
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-    ours = ("trackers.", "benchmarks.", "scenarios.", "sim.")
-    registries = ("trackers.registry", "trackers.controllers.catalogue")
-    return [name for name in names if name.startswith(ours) and not name.startswith(registries)]
-
-
-def _source_of(module: str) -> Path | None:
-    path = _ROOT.joinpath(*module.split("."))
-    for candidate in (path.with_suffix(".py"), path / "__init__.py"):
-        if candidate.is_file():
-            return candidate
-    # Users' own trackers lie elsewhere.
-    try:
-        spec = importlib.util.find_spec(module)
-    except (ImportError, ValueError):
-        return None
-    return Path(spec.origin) if spec is not None and spec.origin and spec.origin.endswith(".py") else None
-
-
-def _files_of(path: Path) -> list[Path]:
-    return [path] if path.is_file() else sorted(path.rglob("*.py"))
-
-
-def _hash_files(files: list[Path]) -> str:
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(f"{file.name}\0".encode() + file.read_bytes())
-    return digest.hexdigest()[:_DIGITS]
+def _hash_files(files: Iterable[Path]) -> str:
+    """Hash of what files are called and hold, wherever they lie."""
+    each = sorted(hashlib.sha256(f"{file.name}\0".encode() + file.read_bytes()).digest() for file in files)
+    return hashlib.sha256(b"".join(each)).hexdigest()[:_DIGITS]

@@ -25,9 +25,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.run.records import Row, read_rows, rounded, write_beside
+from benchmarks.run.records import Row, read_rows, rounded
 from benchmarks.scores import pooling, statistics
 from benchmarks.suites.registry import Condition, Metric, Name, suite
+from trackers.atomic_file import write_atomic
 
 SUMMARY_FILE_NAME = "summary.json"
 COMPARISONS_FILE_NAME = "comparisons.json"
@@ -43,9 +44,9 @@ def write_summary(directory: Path) -> list[dict[str, Any]]:
     """
     groups = grouped(read_rows(directory))
     summary = summarise(groups)
-    write_beside(directory / SUMMARY_FILE_NAME, json.dumps(summary, indent=1) + "\n")
+    write_atomic(directory / SUMMARY_FILE_NAME, json.dumps(summary, indent=1) + "\n")
     comparisons = compare_ours(groups)
-    write_beside(directory / COMPARISONS_FILE_NAME, json.dumps(comparisons, indent=1) + "\n")
+    write_atomic(directory / COMPARISONS_FILE_NAME, json.dumps(comparisons, indent=1) + "\n")
     return summary
 
 

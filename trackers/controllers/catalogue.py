@@ -19,12 +19,13 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import resources
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 
 from trackers.controllers.policy_file import Policy, load_policy, shipped_policies
 from trackers.protocols import Controller
+from trackers.registry import check_registered
 
 ControllerRole = Literal["ours", "policy", "baseline", "variant"]
 
@@ -101,9 +102,14 @@ class ControllerEntry:
 def register_controller(
     name: str, *, role: ControllerRole, carrier: str, summary: str, kernel: Kernel | None = None
 ) -> Callable[[_T], _T]:
-    """Class decorator: make a controller known under ``name`` for a carrier. Raises ValueError if that is taken."""
+    """Class decorator: make a controller known under ``name`` for a carrier.
+
+    Raises:
+        ValueError: for a name that is taken, an unknown role, a class without parameters.
+    """
 
     def add(controller: _T) -> _T:
+        check_registered(controller, role, get_args(ControllerRole))
         old = _ENTRIES.get((carrier, name))
         if old is not None and old.controller is not controller:
             raise ValueError(f"controller: the name {name!r} is taken")

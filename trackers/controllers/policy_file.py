@@ -17,7 +17,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import os
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -28,6 +27,7 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
+from trackers.atomic_file import write_atomic
 from trackers.belief.features import FEATURES
 from trackers.types import Carrier, CommandAxis
 
@@ -77,8 +77,9 @@ def save_policy(policy: Policy, path: Path) -> Path:
     weights = save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
     document["weights_sha256"] = hashlib.sha256(weights).hexdigest()
     document["carrier"] = {"name": policy.carrier.name, "looks": policy.carrier.looks, "axes": axes}
-    _write_beside(path.with_suffix(".safetensors"), weights)
-    _write_beside(path, (json.dumps(document, indent=1) + "\n").encode())
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomic(path.with_suffix(".safetensors"), weights)
+    write_atomic(path, json.dumps(document, indent=1) + "\n")
     return path
 
 
@@ -142,10 +143,3 @@ def _check_shapes(policy: Policy) -> None:
         width = len(weight)
     if not policy.weights or width != len(policy.carrier.axes):
         raise ValueError(f"as many outputs as its carrier has axes, {len(policy.carrier.axes)}, got {width}")
-
-
-def _write_beside(path: Path, content: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    beside.write_bytes(content)
-    beside.replace(path)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from scenarios import catalog
 from scenarios.scenario import Pictureless
 from sim.checks import check
 from sim.rng import episode_seed
+from trackers.atomic_file import atomic_file
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +76,8 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
             continue
         planned.append(playing.arrays(preset, episode_seed(int(seed), scenario, 0)))
         # Whoever is stopped half way leaves no file that looks whole; several may plan the same episode at a time.
-        part = folder / f".{seed}.{os.getpid()}.npz"
-        np.savez(part, **planned[-1])
-        part.replace(path)
+        with atomic_file(path) as file:
+            np.savez(file, **planned[-1])
     return EpisodeBank(scenario, preset, wanted, _stacked(planned))
 
 

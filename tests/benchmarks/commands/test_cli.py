@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+import errno
 import json
+import os
 import re
 import sys
+import textwrap
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +13,7 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.results import ledger
+from benchmarks.run.records import read, read_blocks
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
 from tests import fakes_scenario
@@ -81,6 +85,118 @@ def test_report_is_made_again_from_rows_alone(tmp_path: Path, capsys: pytest.Cap
     assert main(["report", str(tmp_path)]) == 0
     assert {name: (tmp_path / name).read_bytes() for name in made} == made
     assert capsys.readouterr().out.endswith(f"{tmp_path / 'report.html'}\n")
+
+
+def test_report_and_compare_say_which_lines_they_ignore(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bench(tmp_path)
+    rows = tmp_path / "records.jsonl"
+    with rows.open("ab") as file:
+        file.write(b'\xff\xfe\n{"suite": "frame-out", "scen')
+    capsys.readouterr()
+    told = f"note: ignored 2 lines of {rows}: 2 that are no rows, 0 of episodes that were cut off or made again later\n"
+    assert main(["report", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == told
+    assert main(["compare", *FAKES.split(","), "--directory", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == told
+    assert rows.read_bytes().count(b"\xff") == 1
+
+
+def test_rows_of_other_code_are_set_aside_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bench(tmp_path)
+    rows = tmp_path / "records.jsonl"
+    made = re.sub(r'"judge": "\w+"', '"judge": "another"', rows.read_text())
+    rows.write_text(made)
+    capsys.readouterr()
+    assert bench(tmp_path) == 0
+    aside = tmp_path / "records.outdated-1.jsonl"
+    count = len(made.splitlines())
+    assert f"note: {count} rows that are outdated, cut off or broken were moved to {aside}\n" in capsys.readouterr().err
+    assert aside.read_text() == made
+
+
+def test_a_full_disk_is_said_in_one_line_and_the_same_command_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    room = [True]
+
+    def fsync(descriptor: int) -> None:
+        if not room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        room.pop()
+
+    with monkeypatch.context() as full:
+        full.setattr(os, "fsync", fsync)
+        assert bench(tmp_path) == 1
+    errors = capsys.readouterr().err.splitlines()
+    rows = tmp_path / "records.jsonl"
+    assert [line for line in errors if "error" in line] == [
+        f"error: {rows}: No space left on device; what was written before stands"
+    ]
+    assert "Traceback" not in "".join(errors)
+    assert len(read_blocks(tmp_path)) == 1
+    assert read(tmp_path).broken == read(tmp_path).replaced == []
+    assert bench(tmp_path) == 0
+    assert len(read_blocks(tmp_path)) == 4
+
+
+_MISTAKES = {
+    "role": (
+        """
+        from tests.fakes_scenario import Still
+        from trackers.registry import register
+        register("mine", role="our", summary="")(Still)
+        """,
+        4,
+        "role: expected one of ours, .*; got 'our'",
+    ),
+    "controllers_role": (
+        """
+        from trackers.controllers.catalogue import register_controller
+        from trackers.controllers.hold import HoldController
+        register_controller("mine", role="our", carrier="helicopter", summary="")(HoldController)
+        """,
+        4,
+        "role: expected one of ours, .*; got 'our'",
+    ),
+    "parameters": (
+        """
+        from trackers.registry import register
+        @register("mine", role="external", summary="")
+        class Mine: pass
+        """,
+        3,
+        "Parameters: expected a dataclass of this name in class Mine, got none",
+    ),
+    "controllers_parameters": (
+        """
+        from trackers.controllers.catalogue import register_controller
+        @register_controller("mine", role="ours", carrier="helicopter", summary="")
+        class Mine: pass
+        """,
+        3,
+        "Parameters: expected a dataclass of this name in class Mine, got none",
+    ),
+    "syntax": ("\n\ndef half(:\n", 3, "SyntaxError: invalid syntax"),
+    "division": ("\nx = 1 / 0\n", 2, "ZeroDivisionError: division by zero"),
+    "ends": ("import sys\nsys.exit('no arguments')\n", 2, "SystemExit: no arguments"),
+}
+
+
+@pytest.mark.parametrize("mistake", _MISTAKES)
+def test_a_mistake_in_a_users_module_is_said_with_its_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, mistake: str
+) -> None:
+    """Before anything is run, and not when the whole run is over."""
+    source, line, reason = _MISTAKES[mistake]
+    file = tmp_path / f"with_a_mistake_{mistake}.py"
+    file.write_text(textwrap.dedent(source))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert bench(tmp_path / "out", "--modules", file.stem) == 2
+    (error,) = capsys.readouterr().err.splitlines()
+    assert error.startswith("error: modules: expected one that can be imported, got ")
+    assert f", {file}, line {line}: " in error
+    assert re.search(reason, error)
+    assert not (tmp_path / "out").exists()
 
 
 def test_report_prints_the_leaderboard_in_markdown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.run import jobs
+from benchmarks.run import experiment, jobs
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import SET_PATH, Experiment, Outcome, run
 from benchmarks.run.jobs import Job, run_job
@@ -109,6 +109,40 @@ def test_what_other_code_made_is_made_again(tmp_path: Path) -> None:
     file.write_text("\n".join(lines) + "\n")
     outcome = run(TINY, tmp_path)
     assert (outcome.resumed, outcome.episodes) == (2, 2)
+    aside = tmp_path / "records.outdated-1.jsonl"
+    assert outcome.moved == [f"{len(still)} rows that are outdated, cut off or broken were moved to {aside}"]
+    moved = [json.loads(line) for line in aside.read_text().splitlines()]
+    assert {(row["tracker"], row["versions"]["tracker"]) for row in moved} == {("fake_still", "another")}
+    assert len(moved) == len(still)
+
+
+def test_jobs_are_made_as_they_are_worked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A million seeds: progress is shown before the first episode, and no list of a million jobs is made."""
+    made: list[int] = []
+    monkeypatch.setattr(experiment, "Job", lambda **fields: made.append(fields["seed"]) or Job(**fields))
+
+    def stopped(job: Job) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("benchmarks.run.processes.run_job", stopped)
+    shown: list[tuple[int, int]] = []
+    with pytest.raises(KeyboardInterrupt):
+        run(replace(TINY, seeds=range(1_000_000)), tmp_path, lambda done, of: shown.append((done, of)))
+    assert shown == [(0, 2_000_000)]
+    assert made == [0]
+
+
+def test_a_note_follows_no_link_and_lies_in_no_shared_folder(tmp_path: Path) -> None:
+    job = Job("frame-out", "fake-town", "tiny", "raster", 0, None, ("fake_still",))
+    assert job.note_file is None
+    ours = replace(job, notes=tmp_path / "notes")
+    assert ours.note_file is not None
+    ours.note_file.parent.mkdir()
+    (tmp_path / "precious").write_text("whole")
+    ours.note_file.symlink_to(tmp_path / "precious")
+    run_job(ours)
+    assert (tmp_path / "precious").read_text() == "whole"
+    assert list(ours.note_file.parent.iterdir()) == []
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.run.contestants import FromPictures
+from benchmarks.run.from_pictures import FromPictures
 from benchmarks.run.replay import replay
 from benchmarks.video import marks
 from benchmarks.video.drawing import InLargerView

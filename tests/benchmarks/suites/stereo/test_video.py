@@ -10,7 +10,7 @@ import av
 import numpy as np
 import pytest
 
-from benchmarks.run.contestants import FromPictures
+from benchmarks.run.from_pictures import FromPictures
 from benchmarks.run.replay import replay
 from benchmarks.suites.stereo import picture
 from benchmarks.suites.stereo.drawing import StereoDrawing, describe_person

@@ -1,0 +1,21 @@
+"""What commands say of rows that they leave out."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from benchmarks.run.records import FILE_NAME, read
+
+
+def tell_what_is_ignored(directory: Path) -> None:
+    """Say on stderr how many lines of a folder's rows belong to no whole block; nothing where all do.
+
+    Raises:
+        ValueError: if the directory holds no records.
+    """
+    contents = read(directory)
+    broken, replaced = len(contents.broken), len(contents.replaced)
+    if broken or replaced:
+        which = f"{broken} that are no rows, {replaced} of episodes that were cut off or made again later"
+        print(f"note: ignored {broken + replaced} lines of {directory / FILE_NAME}: {which}", file=sys.stderr)

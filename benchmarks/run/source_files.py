@@ -1,0 +1,86 @@
+"""Which files a module is made of: its own, those of all modules that it imports, and the data that these name."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import sysconfig
+from collections.abc import Collection, Iterable
+from functools import cache
+from pathlib import Path
+
+_ROOT = Path(__file__).resolve().parents[2]
+_OURS = ("sim", "trackers", "scenarios", "benchmarks")
+_PYTHON = Path(sysconfig.get_path("stdlib")).resolve()
+_INSTALLED = {"site-packages", "dist-packages"}
+
+
+def source_files(modules: Iterable[str], registries: Collection[str] = ()) -> list[Path]:
+    """Return in one order the source files of modules and of all that they import, however indirectly, and the data
+    files beside these whose name (or stem) stands in one of them as a string.
+
+    Args:
+        registries: modules that are left out with all that they import: they name everything there is.
+
+    Installed packages are left out, rows tell their versions; ``__init__`` of ours too: they hold no code of their own.
+    """
+    found: dict[str, Path] = {}
+    strings: set[str] = set()
+    waiting = list(modules)
+    while waiting:
+        name = waiting.pop()
+        path = None if name in found or name in registries else source_of(name)
+        if path is not None:
+            found[name] = path
+            imported, named = _read(name, path)
+            waiting += imported
+            strings |= named
+    beside = {file for folder in {path.parent for path in found.values()} for file in folder.iterdir()}
+    data = {file for file in beside if file.suffix != ".py" and {file.name, file.stem} & strings and file.is_file()}
+    return sorted({*found.values(), *data})
+
+
+def source_of(module: str) -> Path | None:
+    """Return the source file of one of our modules, or of a user's; None of an installed one, and where there is
+    none.
+    """
+    top = module.partition(".")[0]
+    if top in _OURS:
+        path = _ROOT.joinpath(*module.split(".")).with_suffix(".py")
+        return path if path.is_file() else None
+    try:
+        # To find a part of a package imports the package, and an installed one may take long.
+        whole = importlib.util.find_spec(top)
+        places = [] if whole is None else whole.submodule_search_locations or [whole.origin or ""]
+        if not any(map(is_users, places)):
+            return None
+        spec = whole if top == module else importlib.util.find_spec(module)
+    except (ImportError, ValueError):
+        return None
+    origin = spec.origin if spec is not None else None
+    return Path(origin) if origin is not None and origin.endswith(".py") else None
+
+
+def is_users(place: str) -> bool:
+    """Return whether a file or folder of source is there and is neither ours nor installed nor Python's own."""
+    path = Path(place).resolve()
+    ours = any(path.is_relative_to(_ROOT / top) for top in _OURS)
+    installed = path.is_relative_to(_PYTHON) or not _INSTALLED.isdisjoint(path.parts)
+    return place != "" and path.exists() and not ours and not installed
+
+
+@cache
+def _read(module: str, path: Path) -> tuple[tuple[str, ...], frozenset[str]]:
+    """Return what a file imports, names of modules and of what may be modules; and the strings in it."""
+    imported: list[str] = []
+    strings = set()
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            imported += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            source = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+            imported += [source, *(f"{source}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            strings.add(node.value)
+    return tuple(imported), frozenset(strings)
