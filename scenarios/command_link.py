@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.checks import check
+from sim.rng import generator
 from trackers.types import BODY_COMMANDS, CameraCommand, Carrier, CommandName
 
 
@@ -149,3 +150,8 @@ def _send_one(
 ) -> None:
     send(states[0], wanted, limits, steps, waiting, noise, rng)
     states[0].steps += 1
+
+
+def episode_link(carrier: Carrier, rate_hz: float, link: Link, seed: int) -> CommandLink:
+    """Return the link of one episode: its noise is the same whoever steers, wherever it is lived through."""
+    return CommandLink(carrier, rate_hz, link, generator(seed, "link"))

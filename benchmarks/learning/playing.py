@@ -19,7 +19,7 @@ from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job, as_row, heading_of
 from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
-from benchmarks.suites.judging import Judge, Score, ScoreSheet
+from benchmarks.suites.judging import Judge, Score, ScoreSheet, take_in
 from benchmarks.suites.registry import suite
 from scenarios.envs.follow_env import FollowEnv
 from trackers.types import Carrier
@@ -130,18 +130,15 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         self._started = time.perf_counter()
         self._judge = suite("follow").judge(self._follow.episode.episode, self.carrier)
         self._sheet = self._judge.sheet()
-        self._judge.see(self._follow.episode.frame, None)
-        self._sheet.keep(self._follow.episode.frame, self._follow.episode.estimate)
+        take_in(self._follow.episode, self._judge, [self._sheet])
         return result
 
     def step(self, action: Any) -> Any:
         """Step, and keep what is scored."""
         result = self.env.step(action)
-        episode = self._follow.episode
         assert self._judge is not None
         assert self._sheet is not None
-        self._judge.see(episode.frame, episode.obeyed)
-        self._sheet.keep(episode.frame, episode.estimate)
+        take_in(self._follow.episode, self._judge, [self._sheet])
         if result[2] or result[3]:
             self._write()
         return result
@@ -150,7 +147,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         """Return the picture (H, W, 3) that the tracker gets, with the tracker's estimate; nothing of the truth."""
         episode = self._follow.episode
         picture = episode.frame.observation.image_rgb.copy()
-        place = np.asarray(episode.estimate.position_px, dtype=float)
+        place = np.asarray(episode.estimates[0].position_px, dtype=float)
         if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
             cv2.drawMarker(picture, [int(v) for v in np.rint(place)], _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
         return picture
@@ -164,7 +161,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             scenario=settings.scenario,
             preset=played.preset,
             renderer=settings.renderer,
-            seed=episode.seed,
+            seed=self._left[0],
             controller=HUMAN,
             trackers=(played.tracker,),
             link=played.link,

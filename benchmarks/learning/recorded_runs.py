@@ -14,8 +14,9 @@ from benchmarks.run.contestants import entrant
 from benchmarks.run.versions import versions_of, versions_of_modules
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
-from scenarios.envs.watched_episode import WatchedEpisode
+from scenarios.envs.watched_episode import watched_episode
 from scenarios.in_view import is_in_view
+from scenarios.loop import Loop
 from sim.rng import generator
 from trackers.atomic_file import atomic_file
 from trackers.belief.kernel import SIGHTING
@@ -77,12 +78,9 @@ def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.v
     own: Controller = create_controller(name, carrier.name)
     if name != controller:
         own = Disturbed(carrier, own, generator(seed, "disturbance"))
-    episode = WatchedEpisode(settings, seed)
-    frames = [_frame(carrier, episode)]
-    while not episode.is_over:
-        episode.step(own.command(episode.frame.observation, episode.estimate))
-        frames.append(_frame(carrier, episode))
-    episode.close()
+    loop = watched_episode(settings, seed)
+    frames = [_frame(carrier, loop) for _ in loop.frames(own)]
+    loop.episode.close()
     return np.concatenate(frames)
 
 
@@ -130,9 +128,9 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
     return f"{controller.replace(':', '-')}-{told}"
 
 
-def _frame(carrier: Carrier, episode: WatchedEpisode) -> NDArray[np.void]:
-    frame, truth = episode.frame, episode.frame.truth
-    target, obeyed = truth.target, episode.obeyed
+def _frame(carrier: Carrier, loop: Loop) -> NDArray[np.void]:
+    frame, truth, [estimate] = loop.frame, loop.frame.truth, loop.estimates
+    target, obeyed = truth.target, loop.obeyed or CameraCommand()
     row = np.zeros(1, RUN)
     values: dict[str, Any] = {
         "T_world_camera": truth.T_world_camera[:3],
@@ -140,11 +138,11 @@ def _frame(carrier: Carrier, episode: WatchedEpisode) -> NDArray[np.void]:
         "heading_rad": np.arctan2(truth.T_world_object[target, 1, 0], truth.T_world_object[target, 0, 0]),
         "size_m": truth.size_m[target],
         "position_px": truth.position_px[target],
-        "estimate_px": episode.estimate.position_px,
+        "estimate_px": estimate.position_px,
         "visible_fraction": truth.visible_fraction[target],
         "in_view": is_in_view(truth, frame.camera),
         "out": truth.state == "out",
-        "sighting": sighting_of(carrier.looks, frame.observation, episode.estimate)[0],
+        "sighting": sighting_of(carrier.looks, frame.observation, estimate)[0],
         "command": [obeyed.forward_mps, obeyed.right_mps, obeyed.climb_mps, obeyed.yaw_rate_rad_s],
     }
     for name, value in values.items():

@@ -15,6 +15,7 @@ import numpy as np
 from benchmarks.run.from_pictures import Contestant, FromPictures
 from benchmarks.run.source_files import is_users
 from benchmarks.suites.frame_out.oracle_map import OracleMap, OracleParameters
+from scenarios.loop import Contestant, FromPictures
 from scenarios.road_town.road_map import RoadMap
 from scenarios.scenario import Episode
 from sim.render.compilation import forget_stale_kernels

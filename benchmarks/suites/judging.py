@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
+from scenarios.loop import Loop
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from trackers.types import CameraCommand, Estimate
@@ -57,6 +58,13 @@ class Judge(Protocol):
     def sheet(self) -> ScoreSheet:
         """Return a fresh sheet for one contestant."""
         ...
+
+
+def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
+    """Keep a loop's latest frame for its scores; ``sheets`` of its contestants, in their order."""
+    judge.see(loop.frame, loop.obeyed)
+    for sheet, estimate in zip(sheets, loop.estimates, strict=True):
+        sheet.keep(loop.frame, estimate)
 
 
 def told_by(truth: Truth, kind: type[_T]) -> _T:

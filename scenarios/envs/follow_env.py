@@ -15,7 +15,8 @@ from scenarios.envs.reward import Rewarder
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, truth_info
 from scenarios.envs.view import Window, draw_view
-from scenarios.envs.watched_episode import WatchedEpisode
+from scenarios.envs.watched_episode import watched_episode
+from scenarios.loop import Loop
 from sim.checks import check
 from trackers.belief.command_shares import shares_of
 from trackers.belief.feature_filter import FeatureKeeper
@@ -90,7 +91,7 @@ class FollowEnv(gym.Env, EzPickle):
         terms = run.step(checked)
         self._show()
         terminated = run.is_lost
-        truncated = run.episode.is_over
+        truncated = run.loop.is_over
         run.ended = terminated or truncated
         return self._observed(run), float(sum(terms.values())), terminated, truncated, run.info(terms)
 
@@ -98,14 +99,14 @@ class FollowEnv(gym.Env, EzPickle):
         """Return the picture within the larger view (H, W, 3), with truth and estimate drawn; None in a window."""
         if self._run is None:
             raise gym.error.ResetNeeded("render: expected reset() before it, got an episode that has not begun")
-        return draw_view(self._run.episode) if self.render_mode == "rgb_array" else None
+        return draw_view(self._run.loop) if self.render_mode == "rgb_array" else None
 
     @property
-    def episode(self) -> WatchedEpisode:
-        """The episode under way, with its truth: for those who score it."""
+    def episode(self) -> Loop:
+        """The loop through the episode under way, with its truth: for those who score it."""
         if self._run is None:
             raise gym.error.ResetNeeded("episode: expected reset() before it, got an episode that has not begun")
-        return self._run.episode
+        return self._run.loop
 
     def close(self) -> None:
         """Free the world and close the window."""
@@ -125,17 +126,17 @@ class FollowEnv(gym.Env, EzPickle):
         mode = self.settings.observation
         if mode == "track":
             return run.features()
-        pixels = run.episode.frame.observation.image_rgb.copy()
+        pixels = run.loop.frame.observation.image_rgb.copy()
         return pixels if mode == "pixels" else {"track": run.features(), "pixels": pixels}
 
     def _show(self) -> None:
         if self.render_mode == "human" and self._run is not None:
             self._window = self._window or Window(self.metadata["render_fps"])
-            self._window.show(draw_view(self._run.episode))
+            self._window.show(draw_view(self._run.loop))
 
     def _end(self) -> None:
         if self._run is not None:
-            self._run.episode.close()
+            self._run.loop.episode.close()
             self._run = None
 
 
@@ -151,13 +152,18 @@ class _Run:
         self._carrier = carrier
         # Before the world is made: what is refused leaves none behind.
         self._steering: Steering = steering(settings, carrier)
-        self.episode = WatchedEpisode(settings, seed)
+        self.loop = watched_episode(settings, seed)
         self.ended = False
-        self._rewarder = Rewarder(settings.reward, self.episode.rate_hz)
+        self._seed, rate_hz = seed, self.loop.episode.rate_hz
+        self._rewarder = Rewarder(settings.reward, rate_hz)
         lost_after_s = settings.lost_after_s
-        self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * self.episode.rate_hz), 1)
+        self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * rate_hz), 1)
         self._keeper = FeatureKeeper(carrier)
-        self._take_in(CameraCommand())
+        try:
+            self._move()
+        except BaseException:
+            self.loop.episode.close()
+            raise
 
     @property
     def is_lost(self) -> bool:
@@ -166,12 +172,9 @@ class _Run:
 
     def step(self, action: NDArray[np.float64]) -> dict[str, float]:
         """Move on by one frame; return the reward's terms."""
-        episode = self.episode
-        command = self._steering.command(action, episode.frame.observation, episode.estimate)
-        episode.step(command)
-        self._take_in(command)
-        shares = shares_of(self._carrier, episode.obeyed)
-        return self._rewarder.terms(episode.frame, float(np.linalg.norm(shares) / np.sqrt(len(shares))))
+        self._move(self._steering.command(action, self.loop.frame.observation, self.loop.estimates[0]))
+        shares = shares_of(self._carrier, self._obeyed)
+        return self._rewarder.terms(self.loop.frame, float(np.linalg.norm(shares) / np.sqrt(len(shares))))
 
     def features(self) -> NDArray[np.float32]:
         """Return the belief as a fresh vector."""
@@ -179,9 +182,9 @@ class _Run:
 
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
         """Return what is so."""
-        episode = self.episode
-        return truth_info(episode.frame, episode.estimate, episode.obeyed, terms, episode.seed)
+        return truth_info(self.loop.frame, self.loop.estimates[0], self._obeyed, terms, self._seed)
 
-    def _take_in(self, given: CameraCommand) -> None:
-        episode = self.episode
-        self._features = self._keeper.update(episode.frame.observation, episode.estimate, given)
+    def _move(self, command: CameraCommand | None = None) -> None:
+        frame, still = self.loop.step(command), CameraCommand()
+        self._obeyed = self.loop.obeyed or still
+        self._features = self._keeper.update(frame.observation, self.loop.estimates[0], command or still)

@@ -9,25 +9,25 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.envs.watched_episode import WatchedEpisode
+from scenarios.loop import Loop
 
 _SCALE = 1.6
 _TRUE_RGB, _BELIEVED_RGB, _FRAME_RGB = (0, 114, 178), (230, 159, 0), (255, 255, 255)
 _INSTALL = "pip install 'frameout[play]'"
 
 
-def draw_view(episode: WatchedEpisode) -> NDArray[np.uint8]:
+def draw_view(loop: Loop) -> NDArray[np.uint8]:
     """Return the larger view (H, W, 3): white what is observed, blue the target's true box, orange what is believed."""
-    view = np.ascontiguousarray(episode.larger_view(_SCALE))
-    camera, truth = episode.frame.camera, episode.frame.truth
+    view = np.ascontiguousarray(loop.episode.larger_view(_SCALE))
+    camera, truth = loop.frame.camera, loop.frame.truth
     margin = 0.5 * np.array([view.shape[1] - camera.width_px, view.shape[0] - camera.height_px])
     size = np.array([camera.width_px, camera.height_px])
     observed = np.concatenate([margin, margin + size]).astype(int)
     inside = (slice(observed[1], observed[3]), slice(observed[0], observed[2]))
-    view[inside] = episode.frame.observation.image_rgb
+    view[inside] = loop.frame.observation.image_rgb
     _rectangle(view, observed, _FRAME_RGB)
     _rectangle(view, truth.box_xyxy[truth.target] + np.tile(margin, 2), _TRUE_RGB)
-    place = np.asarray(episode.estimate.position_px, dtype=float) + margin
+    place = np.asarray(loop.estimates[0].position_px, dtype=float) + margin
     if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
         cv2.drawMarker(view, tuple(int(v) for v in np.rint(place)), _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
     return view
