@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +11,8 @@ import tyro
 
 from benchmarks.commands.arguments import COUNT, FILE, ONE_NAME
 from benchmarks.run.experiment import check_renderer
+from benchmarks.run.jobs import Job
+from benchmarks.run.steering import link_in, suite_shown
 from benchmarks.video.episode_video import render_episode
 from scenarios import catalog
 
@@ -19,6 +22,9 @@ class Render:
     """Write one episode as an MP4: the camera's picture, the truth, and a tracker's estimate.
 
     A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above.
+    With a controller it is what `bench` scores where controllers are compared: the controller as tuned, its commands
+    through the link. A preset in closed loop (see `frameout list`) is shown as `bench` scores trackers on it: the
+    controller as written, without a link, unless you name one.
 
     Attributes:
         scenario: catalogue id, see `frameout list`; without a version the latest.
@@ -26,6 +32,8 @@ class Render:
         seed: of the episode, a whole number >= 0.
         tracker: name of the tracker to draw (default: truth only).
         controller: name of the controller that steers by the tracker's estimate (default: a set path).
+        link: how the controller's commands reach the carrier: prompt, delayed or noisy (default: prompt; on a preset
+            in closed loop none).
         renderer: raster or pybullet.
         frames: number of frames (default: the whole episode).
         scale: size of the larger view over that of the camera's picture, >= 1.
@@ -37,6 +45,7 @@ class Render:
     seed: int = 0
     tracker: Annotated[str | None, ONE_NAME] = None
     controller: Annotated[str | None, ONE_NAME] = None
+    link: Annotated[str | None, ONE_NAME] = None
     renderer: str = "raster"
     frames: Annotated[int | None, COUNT] = None
     scale: float = 2.0
@@ -47,17 +56,18 @@ class Render:
         scenario = catalog.scenario(self.scenario)
         if self.seed < 0:
             raise ValueError(f"seed: expected a whole number >= 0, got {self.seed}")
-        name = f"{scenario.id}-{self.preset}-{self.seed}.mp4"
-        path = render_episode(
-            scenario.id,
-            self.out or Path("results") / name,
-            preset=self.preset,
-            seed=self.seed,
-            tracker=self.tracker,
-            controller=self.controller,
-            renderer=check_renderer(self.renderer),
-            frames=self.frames,
-            scale=self.scale,
-        )
-        print(path)
-        return 0
+        out = self.out or Path("results") / f"{scenario.id}-{self.preset}-{self.seed}.mp4"
+        failures = render_episode(self._job(scenario.id), out, frames=self.frames, scale=self.scale)
+        print(out)
+        for failure in failures:
+            print(f"error: {failure}", file=sys.stderr)
+        return 1 if failures else 0
+
+    def _job(self, scenario: str) -> Job:
+        if self.link is not None and self.controller is None:
+            raise ValueError(f"controller: expected a name, whose commands take the link {self.link!r}; got none")
+        shown = suite_shown(scenario, self.preset, self.link)
+        link = None if self.controller is None else link_in(shown, self.link or "prompt")
+        trackers = () if self.tracker is None else (self.tracker,)
+        episode = (shown, scenario, self.preset, check_renderer(self.renderer), self.seed)
+        return Job(*episode, self.controller, trackers, link=link, repeats=1)

@@ -13,6 +13,7 @@ from benchmarks.learning.search import Progress, search
 from benchmarks.learning.tracker_tuning import Tuned, chosen, score_of
 from benchmarks.learning.without_pictures import lived_without_pictures
 from benchmarks.run.jobs import Job, run_job
+from benchmarks.run.steering import link_in
 from benchmarks.run.versions import versions_of_modules
 from benchmarks.suites.registry import suite
 from scenarios import catalog
@@ -104,7 +105,7 @@ def _scores_with_pictures(
                 controller=entry.name,
                 controller_values=values,
                 trackers=(budget.tracker,),
-                link="prompt",
+                link=link_in(SUITE),
             )
             for seed in budget.fresh
         ]

@@ -16,6 +16,7 @@ from benchmarks.learning.search import Found, Progress, search
 from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.records import Row
+from benchmarks.run.steering import link_in
 from benchmarks.run.versions import modules_of, versions_of_modules
 from benchmarks.scores import pooling
 from benchmarks.scores.summary import grouped
@@ -168,6 +169,7 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
             seed=seed,
             controller=suite(budget.suite).controller if scenario.presets[preset].closed_loop else None,
             trackers=labels,
+            link=link_in(budget.suite),
             settings={label: (name, settings[label]) for label in labels},
         )
         for preset in budget.presets

@@ -6,7 +6,9 @@ from pathlib import Path
 
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.report.pictures import Picture, read_pictures, write_picture
-from benchmarks.run.replay import Run
+from benchmarks.run.jobs import Job, opened
+from benchmarks.run.replay import replay
+from benchmarks.run.steering import link_in
 from benchmarks.suites.registry import suite
 from benchmarks.video.contact_sheet import contact_sheet
 from scenarios import catalog
@@ -21,15 +23,12 @@ def paper_figure(experiment: PaperExperiment, out: Path, seed: int, renderer: Re
     scenario = catalog.scenario(suite(experiment.suite).scenes[0].scenario).id
     rows = {}
     for tracker in experiment.trackers:
-        run = Run(
-            scenario, experiment.preset, seed, renderer, tracker, experiment.controller, experiment.settings[tracker]
-        )
-        episode = run.open()
-        try:
-            count = min(max(experiment.frames) + 1, episode.frame_count)
-            rows[tracker] = list(run.instants(episode, scale=_SCALE, wanted=experiment.frames, frame_count=count))
-        finally:
-            episode.close()
+        settings = {tracker: (tracker, experiment.settings[tracker])}
+        episode = (experiment.suite, scenario, experiment.preset, renderer, seed, experiment.controller)
+        with opened(Job(*episode, (tracker,), link=link_in(experiment.suite), repeats=1, settings=settings)) as live:
+            count = min(max(experiment.frames) + 1, live.loop.episode.frame_count)
+            seen = replay(live.loop, live.controller, scale=_SCALE, wanted=experiment.frames, frame_count=count)
+            rows[tracker] = list(seen)
     frames = ", ".join(map(str, experiment.frames))
     caption = (
         f"Frames {frames}, as in the paper's figure, of seed {seed}. White: what the camera sees; what is around "

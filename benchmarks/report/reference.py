@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from benchmarks.report.tables import column_of
 from benchmarks.results.ledger import published_runs
-from benchmarks.run.tracked import TrackedEpisode
+from benchmarks.run.guards import GuardedContestant
 from benchmarks.scores.pooling import pooled
 from benchmarks.scores.statistics import Comparison, bootstrap_interval
 from benchmarks.suites.registry import Metric, Suite, suites
@@ -21,7 +21,7 @@ from scenarios.envs.truth_info import INFO
 from trackers.belief import features as belief_features
 
 _ROOT = Path(__file__).resolve().parents[2]
-_TIMES = {TrackedEpisode.ms_per_frame: ("ms_per_frame", "frames_per_s")}
+_TIMES = {GuardedContestant.scores: ("ms_per_frame", "frames_per_s")}
 """Rows that every suite has."""
 
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.run.from_pictures import Contestant, FromPictures
 from benchmarks.run.source_files import is_users
 from benchmarks.suites.frame_out.oracle_map import OracleMap, OracleParameters
 from scenarios.loop import Contestant, FromPictures

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any, get_args
 
 from benchmarks.run.contestants import entrant, entrants, load_modules
+from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
 from benchmarks.run.records import FILE_NAME, HUMAN, BlockKey, append_block, read_blocks, tidy
-from benchmarks.run.tracked import Failure
+from benchmarks.run.steering import link_in
 from benchmarks.run.versions import versions_of
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import suite
@@ -173,7 +174,7 @@ def _jobs(experiment: Experiment, versions: _Versions, notes: Path) -> Iterator[
                     seed=seed,
                     controller=controller,
                     trackers=trackers,
-                    link=_link(experiment),
+                    link=link_in(experiment.suite, experiment.link),
                     modules=experiment.modules,
                     repeats=experiment.repeats,
                     limit_s=experiment.limit_s,
@@ -181,10 +182,6 @@ def _jobs(experiment: Experiment, versions: _Versions, notes: Path) -> Iterator[
                     notes=notes,
                     versions=made,
                 )
-
-
-def _link(experiment: Experiment) -> str | None:
-    return experiment.link if suite(experiment.suite).judges_controllers else None
 
 
 def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
@@ -276,7 +273,7 @@ def _current_blocks(experiment: Experiment, versions: _Versions, out: Path) -> t
         raise ValueError(
             f"out: expected a folder with no seeds but {wanted}, got {str(out)!r}, which holds seed {strangers[0]}"
         )
-    scenario, link = catalog.scenario(experiment.scenario).id, _link(experiment) or ""
+    scenario, link = catalog.scenario(experiment.scenario).id, link_in(experiment.suite, experiment.link) or ""
     whose = (experiment.suite, scenario, experiment.renderer, link)
     current: set[BlockKey] = set()
     outdated: set[BlockKey] = set()

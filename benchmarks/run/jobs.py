@@ -6,7 +6,10 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +17,18 @@ import cv2
 import numba
 
 from benchmarks.run.contestants import Entrant, entrant, load_modules
+from benchmarks.run.guards import Failure, Guard, GuardedContestant, GuardedController
 from benchmarks.run.notes import Note, note_at
 from benchmarks.run.records import LAST_METRIC, Row, rounded
-from benchmarks.run.steering import Steering
-from benchmarks.run.tracked import Failure, TrackedEpisode
-from benchmarks.suites.judging import Judge, Score
+from benchmarks.run.steering import controller_for
+from benchmarks.suites.judging import Score, ScoreSheet, take_in
 from benchmarks.suites.registry import suite
 from scenarios import catalog
-from scenarios.command_link import CommandLink, link_named
+from scenarios.command_link import episode_link, link_named
+from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Episode, Frame, RendererName
-from sim.rng import generator
+from scenarios.truth import TruthExtent
 from trackers.controllers import catalogue
-from trackers.types import Carrier, Estimate
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,74 @@ class _Watcher:
     label: str
     entrant: Entrant
     repeat: int
-    tracked: TrackedEpisode
+    guard: GuardedContestant
+
+
+@dataclass(frozen=True)
+class OpenJob:
+    """A job's episode, not begun, with all that watch and steer.
+
+    Attributes:
+        job: the job.
+        loop: through the episode. watchers: its contestants, in their order.
+        controller: what steers, None on a set path.
+    """
+
+    job: Job
+    loop: Loop
+    watchers: list[_Watcher]
+    controller: GuardedController | None
+
+    def frames(self, count: int | None = None) -> Iterator[Frame]:
+        """Step through the first ``count`` frames, None = all."""
+        return self.loop.frames(self.controller, count)
+
+    def failures(self) -> list[Failure]:
+        """Return what has failed so far."""
+        guards: list[tuple[str, Guard, str]] = [(each.label, each.guard, "said nothing") for each in self.watchers]
+        if self.controller is not None:
+            guards.insert(0, (str(self.job.controller), self.controller, "commanded nothing"))
+        where = (self.job.scenario, self.job.preset, self.job.seed)
+        return [
+            Failure(name, *where, guard.failed_at_frame, str(guard.reason), since)
+            for name, guard, since in guards
+            if guard.failed_at_frame is not None
+        ]
+
+
+@contextmanager
+def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> Iterator[OpenJob]:
+    """Build a job's episode, with fresh trackers and a fresh controller, and free it in the end.
+
+    All that lives through the episode of a job gets the same pictures, estimates and commands from here, whether it is
+    scored or looked at.
+
+    Raises:
+        ValueError: for unknown names, a negative seed, or a controller without a tracker.
+    """
+    if job.controller is not None and not job.trackers:
+        raise ValueError(f"tracker: expected a name, as {job.controller!r} steers by one; got none")
+    scenario = catalog.scenario(job.scenario)
+    controller = link = None
+    if job.controller is not None:
+        steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
+        controller = GuardedController(steers, job.limit_s)
+    episode = scenario.episode(
+        job.preset, job.seed, renderer=job.renderer, closed_loop=controller is not None, truth=truth
+    )
+    try:
+        if controller is not None and job.link is not None:
+            link = episode_link(scenario.carrier, episode.rate_hz, link_named(job.link), job.seed)
+        watchers = _watchers(job, episode, note)
+        yield OpenJob(job, Loop(episode, [each.guard for each in watchers], link), watchers, controller)
+    finally:
+        episode.close()
+
+
+def job_of(row: Row, seed: int) -> Job:
+    """Return the job of the run that a row is from, or of one like it on another seed: what was scored, lived again."""
+    episode = (row["suite"], row["scenario"], row["preset"], row["renderer"], seed)
+    return Job(*episode, row["controller"], (row["tracker"],), link=row.get("link"), repeats=1)
 
 
 def run_job(job: Job) -> JobResult:
@@ -109,98 +179,52 @@ def run_job(job: Job) -> JobResult:
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
     load_modules(job.modules)
-    scenario = catalog.scenario(job.scenario)
+    judging = suite(job.suite)
     started = time.perf_counter()
-    with note_at(job.note_file) as note:
-        episode = scenario.episode(
-            job.preset,
-            job.seed,
-            renderer=job.renderer,
-            closed_loop=job.controller is not None,
-            truth=suite(job.suite).truth,
-        )
-        try:
-            judge = suite(job.suite).judge(episode, scenario.carrier)
-            watchers = _watchers(job, episode, judge)
-            steering = _steering(job, episode, scenario.carrier)
-            _live_through(job, episode, judge, watchers, steering, note)
-        finally:
-            episode.close()
+    with note_at(job.note_file) as note, opened(job, judging.truth, note) as live:
+        judge = judging.judge(live.loop.episode, catalog.scenario(job.scenario).carrier)
+        sheets = [judge.sheet() for _ in live.watchers]
+        for _ in live.frames():
+            take_in(live.loop, judge, sheets)
     seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
-    return _result(job, episode.frame_count, watchers, steering, seconds)
+    return _result(live, sheets, seconds)
 
 
-def _watchers(job: Job, episode: Episode, judge: Judge) -> list[_Watcher]:
+def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
     watchers = []
-    for name in job.trackers:
-        who = entrant(*job.settings.get(name, (name,)))
+    for label in job.trackers:
+        who = entrant(*job.settings.get(label, (label,)))
+        told = (lambda frame: None) if note is None else partial(note.write, label)
         for repeat in range(1 if who.reproducible else job.repeats):
-            stream = f"tracker/{who.name}" if repeat == 0 else f"tracker/{who.name}/{repeat}"
-            contestant = who.create(episode, generator(job.seed, stream))
-            watchers.append(_Watcher(name, who, repeat, TrackedEpisode(contestant, judge.sheet(), job.limit_s)))
+            contestant = who.create(episode, tracker_stream(job.seed, who.name, repeat))
+            guard = GuardedContestant(contestant, job.limit_s, told, job.deadly.get(label))
+            watchers.append(_Watcher(label, who, repeat, guard))
     return watchers
 
 
-def _steering(job: Job, episode: Episode, carrier: Carrier) -> Steering | None:
-    if job.controller is None:
-        return None
-    entry = catalogue.controller_entry(job.controller, carrier.name)
-    if job.link is None:
-        # Suites of trackers have one controller for all: the paper's, as it was written.
-        return Steering(entry.create_as_written(), None, job.limit_s)
-    link = CommandLink(carrier, episode.rate_hz, link_named(job.link), generator(job.seed, "link"))
-    return Steering(entry.create(**job.controller_values), link, job.limit_s)
-
-
-def _live_through(
-    job: Job, episode: Episode, judge: Judge, watchers: list[_Watcher], steering: Steering | None, note: Note
-) -> None:
-    frame, command = episode.step(), None
-    estimates: list[Estimate] = []
-    for k in range(episode.frame_count):
-        if k > 0:
-            if steering is not None:
-                command = steering.command(frame.observation, estimates[0])
-            frame = episode.step(command)
-        judge.see(frame, command)
-        estimates = [_watch(job, watcher, frame, episode, note) for watcher in watchers]
-
-
-def _watch(job: Job, watcher: _Watcher, frame: Frame, episode: Episode, note: Note) -> Estimate:
-    name, k = watcher.label, frame.truth.frame
-    if job.deadly.get(name) == k:
-        watcher.tracked.fail("ended its process (killed, crashed or stuck in compiled code)")
-    note.write(name, k)
-    return watcher.tracked.step(frame, episode.target_box_xyxy)
-
-
-def _result(
-    job: Job, frame_count: int, watchers: list[_Watcher], steering: Steering | None, seconds: float
-) -> JobResult:
+def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobResult:
+    job = live.job
     blocks: list[list[Row]] = []
-    failures: list[Failure] = []
     silent: dict[str, int] = {}
     event_key = suite(job.suite).events.key
-    if steering is not None and steering.failed_at_frame is not None:
-        where = (str(job.controller), job.scenario, job.preset, job.seed, steering.failed_at_frame)
-        failures.append(Failure(*where, str(steering.reason), since="commanded nothing"))
+    let_go_at = None if live.controller is None else live.controller.failed_at_frame
     for name in job.trackers:
-        mine = [watcher for watcher in watchers if watcher.label == name]
-        heading = heading_of(job, name, mine[0].entrant.role)
+        mine = [(each, sheet) for each, sheet in zip(live.watchers, sheets, strict=True) if each.label == name]
+        heading = heading_of(job, name, mine[0][0].entrant.role)
         ending = {"seconds": seconds, "versions": job.versions.get(name, {})}
-        scores = [(watcher.repeat, score) for watcher in mine for score in watcher.tracked.scores()]
-        if steering is not None and steering.failed_at_frame is not None:
-            scores.append((0, Score("controller_failed_at_frame", float(steering.failed_at_frame))))
-        scores.append((0, Score(LAST_METRIC, float(frame_count))))
+        scores = [
+            (each.repeat, score)
+            for each, sheet in mine
+            for score in (*sheet.scores(each.guard.failed_at_frame), *each.guard.scores())
+        ]
+        if let_go_at is not None:
+            scores.append((0, Score("controller_failed_at_frame", float(let_go_at))))
+        scores.append((0, Score(LAST_METRIC, float(live.loop.episode.frame_count))))
         blocks.append([{**heading, **as_row(repeat, score, event_key), **ending} for repeat, score in scores])
-        for watcher in mine:
-            tracked = watcher.tracked
-            if tracked.reason is not None and tracked.failed_at_frame is not None:
-                where = (name, job.scenario, job.preset, job.seed, tracked.failed_at_frame)
-                failures.append(Failure(*where, tracked.reason))
-            else:
-                silent[name] = silent.get(name, 0) + tracked.silent_frames
-    return JobResult(job, blocks, failures, silent)
+    for each in live.watchers:
+        if each.guard.reason is None:
+            silent[each.label] = silent.get(each.label, 0) + each.guard.silent_frames
+    return JobResult(job, blocks, live.failures(), silent)
 
 
 def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str | None = None) -> Row:

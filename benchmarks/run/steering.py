@@ -1,52 +1,44 @@
-"""A controller that steers an episode's camera, guarded: whatever it does, the episode goes on and is scored."""
+"""Which way a camera is steered: by a controller as tuned, through a link, or as written, without one."""
 
 from __future__ import annotations
 
-from dataclasses import astuple
+from collections.abc import Mapping
+from typing import Any
 
-import numpy as np
-
-from benchmarks.run.time_limit import TooSlow, at_most
-from scenarios.command_link import CommandLink
+from benchmarks.suites.registry import suite, suites
+from scenarios import catalog
+from trackers.controllers.catalogue import controller_entry
 from trackers.protocols import Controller
-from trackers.types import CameraCommand, Estimate, Observation
 
 
-class Steering:
-    """Asks a controller for a command at every picture. One that fails commands nothing from there on.
+def link_in(suite_name: str, link: str = "prompt") -> str | None:
+    """Return the link through which controllers steer in a suite where ``link`` is asked for.
 
-    Attributes:
-        reason: why it failed, None if it did not.
-        failed_at_frame: the frame that its first missing command should have led to.
+    None in suites of trackers: they have one controller for all, the paper's, as it was written, and the carrier gets
+    its commands as they are.
     """
+    return link if suite(suite_name).judges_controllers else None
 
-    def __init__(self, controller: Controller, link: CommandLink | None, limit_s: float) -> None:
-        """``link`` takes commands to the carrier; None takes them there as they are."""
-        self._controller = controller
-        self._link = link
-        self._limit_s = limit_s
-        self._frame = 0
-        self.reason: str | None = None
-        self.failed_at_frame: int | None = None
 
-    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command that the carrier obeys until the next picture."""
-        self._frame += 1
-        wanted = self._ask(observation, estimate) if self.reason is None else CameraCommand()
-        return wanted if self._link is None else self._link.send(wanted)
+def suite_shown(scenario: str, preset: str, link: str | None) -> str:
+    """Return the suite whose way of steering is shown where users name none: one that judges controllers.
 
-    def _ask(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        try:
-            with at_most(self._limit_s):
-                wanted = self._controller.command(observation, estimate)
-            if not np.isfinite(astuple(wanted)).all():
-                raise ValueError(f"command: expected finite numbers, got {wanted}")
-            return wanted
-        except TooSlow:
-            self._fail(f"took longer than {self._limit_s:g} s over one command")
-        except Exception as error:
-            self._fail(f"{type(error).__name__}: {error}".splitlines()[0])
-        return CameraCommand()
+    A preset that is steered by itself belongs to suites of trackers, and is shown as they have it unless a link is
+    asked for.
+    """
+    configuration = catalog.scenario(scenario).presets.get(preset)
+    as_written = link is None and configuration is not None and configuration.closed_loop
+    return next(name for name, each in suites().items() if each.judges_controllers != as_written)
 
-    def _fail(self, reason: str) -> None:
-        self.reason, self.failed_at_frame = reason, self._frame
+
+def controller_for(name: str, carrier: str, link: str | None, values: Mapping[str, Any]) -> Controller:
+    """Return a fresh controller that steers a carrier through a link, see ``link_in``.
+
+    Args:
+        values: of its parameters, other than those it was tuned to; for one that steers through a link.
+
+    Raises:
+        ValueError: for an unknown name or parameter.
+    """
+    entry = controller_entry(name, carrier)
+    return entry.create_as_written() if link is None else entry.create(**values)

@@ -7,35 +7,21 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.run.replay import Run
+from benchmarks.run.guards import Failure
+from benchmarks.run.jobs import Job, opened
+from benchmarks.run.replay import replay
 from benchmarks.video.caption import Caption
 from benchmarks.video.drawing import Drawing, drawing_of
 from benchmarks.video.instant import Instant
 from benchmarks.video.mp4 import Mp4Writer
-from scenarios import catalog
-from scenarios.scenario import RendererName
 
 
-def render_episode(
-    scenario: str,
-    out: Path,
-    *,
-    preset: str = "standard",
-    seed: int = 0,
-    tracker: str | None = None,
-    controller: str | None = None,
-    renderer: RendererName = "raster",
-    frames: int | None = None,
-    scale: float = 2.0,
-) -> Path:
-    """Write one episode as an MP4 and return its path.
+def render_episode(job: Job, out: Path, *, frames: int | None = None, scale: float = 2.0) -> list[Failure]:
+    """Write the episode of a job as an MP4; return what failed in it, whose silence from there on is drawn.
 
     Args:
-        scenario: catalogue id, with or without version.
+        job: whose pictures are drawn; of its first tracker, if it has one, the estimates.
         out: file to write (H.264 in MP4), beside and renamed.
-        preset, seed, renderer: which episode.
-        tracker: name of the tracker (or oracle) whose estimate is drawn, or None for truth alone.
-        controller: name of what steers by the tracker's estimate (closed loop), or None for a set path.
         frames: stop after so many frames; None = the whole episode.
         scale: size of the larger view relative to the observed frame, >= 1; where the scenario is shown in one.
 
@@ -48,18 +34,16 @@ def render_episode(
         raise ValueError(f"frames: expected a whole number >= 1, got {frames}")
     if out.suffix != ".mp4":
         raise ValueError(f"out: expected a file that ends in .mp4, got {str(out)!r}")
-    run = Run(catalog.scenario(scenario).id, preset, seed, renderer, tracker, controller)
-    episode = run.open()
-    try:
+    with opened(job) as live:
+        episode = live.loop.episode
         count = episode.frame_count if frames is None else min(frames, episode.frame_count)
-        title = " · ".join([run.scenario, preset, f"seed {seed}", *filter(None, (tracker, controller))])
-        drawing = drawing_of(run.scenario, episode)
+        steered = filter(None, (job.controller, job.link and f"{job.link} link"))
+        title = " · ".join([job.scenario, job.preset, f"seed {job.seed}", *job.trackers, *steered])
+        drawing = drawing_of(job.scenario, episode)
         shown_scale = scale if drawing.uses_larger_view else 1.0
-        instants = run.instants(episode, scale=shown_scale, wanted=range(count), frame_count=count)
+        instants = replay(live.loop, live.controller, scale=shown_scale, wanted=range(count), frame_count=count)
         write_video(out, instants, drawing, rate_hz=episode.rate_hz, title=title, frame_count=count)
-    finally:
-        episode.close()
-    return out
+        return live.failures()
 
 
 def write_video(

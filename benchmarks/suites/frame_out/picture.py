@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from benchmarks.report.pictures import made_from, remove_picture, write_picture
+from benchmarks.run.jobs import Job, job_of, opened
 from benchmarks.run.records import Row
-from benchmarks.run.replay import Run, made_by_this_code
+from benchmarks.run.replay import made_by_this_code, replay
 from benchmarks.scores.recovery import RECOVERY_WINDOW_FRAMES
 from benchmarks.suites.registry import Condition
 from benchmarks.video.contact_sheet import contact_sheet
 from benchmarks.video.instant import Instant
-from scenarios.scenario import RendererName
 
 _LENGTHS = range(25, 91)
 """A frame-out to look at lasts so many frames: long enough to lose a car, short enough to see where it went."""
@@ -43,27 +43,18 @@ def show_frame_out(
     remove_picture(directory, name)
     if found is not None and all(made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
         seed, frame_out = found
-        sheet = contact_sheet(_instants(condition, seed, frame_out, shown))
+        jobs = {tracker: job_of(trackers[tracker][0], seed) for tracker in shown}
+        sheet = contact_sheet({tracker: _instants(job, frame_out) for tracker, job in jobs.items()})
         write_picture(directory, name, sheet, condition, "One frame-out", _CAPTION.format(seed=seed), key)
 
 
-def _instants(
-    condition: Condition, seed: int, frame_out: dict[str, Any], shown: Sequence[str]
-) -> dict[str, list[Instant]]:
+def _instants(job: Job, frame_out: dict[str, Any]) -> list[Instant]:
     exit_frame, length, back = frame_out["exit_frame"], frame_out["length_frames"], frame_out["back_frame"]
     wanted = (exit_frame - 1, exit_frame + length // 2, exit_frame + length - 1, back + RECOVERY_WINDOW_FRAMES)
-    _, scenario, preset, renderer, controller = condition
-    sheet = {}
-    for tracker in shown:
-        run = Run(scenario, preset, seed, cast(RendererName, renderer), tracker, controller or None)
-        episode = run.open()
-        try:
-            count = min(wanted[-1] + 1, episode.frame_count)
-            last = (*wanted[:-1], count - 1)
-            sheet[tracker] = list(run.instants(episode, scale=_SCALE, wanted=last, frame_count=count))
-        finally:
-            episode.close()
-    return sheet
+    with opened(job) as live:
+        count = min(wanted[-1] + 1, live.loop.episode.frame_count)
+        last = (*wanted[:-1], count - 1)
+        return list(replay(live.loop, live.controller, scale=_SCALE, wanted=last, frame_count=count))
 
 
 def _first_frame_out(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:

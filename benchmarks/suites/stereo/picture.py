@@ -5,21 +5,21 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.report.pictures import made_from, remove_picture, write_picture
+from benchmarks.run.jobs import Job, job_of, opened
 from benchmarks.run.records import Row, event_of
-from benchmarks.run.replay import Run, made_by_this_code
+from benchmarks.run.replay import made_by_this_code, replay
 from benchmarks.suites.registry import Condition
 from benchmarks.suites.stereo.drawing import describe_person
 from benchmarks.suites.stereo.instant import draw_left_and_plan
 from benchmarks.suites.stereo.metrics.people_events import OCCLUSION
 from benchmarks.video.contact_sheet import picture_sheet
 from benchmarks.video.instant import Instant
-from scenarios.scenario import RendererName
 from scenarios.stereo_follow.floor_plan import RoomPlan
 
 _LONG_FRAMES = 3
@@ -54,7 +54,8 @@ def show_event(
     seed, event = found
     is_occlusion = event["kind"] == OCCLUSION
     words = _OCCLUSION_WORDS if is_occlusion else _LIGHT_WORDS.format(kind=event["kind"])
-    sheet = picture_sheet([_row(condition, seed, _wanted(event), tracker) for tracker in shown], _CELL_WIDTH_PX)
+    jobs = [job_of(trackers[tracker][0], seed) for tracker in shown]
+    sheet = picture_sheet([_row(job, _wanted(event)) for job in jobs], _CELL_WIDTH_PX)
     title = "One occlusion" if is_occlusion else "One change of light"
     write_picture(directory, name, sheet, condition, title, _CAPTION.format(seed=seed, words=words), key)
 
@@ -79,18 +80,14 @@ def _wanted(event: Mapping[str, Any]) -> list[int]:
     return [first - 1, *np.linspace(first, last, 4).round().astype(int).tolist()[1:]]
 
 
-def _row(condition: Condition, seed: int, wanted: Sequence[int], tracker: str) -> list[tuple[str, NDArray[np.uint8]]]:
+def _row(job: Job, wanted: Sequence[int]) -> list[tuple[str, NDArray[np.uint8]]]:
     """Return the wanted frames of a tracker's run, each with its words; the last one for those beyond the end."""
-    _, scenario, preset, renderer, controller = condition
-    run = Run(scenario, preset, seed, cast(RendererName, renderer), tracker, controller or None)
-    episode = run.open()
-    try:
+    with opened(job) as live:
+        episode = live.loop.episode
         frames = [min(frame, episode.frame_count - 1) for frame in wanted]
         plan = episode.map_of().plan
-        instants = run.instants(episode, scale=1.0, wanted=frames, frame_count=frames[-1] + 1)
-        cells = {instant.frame.truth.frame: _cell(tracker, instant, plan) for instant in instants}
-    finally:
-        episode.close()
+        instants = replay(live.loop, live.controller, scale=1.0, wanted=frames, frame_count=frames[-1] + 1)
+        cells = {instant.frame.truth.frame: _cell(job.trackers[0], instant, plan) for instant in instants}
     return [cells[frame] for frame in frames]
 
 

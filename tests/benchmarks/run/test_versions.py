@@ -102,7 +102,7 @@ def test_what_a_row_does_not_depend_on_leaves_it(tree: Path, file: str) -> None:
 def test_a_change_shows_where_it_counts(tree: Path) -> None:
     assert changed(tree, file_of("sim.world")) == {"scene"}
     assert changed(tree, file_of("benchmarks.scores.recovery")) == {"judge"}
-    assert changed(tree, file_of("benchmarks.run.from_pictures")) == {"loop"}
+    assert changed(tree, file_of("scenarios.loop")) == {"loop"}
     assert changed(tree, file_of(jobs.__name__)) == {"loop"}
     assert changed(tree, file_of("trackers.particle_filter")) == {"tracker"}
     assert changed(tree, file_of("trackers.controllers.centre")) == {"controller"}

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.run.from_pictures import FromPictures
 from benchmarks.run.replay import replay
 from benchmarks.video import marks
 from benchmarks.video.drawing import InLargerView
 from benchmarks.video.episode_video import write_video
 from benchmarks.video.instant import Instant, describe_state, draw_instant
 from benchmarks.video.mp4 import Mp4Writer
+from scenarios.loop import FromPictures, Loop
 from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker
 from trackers.types import CameraCommand, Estimate, Observation
 
@@ -30,8 +30,7 @@ def decode(path: Path) -> list[np.ndarray]:
 def write_fake(out: Path, frame_count: int) -> None:
     episode = FakeEpisode()
     instants = replay(
-        episode,
-        FromPictures(FakeTracker()),
+        Loop(episode, [FromPictures(FakeTracker())]),
         None,
         scale=2.0,
         wanted=range(frame_count),
@@ -159,7 +158,8 @@ def test_replay_steers_by_the_estimate_and_shows_only_what_is_wanted() -> None:
             return CameraCommand(right_mps=float(estimate.position_px[0]))
 
     episode = FakeEpisode()
-    shown = list(replay(episode, FromPictures(FakeTracker()), Pilot(), scale=2.0, wanted=(0, 4), frame_count=6))
+    loop = Loop(episode, [FromPictures(FakeTracker())])
+    shown = list(replay(loop, Pilot(), scale=2.0, wanted=(0, 4), frame_count=6))
     assert [instant.frame.truth.frame for instant in shown] == [0, 4]
     assert episode.commands[0] is None
     steered = [command.right_mps for command in episode.commands[1:] if command is not None]

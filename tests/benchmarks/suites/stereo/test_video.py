@@ -10,7 +10,7 @@ import av
 import numpy as np
 import pytest
 
-from benchmarks.run.from_pictures import FromPictures
+from benchmarks.run.jobs import Job
 from benchmarks.run.replay import replay
 from benchmarks.suites.stereo import picture
 from benchmarks.suites.stereo.drawing import StereoDrawing, describe_person
@@ -19,6 +19,7 @@ from benchmarks.video import legend, marks
 from benchmarks.video.drawing import InLargerView, drawing_of
 from benchmarks.video.episode_video import render_episode, write_video
 from benchmarks.video.instant import Instant
+from scenarios.loop import FromPictures, Loop
 from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.suites.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing
 from tests.fakes_scenario import NoParameters
@@ -51,7 +52,7 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
     fake = episode()
     drawing = StereoDrawing.of(fake)
     tracker = FromPictures(FollowKnowing(NoParameters(), np.random.default_rng(0)))
-    instants = replay(fake, tracker, None, scale=1.0, wanted=range(4), frame_count=4)
+    instants = replay(Loop(fake, [tracker]), None, scale=1.0, wanted=range(4), frame_count=4)
     write_video(tmp_path / "x.mp4", instants, drawing, rate_hz=15.0, title="fake", frame_count=4)
     with av.open(str(tmp_path / "x.mp4")) as video:
         shapes = [frame.to_ndarray(format="rgb24").shape for frame in video.decode(video=0)]
@@ -59,8 +60,9 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
 
 
 def test_what_is_rendered_is_what_the_command_asks_for(tmp_path: Path):
-    out = render_episode("stereo-follow", tmp_path / "x.mp4", preset="quick", tracker="stereo_wb", frames=2)
-    with av.open(str(out)) as video:
+    job = Job("stereo", "stereo-follow-v1", "quick", "raster", 0, None, ("stereo_wb",))
+    assert render_episode(job, tmp_path / "x.mp4", frames=2) == []
+    with av.open(str(tmp_path / "x.mp4")) as video:
         assert len(list(video.decode(video=0))) == 2
 
 
@@ -160,13 +162,13 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
         picture, "_row", lambda *about: drawn.append(about) or [("words", np.zeros((24, 64, 3), np.uint8))]
     )
     condition = ("stereo", "stereo-follow-v1", "quick", "raster", "")
-    rows = {
-        name: [{"seed": 4, "metric": "recovered", "event": event("occlusion", 20, 6, 28), "versions": "now"}]
-        for name in ("stereo_people", "stereo_wb")
-    }
+    heading = dict(zip(("suite", "scenario", "preset", "renderer"), condition, strict=False)) | {"controller": None}
+    told = {"seed": 4, "metric": "recovered", "event": event("occlusion", 20, 6, 28), "versions": "now"}
+    rows = {name: [{**heading, "tracker": name, **told}] for name in ("stereo_people", "stereo_wb")}
     for _ in range(2):
         picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
-    assert [about[1:] for about in drawn] == [(4, [19, 22, 28, 38], name) for name in rows]
+    jobs = [Job(*condition[:4], 4, None, (name,), repeats=1) for name in rows]
+    assert drawn == [(job, [19, 22, 28, 38]) for job in jobs]
     (words,) = (tmp_path / "pictures").glob("*.json")
     assert json.loads(words.read_text())["title"] == "One occlusion"
     rows["stereo_wb"][0]["versions"] = "of old"

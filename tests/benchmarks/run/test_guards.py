@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from benchmarks.run.steering import Steering
+from benchmarks.run.guards import GuardedController
 from scenarios.command_link import CommandLink, Link
+from scenarios.loop import FromPictures, Loop
 from scenarios.road_town.flight import HELICOPTER
+from tests.benchmarks.fake_episode import FakeEpisode, FakeTracker
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation
 
 PICTURE = Observation(np.zeros((4, 4, 3), np.uint8), 0.0, CameraModel(4, 4, 4.0))
@@ -49,20 +51,23 @@ AHEAD = CameraCommand(forward_mps=5.0)
 )
 def test_one_that_fails_commands_nothing_from_there_on(answer: object, reason: str) -> None:
     controller = Scripted([AHEAD, answer, AHEAD])
-    steering = Steering(controller, None, limit_s=0.2)
-    given = [steering.command(PICTURE, SOMEWHERE) for _ in range(3)]
+    guard = GuardedController(controller, limit_s=0.2)
+    given = [guard.command(PICTURE, SOMEWHERE) for _ in range(3)]
     assert given == [AHEAD, CameraCommand(), CameraCommand()]
     assert len(controller.asked) == 2
-    assert steering.failed_at_frame == 2
-    assert str(steering.reason).startswith(reason)
+    assert guard.failed_at_frame == 2
+    assert str(guard.reason).startswith(reason)
 
 
 def test_the_link_is_between_controller_and_carrier() -> None:
-    link = CommandLink(HELICOPTER, 10.0, Link(), np.random.default_rng(0))
-    steering = Steering(Scripted([CameraCommand(forward_mps=1e3), RuntimeError()]), link, limit_s=1.0)
-    forward = HELICOPTER.axes[0]
-    first = steering.command(PICTURE, SOMEWHERE)
-    assert first.forward_mps == pytest.approx(forward.slew_per_s / 10.0)
+    episode = FakeEpisode(rate_hz=10.0)
+    loop = Loop(episode, [FromPictures(FakeTracker())], CommandLink(HELICOPTER, 10.0, Link(), np.random.default_rng(0)))
+    guard = GuardedController(Scripted([CameraCommand(forward_mps=1e3), RuntimeError()]), limit_s=1.0)
+    obeyed = [loop.obeyed for _ in loop.frames(guard, 3)]
+    assert obeyed[0] is None
+    assert obeyed == episode.commands
     # One that fails lets go: the carrier comes to rest as fast as it may.
-    assert steering.command(PICTURE, SOMEWHERE).forward_mps == pytest.approx(0.0)
-    assert steering.reason == "RuntimeError: "
+    forward = HELICOPTER.axes[0]
+    speeds = [command.forward_mps for command in obeyed[1:] if command is not None]
+    assert speeds == pytest.approx([forward.slew_per_s / 10.0, 0.0])
+    assert guard.reason == "RuntimeError: "

@@ -1,0 +1,152 @@
+"""Contestants and controllers under guard: whatever one of them does, the episode goes on and is scored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
+from benchmarks.suites.judging import Score
+from scenarios.loop import Contestant
+from scenarios.scenario import Frame
+from trackers.estimate_check import check_estimate
+from trackers.protocols import Controller
+from trackers.types import CameraCommand, Estimate, Observation
+
+_UNTIMED_FRAMES = 5
+"""The first updates load compiled code from disk and are left out of the timing."""
+
+SILENT = Estimate(position_px=np.full(2, np.nan))
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Where and how a tracker failed.
+
+    Attributes:
+        tracker, scenario, preset, seed, frame: where; in ``tracker``'s place a controller that failed.
+        reason: one line. since: what it has done from there on.
+    """
+
+    tracker: str
+    scenario: str
+    preset: str
+    seed: int
+    frame: int
+    reason: str
+    since: str = "said nothing"
+
+    def __str__(self) -> str:
+        return (
+            f"{self.tracker} failed in {self.scenario} {self.preset}, seed {self.seed}, frame {self.frame}: "
+            f"{self.reason}; from there on it has {self.since}"
+        )
+
+
+class Guard:
+    """Notices when what it guards fails; from there on that is not asked any more.
+
+    Attributes:
+        reason: why it failed, None if it did not.
+        failed_at_frame: first frame on which it failed.
+    """
+
+    def __init__(self, limit_s: float, answer: str) -> None:
+        self._limit_s, self._answer = limit_s, answer
+        self.reason: str | None = None
+        self.failed_at_frame: int | None = None
+
+    def fail(self, frame: int, reason: str) -> None:
+        """Count it as failed from a frame on."""
+        self.reason, self.failed_at_frame = reason, frame
+
+    @contextmanager
+    def guarded(self, frame: int) -> Iterator[Stopwatch]:
+        """Let it answer for a frame inside this context, whatever comes of it."""
+        try:
+            with at_most(self._limit_s) as watch:
+                yield watch
+        except TooSlow:
+            self.fail(frame, f"took longer than {self._limit_s:g} s over one {self._answer}")
+        except Exception as error:
+            self.fail(frame, f"{type(error).__name__}: {error}".splitlines()[0])
+
+
+class GuardedContestant(Guard):
+    """A contestant under guard, and timed. One that fails is silent from there on.
+
+    Attributes:
+        silent_frames: number of frames on which it said nothing.
+    """
+
+    def __init__(
+        self,
+        contestant: Contestant,
+        limit_s: float,
+        note: Callable[[int], None] = lambda frame: None,
+        ends_process_at: int | None = None,
+    ) -> None:
+        """``note`` is told each frame before the contestant is; on one it is known to end the process, and fails."""
+        super().__init__(limit_s, "frame")
+        self._contestant, self._note, self._ends_process_at = contestant, note, ends_process_at
+        self._cpu_s: list[float] = []
+        self.silent_frames = 0
+
+    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+        """See ``Contestant``."""
+        k = frame.truth.frame
+        if self._is_to_be_asked(k):
+            with self.guarded(k):
+                self._contestant.initialise(frame, box_xyxy)
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``Contestant``."""
+        k, estimate = frame.truth.frame, SILENT
+        if self._is_to_be_asked(k):
+            with self.guarded(k) as watch:
+                estimate = self._contestant.update(frame)
+                self._cpu_s.append(watch.cpu_s)
+                check_estimate(estimate)
+        said = estimate if self.reason is None else SILENT
+        self.silent_frames += bool(np.isnan(np.asarray(said.position_px, dtype=float)).any())
+        return said
+
+    def scores(self) -> Iterator[Score]:
+        """Yield the mean CPU time of the thread for an update, the first five left out, and where it failed."""
+        timed = self._cpu_s[_UNTIMED_FRAMES:]
+        if timed:
+            ms_per_frame = 1e3 * float(np.mean(timed))
+            yield Score("ms_per_frame", ms_per_frame)
+            yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
+        if self.failed_at_frame is not None:
+            yield Score("failed_at_frame", float(self.failed_at_frame))
+
+    def _is_to_be_asked(self, frame: int) -> bool:
+        if frame == self._ends_process_at:
+            self.fail(frame, "ended its process (killed, crashed or stuck in compiled code)")
+        self._note(frame)
+        return self.reason is None
+
+
+class GuardedController(Guard):
+    """A controller under guard. One that fails commands nothing from the frame on that its command should lead to."""
+
+    def __init__(self, controller: Controller, limit_s: float) -> None:
+        super().__init__(limit_s, "command")
+        self._controller = controller
+        self._frame = 0
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """See ``Controller``."""
+        self._frame += 1
+        wanted = CameraCommand()
+        if self.reason is None:
+            with self.guarded(self._frame):
+                wanted = self._controller.command(observation, estimate)
+                if not np.isfinite(astuple(wanted)).all():
+                    raise ValueError(f"command: expected finite numbers, got {wanted}")
+        return wanted if self.reason is None else CameraCommand()
