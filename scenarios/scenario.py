@@ -11,23 +11,36 @@ from numpy.typing import NDArray
 from scenarios.command_link import LinkLimits
 from scenarios.truth import Truth, TruthExtent
 from sim.optics import PinholeCamera
-from trackers.types import CameraCommand, Carrier, Observation
+from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
 
 RendererName = Literal["raster", "pybullet"]
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One instant: what trackers are told, and what is so."""
+    """One instant: what trackers are told, and what is so.
+
+    Attributes:
+        observation, truth: of the camera that the tracker watches.
+        steered: truth of the steered camera, if that is another one, whose model ``observation.steered`` tells.
+    """
 
     observation: Observation
     truth: Truth
+    steered: Truth | None = None
 
     @property
     def camera(self) -> PinholeCamera:
         """The camera as all truth has it: without the lens's distortion, which is in the picture alone."""
-        model = self.observation.camera
-        return PinholeCamera(model.width_px, model.height_px, model.focal_px)
+        return _pinhole(self.observation.camera)
+
+    @property
+    def judged(self) -> tuple[Truth, PinholeCamera]:
+        """Truth and camera that following is judged by: those of the steered camera, if the episode has two."""
+        told = self.observation.steered
+        if self.steered is None or told is None:
+            return self.truth, self.camera
+        return self.steered, _pinhole(told.camera)
 
 
 class Episode(Protocol):
@@ -36,14 +49,17 @@ class Episode(Protocol):
     Attributes:
         frame_count: number of frames.
         rate_hz: frames a second.
-        closed_loop: True if ``step`` needs a command, False if the camera flies a set path.
-        target_box_xyxy: (4,) the target's box in the first frame, which a tracker is given.
+        closed_loop: True if ``step`` needs a command, False if the camera flies a set path or is at rest.
     """
 
     frame_count: int
     rate_hz: float
     closed_loop: bool
-    target_box_xyxy: NDArray[np.float64]
+
+    @property
+    def start(self) -> Start:
+        """What a tracker is told before the first picture."""
+        ...
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame, frame 0 at first. ``command`` moves the camera in closed loop."""
@@ -169,6 +185,11 @@ class Scenario(Protocol):
         ...
 
     @property
+    def target(self) -> str:
+        """Name of the object that a tracker of one target is started on, see ``Truth.names``."""
+        ...
+
+    @property
     def carrier(self) -> Carrier:
         """What carries the camera: all that is needed to steer it, by a controller or in an env."""
         ...
@@ -197,3 +218,20 @@ class Scenario(Protocol):
         ``closed_loop`` None means as the preset says; ``truth`` see ``Truth``.
         """
         ...
+
+
+def preset_of(scenario: Scenario, preset: Any) -> Any:
+    """Return a scenario's preset by name, or a configuration as it is.
+
+    Raises:
+        ValueError: for an unknown name; lists the known ones.
+    """
+    if not isinstance(preset, str):
+        return preset
+    if preset not in scenario.presets:
+        raise ValueError(f"preset: expected one of {', '.join(scenario.presets)}; got {preset!r}")
+    return scenario.presets[preset]
+
+
+def _pinhole(model: CameraModel) -> PinholeCamera:
+    return PinholeCamera(model.width_px, model.height_px, model.focal_px)

@@ -1,71 +1,154 @@
-"""What is really so. It is scored with; no tracker, controller or observation space ever gets it."""
+"""What is really so. It is scored with; no tracker, controller or observation space ever gets it.
+
+Each field says once what it is (``told``). Stripping, checks, the ``info`` of envs and data sets are derived from that.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-VisibilityState = Literal["in", "partial", "occluded", "out"]
+VisibilityState = Literal["in", "partial", "occluded", "out", "absent"]
 Side = Literal["left", "right", "top", "bottom"]
 TruthExtent = Literal["all", "target"]
 """How much of it an episode's frames have, see ``Truth``."""
 
+_MEANING = "truth"
+_T = TypeVar("_T", bound="Truth")
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a field of truth is.
+
+    Attributes:
+        unit: ``m``, ``px``, ``s`` …; ``fraction`` of 0 to 1, ``id``, ``word``, or ``1`` for a number without unit.
+        shape: its axes; ``N`` objects, ``H`` rows and ``W`` columns of the picture.
+        coding: what single values stand for, where the unit does not say it.
+        left_out: whether an episode that is asked for ``truth="target"`` leaves it out: per pixel all of it, per object
+            that of all but the target (NaN, or -1 of whole numbers).
+    """
+
+    unit: str
+    shape: tuple[str | int, ...] = ()
+    coding: str = ""
+    left_out: bool = False
+
+    @property
+    def per_object(self) -> bool:
+        """Whether it has an entry for each object."""
+        return self.shape[:1] == ("N",)
+
+    @property
+    def per_pixel(self) -> bool:
+        """Whether it has an entry for each pixel."""
+        return self.shape[:2] == ("H", "W")
+
+
+def told(unit: str, *shape: str | int, coding: str = "", left_out: bool = False) -> Any:
+    """Declare a field of truth, see ``Meaning``."""
+    return dataclasses.field(metadata={_MEANING: Meaning(unit, shape, coding, left_out)})
+
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Truth of one frame, of N objects; ``target`` is the one that matters. Each scenario adds what it alone knows.
+    """Truth of one frame, of N objects. Which are targets is not said here; each scenario adds what it alone knows.
 
     Boxes are amodal: of the whole object, also where it is hidden or outside the picture.
 
-    Most of the work goes into what scores of following the target do not look at. An episode that is asked for
-    ``truth="target"`` leaves it out: ``visible_fraction`` of all others is NaN, and so on as each scenario says of what
-    it alone knows. All else, pictures above all, is the same byte for byte.
+    Most of the work goes into what scores of following one target do not look at. An episode that is asked for
+    ``truth="target"`` leaves it out, see ``Meaning.left_out``; the state of all other objects is then told by their
+    boxes alone, as if none were hidden. All else, pictures above all, is the same byte for byte.
 
     Attributes:
         frame: index from 0.
         time_s: seconds since frame 0.
         T_world_camera: (4, 4), the true pose.
-        target: index of the target among the N objects.
         names: (N,) e.g. ``target``, ``traffic-3``.
         kinds: (N,) kind of each, e.g. the vehicle's model.
         T_world_object: (N, 4, 4), origin on the ground under the object's centre, x forward, z up.
         size_m: (N, 3) length, width, height.
         speed_mps: (N,).
-        position_px: (N, 2) projection of the objects' centres (half their height up), also outside the
-            picture; NaN behind the camera.
+        position_px: (N, 2) projection of the objects' centres (half their height up), also outside the picture; NaN
+            behind the camera.
         box_xyxy: (N, 4) amodal box in pixels, also outside; NaN where any corner is behind the camera.
         instance_id: (N,) id of each object in ``instance_map``.
-        visible_fraction: (N,) share of the object's own pixels (drawn alone on an unbounded picture) that
-            are seen; NaN for all but the target if that is all that is asked for.
-        state: ``in`` (whole and seen), ``partial`` (cut by the border), ``occluded`` (inside, less than
-            half of it seen), ``out`` (nothing of its box inside).
-        side: side the target left by, while it is out or since its last exit; None before the first.
-        frames_since_exit: 0 on the first frame that the target is out; -1 while it is not out.
-        instance_map: (H, W) int32, ``instance_id`` of the object seen, others for what is no object.
+        visible_fraction: (N,) share of the object's own pixels (drawn alone on an unbounded picture) that are seen.
+        state: (N,) ``in`` (whole and seen), ``partial`` (cut by the border), ``occluded`` (inside, less than half of it
+            seen), ``out`` (nothing of its box inside), ``absent`` (not in the world now).
+        side: (N,) side the object left by, while it is out or since its last exit; "" before the first.
+        frames_since_exit: (N,) 0 on the first frame that the object is out; -1 while it is not out.
+        instance_map: (H, W) int32.
         depth_m: (H, W) float32.
         exposure_s, gain: the camera's settings for this picture.
     """
 
-    frame: int
-    time_s: float
-    T_world_camera: NDArray[np.float64]
-    target: int
-    names: tuple[str, ...]
-    kinds: tuple[str, ...]
-    T_world_object: NDArray[np.float64]
-    size_m: NDArray[np.float64]
-    speed_mps: NDArray[np.float64]
-    position_px: NDArray[np.float64]
-    box_xyxy: NDArray[np.float64]
-    instance_id: NDArray[np.int64]
-    visible_fraction: NDArray[np.float64]
-    state: VisibilityState
-    side: Side | None
-    frames_since_exit: int
-    instance_map: NDArray[np.int32]
-    depth_m: NDArray[np.float32]
-    exposure_s: float
-    gain: float
+    frame: int = told("1")
+    time_s: float = told("s")
+    T_world_camera: NDArray[np.float64] = told("m", 4, 4)
+    names: tuple[str, ...] = told("word", "N")
+    kinds: tuple[str, ...] = told("word", "N")
+    T_world_object: NDArray[np.float64] = told("m", "N", 4, 4)
+    size_m: NDArray[np.float64] = told("m", "N", 3)
+    speed_mps: NDArray[np.float64] = told("m/s", "N")
+    position_px: NDArray[np.float64] = told("px", "N", 2)
+    box_xyxy: NDArray[np.float64] = told("px", "N", 4, coding="x_min, y_min, x_max, y_max")
+    instance_id: NDArray[np.int64] = told("id", "N")
+    visible_fraction: NDArray[np.float64] = told("fraction", "N", left_out=True)
+    state: NDArray[np.str_] = told("word", "N", coding="in, partial, occluded, out or absent")
+    side: NDArray[np.str_] = told("word", "N", coding="left, right, top or bottom; empty before the first exit")
+    frames_since_exit: NDArray[np.int64] = told("frames", "N", coding="-1 while it is not out")
+    instance_map: NDArray[np.int32] = told(
+        "id", "H", "W", coding="instance_id of the object seen, others for what is no object"
+    )
+    depth_m: NDArray[np.float32] = told("m", "H", "W", coding="along the optical axis; infinite where nothing is seen")
+    exposure_s: float = told("s")
+    gain: float = told("1", coding="1 is none")
+
+    def index_of(self, name: str) -> int:
+        """Return the index of the object of this name. Raises ValueError if there is none."""
+        if name not in self.names:
+            raise ValueError(f"object: expected one of {', '.join(self.names)}; got {name!r}")
+        return self.names.index(name)
+
+
+def meanings(kind: type[Truth] | Truth) -> dict[str, Meaning]:
+    """Return what each field of a kind of truth is, by name."""
+    return {field.name: field.metadata[_MEANING] for field in dataclasses.fields(kind)}
+
+
+def without_pixels(truth: _T) -> _T:
+    """Return a frame's truth with nothing per pixel: of an episode that is over a gigabyte."""
+    changes: dict[str, Any] = {
+        name: nothing_of(truth, name) for name, meaning in meanings(truth).items() if meaning.per_pixel
+    }
+    return dataclasses.replace(truth, **changes)
+
+
+def nothing_of(truth: Truth, name: str) -> NDArray[Any]:
+    """Return a map of no pixels, of the dtype and depth of a field per pixel."""
+    held = getattr(truth, name)
+    return np.empty((0, 0, *held.shape[2:]), held.dtype)
+
+
+def check_truth(truth: Truth) -> None:
+    """Raise ValueError, naming the field, what was expected and what came, if a field is not what it says it is.
+
+    Fields per pixel may be left out (no pixel at all).
+    """
+    height, width = truth.instance_map.shape
+    axes: dict[str | int, int] = {"N": len(truth.names), "H": height, "W": width}
+    for name, meaning in meanings(truth).items():
+        value = getattr(truth, name)
+        expected = tuple(axes.get(axis, axis) for axis in meaning.shape)
+        came = np.shape(value) if meaning.shape else expected
+        if came != expected and not (meaning.per_pixel and came[:2] == (0, 0)):
+            raise ValueError(f"{name}: expected the shape {expected}, got {came}")
+        if meaning.unit == "fraction":
+            shares = np.asarray(value, dtype=float)
+            if not (np.isnan(shares) | ((shares >= 0) & (shares <= 1))).all():
+                raise ValueError(f"{name}: expected numbers from 0 to 1, got {shares.min():g} to {shares.max():g}")

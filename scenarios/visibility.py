@@ -1,45 +1,49 @@
-"""How an object is seen, by its box and what of it shows: the same words in every scenario."""
+"""How objects are seen, by their boxes and what of them shows: the same words in every scenario."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Side, VisibilityState
+from scenarios.truth import Side
 from sim.optics import PinholeCamera, project
 
 MOSTLY_SEEN = 0.5
 """Share of an object that shows from which it counts as seen; one inside the picture with less is ``occluded``."""
+_SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
 
 
 class Exits:
-    """Follows when and where the target leaves the picture."""
+    """Follows when and where each of N objects leaves the picture."""
 
-    def __init__(self, camera: PinholeCamera) -> None:
+    def __init__(self, camera: PinholeCamera, count: int) -> None:
         self._camera = camera
-        self._side: Side | None = None
-        self._frames_since_exit = -1
+        self._side = np.full(count, "", dtype="<U6")
+        self._frames_since_exit = np.full(count, -1)
 
-    def follow(self, state: VisibilityState, box_xyxy: NDArray[np.float64]) -> tuple[Side | None, int]:
-        """Take in the next frame; return ``Truth.side`` and ``Truth.frames_since_exit``."""
-        if state == "out":
-            self._frames_since_exit += 1
-            if self._frames_since_exit == 0:
-                self._side = _side_of(self._camera, box_xyxy)
-        else:
-            self._frames_since_exit = -1
+    def follow(
+        self, state: NDArray[np.str_], box_xyxy: NDArray[np.float64]
+    ) -> tuple[NDArray[np.str_], NDArray[np.int64]]:
+        """Take in the next frame's states (N,) and boxes (N, 4); return ``Truth.side`` and ``frames_since_exit``."""
+        out = state == "out"
+        self._frames_since_exit = np.where(out, self._frames_since_exit + 1, -1)
+        left = self._frames_since_exit == 0
+        if left.any():
+            self._side = self._side.copy()
+            self._side[left] = [_side_of(self._camera, box) for box in box_xyxy[left]]
         return self._side, self._frames_since_exit
 
 
-def state_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible: float) -> VisibilityState:
-    """Return the state of an object by its amodal box and the share of it that is seen."""
-    left, top, right, bottom = box_xyxy.tolist()
+def states_of(
+    camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible_fraction: NDArray[np.float64]
+) -> NDArray[np.str_]:
+    """Return the states (N,) of objects by their amodal boxes (N, 4) and the shares of them that are seen (N,)."""
+    left, top, right, bottom = box_xyxy.T
+    width, height = camera.width_px, camera.height_px
     # Comparisons with NaN are false.
-    if not (right > 0 and bottom > 0 and left < camera.width_px and top < camera.height_px):
-        return "out"
-    if left < 0 or top < 0 or right > camera.width_px or bottom > camera.height_px:
-        return "partial"
-    return "occluded" if visible < MOSTLY_SEEN else "in"
+    touches = (right > 0) & (bottom > 0) & (left < width) & (top < height)
+    is_cut = (left < 0) | (top < 0) | (right > width) | (bottom > height)
+    return np.select([~touches, is_cut, visible_fraction < MOSTLY_SEEN], ["out", "partial", "occluded"], "in")
 
 
 def centres_px(
@@ -55,12 +59,8 @@ def centres_px(
 
 def _side_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64]) -> Side:
     """Return the border that the box is furthest beyond; the bottom for one behind the camera."""
-    beyond: dict[Side, float] = {
-        "left": -box_xyxy[2],
-        "right": box_xyxy[0] - camera.width_px,
-        "top": -box_xyxy[3],
-        "bottom": box_xyxy[1] - camera.height_px,
-    }
     if np.isnan(box_xyxy).any():
         return "bottom"
-    return max(beyond, key=lambda side: beyond[side])
+    x_min, y_min, x_max, y_max = box_xyxy
+    beyond = np.array([-x_max, x_min - camera.width_px, -y_max, y_min - camera.height_px])
+    return _SIDES[int(np.argmax(beyond))]

@@ -6,6 +6,7 @@ corner of the picture and go on beyond its borders. Boxes are ``(x_min, y_min, x
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -188,6 +189,10 @@ class Track:
     kind: str | None = None
     size_m: NDArray[np.float64] | None = None
     confidence: float | None = None
+
+
+Answer = Estimate | Sequence[Track]
+"""What a tracker of one target, or one of many, says of a picture."""
 
 
 @dataclass(frozen=True, slots=True)

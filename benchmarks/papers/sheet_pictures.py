@@ -48,6 +48,6 @@ def next_picture(episode: SheetEpisode) -> SheetPicture:
     return SheetPicture(
         frame.observation.image_rgb,
         truth.registers,
-        region_of_sheet(frame.camera, truth.T_world_camera, truth.T_world_object[truth.target]),
-        float(truth.illuminance_lx[truth.target]),
+        region_of_sheet(frame.camera, truth.T_world_camera, truth.T_world_object[0]),
+        float(truth.illuminance_lx[0]),
     )

@@ -13,13 +13,13 @@ from benchmarks.video import legend, marks
 from benchmarks.video.instant import Instant, describe_state, draw_instant
 from benchmarks.video.legend import Sign
 from scenarios.scenario import Episode
-from scenarios.truth import VisibilityState
 
-_SHADE: dict[VisibilityState, marks.Rgb] = {
+_SHADE: dict[str, marks.Rgb] = {
     "in": (54, 58, 66),
     "partial": (120, 84, 104),
     "occluded": (96, 96, 96),
     "out": (204, 121, 167),
+    "absent": (30, 32, 36),
 }
 
 
@@ -70,7 +70,9 @@ class InLargerView:
 
     def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
         """See ``Drawing``."""
-        return (_SHADE[instant.frame.truth.state],)
+        if len(instant.targets) != 1:
+            return (_SHADE["in"],)
+        return (_SHADE[str(instant.frame.truth.state[instant.target])],)
 
 
 _DRAWINGS: dict[str, Callable[[Episode], Drawing]] = {"stereo-follow": StereoDrawing.of}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.video import marks
 from scenarios.scenario import Frame
-from trackers.types import Estimate
+from trackers.types import Answer, Estimate
 
 _DIMMED = 0.66
 """Brightness left to what the camera does not see, so that the observed frame stands out."""
@@ -23,13 +23,32 @@ class Instant:
 
     Attributes:
         frame: observation and truth.
-        estimate: what the tracker said, None without a tracker.
+        targets: indices of the targets among the objects.
+        answer: what the tracker said: an estimate, or the tracks of many targets; None without a tracker.
         larger_view_rgb: (H, W, 3) uint8, the observed frame in its middle.
     """
 
     frame: Frame
-    estimate: Estimate | None
+    targets: tuple[int, ...]
+    answer: Answer | None
     larger_view_rgb: NDArray[np.uint8]
+
+    @property
+    def target(self) -> int:
+        """The target, where there is one."""
+        return self.targets[0]
+
+    @property
+    def estimate(self) -> Estimate | None:
+        """What a tracker of one target said."""
+        return self.answer if isinstance(self.answer, Estimate) else None
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """Everything that the tracker said."""
+        if self.answer is None:
+            return ()
+        return (self.answer,) if isinstance(self.answer, Estimate) else tuple(track.estimate for track in self.answer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +82,14 @@ def draw_instant(instant: Instant, zoom: float | None = None) -> NDArray[np.uint
     image = canvas.image
     height, width = instant.frame.observation.image_rgb.shape[:2]
     marks.draw_box(image, canvas.box(np.array([0.0, 0.0, width, height])), marks.OBSERVED)
-    if instant.estimate is not None:
-        _draw_posterior(canvas, instant.estimate)
+    for estimate in instant.estimates:
+        _draw_posterior(canvas, estimate)
     truth = instant.frame.truth
-    marks.draw_box(image, canvas.box(truth.box_xyxy[truth.target]), marks.TRUTH, canvas.stroke_px)
-    marks.draw_pointer(image, canvas.point(truth.position_px[truth.target]), marks.TRUTH)
-    if instant.estimate is not None:
-        _draw_estimate(canvas, instant.estimate)
+    for target in instant.targets:
+        marks.draw_box(image, canvas.box(truth.box_xyxy[target]), marks.TRUTH, canvas.stroke_px)
+        marks.draw_pointer(image, canvas.point(truth.position_px[target]), marks.TRUTH)
+    for estimate in instant.estimates:
+        _draw_estimate(canvas, estimate)
     return image
 
 
@@ -106,9 +126,13 @@ def _draw_estimate(canvas: _Canvas, estimate: Estimate) -> None:
 
 
 def describe_state(instant: Instant) -> str:
-    """Return where the target is, in words: ``out of view for 12 frames, over the right edge``."""
+    """Return where the target is, in words: ``out of view for 12 frames, over the right edge``; of many, how many."""
     truth = instant.frame.truth
-    if truth.state == "out":
-        frames = truth.frames_since_exit + 1
-        return f"out of view for {frames} frame{'s' if frames > 1 else ''}, over the {truth.side} edge"
-    return {"in": "in view", "partial": "cut by the border", "occluded": "hidden"}[truth.state]
+    if len(instant.targets) != 1:
+        states = truth.state[list(instant.targets)]
+        return f"{int(np.isin(states, ('in', 'partial')).sum())} of {len(states)} targets in view"
+    state, side = str(truth.state[instant.target]), truth.side[instant.target]
+    if state == "out":
+        frames = truth.frames_since_exit[instant.target] + 1
+        return f"out of view for {frames} frame{'s' if frames > 1 else ''}, over the {side} edge"
+    return {"in": "in view", "partial": "cut by the border", "occluded": "hidden", "absent": "not there"}[state]

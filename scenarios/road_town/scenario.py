@@ -9,7 +9,7 @@ from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
-from scenarios.scenario import Pictureless, RendererName
+from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
 from trackers.types import Carrier
@@ -22,21 +22,10 @@ class RoadTownScenario:
     id: str = "road-town-v1"
     summary: str = "a car in a town, seen from a helicopter that often loses it from view"
     start: str = "the first picture and the car's box in it; measured ego pose where the preset has instruments"
+    target: str = "target"
     carrier: Carrier = HELICOPTER
     pictureless: Pictureless | None = field(default_factory=RoadPictureless)
     presets: dict[str, RoadTown] = field(default_factory=lambda: dict(PRESETS))
-
-    def configuration(self, preset: str | RoadTown) -> RoadTown:
-        """Return a preset by name, or a configuration as it is.
-
-        Raises:
-            ValueError: for an unknown name; lists the known ones.
-        """
-        if not isinstance(preset, str):
-            return preset
-        if preset not in self.presets:
-            raise ValueError(f"preset: expected one of {', '.join(self.presets)}; got {preset!r}")
-        return self.presets[preset]
 
     def episode(
         self,
@@ -57,7 +46,7 @@ class RoadTownScenario:
         Raises:
             ValueError: for an unknown preset or renderer, or a negative seed.
         """
-        configuration = self.configuration(preset)
+        configuration = preset_of(self, preset)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         plan = make_plan(configuration, episode_seed(seed, self.id, 0), closed_loop=looped)
         return RoadTownEpisode(plan, renderer, truth)

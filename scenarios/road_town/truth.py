@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Truth
+from scenarios.truth import Truth, told
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,14 +34,14 @@ class RoadTruth(Truth):
         turning: whether the target is turning at a crossing.
         flow_px: (H, W, 2) float32, where each pixel's surface point lay in the *previous* frame minus
             where it lies now (the next camera pose is not known yet when a tracker steers); NaN for sky; zeros on
-            frame 0. (0, 0, 2) if only the target is asked for.
+            frame 0.
         background_motion: (3, 3) homography that takes ground pixels (z = 0) of the previous frame to
             this one; identity on frame 0.
         light: the light.
     """
 
-    on_road: bool
-    turning: bool
-    flow_px: NDArray[np.float32]
-    background_motion: NDArray[np.float64]
-    light: Light
+    on_road: bool = told("1")
+    turning: bool = told("1")
+    flow_px: NDArray[np.float32] = told("px", "H", "W", 2, coding="x, y; NaN for sky", left_out=True)
+    background_motion: NDArray[np.float64] = told("px", 3, 3)
+    light: Light = told("lx")

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from sim.optics import PinholeCamera, look_down_pose
 from sim.sensors.config import SensorConfig, SensorSettings
-from trackers.types import CameraRegisters
+from trackers.types import CameraModel, CameraRegisters
 
 CAMERA_HEIGHT_M = 1.2
 BASELINE_M = 0.12
@@ -45,6 +45,11 @@ SENSOR = SensorConfig(
 def camera(width_px: int, height_px: int) -> PinholeCamera:
     """Return the camera with a lens of 66 degrees, at a size of its picture."""
     return PinholeCamera.from_field_of_view(width_px, height_px, float(np.deg2rad(66.0)))
+
+
+def camera_model(camera: PinholeCamera) -> CameraModel:
+    """Return the camera as trackers are told it: one of a pair."""
+    return CameraModel(camera.width_px, camera.height_px, camera.focal_px, BASELINE_M)
 
 
 def registers(settings: SensorSettings) -> CameraRegisters:

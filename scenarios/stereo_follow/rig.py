@@ -7,17 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.camera_rig import SingleCamera
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.camera import BASELINE_M, SENSOR, draw_mount, registers
+from scenarios.stereo_follow.camera import SENSOR, camera_model, draw_mount, registers
 from sim.optics import PinholeCamera
 from sim.render.pipeline import Capture, Shader, capture
-from sim.render.protocol import create_renderer
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorSettings
 from sim.sensors.exposure import metered_radiance
 from sim.world import World
-from trackers.types import CameraModel, CameraSettings, EgoPose, Observation
+from trackers.types import CameraSettings, EgoPose, Observation
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,35 +29,31 @@ class StereoPair:
     T_world_right: NDArray[np.float64]
 
 
-class StereoRig:
-    """Two cameras, mounted as the episode's seed has it, and their sensors.
+class StereoRig(SingleCamera):
+    """Two cameras, mounted as the episode's seed has it, and their sensors. The left one's picture is watched.
 
     Attributes:
         camera: each of the two.
     """
 
     def __init__(self, world: World, camera: PinholeCamera, renderer: RendererName, seed: int) -> None:
-        self.camera = camera
-        self._renderer = create_renderer(renderer, world)
-        self._sensor = CameraSensor(SENSOR, generator(seed, "sensor"))
+        super().__init__(world, camera, renderer, CameraSensor(SENSOR, generator(seed, "sensor")))
         self._right_sensor = CameraSensor(SENSOR, generator(seed, "right sensor"))
         self._mount = draw_mount(generator(seed, "mount"))
-        self._frame, self._settings = -1, SensorSettings(1.0, 1.0)
 
-    def take(self, shader: Shader, T_world_left: NDArray[np.float64], frame: int) -> StereoPair:
+    def take_pair(self, shader: Shader, T_world_left: NDArray[np.float64], frame: int) -> StereoPair:
         """Photograph the world as it is now; the left sensor's loops take one step.
 
         Args:
             frame: index, >= 0; it determines the noise.
         """
-        left = capture(self._renderer, shader, self._sensor, self.camera, T_world_left, frame)
+        left = self.take(shader, T_world_left, frame)
         used = left.picture.settings
         settings = SensorSettings(used.exposure_s, used.gain * self._mount.gain, used.red_gain, used.blue_gain)
         T_world_right = T_world_left @ self._mount.T_left_right
         right = capture(
             self._renderer, shader, self._right_sensor, self.camera, T_world_right, frame, settings=settings
         )
-        self._frame, self._settings = frame, used
         return StereoPair(left, right, T_world_right)
 
     def observation(self, pair: StereoPair, time_s: float, ego: EgoPose | None, *, is_lost: bool) -> Observation:
@@ -66,18 +62,11 @@ class StereoRig:
         return Observation(
             image_rgb=pair.left.picture.image_rgb,
             time_s=time_s,
-            camera=CameraModel(self.camera.width_px, self.camera.height_px, self.camera.focal_px, BASELINE_M),
+            camera=camera_model(self.camera),
             settings=CameraSettings(used.exposure_s, used.gain, registers(used)),
             ego=ego,
             right_rgb=None if is_lost else pair.right.picture.image_rgb,
         )
-
-    def larger_view(self, shader: Shader, T_world_left: NDArray[np.float64], scale: float) -> NDArray[np.uint8]:
-        """Return what the left camera sees now in a picture ``scale`` times as wide and high."""
-        width_px, height_px = (2 * round(0.5 * scale * side) for side in (self.camera.width_px, self.camera.height_px))
-        wide = PinholeCamera(width_px, height_px, self.camera.focal_px)
-        radiance = shader.shade(self._renderer.gbuffer(wide, T_world_left), wide, T_world_left)
-        return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb
 
     def settle(self, shader: Shader, T_world_left: NDArray[np.float64], steps: int) -> None:
         """Let the left sensor's loops take some steps in the light that there is now; no picture is taken."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from scenarios.paper_sheet.carried_sheet import CarriedSheet
 from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
 from scenarios.paper_sheet.episode import SheetEpisode
-from scenarios.scenario import Pictureless, RendererName
+from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.pictureless.bank import StereoPictureless
 from scenarios.stereo_follow.plan import make_plan
@@ -33,21 +33,10 @@ class StereoFollowScenario:
     id: str = "stereo-follow-v1"
     summary: str = "a person among others, followed by a robot with a stereo camera from corridor to yard"
     start: str = "the first pair and the person's box in the left picture; the camera's settings; odometry"
+    target: str = "target"
     carrier: Carrier = ROBOT
     pictureless: Pictureless | None = field(default_factory=StereoPictureless)
     presets: dict[str, Preset] = field(default_factory=lambda: {**PRESETS, **_PAPER})
-
-    def configuration(self, preset: str | Preset) -> Preset:
-        """Return a preset by name, or a configuration as it is.
-
-        Raises:
-            ValueError: for an unknown name; lists the known ones.
-        """
-        if not isinstance(preset, str):
-            return preset
-        if preset not in self.presets:
-            raise ValueError(f"preset: expected one of {', '.join(self.presets)}; got {preset!r}")
-        return self.presets[preset]
 
     def episode(
         self,
@@ -69,7 +58,7 @@ class StereoFollowScenario:
         Raises:
             ValueError: for an unknown preset or renderer, a negative seed, or a closed loop about a sheet.
         """
-        configuration = self.configuration(preset)
+        configuration = preset_of(self, preset)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         own_seed = episode_seed(seed, self.id, 0)
         if not isinstance(configuration, StereoFollow):

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Truth
+from scenarios.truth import Truth, told
 from trackers.types import CameraRegisters
 
 LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]
@@ -34,12 +34,12 @@ class PeopleTruth(Truth):
         registers: the camera's settings as it reports them.
     """
 
-    T_world_right: NDArray[np.float64]
-    right_instance_map: NDArray[np.int32]
-    right_depth_m: NDArray[np.float32]
-    occluder: NDArray[np.int64]
-    illuminance_lx: NDArray[np.float64]
-    place: str
-    light_event: LightEvent | None
-    near_person: bool
-    registers: CameraRegisters
+    T_world_right: NDArray[np.float64] = told("m", 4, 4)
+    right_instance_map: NDArray[np.int32] = told("id", "H", "W", coding="as instance_map")
+    right_depth_m: NDArray[np.float32] = told("m", "H", "W", coding="as depth_m")
+    occluder: NDArray[np.int64] = told("1", "N", coding="index of an object, -1 for none", left_out=True)
+    illuminance_lx: NDArray[np.float64] = told("lx", "N")
+    place: str = told("word")
+    light_event: LightEvent | None = told("word", coding="none where nothing of the light is new")
+    near_person: bool = told("1")
+    registers: CameraRegisters = told("1")

@@ -16,30 +16,33 @@ from benchmarks.suites.frame_out.metrics.series import (
     TruthSeries,
     estimated_box,
     truth_series,
-    without_pictures,
 )
 from benchmarks.suites.judging import Score, told_by
 from scenarios.in_view import is_in_view
 from scenarios.road_town.truth import RoadTruth
-from scenarios.scenario import Episode, Frame
+from scenarios.scenario import Episode, Frame, Scenario
+from scenarios.truth import without_pixels
 from sim.optics import intersect_plane
-from trackers.types import CameraCommand, CameraModel, Carrier, Estimate
+from trackers.types import CameraCommand, CameraModel, Estimate
 
 
 class FrameOutJudge:
     """See ``benchmarks.suites.judging.Judge``."""
 
-    def __init__(self, episode: Episode, carrier: Carrier) -> None:
+    def __init__(self, episode: Episode, scenario: Scenario) -> None:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
-        self._first_box_xyxy = episode.target_box_xyxy
+        self._target = scenario.target
+        box_xyxy = episode.start.box_xyxy
+        assert box_xyxy is not None
+        self._first_box_xyxy = box_xyxy
         self._truths: list[RoadTruth] = []
         self._in_view: list[bool] = []
         self._camera: CameraModel | None = None
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
-        self._truths.append(without_pictures(told_by(frame.truth, RoadTruth)))
-        self._in_view.append(is_in_view(frame.truth, frame.camera))
+        self._truths.append(without_pixels(told_by(frame.truth, RoadTruth)))
+        self._in_view.append(is_in_view(frame.truth, self.target, frame.camera))
         self._camera = frame.observation.camera
 
     def sheet(self) -> FrameOutSheet:
@@ -47,10 +50,15 @@ class FrameOutJudge:
         return FrameOutSheet(self, self._first_box_xyxy)
 
     @cached_property
+    def target(self) -> int:
+        """Index of the target among the objects."""
+        return self._truths[0].index_of(self._target)
+
+    @cached_property
     def truth(self) -> TruthSeries:
         """Truth of the whole episode."""
         assert self._camera is not None
-        return truth_series(self._truths, self._rate_hz, self._camera)
+        return truth_series(self._truths, self.target, self._rate_hz, self._camera)
 
     def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
         """Return the scores of one contestant."""
@@ -76,17 +84,19 @@ class FrameOutSheet:
     def keep(self, frame: Frame, estimate: Estimate) -> None:
         """See ``ScoreSheet``."""
         camera, truth = frame.camera, frame.truth
-        target = truth.target
+        target = self._judge.target
         height_m = float(truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2])
         position_px = np.array(estimate.position_px, dtype=float)
         said = estimate.in_view_probability
-        outside = truth.state == "out"
+        outside = truth.state[target] == "out"
         self._position_px.append(position_px)
         self._position_m.append(intersect_plane(camera, truth.T_world_camera, position_px, height_m))
         self._box_xyxy.append(estimated_box(estimate, self._first_box_xyxy).copy())
         self._in_view_probability.append(float("nan") if said is None else float(said))
         self._has_posterior.append(posterior.has_posterior(estimate))
-        self._calibrations.append(posterior.calibration(estimate, truth, camera) if outside else posterior.NO_POSTERIOR)
+        self._calibrations.append(
+            posterior.calibration(estimate, truth, target, camera) if outside else posterior.NO_POSTERIOR
+        )
 
     def scores(self, failed_at_frame: int | None) -> Sequence[Score]:
         """See ``ScoreSheet``."""

@@ -21,7 +21,9 @@ _ALL, _TARGET = "all", "target"
 class DisparityMeasurement:
     """Matches every tenth pair of an episode as ``trackers.stereo`` does, unless the right picture is lost."""
 
-    def __init__(self) -> None:
+    def __init__(self, target: str) -> None:
+        """``target``: name of the object whose pixels are told apart."""
+        self._target = target
         self._matcher = StereoMatcher()
         self._errors: dict[str, DisparityErrors] = defaultdict(DisparityErrors)
 
@@ -32,7 +34,7 @@ class DisparityMeasurement:
             return
         error_px = disparity_error_px(frame, self._matcher.depth_m(seen.image_rgb, seen.right_rgb, seen.camera))
         counts = seen_by_both(frame)
-        on_target = truth.instance_map == truth.instance_id[truth.target]
+        on_target = truth.instance_map == truth.instance_id[truth.index_of(self._target)]
         self._errors[_ALL].add(error_px[counts])
         self._errors[_TARGET].add(error_px[counts & on_target])
         self._errors[truth.place].add(error_px[counts])

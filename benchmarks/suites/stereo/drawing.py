@@ -54,17 +54,17 @@ class StereoDrawing:
     def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
         """See ``Drawing``: above the light, below whether he is seen."""
         truth = told_by(instant.frame.truth, PeopleTruth)
-        is_seen = truth.visible_fraction[truth.target] >= SEEN_AT_LEAST
+        is_seen = truth.visible_fraction[instant.target] >= SEEN_AT_LEAST
         return (_CALM if truth.light_event is None else _NEW_LIGHT, _CALM if is_seen else _HIDDEN)
 
 
 def describe_person(instant: Instant) -> str:
     """Return how much of the target is seen, and what of the light is new: ``9 % seen, behind crosser-3, lamp off``."""
     truth = told_by(instant.frame.truth, PeopleTruth)
-    if truth.state == "out":
+    if truth.state[instant.target] == "out":
         words = "out of view"
     else:
-        seen, hider = truth.visible_fraction[truth.target], truth.occluder[truth.target]
+        seen, hider = truth.visible_fraction[instant.target], truth.occluder[instant.target]
         words = f"{seen:.0%} seen"
         words += f", behind {truth.names[hider]}" if hider >= 0 and seen < _WHOLE else ""
     return words if truth.light_event is None else f"{words}, {truth.light_event}"

@@ -41,7 +41,7 @@ def _left(instant: Instant) -> NDArray[np.uint8]:
     left = _enlarged(instant.frame.observation.image_rgb)
     zoom = left.shape[1] / instant.frame.observation.image_rgb.shape[1]
     truth = instant.frame.truth
-    marks.draw_box(left, truth.box_xyxy[truth.target] * zoom, marks.TRUTH)
+    marks.draw_box(left, truth.box_xyxy[instant.target] * zoom, marks.TRUTH)
     estimate = instant.estimate
     if estimate is not None and np.isfinite(estimate.position_px).all():
         if estimate.box_xyxy is not None:
@@ -101,7 +101,7 @@ def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
     for border in borders[:, :2] / np.linalg.norm(borders[:, :2], axis=1, keepdims=True):
         marks.draw_lines(picture, [at(np.array([place_m, place_m + 12.0 * border]))], _SIGHT, 1)
     for k, pose in enumerate(truth.T_world_object):
-        colour = marks.TRUTH if k == truth.target else _OTHERS
+        colour = marks.TRUTH if k == instant.target else _OTHERS
         centre = marks.fixed_point(at(pose[:2, 3]))
         cv2.circle(picture, centre, round(_BODY_M * _PLAN_PX_PER_M * 16), colour, -1, cv2.LINE_AA, 4)
         marks.draw_lines(picture, [at(np.array([pose[:2, 3], pose[:2, 3] + 0.45 * pose[:2, 0]]))], colour)
@@ -109,7 +109,7 @@ def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
         said_m = answered_place_m(instant.estimate, truth, instant.frame.camera)
         if np.isfinite(said_m).all():
             marks.draw_cross(picture, at(said_m), marks.ESTIMATE)
-    lux = truth.illuminance_lx[truth.target]
+    lux = truth.illuminance_lx[instant.target]
     event = f", {truth.light_event}" if truth.light_event else ""
     marks.draw_text(picture, (16, 28), f"{truth.place}, {lux:,.0f} lx on the target{event}", (236, 238, 242))
     numbers = truth.registers

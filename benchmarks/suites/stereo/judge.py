@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -15,9 +14,10 @@ from benchmarks.suites.stereo.disparity import DisparityMeasurement
 from benchmarks.suites.stereo.metrics import people
 from benchmarks.suites.stereo.metrics.people import PeopleSeries
 from benchmarks.suites.stereo.metrics.people_events import OCCLUSION, PeopleEvent, find_events
-from scenarios.scenario import Episode, Frame
+from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.stereo_follow.truth import PeopleTruth
-from trackers.types import CameraCommand, Carrier, Estimate
+from scenarios.truth import without_pixels
+from trackers.types import CameraCommand, Estimate
 
 OCCLUSION_WINDOW_FRAMES = 10
 """A tracker has recovered if it is on the target when half of it is seen again, or so many frames later."""
@@ -26,15 +26,16 @@ OCCLUSION_WINDOW_FRAMES = 10
 class StereoJudge:
     """See ``benchmarks.suites.judging.Judge``."""
 
-    def __init__(self, episode: Episode, carrier: Carrier) -> None:
+    def __init__(self, episode: Episode, scenario: Scenario) -> None:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
+        self._target = scenario.target
         self._truths: list[PeopleTruth] = []
-        self._disparity = DisparityMeasurement()
+        self._disparity = DisparityMeasurement(scenario.target)
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
         self._disparity.see(frame)
-        self._truths.append(_without_pictures(told_by(frame.truth, PeopleTruth)))
+        self._truths.append(without_pixels(told_by(frame.truth, PeopleTruth)))
 
     def sheet(self) -> StereoSheet:
         """See ``Judge``."""
@@ -43,7 +44,7 @@ class StereoJudge:
     @cached_property
     def truth(self) -> PeopleSeries:
         """Truth of the whole episode."""
-        return people.people_series(self._truths, self._rate_hz)
+        return people.people_series(self._truths, self._truths[0].index_of(self._target), self._rate_hz)
 
     @cached_property
     def events(self) -> list[PeopleEvent]:
@@ -131,9 +132,3 @@ def _occlusion_scores(
         yield Score("recovered", float(judged.recovered), event=occlusion)
         yield Score("locked_on_wrong_person", float(judged.locked_on_other), event=occlusion)
     yield from recovery.time_scores(occlusion, found, closed_loop=closed_loop)
-
-
-def _without_pictures(truth: PeopleTruth) -> PeopleTruth:
-    nothing = np.empty((0, 0))
-    ids, metres = nothing.astype(np.int32), nothing.astype(np.float32)
-    return replace(truth, instance_map=ids, right_instance_map=ids, depth_m=metres, right_depth_m=metres)

@@ -47,19 +47,19 @@ def jerkiness_per_s(shares: NDArray[np.float64], rate_hz: float) -> float:
     return float(rate_hz * np.linalg.norm(changes, axis=1).mean() / np.sqrt(shares.shape[1]))
 
 
-def is_on_target(position_px: NDArray[np.float64], truth: Truth) -> bool:
+def is_on_target(position_px: NDArray[np.float64], truth: Truth, target: int) -> bool:
     """Return whether a position (2,) is within the target's amodal box, in the picture or outside."""
-    box = truth.box_xyxy[truth.target]
+    box = truth.box_xyxy[target]
     return bool((position_px >= box[:2]).all() and (position_px < box[2:]).all())
 
 
-def is_on_other(position_px: NDArray[np.float64], truth: Truth) -> bool:
+def is_on_other(position_px: NDArray[np.float64], truth: Truth, target: int) -> bool:
     """Return whether the pixel at a position (2,) shows another object and the position is outside the target's box."""
     height, width = truth.instance_map.shape
-    if not (0 <= position_px[0] < width and 0 <= position_px[1] < height) or is_on_target(position_px, truth):
+    if not (0 <= position_px[0] < width and 0 <= position_px[1] < height) or is_on_target(position_px, truth, target):
         return False
     shown = truth.instance_map[int(position_px[1]), int(position_px[0])]
-    return bool(shown != truth.instance_id[truth.target] and (shown == truth.instance_id).any())
+    return bool(shown != truth.instance_id[target] and (shown == truth.instance_id).any())
 
 
 def dat_cumulative_reward(centring: NDArray[np.float64]) -> float:

@@ -42,13 +42,12 @@ def has_posterior(estimate: Estimate) -> bool:
     return estimate.particles_px is not None or estimate.covariance_px is not None
 
 
-def calibration(estimate: Estimate, truth: Truth, camera: PinholeCamera) -> Calibration:
+def calibration(estimate: Estimate, truth: Truth, target: int, camera: PinholeCamera) -> Calibration:
     """Judge the posterior of one frame: particles on the ground in metres, or a Gaussian in pixels.
 
     Particles go to the ground through the true camera, at half the target's height; those above the horizon
     keep their weight but lie nowhere. An estimate with neither particles nor covariance has no posterior.
     """
-    target = truth.target
     if estimate.particles_px is not None:
         height_m = truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2]
         particles_m = intersect_plane(camera, truth.T_world_camera, estimate.particles_px, float(height_m))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,23 +110,11 @@ class EstimateSeries:
         return np.where(self.inside(size_px), self.confidence(size_px), 0.0)
 
 
-def without_pictures(truth: RoadTruth) -> RoadTruth:
-    """Return a frame's truth without what is given per pixel: of an episode that is over a gigabyte."""
-    nothing = np.empty((0, 0))
-    return replace(
-        truth,
-        instance_map=nothing.astype(np.int32),
-        depth_m=nothing.astype(np.float32),
-        flow_px=nothing.astype(np.float32),
-    )
-
-
-def truth_series(truths: Sequence[RoadTruth], rate_hz: float, camera: CameraModel) -> TruthSeries:
+def truth_series(truths: Sequence[RoadTruth], target: int, rate_hz: float, camera: CameraModel) -> TruthSeries:
     """Return the truth of an episode as arrays. The number of objects must not change."""
     first = truths[0]
-    target = first.target
 
-    def stack(name: str) -> NDArray[np.float64]:
+    def stack(name: str) -> NDArray[Any]:
         return np.array([getattr(truth, name) for truth in truths])
 
     return TruthSeries(
@@ -138,9 +127,9 @@ def truth_series(truths: Sequence[RoadTruth], rate_hz: float, camera: CameraMode
         position_px=stack("position_px"),
         box_xyxy=stack("box_xyxy"),
         visible_fraction=stack("visible_fraction")[:, target],
-        state=np.array([truth.state for truth in truths]),
-        side=np.array([truth.side or "" for truth in truths]),
-        frames_since_exit=np.array([truth.frames_since_exit for truth in truths]),
+        state=stack("state")[:, target],
+        side=stack("side")[:, target],
+        frames_since_exit=stack("frames_since_exit")[:, target],
         on_road=np.array([truth.on_road for truth in truths]),
         turning=np.array([truth.turning for truth in truths]),
     )

@@ -82,15 +82,14 @@ class PeopleSeries:
         return (self.visible_fraction >= SEEN_AT_LEAST) & (np.arange(self.frame_count) > 0)
 
 
-def people_series(truths: Sequence[PeopleTruth], rate_hz: float) -> PeopleSeries:
+def people_series(truths: Sequence[PeopleTruth], target: int, rate_hz: float) -> PeopleSeries:
     """Return the truth of an episode as arrays. The number of people must not change."""
-    target = truths[0].target
     return PeopleSeries(
         rate_hz=rate_hz,
         target=target,
         ground_m=np.array([truth.T_world_object[:, :2, 3] for truth in truths]),
         visible_fraction=np.array([truth.visible_fraction[target] for truth in truths]),
-        out=np.array([truth.state == "out" for truth in truths]),
+        out=np.array([truth.state[target] == "out" for truth in truths]),
         place=np.array([truth.place for truth in truths]),
         light_event=np.array([truth.light_event or "" for truth in truths]),
         near_person=np.array([truth.near_person for truth in truths]),

@@ -1,0 +1,58 @@
+"""The cameras of an episode: renderer and sensor of the one whose picture is watched."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.scenario import RendererName
+from sim.optics import PinholeCamera
+from sim.render.pipeline import Capture, Shader, capture
+from sim.render.protocol import create_renderer
+from sim.sensors.camera_sensor import CameraSensor
+from sim.sensors.config import SensorSettings
+from sim.world import World
+
+
+class Rig(Protocol):
+    """One camera or several that are carried together.
+
+    Attributes:
+        camera: the one whose picture is watched.
+    """
+
+    camera: PinholeCamera
+
+    def larger_view(self, shader: Shader, T_world_camera: NDArray[np.float64], scale: float) -> NDArray[np.uint8]:
+        """Return what the camera sees now in a picture ``scale`` times as wide and high."""
+        ...
+
+
+class SingleCamera:
+    """A ``Rig`` of one camera."""
+
+    def __init__(self, world: World, camera: PinholeCamera, renderer: RendererName, sensor: CameraSensor) -> None:
+        self.camera = camera
+        self._renderer = create_renderer(renderer, world)
+        self._sensor = sensor
+        self._frame, self._settings = -1, SensorSettings(1.0, 1.0)
+
+    def take(self, shader: Shader, T_world_camera: NDArray[np.float64], frame: int, **exposing: Any) -> Capture:
+        """Photograph the world as it is now; the sensor's loops take one step.
+
+        Args:
+            frame: index, >= 0; it determines the noise.
+            exposing: see ``sim.render.pipeline.capture``.
+        """
+        seen = capture(self._renderer, shader, self._sensor, self.camera, T_world_camera, frame, **exposing)
+        self._frame, self._settings = frame, seen.picture.settings
+        return seen
+
+    def larger_view(self, shader: Shader, T_world_camera: NDArray[np.float64], scale: float) -> NDArray[np.uint8]:
+        """See ``Rig``."""
+        width_px, height_px = (2 * round(0.5 * scale * side) for side in (self.camera.width_px, self.camera.height_px))
+        wide = PinholeCamera(width_px, height_px, self.camera.focal_px)
+        radiance = shader.shade(self._renderer.gbuffer(wide, T_world_camera), wide, T_world_camera)
+        return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb

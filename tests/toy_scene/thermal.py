@@ -1,0 +1,73 @@
+"""A thermal camera in small: every body has a temperature, the sensor counts it, an automatic gain makes 8 bits of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.gbuffer import GBuffer
+from sim.optics import PinholeCamera
+from sim.sensors.config import SensorSettings
+
+GROUND_K, BODY_K, SKY_K = 285.0, 303.0, 250.0
+_COUNTS_PER_K, _NOISE_COUNTS = 40.0, 2.0
+_LARGEST_COUNT = (1 << 14) - 1
+_INTEGRATION_S = 0.01
+
+
+class Warmth:
+    """Shader: the radiance of a surface is its temperature, one band, whatever the light."""
+
+    def __init__(self, temperature_k: NDArray[np.float64]) -> None:
+        self._temperature_k = np.append(temperature_k, SKY_K).astype(np.float32)
+
+    def shade(
+        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """Return (H, 1, W) float32, kelvin."""
+        return self._temperature_k[gbuffer.instance_id][:, None, :]
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalPicture:
+    """What the sensor gives: counts (H, W) uint16 of 14 bits, the same as grey in three channels, settings in use."""
+
+    image_rgb: NDArray[np.uint8]
+    counts: NDArray[np.uint16]
+    settings: SensorSettings
+
+
+class ThermalSensor:
+    """Counts, noise, and a gain control that spreads each picture's counts over 8 bits."""
+
+    settings = None
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._key = int(rng.integers(1 << 31))
+
+    def expose(
+        self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, **exposing: Any
+    ) -> ThermalPicture:
+        """Take the picture of a frame."""
+        noise = np.random.default_rng([self._key, frame]).normal(0.0, _NOISE_COUNTS, radiance[:, 0].shape)
+        counts = np.clip(np.round(_COUNTS_PER_K * (radiance[:, 0] - 200.0) + noise), 0, _LARGEST_COUNT).astype(
+            np.uint16
+        )
+        low, high = np.percentile(counts, (0.5, 99.5))
+        gain = 255.0 / max(float(high - low), 1.0)
+        grey = np.clip((counts - low) * gain, 0, 255).astype(np.uint8)
+        return ThermalPicture(np.repeat(grey[..., None], 3, axis=2), counts, SensorSettings(_INTEGRATION_S, gain))
+
+    def develop(
+        self,
+        radiance: NDArray[np.float32],
+        camera: PinholeCamera,
+        frame: int,
+        settings: SensorSettings,
+        **exposing: Any,
+    ) -> ThermalPicture:
+        """Take a picture; its gain is its own."""
+        return self.expose(radiance, camera, frame)
