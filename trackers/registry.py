@@ -30,7 +30,7 @@ import numpy as np
 
 from trackers.protocols import Tracker
 
-Role = Literal["ours", "variant", "as-written", "baseline", "oracle", "external"]
+Role = Literal["ours", "variant", "as-written", "baseline", "blind", "oracle", "external"]
 
 _MODULES = (
     "trackers.baselines.single_target",
@@ -40,6 +40,8 @@ _MODULES = (
     "trackers.mosaic_graph.tracker",
     "trackers.paper_b.stereo_colour",
     "trackers.stereo_people.tracker",
+    "trackers.blind.dead_reckoning",
+    "trackers.blind.straight_ahead",
 )
 """Modules that define trackers. Add yours here."""
 

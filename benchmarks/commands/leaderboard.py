@@ -16,7 +16,7 @@ from benchmarks.suites.registry import suite
 _WIDTH = 132
 _MARKDOWN_WIDTH = 400
 _WIDE_ENOUGH_FOR_INTERVALS = 120
-_ROLE_STYLES = {"ours": "bold green", "oracle": "italic", "variant": "dim"}
+_ROLE_STYLES = {"ours": "bold green", "oracle": "italic", "blind": "italic", "variant": "dim"}
 
 
 def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = False) -> None:

@@ -16,6 +16,7 @@ from benchmarks.report.facts import facts_table
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
+from benchmarks.run.blindfold import WHAT_BLIND_MEANS
 from benchmarks.run.records import Row, read_rows
 from benchmarks.scores.summary import (
     COMPARISONS_FILE_NAME,
@@ -31,8 +32,8 @@ from trackers.atomic_file import write_atomic
 
 REPORT_FILE_NAME = "report.html"
 _RANKED_ROLES = ("ours", "policy", "as-written", "baseline", "external")
-_ROLE_ORDER = (*_RANKED_ROLES, "variant", "oracle")
-_DRAWN_ROLES = (*_RANKED_ROLES, "oracle")
+_ROLE_ORDER = (*_RANKED_ROLES, "variant", *tables.UNRANKED_ROLES)
+_DRAWN_ROLES = (*_RANKED_ROLES, *tables.UNRANKED_ROLES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +54,8 @@ class Section:
     suite: Suite
     provenance: Provenance
     leaderboard: tables.Table
-    oracles: tables.Table
+    references: tables.Table
+    references_note: str
     variants: tables.Table
     differences: tuple[Differences, ...]
     everything: tables.Table
@@ -135,8 +137,13 @@ def _section(
     scores = suite(suite_name)
     everything = tables.every_metric(scores, summary)
     # Lines look as the first of a contestant's names does: a controller's, whichever tracker tells it.
-    ranked = list(dict.fromkeys((line.names[0], line.role) for line in everything.lines))
-    ranked.sort(key=lambda pair: _ROLE_ORDER.index(pair[1]))
+    roles: dict[str, str] = {}
+    for line in sorted(everything.lines, key=lambda line: _ROLE_ORDER.index(line.role)):
+        # A controller told by a blind tracker too keeps its own role.
+        roles.setdefault(line.names[0], line.role)
+    ranked = list(roles.items())
+    references = tables.leaderboard(scores, summary, tables.UNRANKED_ROLES)
+    notes = {"blind": WHAT_BLIND_MEANS, "oracle": scores.oracles}
     styles = line_styles(ranked)
     drawn = {name: rows for name, rows in contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
     return Section(
@@ -145,7 +152,8 @@ def _section(
         suite=scores,
         provenance=provenance([row for rows in contestants.values() for row in rows]),
         leaderboard=tables.leaderboard(scores, summary, _RANKED_ROLES),
-        oracles=tables.leaderboard(scores, summary, ("oracle",)),
+        references=references,
+        references_note=" ".join(notes[role] for role in dict.fromkeys(line.role for line in references.lines)),
         variants=tables.leaderboard(scores, summary, ("variant",)),
         differences=_differences(scores, comparisons, everything),
         everything=everything,

@@ -39,6 +39,7 @@ class LineStyle:
 
 _DASHES: tuple[tuple[float, ...], ...] = ((5, 2), (1.5, 1.5), (6, 1.5, 1.5, 1.5), (3, 1, 1, 1, 1, 1))
 _ORACLE_DASHES: tuple[tuple[float, ...], ...] = ((1.2, 1.6), (4, 1.6, 1.2, 1.6))
+_BLIND_DASHES: tuple[tuple[float, ...], ...] = ((8, 2), (8, 2, 1, 2), (8, 2, 1, 2, 1, 2), (8, 2, 3, 2))
 _WRITTEN = ("written-1", "written-2", "written-3")
 _VARIABLES = ("ours", *_WRITTEN, "plain", "ink")
 _COLOURS = {variable: f"#0a0b{16 + place:02x}" for place, variable in enumerate(_VARIABLES)}
@@ -65,6 +66,8 @@ def _style(role: str, place: int) -> LineStyle:
         return _line(_WRITTEN[place % len(_WRITTEN)], () if place < len(_WRITTEN) else dashes, 1.8)
     if role == "oracle":
         return _line("ink", _ORACLE_DASHES[place % len(_ORACLE_DASHES)], 2.2)
+    if role == "blind":
+        return _line("ink", _BLIND_DASHES[place % len(_BLIND_DASHES)], 1.4)
     return _line("plain", dashes, 1.5)
 
 

@@ -13,6 +13,8 @@ Entry = dict[str, Any]
 
 _IDEAL = {"coverage_50": 0.5, "coverage_90": 0.9, "coverage_95": 0.95, "nees": 2.0}
 """Metrics that are right at a value: more is not better. NEES of two dimensions has the mean 2."""
+UNRANKED_ROLES = ("blind", "oracle")
+"""References, not competitors: never the best."""
 _RANKED_BY = 3
 """So many columns decide the order: the first one, where it ties the next …"""
 _WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
@@ -135,9 +137,9 @@ def _cell(metric: Metric, entry: Entry | None, top: float, entries: Sequence[Ent
         return Cell("–")
     text = number_text(entry["mean"], metric.unit)
     low, high = entry["ci_low"], entry["ci_high"]
-    rivals = [e for e in entries if e["metric"] == metric.name and e["role"] != "oracle"]
+    rivals = [e for e in entries if e["metric"] == metric.name and e["role"] not in UNRANKED_ROLES]
     best = min((_rank(metric, rival) for rival in rivals), default=None)
-    mark = "best" if best == _rank(metric, entry) and len(rivals) > 1 and entry["role"] != "oracle" else ""
+    mark = "best" if best == _rank(metric, entry) and len(rivals) > 1 and entry in rivals else ""
     if low is None or high is None or top <= 0:
         return Cell(text, mark=mark)
     left, right, dot = (max(0.0, min(100.0, 100.0 * v / top)) for v in (low, high, entry["mean"]))

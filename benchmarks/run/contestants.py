@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.run.blindfold import Blindfolded
 from benchmarks.run.source_files import is_users
 from benchmarks.suites.frame_out.oracle_map import OracleMap, OracleParameters
 from scenarios.loop import Contestant, FromPictures
@@ -121,6 +122,7 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
     # The simulator looks after its own compiled kernels; trackers, which know nothing of it, are looked after here.
     forget_stale_kernels(Path(registry.__file__).parent)
     parameters = entry.parameters(**changes)
+    contestant: Callable[[Tracker], Contestant] = Blindfolded if entry.role == "blind" else FromPictures
     return Entrant(
         name=entry.name,
         role=entry.role,
@@ -129,5 +131,5 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         reproducible=entry.reproducible,
         parameters=parameters,
         module=entry.tracker.__module__,
-        create=lambda episode, rng: FromPictures(entry.tracker(parameters, rng)),
+        create=lambda episode, rng: contestant(entry.tracker(parameters, rng)),
     )

@@ -241,7 +241,9 @@ def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str |
     }
     if suite(job.suite).judges_controllers:
         carrier = catalog.scenario(job.scenario).carrier.name
-        heading["role"] = controller_role or catalogue.controller_entry(str(job.controller), carrier).role
+        steering = controller_role or catalogue.controller_entry(str(job.controller), carrier).role
+        # Whatever steers, a pair whose tracker is blind sees nothing.
+        heading["role"] = "blind" if tracker_role == "blind" else steering
         heading |= {"tracker_role": tracker_role, "link": job.link}
     return heading
 

@@ -7,7 +7,7 @@
                         run no tracker
 ``scenario``            catalogue id with version, ``road-town-v1``
 ``preset``              ``standard`` …
-``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``oracle``);
+``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``blind`` ``oracle``);
                         suite ``paper``: ``none`` and ``measured``; suite ``follow``: the *controller's* role
                         (``ours`` ``policy`` ``baseline`` ``variant`` …)
 ``tracker_role``        suite ``follow`` alone: the role of the tracker

@@ -27,7 +27,7 @@ from trackers.controllers.policy_file import Policy, load_policy, shipped_polici
 from trackers.protocols import Controller
 from trackers.registry import check_registered
 
-ControllerRole = Literal["ours", "policy", "baseline", "variant"]
+ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant"]
 
 POLICY = "policy:"
 """What the name of a trained policy begins with; a file follows, or the name of one that comes with the package."""

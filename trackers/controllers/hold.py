@@ -13,8 +13,8 @@ class HoldParameters:
     """Nothing to set."""
 
 
-@register_controller("hold", role="baseline", carrier="helicopter", summary="hovers where it is")
-@register_controller("hold", role="baseline", carrier="robot", summary="stands where it is")
+@register_controller("hold", role="blind", carrier="helicopter", summary="hovers where it is")
+@register_controller("hold", role="blind", carrier="robot", summary="stands where it is")
 class HoldController:
     """Never moves."""
 

@@ -240,7 +240,7 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
     robot = out.split("controllers of the robot")[1]
     helicopter = out.split("controllers of the helicopter")[1].split("controllers of the robot")[0]
     for text in (helicopter, robot):
-        assert re.search(r"\bhold +baseline", text)
+        assert re.search(r"\bhold +blind", text)
     assert main(["list", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["scenarios"][0]["scenario"] == "road-town-v1"
 

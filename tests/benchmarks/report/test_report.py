@@ -176,15 +176,18 @@ def test_the_leaderboard_puts_the_best_first_and_marks_it() -> None:
     assert best == {"recovery rate": "b", "offscreen error 30": "a", "coverage 95": "a"}
 
 
-def test_the_oracle_is_never_marked_best_and_shares_the_scale() -> None:
+@pytest.mark.parametrize("role", ["oracle", "blind"])
+def test_a_reference_is_never_marked_best_and_shares_the_scale(role: str) -> None:
     entries = [
         entry("a", "offscreen_error_30_m", 8.0),
-        entry("oracle_map", "offscreen_error_30_m", 1.0, role="oracle"),
+        entry("reference", "offscreen_error_30_m", 1.0, role=role),
         entry("b", "offscreen_error_30_m", 9.9),
     ]
-    oracle = tables.leaderboard(FRAME_OUT, entries, ("oracle",)).lines[0].cells[0]
-    assert oracle.mark == ""
-    assert oracle.dot == pytest.approx(10.0)
+    cell = tables.leaderboard(FRAME_OUT, entries, (role,)).lines[0].cells[0]
+    assert cell.mark == ""
+    assert cell.dot == pytest.approx(10.0)
+    best = tables.leaderboard(FRAME_OUT, entries, ("baseline",)).lines[0]
+    assert (best.names, best.cells[0].mark) == (("a",), "best")
 
 
 @pytest.mark.parametrize(

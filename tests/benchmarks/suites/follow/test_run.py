@@ -85,7 +85,7 @@ def test_rows_name_controller_tracker_and_link(outcome: tuple[Outcome, Path]) ->
     for row in rows:
         assert list(row) == [*keys.split(), "event", "seconds", "versions"]
     assert {(row["controller"], row["role"]) for row in rows} == {
-        ("hold", "baseline"),
+        ("hold", "blind"),
         ("centre", "baseline"),
         ("fake_ours", "ours"),
     }
@@ -124,6 +124,24 @@ def test_a_stopped_run_goes_on_and_other_links_stand_beside(outcome: tuple[Outco
     assert {key.link for key in read_blocks(tmp_path)} == {"prompt", "noisy"}
     rows = [row for row in read_rows(tmp_path) if row["link"] == "noisy" and row["metric"] == "effort"]
     assert all(row["value"] > 0.01 for row in rows)
+
+
+def test_a_pair_with_a_blind_tracker_is_blind_whatever_steers(tmp_path: Path) -> None:
+    pair = replace(TINY, controllers=("centre",), trackers=("fake_knowing", "blind_straight"), seeds=range(1))
+    assert not run(pair, tmp_path).failures
+    roles = {(row["tracker"], row["role"], row["tracker_role"]) for row in read_rows(tmp_path)}
+    assert roles == {("fake_knowing", "baseline", "ours"), ("blind_straight", "blind", "blind")}
+    page = write_report(tmp_path).read_text()
+    competitors, references = page.split('<tbody class="apart">')[:2]
+    assert "blind_straight" not in competitors
+    assert "blind_straight" in references
+    assert "Blind contestants see no picture" in references
+    # One line of the legend, drawn as the controller's own role.
+    assert page.count("</svg> centre</li>") == 1
+    assert (
+        line_styles([("centre", "baseline")])["centre"].variable
+        in page.split("</svg> centre</li>")[0].split("<li>")[-1]
+    )
 
 
 def test_everyone_of_the_carrier_steers_if_nobody_is_named(tmp_path: Path) -> None:

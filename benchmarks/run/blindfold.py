@@ -1,0 +1,63 @@
+"""A contestant that never sees a picture: it is handed the target's true state at each exit, and no other truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.scenario import Frame
+from scenarios.truth import Truth
+from trackers.blind.protocol import BlindTracker, TargetState
+from trackers.protocols import Tracker
+from trackers.types import Estimate, Observation
+
+WHAT_BLIND_MEANS = (
+    "Blind contestants see no picture. Blind trackers are told the target's true state at the start and at each exit, "
+    "and not when it is back; the blind controller commands nothing. What a method is ahead of them by is all that its "
+    "pictures are shown to be worth."
+)
+"""What tables say of the role ``blind``."""
+
+_NO_PICTURE = np.empty((0, 0, 3), np.uint8)
+
+
+class Blindfolded:
+    """See ``contestants.Contestant``. Pictures and what the camera says of the light are taken out of observations.
+
+    The state at an exit is that of the first frame outside, as ``oracle_map`` has it.
+    """
+
+    def __init__(self, tracker: Tracker) -> None:
+        """Raises TypeError for a tracker that cannot be told anything."""
+        if not isinstance(tracker, BlindTracker):
+            raise TypeError(f"tracker: expected one with a method told, since its role is blind, got {tracker!r}")
+        self._tracker = tracker
+
+    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+        """See ``Contestant``."""
+        observation = _unseen(frame.observation)
+        self._tracker.initialise(observation, box_xyxy)
+        self._tracker.told(observation, _state_of(frame.truth))
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``Contestant``."""
+        observation = _unseen(frame.observation)
+        if frame.truth.frames_since_exit == 0:
+            self._tracker.told(observation, _state_of(frame.truth))
+        return self._tracker.update(observation)
+
+
+def _unseen(observation: Observation) -> Observation:
+    return replace(observation, image_rgb=_NO_PICTURE, right_rgb=None, settings=None)
+
+
+def _state_of(truth: Truth) -> TargetState:
+    R_camera_world = truth.T_world_camera[:3, :3].T
+    pose = truth.T_world_object[truth.target]
+    centre_m = pose[:3, 3] + 0.5 * truth.size_m[truth.target, 2] * pose[:3, 2]
+    return TargetState(
+        place_m=R_camera_world @ (centre_m - truth.T_world_camera[:3, 3]),
+        velocity_mps=R_camera_world @ (truth.speed_mps[truth.target] * pose[:3, 0]),
+    )

@@ -1,0 +1,34 @@
+"""The contract of a tracker that never sees a picture: it is told the target's true state at each exit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.protocols import Tracker
+from trackers.types import Observation
+
+
+@dataclass(frozen=True, slots=True)
+class TargetState:
+    """The target's true state at one instant, in the camera's frame (x right, y down, z forward).
+
+    Attributes:
+        place_m: (3,) its centre.
+        velocity_mps: (3,) its velocity over the ground.
+    """
+
+    place_m: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64]
+
+
+@runtime_checkable
+class BlindTracker(Tracker, Protocol):
+    """A tracker whose observations hold time, camera model and measured ego pose alone; its pictures are empty."""
+
+    def told(self, observation: Observation, state: TargetState) -> None:
+        """Take the target's state at the instant of ``observation``: of the first picture, and at each exit."""
+        ...
