@@ -1,0 +1,34 @@
+"""Runs trackers through scenarios: the suites, what judges them, and the rows that come of it.
+
+Importing this imports no suite: a public name is loaded where it is first asked for.
+"""
+
+import importlib
+from typing import Any
+
+_HOMES = {
+    "Metric": "benchmarks.suites.registry",
+    "Scene": "benchmarks.suites.registry",
+    "Suite": "benchmarks.suites.registry",
+    "add_metric": "benchmarks.suites.registry",
+    "register_suite": "benchmarks.suites.registry",
+    "suite": "benchmarks.suites.registry",
+    "Judge": "benchmarks.suites.judging",
+    "Score": "benchmarks.suites.judging",
+    "ScoreSheet": "benchmarks.suites.judging",
+    "episode_score": "benchmarks.suites.frame_out.episode_scores",
+    "read_rows": "benchmarks.run.records",
+}
+"""Public name -> module that defines it, or that it is the name of."""
+__all__ = tuple(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home = importlib.import_module(_HOMES[name])
+    return getattr(home, name, home)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -9,7 +9,7 @@ import io
 import re
 import sys
 from collections.abc import Sequence
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import tyro
 
@@ -43,10 +43,11 @@ _SUMMARIES = {
 }
 _STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
 _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _FAILED = 1
 _USAGE_ERROR = 2
 _STOPPED = 130
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""A full disk, a full quota, a file as large as files may be."""
 _ABOUT_AN_ARGUMENT = re.compile(r"[\w. -]+: expected .*", re.DOTALL)
 
 
@@ -62,6 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if name not in _COMMANDS:
         return _refuse(f"command: expected one of {', '.join(_COMMANDS)}; got {name!r}")
     module, kind = _COMMANDS[name]
+    command: Command | None = None
     try:
         command = _parsed(getattr(importlib.import_module(module), kind), name, rest)
         return command.run()
@@ -74,15 +76,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if error.errno not in _NO_ROOM:
             raise
         where = "" if error.filename is None else f"{error.filename}: "
-        print(f"error: {where}{error.strerror}; what was written before stands", file=sys.stderr)
+        _complain(f"{where}{error.strerror}; what was written before stands")
         return _FAILED
     except KeyboardInterrupt:
-        print("stopped; the same command goes on from here", file=sys.stderr)
+        goes_on = command is not None and command.resumes
+        print("stopped; the same command goes on from here" if goes_on else "stopped", file=sys.stderr)
         return _STOPPED
 
 
 class Command(Protocol):
-    """A sub-command: a frozen dataclass of options."""
+    """A sub-command: a frozen dataclass of options.
+
+    Attributes:
+        resumes: whether the same command, interrupted, goes on where it was.
+    """
+
+    resumes: ClassVar[bool]
 
     def run(self) -> int:
         """Do it; return the exit status."""
@@ -120,8 +129,12 @@ def _in_one_line(complaint: str, name: str) -> str:
 
 
 def _refuse(message: str) -> int:
-    print(f"error: {' '.join(message.split())}", file=sys.stderr)
+    _complain(message)
     return _USAGE_ERROR
+
+
+def _complain(message: str) -> None:
+    print(f"error: {' '.join(message.split())}", file=sys.stderr)
 
 
 def _overview() -> str:

@@ -2,8 +2,54 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from itertools import pairwise
+from numbers import Integral, Real
+from types import UnionType
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
 
 def check(name: str, good: bool, expected: str, got: object) -> None:
     """Raise ValueError that names the parameter, what was expected and what came, unless ``good``."""
     if not good:
         raise ValueError(f"{name}: expected {expected}, got {got}")
+
+
+def check_types(configuration: Any) -> None:
+    """Raise ValueError for a field of a dataclass whose value is not of the type it is annotated with.
+
+    Numbers may be NumPy's and have to be finite; a list may stand for a tuple.
+    """
+    kinds = get_type_hints(type(configuration))
+    for field in dataclasses.fields(configuration):
+        value = getattr(configuration, field.name)
+        check(field.name, _is_of(value, kinds[field.name]), str(field.type), repr(value))
+
+
+def check_within(configuration: Any, names: str, low: float, high: float = math.inf, *, above: bool = False) -> None:
+    """Raise ValueError for a named field that lies outside [low, high], or is ``low`` where all has to be above it.
+
+    A field may be a range, two numbers in ascending order.
+    """
+    interval = f"{'(' if above else '['}{low:g}, {high:g}{']' if high < math.inf else ')'}"
+    for name in names.split():
+        value = getattr(configuration, name)
+        numbers = value if isinstance(value, tuple | list) else (value,)
+        good = all(a <= b for a, b in pairwise((low, *numbers, high))) and not (above and low in numbers)
+        wanted = "a number in" if len(numbers) == 1 else "two numbers in ascending order in"
+        check(name, good, f"{wanted} {interval}", value)
+
+
+def _is_of(value: Any, kind: Any) -> bool:
+    parts = get_args(kind)
+    if get_origin(kind) is Literal:
+        return isinstance(value, str) and value in parts
+    if isinstance(kind, UnionType):
+        return any(_is_of(value, part) for part in parts)
+    if get_origin(kind) is tuple:
+        whole = isinstance(value, tuple | list) and (parts[-1] is ... or len(value) == len(parts))
+        return whole and all(_is_of(each, parts[0]) for each in value)
+    if kind is float:
+        return isinstance(value, Real) and math.isfinite(value)
+    return isinstance(value, Integral if kind is int else kind)

@@ -72,6 +72,7 @@ class Bench:
     backend: str = "loky"
     json: bool = False
     publish: Annotated[str, PUBLISH] = ""
+    resumes = True
 
     def run(self) -> int:
         """Run it; return the exit status."""

@@ -43,6 +43,7 @@ class Compare:
     directory: Path = Path("results/frame-out")
     preset: Annotated[str | None, ONE_NAME] = None
     json: bool = False
+    resumes = False
 
     def run(self) -> int:
         """Print it; return the exit status."""

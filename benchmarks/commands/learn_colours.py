@@ -24,6 +24,7 @@ class LearnColours:
     preset: tuple[str, ...] = ("standard",)
     seeds: Annotated[str, SEEDS] = "0:8"
     every: int = 60
+    resumes = False
 
     def run(self) -> int:
         """Learn; return the exit status."""

@@ -46,6 +46,7 @@ class List:
     modules: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False
     reference: bool = False
+    resumes = False
 
     def run(self) -> int:
         """Print it; return the exit status."""

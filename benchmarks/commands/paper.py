@@ -46,6 +46,7 @@ class Paper:
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     publish: Annotated[str, PUBLISH] = ""
+    resumes = True
 
     def run(self) -> int:
         """Run it; return the exit status."""

@@ -23,8 +23,9 @@ class Play:
     """Steer a camera by hand, with its picture on the screen and an orange cross at the tracker's estimate.
 
     Keys: w and s move ahead and back; a and d move left and right (a robot turns); q and e turn; r and f climb, sink.
-    Every episode played to its end is scored and written as rows of suite `follow` with the controller `human`; the
-    report of the folder shows it beside the others. Needs pygame (pip install 'frameout[play]').
+    Every episode played to its end, with a key pressed on the way, is scored and written as rows of suite `follow` with
+    the controller `human`; the report of the folder shows it beside the others. Needs a screen, and pygame
+    (pip install 'frameout[play]').
 
     Attributes:
         env: env id, see `frameout list`.
@@ -43,6 +44,7 @@ class Play:
     seeds: Annotated[str, SEEDS] = "10000:10003"
     zoom: float = 1.0
     out: Annotated[Path, FOLDER] = Path("results/follow")
+    resumes = False
 
     def run(self) -> int:
         """Play; return the exit status."""
@@ -53,7 +55,7 @@ class Play:
         seeds = seed_range(self.seeds)
         played = playing.play(playing.Play(self.env, self.preset, tracker, self.link, seeds, self.out, self.zoom))
         if played == 0:
-            print("no episode was played to its end")
+            print("no episode was played to its end with a key pressed")
             return 0
         print_leaderboard(write_summary(self.out))
         print(f"rows: {self.out / 'records.jsonl'}\nreport: {write_report(self.out)}")

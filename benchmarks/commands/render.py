@@ -36,7 +36,7 @@ class Render:
             in closed loop none).
         renderer: raster or pybullet.
         frames: number of frames (default: the whole episode).
-        scale: size of the larger view over that of the camera's picture, >= 1.
+        scale: size of the larger view over that of the camera's picture, >= 1; 16,777,216 pixels at most.
         out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
     """
 
@@ -50,6 +50,7 @@ class Render:
     frames: Annotated[int | None, COUNT] = None
     scale: float = 2.0
     out: Annotated[Path | None, FILE] = None
+    resumes = False
 
     def run(self) -> int:
         """Write it; return the exit status."""

@@ -25,6 +25,7 @@ class Report:
 
     directory: Annotated[Path, tyro.conf.Positional]
     markdown: bool = False
+    resumes = False
 
     def run(self) -> int:
         """Write them; return the exit status."""

@@ -56,6 +56,7 @@ class Speed:
     soak: Annotated[int | None, COUNT] = None
     out: Path = Path("results/speed")
     json: bool = False
+    resumes = False
 
     def run(self) -> int:
         """Measure; return the exit status."""

@@ -77,6 +77,7 @@ class Train:
     check_model: Annotated[str, SEEDS] = ""
     fit_model: Annotated[str, SEEDS] = ""
     out: Annotated[Path | None, FOLDER] = None
+    resumes = True
 
     @property
     def training(self) -> Training:

@@ -66,6 +66,7 @@ class Tune:
     workers: Annotated[int | None, WORKERS] = None
     out: Annotated[Path, FOLDER] = TUNED_FOLDER
     studies: Annotated[Path, FOLDER] = Path("results/tune")
+    resumes = True
 
     def run(self) -> int:
         """Tune them one after the other; return the exit status."""

@@ -17,13 +17,14 @@ _OPTIMISER = "optimizer"
 
 def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
     """Write a model's state beside its place and rename it: a killed run leaves the one before."""
-    from safetensors.torch import save_file
+    from safetensors.torch import save
 
     for left_over in out.glob(f".{_FOLDER}.new.*"):
         shutil.rmtree(left_over, ignore_errors=True)
     beside = out / f".{_FOLDER}.new.{secrets.token_hex(8)}"
     beside.mkdir(parents=True)
-    save_file(_tensors(model), beside / "tensors.safetensors")
+    # Not by save_file: a full disk is no OSError there.
+    (beside / "tensors.safetensors").write_bytes(save(_tensors(model)))
     state = {"settings": settings, "steps": model.num_timesteps, "updates": model._n_updates}
     buffer = getattr(model, "replay_buffer", None)
     if buffer is not None:

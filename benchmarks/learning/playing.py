@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import sys
 import time
 import warnings
 from collections.abc import Iterator
@@ -22,6 +23,7 @@ from benchmarks.run.versions import versions_of
 from benchmarks.suites.judging import Judge, Score, ScoreSheet, take_in
 from benchmarks.suites.registry import suite
 from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.view import open_display
 from trackers.types import Carrier
 
 _KEYS = {
@@ -62,12 +64,13 @@ class Play:
 
 
 def play(played: Play) -> int:
-    """Open a window and play the episodes; return how many were played to their end.
+    """Open a window and play the episodes; return how many were played to their end with a key pressed.
 
     Raises:
-        ValueError: if pygame is missing.
+        ValueError: if pygame or a screen is missing.
     """
     pygame_play = _pygame_play()
+    open_display("display")
     env = gym.make(
         f"scenarios:{played.env}",
         preset=played.preset,
@@ -104,7 +107,8 @@ def key_combinations(carrier: Carrier) -> Iterator[tuple[str, NDArray[np.float64
 
 
 class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
-    """Plays one seed after the other, shows the picture as observed, and writes rows of every episode that ends.
+    """Plays one seed after the other, shows the picture as observed, and writes rows of every episode that ends and was
+    steered.
 
     Attributes:
         finished: episodes whose rows are written.
@@ -121,13 +125,14 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         self._judge: Judge | None = None
         self._sheet: ScoreSheet | None = None
         self._started = 0.0
+        self._steered = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
         """Begin the next seed's episode."""
         if not self._left:
             raise _AllPlayed
         result = self.env.reset(seed=seed, options={"episode_seed": self._left[0]})
-        self._started = time.perf_counter()
+        self._started, self._steered = time.perf_counter(), False
         self._judge = suite("follow").judge(self._follow.episode.episode, self.carrier)
         self._sheet = self._judge.sheet()
         take_in(self._follow.episode, self._judge, [self._sheet])
@@ -136,11 +141,17 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
     def step(self, action: Any) -> Any:
         """Step, and keep what is scored."""
         result = self.env.step(action)
+        self._steered = self._steered or bool(np.any(action))
         assert self._judge is not None
         assert self._sheet is not None
         take_in(self._follow.episode, self._judge, [self._sheet])
         if result[2] or result[3]:
-            self._write()
+            # Only now: an episode may be begun more than once before it is played.
+            seed = self._left.pop(0)
+            if self._steered:
+                self._write()
+            else:
+                print(f"note: episode {seed} is not scored: no key was pressed", file=sys.stderr)
         return result
 
     def render(self) -> Any:
@@ -173,8 +184,6 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         scores = [*self._sheet.scores(None), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]
         event_key = suite("follow").events.key
         append_block(played.out, [{**heading, **as_row(0, score, event_key), **ending} for score in scores])
-        # Only now: an episode may be begun more than once before it is played.
-        self._left.pop(0)
         self.finished += 1
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import hashlib
 import json
@@ -14,6 +15,7 @@ import numpy as np
 
 from benchmarks.learning.checkpoint import checkpointed_settings, checkpointed_steps, load_checkpoint, save_checkpoint
 from benchmarks.learning.settings import EPISODES, Training
+from benchmarks.learning.stop_signals import StopSignals
 from scenarios import catalog
 from scenarios.envs.pictureless.error_model import error_model
 from sim.checks import check
@@ -35,7 +37,10 @@ Report = Callable[[int, int], None]
 def train(training: Training, out: Path, report: Report) -> Path:
     """Train until all steps are done, from the checkpoint in ``out`` if there is one; return the policy's file.
 
+    Interrupted, it leaves a checkpoint behind the last rollout that was learnt from.
+
     Raises:
+        KeyboardInterrupt: upon SIGINT or SIGTERM.
         ValueError: if stable-baselines3 is missing, or ``out`` holds another training's checkpoint.
     """
     _check_installed()
@@ -61,12 +66,12 @@ def train(training: Training, out: Path, report: Report) -> Path:
         started = time.perf_counter()
         left = training.steps - model.num_timesteps
         if left > 0:
-            callback = _callback(training, out, learnt_from, report)
-            model.learn(left, callback=callback, reset_num_timesteps=False, tb_log_name="training")
-            save_checkpoint(model, out, learnt_from)
+            _learn(model, left, out, learnt_from, report)
         seconds = round(time.perf_counter() - started, 1)
     finally:
-        envs.close()
+        # Workers that the same Ctrl-C has ended cannot be told to end.
+        with contextlib.suppress(EOFError, ConnectionError):
+            envs.close()
     made = {"by": settings, "seconds": seconds} if before is None else {"by": settings}
     return save_policy(policy_of(model, training, made), out / "policy.json")
 
@@ -185,23 +190,44 @@ def _start_small(model: Any) -> None:
         last.bias.zero_()
 
 
-def _callback(training: Training, out: Path, settings: dict[str, Any], report: Report) -> Any:
+def _learn(model: Any, left: int, out: Path, settings: dict[str, Any], report: Report) -> None:
+    """Do the steps that are left, and write a checkpoint when they are done or an interrupt comes."""
+    with StopSignals() as signals:
+        keep = _callback(model.num_timesteps, left, out, settings, report, signals)
+        try:
+            model.learn(left, callback=keep, reset_num_timesteps=False, tb_log_name="training")
+        except KeyboardInterrupt:
+            # Nothing was learnt from the steps of the rollout under way.
+            model.num_timesteps = keep.learnt_steps
+            save_checkpoint(model, out, settings)
+            raise
+        save_checkpoint(model, out, settings)
+
+
+def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], report: Report, signals: StopSignals) -> Any:
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Keep(BaseCallback):
-        """Reports progress, and writes a checkpoint every minute."""
+        """Reports progress, writes a checkpoint every minute, and lets no signal into an update of the weights."""
+
+        learnt_steps = behind
 
         def _on_training_start(self) -> None:
             self.saved_s = time.monotonic()
 
         def _on_rollout_start(self) -> None:
-            report(min(self.num_timesteps, training.steps), training.steps)
+            self.learnt_steps = self.num_timesteps
+            report(min(self.num_timesteps, behind + left), behind + left)
             if time.monotonic() - self.saved_s > _CHECKPOINT_S:
                 save_checkpoint(self.model, out, settings)
                 self.saved_s = time.monotonic()
+            signals.release()
 
         def _on_step(self) -> bool:
             return True
+
+        def _on_rollout_end(self) -> None:
+            signals.hold()
 
     return Keep()
 

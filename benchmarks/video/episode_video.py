@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.run.experiment import make_folder
 from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.replay import replay
@@ -14,6 +16,11 @@ from benchmarks.video.caption import Caption
 from benchmarks.video.drawing import Drawing, drawing_of
 from benchmarks.video.instant import Instant
 from benchmarks.video.mp4 import Mp4Writer
+from scenarios import catalog
+from sim.checks import check
+
+MOST_PIXELS = 4096 * 4096
+"""Of a larger view; its buffers and the encoder's take 2 GB then."""
 
 
 def render_episode(job: Job, out: Path, *, frames: int | None = None, scale: float = 2.0) -> list[Failure]:
@@ -23,17 +30,20 @@ def render_episode(job: Job, out: Path, *, frames: int | None = None, scale: flo
         job: whose pictures are drawn; of its first tracker, if it has one, the estimates.
         out: file to write (H.264 in MP4), beside and renamed.
         frames: stop after so many frames; None = the whole episode.
-        scale: size of the larger view relative to the observed frame, >= 1; where the scenario is shown in one.
+        scale: size of the larger view relative to the observed frame, >= 1, of at most 16,777,216 pixels; where the
+            scenario is shown in one.
 
     Raises:
         ValueError: names the parameter, what was expected and what came.
     """
-    if scale < 1:
-        raise ValueError(f"scale: expected a number >= 1, got {scale}")
-    if frames is not None and frames < 1:
-        raise ValueError(f"frames: expected a whole number >= 1, got {frames}")
-    if out.suffix != ".mp4":
-        raise ValueError(f"out: expected a file that ends in .mp4, got {str(out)!r}")
+    check("scale", scale >= 1, "a number >= 1", scale)
+    shown = catalog.scenario(job.scenario).presets.get(job.preset)
+    # An unknown one is refused where the episode is built.
+    pixels = 0 if shown is None else scale**2 * shown.width_px * shown.height_px
+    check("scale", pixels <= MOST_PIXELS, f"a larger view of at most {MOST_PIXELS:,} pixels", f"{pixels:,.0f}")
+    check("frames", frames is None or frames >= 1, "a whole number >= 1", frames)
+    check("out", out.suffix == ".mp4" and not os.path.isdir(out), "a file that ends in .mp4", repr(str(out)))
+    make_folder(out.parent)
     with opened(job) as live:
         episode = live.loop.episode
         count = episode.frame_count if frames is None else min(frames, episode.frame_count)

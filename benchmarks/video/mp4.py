@@ -30,7 +30,13 @@ class Mp4Writer:
         self._size: tuple[int, int] | None = None
 
     def __enter__(self) -> Mp4Writer:
-        self._path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._part.touch()
+        except OSError as error:
+            wanted = f"out: expected a file that can be written, got {str(self._path)!r}: {error.strerror}"
+            raise ValueError(wanted) from None
+        # It opens the file only with the first picture.
         self._file = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
         self._file.flags |= cast(int, av.container.Flags.bitexact.value)
         self._stream = self._file.add_stream(

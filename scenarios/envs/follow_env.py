@@ -56,7 +56,8 @@ class FollowEnv(gym.Env, EzPickle):
         self.observation_space = self._observation_space()
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
         self._run: _Run | None = None
-        self._window: Window | None = None
+        # Without a screen it is refused here, before anything runs.
+        self._window = Window(self.metadata["render_fps"]) if render_mode == "human" else None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -2,22 +2,62 @@
 
 from __future__ import annotations
 
-from gymnasium.envs.registration import register, registry
+import importlib.util
+import sys
+from collections.abc import Sequence
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 
 from scenarios import catalog
 
 DEFAULT_EPISODE_STEPS = 299
 """Steps of an episode of 300 frames, the presets' usual length."""
+_REGISTRATION = "gymnasium.envs.registration"
 
 
 def register_envs() -> None:
-    """Make every id known; calling it again adds those that are new in the catalogue."""
+    """Make every id known to Gymnasium: at once if it is loaded, otherwise as soon as it is.
+
+    Calling it again adds those that are new in the catalogue. Gymnasium is not imported: catalogue, trackers and
+    benchmarks do without it.
+    """
+    loaded = sys.modules.get(_REGISTRATION)
+    if loaded is not None:
+        _register(loaded)
+    elif _RegistersOnImport not in sys.meta_path:
+        sys.meta_path.insert(0, _RegistersOnImport)
+
+
+def _register(registration: ModuleType) -> None:
     for env_id, (scenario, tracker) in catalog.envs().items():
-        if env_id not in registry:
-            register(
+        if env_id not in registration.registry:
+            registration.register(
                 id=env_id,
                 entry_point="scenarios.envs.follow_env:FollowEnv",
                 vector_entry_point="scenarios.envs.vector_entry:follow_vector_env",
                 max_episode_steps=DEFAULT_EPISODE_STEPS,
+                # Gymnasium's checker fails in the first step after a reset that was refused; tests run the full one.
+                disable_env_checker=True,
                 kwargs={"scenario": scenario, "tracker": tracker},
             )
+
+
+class _RegistersOnImport:
+    """A finder that leaves Gymnasium's registry to the other finders, and adds the ids once it has been run."""
+
+    @staticmethod
+    def find_spec(name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+        if name != _REGISTRATION:
+            return None
+        sys.meta_path.remove(_RegistersOnImport)
+        spec = importlib.util.find_spec(name)
+        if spec is None or spec.loader is None:
+            return spec
+        run = spec.loader.exec_module
+
+        def run_and_register(module: ModuleType) -> None:
+            run(module)
+            _register(module)
+
+        spec.loader.exec_module = run_and_register  # type: ignore[method-assign]
+        return spec

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import cv2
@@ -14,6 +15,8 @@ from scenarios.loop import Loop
 _SCALE = 1.6
 _TRUE_RGB, _BELIEVED_RGB, _FRAME_RGB = (0, 114, 178), (230, 159, 0), (255, 255, 255)
 _INSTALL = "pip install 'frameout[play]'"
+_INVISIBLE = ("dummy", "offscreen")
+"""SDL's drivers that show nothing; it falls back to them without a screen."""
 
 
 def draw_view(loop: Loop) -> NDArray[np.uint8]:
@@ -39,6 +42,28 @@ def _rectangle(view: NDArray[np.uint8], box_xyxy: NDArray[Any], colour: tuple[in
         cv2.rectangle(view, (corners[0], corners[1]), (corners[2], corners[3]), colour, 1, cv2.LINE_AA)
 
 
+def open_display(parameter: str) -> None:
+    """Open pygame's display.
+
+    SDL_VIDEODRIVER=dummy, set by the user, is a display on request: windows open and are not seen.
+
+    Raises:
+        ValueError: naming the parameter, if there is no screen: SDL would open an invisible window then.
+    """
+    import pygame
+
+    try:
+        pygame.display.init()
+        driver = pygame.display.get_driver()
+    except pygame.error as error:
+        driver = str(error)
+    seen = pygame.display.get_init() and driver not in _INVISIBLE
+    if not seen and os.environ.get("SDL_VIDEODRIVER") != driver:
+        pygame.display.quit()
+        expected = "a screen to open a window on (SDL_VIDEODRIVER=dummy opens one that is not seen)"
+        raise ValueError(f"{parameter}: expected {expected}, got none (SDL: {driver})")
+
+
 class Window:
     """A window on the screen; pygame's, which is an extra."""
 
@@ -52,7 +77,7 @@ class Window:
         self._pygame = pygame
         self._rate_hz = rate_hz
         self._screen: Any = None
-        pygame.display.init()
+        open_display("render_mode")
         self._clock = pygame.time.Clock()
 
     def show(self, picture: NDArray[np.uint8]) -> None:

@@ -9,15 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town.flight import AirState, Pulse, set_path, swing_out
-from scenarios.road_town.presets import RoadTown
+from scenarios.road_town.presets import APART_FRAMES, OVERHANG_FRAMES, SETTLE_FRAMES, RoadTown
 from sim.optics import PinholeCamera
 
-_SETTLE_FRAMES = 25
-"""The target is whole in the picture this long at least, at both ends and between frame-outs."""
 _STEERING_LAG_M = 9.0
 """A camera that follows an estimate trails the car by so much; gusts in closed loop swing it further out."""
-_APART_FRAMES = _SETTLE_FRAMES + 14
-"""From the end of a frame-out to the start of the next: the car also has to come in and to go out."""
 _WISHES, _PLACEMENTS, _FITS = 40, 400, 6
 """Lengths are drawn anew only after that many placements, or fits of likely ones, have failed."""
 _DRIFT_FROM_FRAMES = 45
@@ -70,8 +66,8 @@ def draw_pulses(
     """
     # An excursion too near either end cannot happen outside the picture; it is then seen to happen.
     first, last = (
-        _SETTLE_FRAMES + 22,
-        preset.frame_count - _SETTLE_FRAMES - preset.frame_outs.excursion_frames - 8,
+        SETTLE_FRAMES + 22,
+        preset.frame_count - SETTLE_FRAMES - preset.frame_outs.excursion_frames - 8,
     )
     events = {**events, "excursion": [frame for frame in events["excursion"] if first <= frame <= last]}
     for _ in range(_WISHES):
@@ -100,7 +96,7 @@ def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random
         # Long enough for the car to be well off the road before it is back in the picture.
         lengths[k] = max(lengths[k], wish.excursion_frames)
     # Rather one frame-out less than shorter ones: the lengths' distribution is what the preset says.
-    while len(lengths) > wish.count[0] and sum(lengths) + _APART_FRAMES * len(lengths) > preset.frame_count - 50:
+    while len(lengths) > wish.count[0] and sum(lengths) + APART_FRAMES * len(lengths) > preset.frame_count - 50:
         lengths.pop()
     return lengths
 
@@ -119,12 +115,12 @@ def _place(
         elif turns and rng.random() < wish.turn_share:
             start = turns[int(rng.integers(len(turns)))] - int(rng.integers(0, max(2, frames // 2)))
         else:
-            start = int(rng.integers(_SETTLE_FRAMES, max(preset.frame_count - frames, _SETTLE_FRAMES + 1)))
+            start = int(rng.integers(SETTLE_FRAMES, max(preset.frame_count - frames, SETTLE_FRAMES + 1)))
         spans.append((start, frames))
     spans.sort()
-    ends = [-10] + [start + frames for start, frames in spans]
-    starts = [start for start, _ in spans] + [preset.frame_count + 10]
-    apart = all(start - end >= _APART_FRAMES for start, end in zip(starts, ends, strict=True))
+    ends = [-OVERHANG_FRAMES] + [start + frames for start, frames in spans]
+    starts = [start for start, _ in spans] + [preset.frame_count + OVERHANG_FRAMES]
+    apart = all(start - end >= APART_FRAMES for start, end in zip(starts, ends, strict=True))
     return spans if apart else None
 
 
@@ -194,12 +190,12 @@ def _acceptable(preset: RoadTown, states: NDArray[np.int64], wanted: list[tuple[
         return False
     if any(abs(span[0] - wish[0]) > 3 for span, wish in zip(spans, wanted, strict=True)):
         return False
-    if not (states[:_SETTLE_FRAMES] == IN).all():
+    if not (states[:SETTLE_FRAMES] == IN).all():
         return False
     ends = [end for _, end in spans]
     nexts = [start for start, _ in spans[1:]] + [len(states)]
     for end, following in zip(ends, nexts, strict=True):
         back = np.flatnonzero(states[end:following] == IN)
-        if len(back) == 0 or following - (end + int(back[0])) < _SETTLE_FRAMES:
+        if len(back) == 0 or following - (end + int(back[0])) < SETTLE_FRAMES:
             return False
     return True

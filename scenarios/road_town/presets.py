@@ -5,6 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
+from sim.checks import check, check_types, check_within
+
+SETTLE_FRAMES = 25
+"""The target is whole in the picture this long at least, at both ends and between frame-outs."""
+APART_FRAMES = SETTLE_FRAMES + 14
+"""From the end of a frame-out to the start of the next: the car also has to come in and to go out."""
+OVERHANG_FRAMES = 10
+"""So much nearer to either end of the episode may a frame-out be."""
+LAND_REACHES_M = 1600.0
+"""A town lies in a square of land of this side."""
+
 
 @dataclass(frozen=True)
 class EgoErrors:
@@ -19,6 +31,10 @@ class EgoErrors:
     position_bias_m: float = 1.0
     attitude_noise_deg: float = 0.1
     attitude_bias_deg: float = 0.5
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        check_within(self, "position_noise_m position_bias_m attitude_noise_deg attitude_bias_deg", 0)
 
 
 @dataclass(frozen=True)
@@ -43,6 +59,20 @@ class FrameOuts:
     start_frame: int | None = None
     aim: Literal["any", "ahead"] = "any"
     gusts_only: bool = False
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        check_within(self, "count excursion_frames", 0)
+        check_within(self, "frames", 1)
+        check_within(self, "turn_share", 0, 1)
+        check("count", self.count[1] >= 1, "a largest number >= 1", self.count)
+        check("start_frame", self.start_frame is None or self.start_frame >= 0, "None or >= 0", self.start_frame)
+
+    @property
+    def fewest_frames(self) -> int:
+        """Length of the shortest episode that may hold them."""
+        count = max(self.count[0], 1)
+        return count * self.frames[0] + (count + 1) * APART_FRAMES - 2 * OVERHANG_FRAMES
 
 
 @dataclass(frozen=True)
@@ -95,14 +125,22 @@ class RoadTown:
     closed_loop: bool = False
 
     def __post_init__(self) -> None:
+        check_types(self)
         for name in ("width_px", "height_px"):
-            value = getattr(self, name)
-            if not 32 <= value <= 4096:
-                raise ValueError(f"{name}: expected a whole number from 32 to 4096, got {value}")
-        if not 10.0 <= self.field_of_view_deg <= 120.0:
-            raise ValueError(f"field_of_view_deg: expected 10 to 120, got {self.field_of_view_deg}")
-        if self.frame_count < 30:
-            raise ValueError(f"frame_count: expected at least 30, got {self.frame_count}")
+            check(name, 32 <= getattr(self, name) <= 4096, "a whole number from 32 to 4096", getattr(self, name))
+        check_within(self, "field_of_view_deg", 10, 120)
+        check_within(self, "rate_hz cruise_mps turn_preference altitude_m", 0, above=True)
+        check_within(self, "traffic_cars excursions attitude_noise_deg", 0)
+        check_within(self, "stop_share", 0, 1)
+        check_within(self, "sun_elevation_deg", 0, 90, above=True)
+        good = SMALLEST_EXTENT_M <= self.extent_m < LAND_REACHES_M
+        check("extent_m", good, f"a number in [{SMALLEST_EXTENT_M:g}, {LAND_REACHES_M:g})", self.extent_m)
+        known = f"some of {', '.join(STREET_PATTERNS)}"
+        patterns = set(self.street_patterns)
+        check("street_patterns", bool(patterns) and patterns <= set(STREET_PATTERNS), known, self.street_patterns)
+        fewest = self.frame_outs.fewest_frames
+        wanted = f"at least {fewest} for {self.frame_outs.count[0]} or more frame-outs"
+        check("frame_count", self.frame_count >= fewest, wanted, self.frame_count)
 
 
 STANDARD = RoadTown("the benchmark: towns, traffic, two to four frame-outs of 5 to 120 frames")

@@ -12,6 +12,7 @@ from scenarios.road_town.ground import paint_ground
 from scenarios.road_town.land_paint import paint_countryside
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.palette import KERB, Rgb, draw_paint
+from scenarios.road_town.presets import LAND_REACHES_M
 from scenarios.road_town.road_map import road_area
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.ground import ground, kerb, surroundings
@@ -21,7 +22,6 @@ from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.pose import pose_on_ground
 from sim.world import Body, World
 
-_LAND_REACHES_M = 1600.0
 _FIELDS_PX = 1024
 _KERB_SIZE_M = (0.2, 0.12)
 _KERB_TOLERANCE_M = 0.06
@@ -36,7 +36,7 @@ def build_town(layout: Layout, rng: np.random.Generator) -> World:
     town = Texture(paint_ground(layout, rng), smooth=True)
     world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
     fields = Texture(paint_countryside(layout.extent_m, rng, _FIELDS_PX), smooth=True)
-    world.add(surroundings(layout.extent_m, _LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
+    world.add(surroundings(layout.extent_m, LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
     _add_kerbs(world, layout)
     for k, building in enumerate(layout.buildings):
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)

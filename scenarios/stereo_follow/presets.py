@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.checks import check
+from sim.checks import check, check_types
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +63,11 @@ class StereoFollow:
     odometry: bool = True
 
     def __post_init__(self) -> None:
-        check("frame_count", self.frame_count >= 1, "a whole number >= 1", self.frame_count)
+        check_types(self)
+        check("frame_count", self.frame_count >= 2, "a whole number >= 2", self.frame_count)
         check("rate_hz", self.rate_hz > 0, "a number > 0", self.rate_hz)
         for name in ("width_px", "height_px"):
-            check(name, getattr(self, name) >= 32, "a whole number >= 32", getattr(self, name))
+            check(name, 32 <= getattr(self, name) <= 4096, "a whole number from 32 to 4096", getattr(self, name))
         people = (
             "crossers",
             "oncomers",

@@ -124,14 +124,14 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         wanted = options or {}
         for name in wanted:
             check("options", name == "episode_seed", "episode_seed alone", repr(name))
-        self._begun = True
-        self._terms[:] = 0.0
         every = np.arange(self.num_envs)
         if "episode_seed" in wanted:
             seeds = np.broadcast_to(wanted["episode_seed"], self.num_envs)
             self._begin(every, np.array([self.bank.index_of(int(each)) for each in seeds]), False)
         else:
             self._begin(every, self._drawn(self.num_envs), self._at_frame_outs)
+        self._begun = True
+        self._terms[:] = 0.0
         return self._observed(), _masked(self._infos(), np.ones(self.num_envs, dtype=bool))
 
     def step(

@@ -9,6 +9,7 @@ import textwrap
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.cli import main
@@ -16,7 +17,9 @@ from benchmarks.results import ledger
 from benchmarks.run.records import read, read_blocks
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
+from benchmarks.video.mp4 import Mp4Writer
 from tests import fakes_scenario
+from tests.benchmarks.no_room import no_room
 
 FAKES = "fake_knowing,fake_still"
 
@@ -283,6 +286,16 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (["render", "--seed", "-1"], "seed: expected a whole number >= 0, got -1"),
         (["render", "--seed", "x"], "seed: expected a whole number, got 'x'"),
         (["render", "--tracker", "nix"], "tracker: expected one of .*; got 'nix'"),
+        (["render", "--scale", "0.5"], "scale: expected a number >= 1, got 0.5"),
+        (["render", "--scale", "nan"], "scale: expected a number >= 1, got nan"),
+        (
+            ["render", "--scale", "200"],
+            "scale: expected a larger view of at most 16,777,216 pixels, got 12,288,000,000",
+        ),
+        (["render", "--scale", "inf"], "scale: expected a larger view of at most 16,777,216 pixels, got inf"),
+        (["render", "--out", "x.avi"], "out: expected a file that ends in .mp4, got 'x.avi'"),
+        (["render", "--out", "folder.mp4"], "out: expected a file that ends in .mp4, got 'folder.mp4'"),
+        (["render", "--out", "/proc/nix/x.mp4"], "out: expected a folder that can be written, got '/proc/nix'"),
         (
             ["tune", "colour_pf", "--seeds", "9999:10001"],
             "seeds: expected development seeds, below 10000, got '9999:10001'",
@@ -326,6 +339,7 @@ def test_what_is_wrong_is_said_in_one_line(
     words: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.mp4").mkdir()
     assert main(words) == 2
     out, err = capsys.readouterr()
     # A fresh install also says, once, that it compiles.
@@ -352,13 +366,49 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatc
         main(["report", "/nix"])
 
 
-def test_stopping_says_how_to_go_on(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopped(directory: Path) -> None:
+@pytest.mark.parametrize(
+    ("words", "where", "goes_on"),
+    [
+        (["list"], "list_all.load_modules", False),
+        (["render"], "render.render_episode", False),
+        (["report", "/nix"], "report.write_summary", False),
+        (["bench"], "bench.load_modules", True),
+        (["paper", "A2"], "paper.seed_range", True),
+        (["train"], "train.make_folder", True),
+        (["tune"], "tune.make_folder", True),
+    ],
+)
+def test_stopping_says_how_to_go_on_where_the_command_does(
+    words: list[str],
+    where: str,
+    goes_on: bool,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("benchmarks.commands.report.write_summary", stopped)
-    assert main(["report", "/nix"]) == 130
-    assert capsys.readouterr().err == "stopped; the same command goes on from here\n"
+    monkeypatch.setattr(f"benchmarks.commands.{where}", stopped)
+    assert main(words) == 130
+    told = "stopped; the same command goes on from here\n" if goes_on else "stopped\n"
+    assert capsys.readouterr().err == told
+
+
+def test_a_video_that_finds_no_room_is_told_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def render(scenario: str, out: Path, **_: object) -> Path:
+        pictures = np.random.default_rng(0).integers(0, 255, (30, 64, 64, 3), dtype=np.uint8)
+        with no_room(1000), Mp4Writer(out, 15.0) as video:
+            for picture in pictures:
+                video.write(picture)
+        return out
+
+    monkeypatch.setattr("benchmarks.commands.render.render_episode", render)
+    assert main(["render", "--out", str(tmp_path / "x.mp4")]) == 1
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", "error: disk: expected room for what is written, got 'File too large'\n")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_no_command_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:

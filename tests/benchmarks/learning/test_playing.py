@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.cli import main
 from benchmarks.learning.playing import Play, key_combinations, play
 from benchmarks.run.records import read_rows
 from benchmarks.scores.summary import write_summary
@@ -53,3 +54,28 @@ def test_an_episode_is_played_and_scored(tmp_path: Path, monkeypatch: pytest.Mon
     assert effort == pytest.approx(0.5, abs=0.03)
     entries = write_summary(tmp_path)
     assert any(entry["metric"] == "time_in_view" and entry["controller"] == "human" for entry in entries)
+
+
+def test_an_episode_without_a_key_pressed_is_not_scored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setitem(FollowEnv.metadata, "render_fps", 10_000)
+    played = Play("frameout/RoadTownFollow-v1", "quick", "hold", "prompt", range(3, 4), tmp_path)
+    assert play(played) == 0
+    assert list(tmp_path.iterdir()) == []
+    assert "note: episode 3 is not scored: no key was pressed" in capsys.readouterr().err
+
+
+def test_without_a_screen_nothing_is_played(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("pygame")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    assert main(["play", "--preset", "quick", "--seeds", "3:4", "--out", str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("error: display: expected a screen to open a window on")
+    assert list(tmp_path.iterdir()) == []

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmarks.cli import main
+from benchmarks.learning.checkpoint import checkpointed_settings, save_checkpoint
 from benchmarks.learning.settings import Training
+from tests.benchmarks.no_room import no_room
 from trackers.controllers.catalogue import controller_entry
 from trackers.controllers.policy_file import load_policy
 
 pytest.importorskip("stable_baselines3")
+import torch
 
 from benchmarks.learning.training import train
+from benchmarks.learning.vector_adapter import GymnasiumVecEnv
 
 STEPS = 2 * 4 * 128
 """Two rounds: the learning rate falls to nothing in the last."""
@@ -70,6 +78,54 @@ def test_the_off_policy_method_goes_on_with_what_it_remembers(tmp_path: Path) ->
         assert len(kept["rewards"]) == 100
     more = load_policy(str(train(replace(tiny, steps=800), tmp_path / "sac", nothing)))
     assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("within", ["step", "optimizer"])
+def test_a_training_that_is_interrupted_leaves_what_it_has_learnt(
+    within: str, number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The signal comes within a step of the second rollout, or within the first update: behind either lies that."""
+    calls = 0
+
+    def interrupts(act: Any, at: int) -> Any:
+        def acts(*arguments: Any, **keywords: Any) -> Any:
+            nonlocal calls
+            calls += 1
+            if calls == at:
+                os.kill(os.getpid(), number)
+            return act(*arguments, **keywords)
+
+        return acts
+
+    owner, method, at = (GymnasiumVecEnv, "step_wait", 140) if within == "step" else (torch.optim.Adam, "step", 2)
+    monkeypatch.setattr(owner, method, interrupts(getattr(owner, method), at))
+    with pytest.raises(KeyboardInterrupt):
+        train(TINY, tmp_path, nothing)
+    state = json.loads((tmp_path / "checkpoint" / "state.json").read_text())
+    assert state["steps"] == STEPS // 2
+    assert not (tmp_path / "policy.json").exists()
+    assert signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL)
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    train(TINY, tmp_path, nothing)
+    assert json.loads((tmp_path / "checkpoint" / "state.json").read_text())["steps"] == STEPS
+
+
+def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def save(*arguments: Any) -> None:
+        with no_room(1000):
+            save_checkpoint(*arguments)
+
+    monkeypatch.setattr("benchmarks.learning.training.save_checkpoint", save)
+    words = "train --preset quick --steps 512 --envs 4 --episodes 2 --episode-steps 40 --out full"
+    assert main(words.split()) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.splitlines()[-1] == "error: disk: expected room for what is written, got 'File too large'"
+    assert checkpointed_settings(tmp_path / "full") is None
 
 
 @pytest.mark.parametrize(

@@ -97,6 +97,17 @@ def test_bad_pictures_are_named(tmp_path: Path) -> None:
             video.write(np.zeros((32, 34, 3), dtype=np.uint8))
 
 
+@pytest.mark.parametrize("name", ["file/x.mp4", f"{'x' * 250}.mp4"])
+def test_a_file_that_cannot_be_made_is_named(tmp_path: Path, name: str) -> None:
+    (tmp_path / "file").touch()
+    with (
+        pytest.raises(ValueError, match=r"out: expected a file that can be written, got '.*mp4': "),
+        Mp4Writer(tmp_path / name, 15),
+    ):
+        pass
+    assert list(tmp_path.iterdir()) == [tmp_path / "file"]
+
+
 @settings(max_examples=25, deadline=None)
 @given(x=st.floats(-70, WIDTH + 70), y=st.floats(-50, HEIGHT + 50))
 def test_the_estimate_is_drawn_where_it_is_said_to_be(x: float, y: float) -> None:

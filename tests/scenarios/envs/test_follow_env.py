@@ -262,6 +262,33 @@ def test_unfit_options_are_refused_and_the_episode_goes_on(options, message):
     assert env.step(np.zeros(4))[-1]["frame"] == 2
 
 
+def test_after_a_first_reset_that_was_refused_a_good_one_is_needed_and_enough():
+    env = gym.make(IDS[0], **keywords())
+    with pytest.raises(ValueError, match="episode_seed: expected a whole number >= 0, got -1"):
+        env.reset(options={"episode_seed": -1})
+    with pytest.raises(gym.error.ResetNeeded, match=r"step: expected reset\(\) before it"):
+        env.step(np.zeros(4))
+    env.reset(seed=0)
+    assert env.step(np.zeros(4, np.float32))[-1]["frame"] == 1
+
+
+def test_a_window_without_a_screen_is_refused_when_the_env_is_made(monkeypatch):
+    pytest.importorskip("pygame")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(ValueError, match=r"render_mode: expected a screen to open a window on .*, got none"):
+        make(render_mode="human")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "x11")
+    with pytest.raises(ValueError, match=r"render_mode: expected a screen .*, got none .*x11 not available"):
+        make(render_mode="human")
+    # On request it is drawn where nobody sees it.
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env = make(render_mode="human")
+    env.reset(seed=0)
+    assert env.render() is None
+    env.close()
+
+
 def test_unknown_keywords_and_render_modes_are_refused():
     with pytest.raises(ValueError, match=r"keywords: expected some of scenario, tracker, .*, got 'weather'"):
         make(weather="bad")

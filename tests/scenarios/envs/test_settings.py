@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -38,11 +39,33 @@ def settings(**changes: Any) -> FollowSettings:
         ("changes", 3, "changes: expected a dictionary, got 3"),
         ("randomise", {"ego": (0, 1)}, "randomise: expected fields that are numbers, got 'ego'"),
         ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, got 3"),
-        ("randomise", {"frame_count": (-5, 300)}, "frame_count: expected at least 30, got -5"),
+        (
+            "randomise",
+            {"frame_count": (-5, 300)},
+            "frame_count: expected at least 107 for 2 or more frame-outs, got -5",
+        ),
         ("link", "slow", "link: expected one of prompt, delayed, noisy or a Link, got 'slow'"),
         ("difficulty", 1.5, "difficulty: expected None or a number from 0 to 1, got 1.5"),
         ("changes", {"wheels": 3}, "changes: expected fields of RoadTown: .*, got 'wheels'"),
         ("changes", {"width_px": 3}, "width_px: expected a whole number from 32 to 4096, got 3"),
+        ("changes", {"altitude_m": 60}, r"altitude_m: expected tuple\[float, float\], got 60"),
+        (
+            "changes",
+            {"altitude_m": (80, 50)},
+            r"altitude_m: expected two numbers in ascending order in \(0, inf\), got",
+        ),
+        ("changes", {"altitude_m": (50, np.nan)}, r"altitude_m: expected tuple\[float, float\], got \(50, nan\)"),
+        ("changes", {"excursions": (2, 1)}, r"excursions: expected two numbers in ascending order in \[0, inf\), got"),
+        ("changes", {"turn_preference": 0}, r"turn_preference: expected a number in \(0, inf\), got 0"),
+        ("changes", {"rate_hz": 0}, r"rate_hz: expected a number in \(0, inf\), got 0"),
+        ("changes", {"extent_m": 2000}, r"extent_m: expected a number in \[300, 1600\), got 2000"),
+        ("changes", {"traffic_looks": "cows"}, "traffic_looks: expected Literal.*, got 'cows'"),
+        ("changes", {"street_patterns": ("nix",)}, r"street_patterns: expected some of grid, .*, got \('nix',\)"),
+        ("changes", {"street_patterns": "grid"}, "street_patterns: expected tuple.*, got 'grid'"),
+        ("changes", {"frame_outs": 3}, "frame_outs: expected FrameOuts, got 3"),
+        ("changes", {"ego": 3}, r"ego: expected EgoErrors \| None, got 3"),
+        ("changes", {"frame_count": 100}, "frame_count: expected at least 107 for 2 or more frame-outs, got 100"),
+        ("changes", {"frame_count": 120.5}, "frame_count: expected int, got 120.5"),
         ("randomise", {"wheels": (1, 2)}, "randomise: expected fields of RoadTown: .*, got 'wheels'"),
         ("randomise", {"attitude_noise_deg": (2, 1)}, "randomise.attitude_noise_deg: expected two numbers in asc"),
     ],
@@ -50,6 +73,26 @@ def settings(**changes: Any) -> FollowSettings:
 def test_what_is_wrong_is_named(name: str, value: Any, expected: str) -> None:
     with pytest.raises(ValueError, match=expected):
         settings(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"lamps_off_s": 3}, r"lamps_off_s: expected tuple\[float, float\], got 3"),
+        ({"crossers": "three"}, "crossers: expected int, got 'three'"),
+        ({"odometry": "yes"}, "odometry: expected bool, got 'yes'"),
+        ({"frame_count": 1}, "frame_count: expected a whole number >= 2, got 1"),
+        ({"width_px": 100_000}, "width_px: expected a whole number from 32 to 4096, got 100000"),
+    ],
+)
+def test_what_is_wrong_with_a_person_to_follow_is_named_too(changes: dict[str, Any], expected: str) -> None:
+    with pytest.raises(ValueError, match=expected):
+        FollowSettings("stereo-follow-v1", "hold", changes=changes)
+
+
+def test_numbers_of_numpy_and_lists_are_taken() -> None:
+    changes = {"width_px": np.int64(84), "rate_hz": np.float32(10), "altitude_m": [50, 80], "ego": None}
+    assert settings(changes=changes).configuration({}).width_px == 84
 
 
 def test_what_is_observed_keeps_its_size() -> None:

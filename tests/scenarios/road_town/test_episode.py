@@ -159,7 +159,10 @@ def test_measured_pose_has_errors_where_the_preset_says():
         (lambda: ROAD_TOWN.episode("quick", -1), "master_seed: expected a whole number >= 0, got -1"),
         (lambda: ROAD_TOWN.episode("quick", 0, renderer="optix"), "renderer: expected .*pybullet.*got 'optix'"),
         (lambda: RoadTown("x", width_px=0), "width_px: expected a whole number from 32 to 4096, got 0"),
-        (lambda: RoadTown("x", frame_count=29), "frame_count: expected at least 30, got 29"),
+        (
+            lambda: RoadTown("x", frame_count=106),
+            "frame_count: expected at least 107 for 2 or more frame-outs, got 106",
+        ),
     ],
 )
 def test_bad_input_gets_one_clear_message(action, message):

@@ -71,9 +71,9 @@ def test_closed_loop_is_forced_by_gusts_alone():
 
 
 def test_impossible_wishes_are_refused_by_name():
-    crowded = replace(STANDARD, frame_count=100, frame_outs=FrameOuts(count=(5, 5), frames=(60, 60)))
+    crowded = replace(STANDARD, frame_count=515, frame_outs=FrameOuts(count=(5, 5), frames=(60, 60)))
     with pytest.raises(
-        ValueError, match="frame_count: expected enough for 5 to 5 frame-outs of 60 to 60 frames, got 100"
+        ValueError, match="frame_count: expected enough for 5 to 5 frame-outs of 60 to 60 frames, got 515"
     ):
         _states(crowded, {"turn": [], "excursion": []}, 0)
 

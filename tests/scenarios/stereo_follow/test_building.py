@@ -197,9 +197,9 @@ def test_the_papers_experiment_has_as_many_frames():
 @pytest.mark.parametrize(
     ("nonsense", "message"),
     [
-        ({"frame_count": 0}, "frame_count: expected a whole number >= 1, got 0"),
+        ({"frame_count": 1}, "frame_count: expected a whole number >= 2, got 1"),
         ({"rate_hz": 0.0}, "rate_hz: expected a number > 0"),
-        ({"width_px": 16}, "width_px: expected a whole number >= 32, got 16"),
+        ({"width_px": 16}, "width_px: expected a whole number from 32 to 4096, got 16"),
         ({"height_px": -480}, "height_px: expected"),
         ({"crossers": -1}, "crossers: expected a whole number >= 0, got -1"),
         ({"alike": -1}, "alike: expected"),

@@ -10,15 +10,16 @@ import numpy as np
 from scenarios.envs.pictureless.bank import EpisodeBank
 from scenarios.envs.pictureless.error_model import CONDITION_FRAMES, KNOT_FRAMES, QUANTILE_Z, ErrorModel
 from scenarios.envs.pictureless.life import LATENTS
-from scenarios.road_town.presets import PRESETS
+from scenarios.road_town.presets import PRESETS, FrameOuts
 
 FRAMES = 60
 SEEDS = (3, 8)
-PRESET = dataclasses.replace(PRESETS["standard"], frame_count=FRAMES)
+CHANGES: dict[str, Any] = {"frame_count": FRAMES, "frame_outs": FrameOuts(count=(1, 1), frames=(1, 9))}
+PRESET = dataclasses.replace(PRESETS["standard"], **CHANGES)
 SETTINGS: dict[str, Any] = {
     "scenario": "road-town-v1",
     "tracker": "mosaic_graph_pf",
-    "changes": {"frame_count": FRAMES},
+    "changes": CHANGES,
 }
 
 
