@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,6 +119,12 @@ class Truth:
 def meanings(kind: type[Truth] | Truth) -> dict[str, Meaning]:
     """Return what each field of a kind of truth is, by name."""
     return {field.name: field.metadata[_MEANING] for field in dataclasses.fields(kind)}
+
+
+def dtype_of(kind: type[Truth], name: str) -> np.dtype[Any]:
+    """Return the dtype of the numbers of a field, by its annotation: of an array, or of a plain number."""
+    hint = get_type_hints(kind)[name]
+    return np.dtype(get_args(get_args(hint)[1])[0] if get_args(hint) else hint)
 
 
 def without_pixels(truth: _T) -> _T:

@@ -21,14 +21,16 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 
+from trackers.follow_one import FollowOne
 from trackers.protocols import Tracker
+from trackers.types import Observation
 
 Role = Literal["ours", "variant", "as-written", "baseline", "blind", "oracle", "external"]
 
@@ -57,7 +59,7 @@ class TrackerEntry:
         name: what users type.
         role: what it is to a comparison; exactly one tracker of a suite is ``ours``.
         summary: one line.
-        tracker: class with ``Parameters`` and ``__init__(parameters, rng)``.
+        tracker: class with ``Parameters`` and ``__init__(parameters, rng)``, a ``Tracker`` or a ``MultiTracker``.
         overrides: parameter values that make this entry a variant of ``tracker``.
         tuned_as: name whose tuned values it starts from.
         reproducible: False where the method itself draws numbers that no seed reaches.
@@ -67,7 +69,7 @@ class TrackerEntry:
     name: str
     role: Role
     summary: str
-    tracker: Callable[[Any, np.random.Generator], Tracker]
+    tracker: Callable[[Any, np.random.Generator], Any]
     overrides: dict[str, Any]
     tuned_as: str
     reproducible: bool
@@ -92,9 +94,19 @@ class TrackerEntry:
         fields = dataclasses.fields(self.tracker.Parameters)  # type: ignore[attr-defined]
         return {field.name: field for field in fields if "low" in field.metadata}
 
-    def create(self, rng: np.random.Generator, **changes: Any) -> Tracker:
-        """Return a fresh tracker that draws from ``rng``."""
+    @property
+    def follows_many(self) -> bool:
+        """Whether it is a ``MultiTracker``."""
+        return hasattr(self.tracker, "start")
+
+    def create(self, rng: np.random.Generator, **changes: Any) -> Any:
+        """Return a fresh tracker that draws from ``rng``: a ``Tracker`` or a ``MultiTracker``."""
         return self.tracker(self.parameters(**changes), rng)
+
+    def create_for_one(self, rng: np.random.Generator, background: Sequence[Observation] = ()) -> Tracker:
+        """Return a fresh tracker of one target; of one that follows many, a single track."""
+        tracker = self.create(rng)
+        return FollowOne(tracker, background) if self.follows_many else tracker
 
 
 def tunable(default: float, low: float, high: float, *, log: bool = False) -> Any:

@@ -22,6 +22,7 @@ from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
 from benchmarks.suites.judging import Judge, Score, ScoreSheet, take_in
 from benchmarks.suites.registry import suite
+from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.view import open_display
 from trackers.types import Carrier
@@ -133,7 +134,9 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             raise _AllPlayed
         result = self.env.reset(seed=seed, options={"episode_seed": self._left[0]})
         self._started, self._steered = time.perf_counter(), False
-        self._judge = suite("follow").judge(self._follow.episode.episode, self.carrier)
+        self._judge = suite("follow").judge(
+            self._follow.episode.episode, catalog.scenario(self._follow.settings.scenario)
+        )
         self._sheet = self._judge.sheet()
         take_in(self._follow.episode, self._judge, [self._sheet])
         return result
@@ -158,7 +161,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         """Return the picture (H, W, 3) that the tracker gets, with the tracker's estimate; nothing of the truth."""
         episode = self._follow.episode
         picture = episode.frame.observation.image_rgb.copy()
-        place = np.asarray(episode.estimates[0].position_px, dtype=float)
+        place = np.asarray(episode.estimate.position_px, dtype=float)
         if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
             cv2.drawMarker(picture, [int(v) for v in np.rint(place)], _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
         return picture

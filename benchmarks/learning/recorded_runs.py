@@ -79,7 +79,8 @@ def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.v
     if name != controller:
         own = Disturbed(carrier, own, generator(seed, "disturbance"))
     loop = watched_episode(settings, seed)
-    frames = [_frame(carrier, loop) for _ in loop.frames(own)]
+    target = catalog.scenario(settings.scenario).target
+    frames = [_frame(carrier, target, loop) for _ in loop.frames(own)]
     loop.episode.close()
     return np.concatenate(frames)
 
@@ -128,9 +129,9 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
     return f"{controller.replace(':', '-')}-{told}"
 
 
-def _frame(carrier: Carrier, loop: Loop) -> NDArray[np.void]:
-    frame, truth, [estimate] = loop.frame, loop.frame.truth, loop.estimates
-    target, obeyed = truth.target, loop.obeyed or CameraCommand()
+def _frame(carrier: Carrier, target_name: str, loop: Loop) -> NDArray[np.void]:
+    (truth, camera), estimate = loop.frame.judged, loop.estimate
+    target, obeyed = truth.index_of(target_name), loop.obeyed or CameraCommand()
     row = np.zeros(1, RUN)
     values: dict[str, Any] = {
         "T_world_camera": truth.T_world_camera[:3],
@@ -140,9 +141,9 @@ def _frame(carrier: Carrier, loop: Loop) -> NDArray[np.void]:
         "position_px": truth.position_px[target],
         "estimate_px": estimate.position_px,
         "visible_fraction": truth.visible_fraction[target],
-        "in_view": is_in_view(truth, frame.camera),
-        "out": truth.state == "out",
-        "sighting": sighting_of(carrier.looks, frame.observation, estimate)[0],
+        "in_view": is_in_view(truth, target, camera),
+        "out": truth.state[target] == "out",
+        "sighting": sighting_of(carrier.looks, loop.frame.observation, estimate)[0],
         "command": [obeyed.forward_mps, obeyed.right_mps, obeyed.climb_mps, obeyed.yaw_rate_rad_s],
     }
     for name, value in values.items():

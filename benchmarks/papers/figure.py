@@ -27,7 +27,7 @@ def paper_figure(experiment: PaperExperiment, out: Path, seed: int, renderer: Re
         episode = (experiment.suite, scenario, experiment.preset, renderer, seed, experiment.controller)
         with opened(Job(*episode, (tracker,), link=link_in(experiment.suite), repeats=1, settings=settings)) as live:
             count = min(max(experiment.frames) + 1, live.loop.episode.frame_count)
-            seen = replay(live.loop, live.controller, scale=_SCALE, wanted=experiment.frames, frame_count=count)
+            seen = replay(live, scale=_SCALE, wanted=experiment.frames, frame_count=count)
             rows[tracker] = list(seen)
     frames = ", ".join(map(str, experiment.frames))
     caption = (

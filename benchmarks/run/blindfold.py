@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from scenarios.loop import first_box, given
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from trackers.blind.protocol import BlindTracker, TargetState
 from trackers.protocols import Tracker
-from trackers.types import Estimate, Observation
+from trackers.types import Estimate, Observation, Start
 
 WHAT_BLIND_MEANS = (
     "Blind contestants see no picture. Blind trackers are told the target's true state at the start and at each exit, "
@@ -29,35 +29,37 @@ class Blindfolded:
     The state at an exit is that of the first frame outside, as ``oracle_map`` has it.
     """
 
-    def __init__(self, tracker: Tracker) -> None:
-        """Raises TypeError for a tracker that cannot be told anything."""
+    def __init__(self, tracker: Tracker, target: str) -> None:
+        """``target``: name of the object whose state is told. Raises TypeError for a tracker that cannot be told it."""
         if not isinstance(tracker, BlindTracker):
             raise TypeError(f"tracker: expected one with a method told, since its role is blind, got {tracker!r}")
-        self._tracker = tracker
+        self._tracker, self._target = tracker, target
 
-    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``Contestant``."""
         observation = _unseen(frame.observation)
-        self._tracker.initialise(observation, box_xyxy)
-        self._tracker.told(observation, _state_of(frame.truth))
+        self._tracker.initialise(observation, first_box(start))
+        self._tracker.told(observation, _state_of(frame.truth, frame.truth.index_of(self._target)))
+        return given(start)
 
     def update(self, frame: Frame) -> Estimate:
         """See ``Contestant``."""
         observation = _unseen(frame.observation)
-        if frame.truth.frames_since_exit == 0:
-            self._tracker.told(observation, _state_of(frame.truth))
+        target = frame.truth.index_of(self._target)
+        if frame.truth.frames_since_exit[target] == 0:
+            self._tracker.told(observation, _state_of(frame.truth, target))
         return self._tracker.update(observation)
 
 
 def _unseen(observation: Observation) -> Observation:
-    return replace(observation, image_rgb=_NO_PICTURE, right_rgb=None, settings=None)
+    return replace(observation, image_rgb=_NO_PICTURE, right_rgb=None, counts=None, settings=None)
 
 
-def _state_of(truth: Truth) -> TargetState:
+def _state_of(truth: Truth, target: int) -> TargetState:
     R_camera_world = truth.T_world_camera[:3, :3].T
-    pose = truth.T_world_object[truth.target]
-    centre_m = pose[:3, 3] + 0.5 * truth.size_m[truth.target, 2] * pose[:3, 2]
+    pose = truth.T_world_object[target]
+    centre_m = pose[:3, 3] + 0.5 * truth.size_m[target, 2] * pose[:3, 2]
     return TargetState(
         place_m=R_camera_world @ (centre_m - truth.T_world_camera[:3, 3]),
-        velocity_mps=R_camera_world @ (truth.speed_mps[truth.target] * pose[:3, 0]),
+        velocity_mps=R_camera_world @ (truth.speed_mps[target] * pose[:3, 0]),
     )

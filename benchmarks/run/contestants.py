@@ -5,21 +5,32 @@ from __future__ import annotations
 import importlib
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from benchmarks.run.blindfold import Blindfolded
 from benchmarks.run.source_files import is_users
 from benchmarks.suites.frame_out.oracle_map import OracleMap, OracleParameters
-from scenarios.loop import Contestant, FromPictures
+from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.road_town.road_map import RoadMap
-from scenarios.scenario import Episode
+from scenarios.scenario import Episode, Scenario
 from sim.render.compilation import forget_stale_kernels
 from trackers import registry
+from trackers.follow_one import FollowOne
+
+
+class Creation(Protocol):
+    """Makes a fresh contestant."""
+
+    def __call__(
+        self, episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False
+    ) -> Contestant:
+        """Return one for an episode, that draws from ``rng``; ``many``: the suite asks for tracks of many targets."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -32,7 +43,7 @@ class Entrant:
             times.
         parameters: what it is set to.
         module: where it is defined.
-        create: makes a fresh contestant for an episode that draws from the generator.
+        create: makes a fresh contestant, see ``Creation``.
     """
 
     name: str
@@ -42,7 +53,7 @@ class Entrant:
     reproducible: bool
     parameters: Any
     module: str
-    create: Callable[[Episode, np.random.Generator], Contestant]
+    create: Creation
 
 
 def entrants(suite: str | None = None) -> dict[str, Entrant]:
@@ -114,7 +125,9 @@ def _oracle(name: str, summary: str, parameters: OracleParameters) -> Entrant:
         reproducible=True,
         parameters=parameters,
         module=OracleMap.__module__,
-        create=lambda episode, rng: OracleMap(parameters, RoadMap(episode.map_of().graph), rng),
+        create=lambda episode, scenario, rng, many=False: OracleMap(
+            parameters, RoadMap(episode.map_of().graph), scenario.target, rng
+        ),
     )
 
 
@@ -122,7 +135,13 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
     # The simulator looks after its own compiled kernels; trackers, which know nothing of it, are looked after here.
     forget_stale_kernels(Path(registry.__file__).parent)
     parameters = entry.parameters(**changes)
-    contestant: Callable[[Tracker], Contestant] = Blindfolded if entry.role == "blind" else FromPictures
+
+    def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
+        tracker = entry.tracker(parameters, rng)
+        if entry.follows_many:
+            return ManyFromPictures(tracker) if many else FromPictures(FollowOne(tracker, episode.start.background))
+        return Blindfolded(tracker, scenario.target) if entry.role == "blind" else FromPictures(tracker)
+
     return Entrant(
         name=entry.name,
         role=entry.role,
@@ -131,5 +150,5 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         reproducible=entry.reproducible,
         parameters=parameters,
         module=entry.tracker.__module__,
-        create=lambda episode, rng: contestant(entry.tracker(parameters, rng)),
+        create=create,
     )

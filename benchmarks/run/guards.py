@@ -7,20 +7,20 @@ from contextlib import contextmanager
 from dataclasses import astuple, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
 from benchmarks.suites.judging import Score
-from scenarios.loop import Contestant
+from scenarios.loop import Contestant, given
 from scenarios.scenario import Frame
-from trackers.estimate_check import check_estimate
+from trackers.estimate_check import check_answer
 from trackers.protocols import Controller
-from trackers.types import CameraCommand, Estimate, Observation
+from trackers.types import Answer, CameraCommand, Estimate, Observation, Start
 
 _UNTIMED_FRAMES = 5
 """The first updates load compiled code from disk and are left out of the timing."""
 
 SILENT = Estimate(position_px=np.full(2, np.nan))
+"""What a contestant of one target that failed says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,32 +87,39 @@ class GuardedContestant(Guard):
         self,
         contestant: Contestant,
         limit_s: float,
+        *,
+        follows_many: bool = False,
         note: Callable[[int], None] = lambda frame: None,
         ends_process_at: int | None = None,
     ) -> None:
         """``note`` is told each frame before the contestant is; on one it is known to end the process, and fails."""
         super().__init__(limit_s, "frame")
+        self._silence: Answer = () if follows_many else SILENT
         self._contestant, self._note, self._ends_process_at = contestant, note, ends_process_at
         self._cpu_s: list[float] = []
         self.silent_frames = 0
 
-    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
-        """See ``Contestant``."""
+    def initialise(self, frame: Frame, start: Start) -> Answer:
+        """See ``Contestant``. A box that was given stands, even if the contestant fails over it."""
         k = frame.truth.frame
+        answer = self._silence if start.box_xyxy is None else given(start)
         if self._is_to_be_asked(k):
             with self.guarded(k):
-                self._contestant.initialise(frame, box_xyxy)
+                answer = self._contestant.initialise(frame, start)
+                check_answer(answer)
+        return answer if self.reason is None or start.box_xyxy is not None else self._silence
 
-    def update(self, frame: Frame) -> Estimate:
+    def update(self, frame: Frame) -> Answer:
         """See ``Contestant``."""
-        k, estimate = frame.truth.frame, SILENT
+        k, answer = frame.truth.frame, self._silence
         if self._is_to_be_asked(k):
             with self.guarded(k) as watch:
-                estimate = self._contestant.update(frame)
+                answer = self._contestant.update(frame)
                 self._cpu_s.append(watch.cpu_s)
-                check_estimate(estimate)
-        said = estimate if self.reason is None else SILENT
-        self.silent_frames += bool(np.isnan(np.asarray(said.position_px, dtype=float)).any())
+                check_answer(answer)
+        said = answer if self.reason is None else self._silence
+        if isinstance(said, Estimate):
+            self.silent_frames += bool(np.isnan(np.asarray(said.position_px, dtype=float)).any())
         return said
 
     def scores(self) -> Iterator[Score]:

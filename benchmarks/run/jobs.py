@@ -27,7 +27,7 @@ from scenarios import catalog
 from scenarios.command_link import episode_link, link_named
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Episode, Frame, RendererName
-from scenarios.truth import TruthExtent
+from scenarios.truth import Truth, TruthExtent
 from trackers.controllers import catalogue
 
 
@@ -125,6 +125,10 @@ class OpenJob:
         """Step through the first ``count`` frames, None = all."""
         return self.loop.frames(self.controller, count)
 
+    def targets(self, truth: Truth) -> tuple[int, ...]:
+        """Return which objects are targets in the job's suite."""
+        return suite(self.job.suite).targets(catalog.scenario(self.job.scenario), truth)
+
     def failures(self) -> list[Failure]:
         """Return what has failed so far."""
         guards: list[tuple[str, Guard, str]] = [(each.label, each.guard, "said nothing") for each in self.watchers]
@@ -182,7 +186,7 @@ def run_job(job: Job) -> JobResult:
     judging = suite(job.suite)
     started = time.perf_counter()
     with note_at(job.note_file) as note, opened(job, judging.truth, note) as live:
-        judge = judging.judge(live.loop.episode, catalog.scenario(job.scenario).carrier)
+        judge = judging.judge(live.loop.episode, catalog.scenario(job.scenario))
         sheets = [judge.sheet() for _ in live.watchers]
         for _ in live.frames():
             take_in(live.loop, judge, sheets)
@@ -192,12 +196,16 @@ def run_job(job: Job) -> JobResult:
 
 def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
     watchers = []
+    scenario, many = catalog.scenario(job.scenario), suite(job.suite).follows_many
     for label in job.trackers:
         who = entrant(*job.settings.get(label, (label,)))
         told = (lambda frame: None) if note is None else partial(note.write, label)
         for repeat in range(1 if who.reproducible else job.repeats):
-            contestant = who.create(episode, tracker_stream(job.seed, who.name, repeat))
-            guard = GuardedContestant(contestant, job.limit_s, told, job.deadly.get(label))
+            rng = tracker_stream(job.seed, who.name, repeat)
+            contestant = who.create(episode, scenario, rng, many)
+            guard = GuardedContestant(
+                contestant, job.limit_s, follows_many=many, note=told, ends_process_at=job.deadly.get(label)
+            )
             watchers.append(_Watcher(label, who, repeat, guard))
     return watchers
 

@@ -5,27 +5,24 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Sequence
 
 from benchmarks.run.contestants import entrant
+from benchmarks.run.jobs import OpenJob
 from benchmarks.run.records import Row
 from benchmarks.run.versions import versions_of
 from benchmarks.video.instant import Instant
 from scenarios import catalog
-from scenarios.loop import Loop
 from trackers.controllers import catalogue
-from trackers.protocols import Controller
 
 
-def replay(
-    loop: Loop, controller: Controller | None, *, scale: float, wanted: Container[int], frame_count: int
-) -> Iterator[Instant]:
-    """Yield the ``wanted`` ones among the first ``frame_count`` frames; the others are lived through unseen.
+def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[Instant]:
+    """Yield the ``wanted`` ones among the first ``frame_count`` frames of a job; the others are lived through unseen.
 
     What is drawn is what the first contestant says. At a ``scale`` of 1 the larger view is the observed frame itself,
     and none is drawn.
     """
-    for frame in loop.frames(controller, frame_count):
+    for frame in live.frames(frame_count):
         if frame.truth.frame in wanted:
-            view = frame.observation.image_rgb if scale == 1 else loop.episode.larger_view(scale)
-            yield Instant(frame, next(iter(loop.estimates), None), view)
+            view = frame.observation.image_rgb if scale == 1 else live.loop.episode.larger_view(scale)
+            yield Instant(frame, live.targets(frame.truth), next(iter(live.loop.answers), None), view)
 
 
 def made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:

@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar
 from scenarios.loop import Loop
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
-from trackers.types import CameraCommand, Estimate
+from trackers.types import CameraCommand
 
 _T = TypeVar("_T", bound=Truth)
 
@@ -35,8 +35,11 @@ class Score:
 class ScoreSheet(Protocol):
     """What one contestant says in one episode, and what it is worth."""
 
-    def keep(self, frame: Frame, estimate: Estimate) -> None:
-        """Take one frame's estimate, from frame 0 (where it was given) on; NaN from one that failed or is silent."""
+    def keep(self, frame: Frame, answer: Any) -> None:
+        """Take one frame's answer, from frame 0 on: an ``Estimate``, or the tracks of many targets.
+
+        One that failed or is silent answers NaN, or no track.
+        """
         ...
 
     def scores(self, failed_at_frame: int | None) -> Iterable[Score]:
@@ -46,7 +49,7 @@ class ScoreSheet(Protocol):
 
 class Judge(Protocol):
     """Judges all contestants of one episode by the same truth. Made from the ``Episode``, before its first frame, and
-    the ``Carrier`` of its camera.
+    its ``Scenario``. Which objects are targets, it decides.
     """
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
@@ -63,8 +66,8 @@ class Judge(Protocol):
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
     """Keep a loop's latest frame for its scores; ``sheets`` of its contestants, in their order."""
     judge.see(loop.frame, loop.obeyed)
-    for sheet, estimate in zip(sheets, loop.estimates, strict=True):
-        sheet.keep(loop.frame, estimate)
+    for sheet, answer in zip(sheets, loop.answers, strict=True):
+        sheet.keep(loop.frame, answer)
 
 
 def told_by(truth: Truth, kind: type[_T]) -> _T:

@@ -15,9 +15,8 @@ from typing import Any, Literal
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import Row
 from benchmarks.suites.judging import Judge
-from scenarios.scenario import Episode
-from scenarios.truth import TruthExtent
-from trackers.types import Carrier
+from scenarios.scenario import Episode, Scenario
+from scenarios.truth import Truth, TruthExtent
 
 _MODULES = ("benchmarks.suites.follow.suite", "benchmarks.suites.frame_out.suite", "benchmarks.suites.stereo.suite")
 """Modules that define suites. Add yours here."""
@@ -145,7 +144,7 @@ class Suite:
         name: what users type.
         summary: one line. heading: of a page about it.
         scenes: what it is about, the first one is what tuning looks at. preset, quick_preset: defaults.
-        judge: makes the judge of an episode, whose camera something carries.
+        judge: makes the judge of an episode of a scenario; it decides which objects are targets.
         metrics: of the summary, in order.
         headline: metrics of the leaderboard on the terminal, the first one ranks.
         compared: metrics in which ours is compared with each other contestant.
@@ -160,6 +159,7 @@ class Suite:
             controller there is can.
         contestants: what names a contestant, keys of rows. Whose role it is that rows tell, stands first.
         truth: how much of it the judge looks at.
+        follows_many: whether contestants answer with the tracks of many targets.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
     """
 
@@ -169,7 +169,7 @@ class Suite:
     scenes: tuple[Scene, ...]
     preset: str
     quick_preset: str
-    judge: Callable[[Episode, Carrier], Judge]
+    judge: Callable[[Episode, Scenario], Judge]
     metrics: tuple[Metric, ...]
     headline: tuple[str, ...]
     compared: tuple[str, ...]
@@ -183,6 +183,7 @@ class Suite:
     controller: str | None = "centre"
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
+    follows_many: bool = False
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
 
     @property
@@ -202,6 +203,10 @@ class Suite:
     def names_of(self, row: Mapping[str, Any]) -> tuple[str, ...]:
         """Return what names the contestant of a row, or of an entry of the summary."""
         return tuple(row[key] for key in self.contestants)
+
+    def targets(self, scenario: Scenario, truth: Truth) -> tuple[int, ...]:
+        """Return which objects are targets: the scenario's one, or where many are followed, all that there are."""
+        return tuple(range(len(truth.names))) if self.follows_many else (truth.index_of(scenario.target),)
 
     def metric(self, name: str) -> Metric:
         """Return one metric by name.

@@ -51,7 +51,7 @@ def render_episode(job: Job, out: Path, *, frames: int | None = None, scale: flo
         title = " · ".join([job.scenario, job.preset, f"seed {job.seed}", *job.trackers, *steered])
         drawing = drawing_of(job.scenario, episode)
         shown_scale = scale if drawing.uses_larger_view else 1.0
-        instants = replay(live.loop, live.controller, scale=shown_scale, wanted=range(count), frame_count=count)
+        instants = replay(live, scale=shown_scale, wanted=range(count), frame_count=count)
         write_video(out, instants, drawing, rate_hz=episode.rate_hz, title=title, frame_count=count)
         return live.failures()
 

@@ -100,7 +100,7 @@ class FollowEnv(gym.Env, EzPickle):
         """Return the picture within the larger view (H, W, 3), with truth and estimate drawn; None in a window."""
         if self._run is None:
             raise gym.error.ResetNeeded("render: expected reset() before it, got an episode that has not begun")
-        return draw_view(self._run.loop) if self.render_mode == "rgb_array" else None
+        return draw_view(self._run.loop, self._run.target) if self.render_mode == "rgb_array" else None
 
     @property
     def episode(self) -> Loop:
@@ -133,7 +133,7 @@ class FollowEnv(gym.Env, EzPickle):
     def _show(self) -> None:
         if self.render_mode == "human" and self._run is not None:
             self._window = self._window or Window(self.metadata["render_fps"])
-            self._window.show(draw_view(self._run.loop))
+            self._window.show(draw_view(self._run.loop, self._run.target))
 
     def _end(self) -> None:
         if self._run is not None:
@@ -155,6 +155,7 @@ class _Run:
         self._steering: Steering = steering(settings, carrier)
         self.loop = watched_episode(settings, seed)
         self.ended = False
+        self._target = catalog.scenario(settings.scenario).target
         self._seed, rate_hz = seed, self.loop.episode.rate_hz
         self._rewarder = Rewarder(settings.reward, rate_hz)
         lost_after_s = settings.lost_after_s
@@ -167,15 +168,21 @@ class _Run:
             raise
 
     @property
+    def target(self) -> int:
+        """Index of the object that is followed."""
+        return self.loop.frame.truth.index_of(self._target)
+
+    @property
     def is_lost(self) -> bool:
         """Whether the target has been out of view for as long as ends an episode."""
         return self._lost_frames is not None and self._rewarder.frames_out >= self._lost_frames
 
     def step(self, action: NDArray[np.float64]) -> dict[str, float]:
         """Move on by one frame; return the reward's terms."""
-        self._move(self._steering.command(action, self.loop.frame.observation, self.loop.estimates[0]))
+        self._move(self._steering.command(action, self.loop.frame.observation, self.loop.estimate))
         shares = shares_of(self._carrier, self._obeyed)
-        return self._rewarder.terms(self.loop.frame, float(np.linalg.norm(shares) / np.sqrt(len(shares))))
+        effort = float(np.linalg.norm(shares) / np.sqrt(max(len(shares), 1)))
+        return self._rewarder.terms(self.loop.frame, self.target, effort)
 
     def features(self) -> NDArray[np.float32]:
         """Return the belief as a fresh vector."""
@@ -183,9 +190,9 @@ class _Run:
 
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
         """Return what is so."""
-        return truth_info(self.loop.frame, self.loop.estimates[0], self._obeyed, terms, self._seed)
+        return truth_info(self.loop.frame, self.target, self.loop.estimate, self._obeyed, terms, self._seed)
 
     def _move(self, command: CameraCommand | None = None) -> None:
         frame, still = self.loop.step(command), CameraCommand()
         self._obeyed = self.loop.obeyed or still
-        self._features = self._keeper.update(frame.observation, self.loop.estimates[0], command or still)
+        self._features = self._keeper.update(frame.observation, self.loop.estimate, command or still)

@@ -53,15 +53,15 @@ class Rewarder:
         self._loss_frames = max(round(reward.loss_after_s * rate_hz), 1)
         self.frames_out = 0
 
-    def terms(self, frame: Frame, effort: float) -> dict[str, float]:
-        """Take in a frame and return its terms, weights included; ``effort`` in [0, 1]."""
-        reward, truth = self._reward, frame.truth
-        seen = is_in_view(truth, frame.camera)
+    def terms(self, frame: Frame, target: int, effort: float) -> dict[str, float]:
+        """Take in a frame and return its terms, weights included, about the object ``target``; ``effort`` in [0, 1]."""
+        reward, (truth, camera) = self._reward, frame.judged
+        seen = is_in_view(truth, target, camera)
         self.frames_out = 0 if seen else self.frames_out + 1
-        length = max(length_px(truth), SHORTEST_LENGTH_PX) / (reward.length_share * frame.camera.width_px)
+        length = max(length_px(truth, target), SHORTEST_LENGTH_PX) / (reward.length_share * camera.width_px)
         return {
             "in_view": reward.in_view * float(seen),
-            "centred": reward.centred * float(np.tanh(4.0 * centring(truth, frame.camera) ** 3)),
+            "centred": reward.centred * float(np.tanh(4.0 * centring(truth, target, camera) ** 3)),
             "size": reward.size * float(np.exp(-0.5 * np.log(length) ** 2)) * float(seen),
             "effort": -reward.effort * effort,
             "loss": -reward.loss * float(self.frames_out == self._loss_frames),

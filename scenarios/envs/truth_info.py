@@ -10,56 +10,75 @@ import numpy as np
 from scenarios.envs.reward import TERMS
 from scenarios.in_view import centring, is_in_view, length_px
 from scenarios.scenario import Frame
-from scenarios.truth import VisibilityState
-from trackers.types import CameraCommand, Estimate
+from scenarios.truth import Truth, VisibilityState, dtype_of, meanings
+from trackers.types import CameraCommand, CommandName, Estimate
 
 _STATES = get_args(VisibilityState)
+COMMANDS = get_args(CommandName)
 NO_REWARD = dict.fromkeys(TERMS, 0.0)
+
+
+def _told_by_truth() -> dict[str, tuple[str, tuple[int, ...], str]]:
+    """Return what ``Truth`` says of the frame and of the target in numbers: key -> dtype, shape and words."""
+    told = {}
+    for name, meaning in meanings(Truth).items():
+        if meaning.per_pixel or meaning.unit == "word":
+            continue
+        shape = tuple(int(size) for size in (meaning.shape[1:] if meaning.per_object else meaning.shape))
+        words = ", ".join(filter(None, ("of the target" if meaning.per_object else "", meaning.unit, meaning.coding)))
+        told[name] = (dtype_of(Truth, name).name, shape, words)
+    return told
+
+
+_TOLD = _told_by_truth()
 INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "episode_seed": ("int64", (), "seed of the episode in the catalogue"),
-    "frame": ("int64", (), "index of the frame, from 0"),
-    "time_s": ("float64", (), "seconds since frame 0"),
-    "in_view": ("bool", (), "target's centre in the picture, hidden or not, and its box at least 12 pixels long"),
+    **_TOLD,
     "state": ("int64", (), f"index of the target's state in {', '.join(_STATES)}"),
+    "in_view": ("bool", (), "target's centre in the picture, hidden or not, and its box at least 12 pixels long"),
     "centring": ("float64", (), "1 with the target in the middle of the picture, 0 on its border and outside"),
     "length_px": ("float64", (), "longer side of the target's true box in pixels; 0 behind the camera"),
-    "visible_fraction": ("float64", (), "share in [0, 1] of the target that is visible"),
-    "frames_since_exit": ("int64", (), "0 on the first frame with the target outside; -1 while it is not"),
-    "position_px": ("float64", (2,), "target's true centre in pixels, also outside the picture; NaN behind the camera"),
-    "box_xyxy": ("float64", (4,), "target's true box in pixels, also outside the picture; NaN behind the camera"),
     "place_m": ("float64", (3,), "target's true place in the world, in metres"),
-    "T_world_camera": ("float64", (4, 4), "camera's true pose, translation in metres"),
     "error_px": ("float64", (), "distance in pixels of the tracker's estimate from the true centre; NaN without one"),
-    "command": ("float64", (4,), "command obeyed: forward, right and climb in m/s, yaw rate in rad/s"),
+    "command": ("float64", (len(COMMANDS),), f"command obeyed: {', '.join(COMMANDS)}"),
     **{f"reward_{term}": ("float64", (), "weighted term of the step's reward; 0 after a reset") for term in TERMS},
 }
-"""Key -> dtype and shape of its value, and what that is."""
+"""Key -> dtype and shape of its value, and what that is. Truth is that of the steered camera, if there are two."""
 
 
 def truth_info(
     frame: Frame,
+    target: int,
     estimate: Estimate,
     obeyed: CameraCommand,
     terms: Mapping[str, float],
     episode_seed: int,
 ) -> dict[str, Any]:
-    """Return the info of one step, see ``INFO``; ``terms`` are the reward's, weights included."""
-    truth, target = frame.truth, frame.truth.target
+    """Return the info of one step about the object ``target``, see ``INFO``; ``terms`` are the reward's."""
+    truth, camera = frame.judged
+    error_px = np.asarray(estimate.position_px) - frame.truth.position_px[target]
     return {
         "episode_seed": episode_seed,
-        "frame": truth.frame,
-        "time_s": float(truth.time_s),
-        "in_view": is_in_view(truth, frame.camera),
-        "state": _STATES.index(truth.state),
-        "centring": centring(truth, frame.camera),
-        "length_px": length_px(truth),
-        "visible_fraction": float(truth.visible_fraction[target]),
-        "frames_since_exit": truth.frames_since_exit,
-        "position_px": truth.position_px[target].copy(),
-        "box_xyxy": truth.box_xyxy[target].copy(),
+        **{name: _plain(_of_target(truth, target, name)) for name in _TOLD},
+        "state": _STATES.index(truth.state[target]),
+        "in_view": is_in_view(truth, target, camera),
+        "centring": centring(truth, target, camera),
+        "length_px": length_px(truth, target),
         "place_m": truth.T_world_object[target, :3, 3].copy(),
-        "T_world_camera": truth.T_world_camera.copy(),
-        "error_px": float(np.linalg.norm(np.asarray(estimate.position_px) - truth.position_px[target])),
-        "command": np.array([obeyed.forward_mps, obeyed.right_mps, obeyed.climb_mps, obeyed.yaw_rate_rad_s]),
+        "error_px": float(np.linalg.norm(error_px)),
+        "command": np.array([getattr(obeyed, name) for name in COMMANDS]),
         **{f"reward_{term}": terms[term] for term in TERMS},
     }
+
+
+def _of_target(truth: Truth, target: int, name: str) -> Any:
+    value = getattr(truth, name)
+    return value[target] if _PER_OBJECT[name] else value
+
+
+_PER_OBJECT = {name: meaning.per_object for name, meaning in meanings(Truth).items()}
+
+
+def _plain(value: Any) -> Any:
+    """Return a number as Python has it, or a copy of an array."""
+    return value.copy() if np.ndim(value) else getattr(value, "item", lambda: value)()

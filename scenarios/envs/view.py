@@ -19,8 +19,8 @@ _INVISIBLE = ("dummy", "offscreen")
 """SDL's drivers that show nothing; it falls back to them without a screen."""
 
 
-def draw_view(loop: Loop) -> NDArray[np.uint8]:
-    """Return the larger view (H, W, 3): white what is observed, blue the target's true box, orange what is believed."""
+def draw_view(loop: Loop, target: int) -> NDArray[np.uint8]:
+    """Return the larger view (H, W, 3): white the observed frame, blue the target's true box, orange the estimate."""
     view = np.ascontiguousarray(loop.episode.larger_view(_SCALE))
     camera, truth = loop.frame.camera, loop.frame.truth
     margin = 0.5 * np.array([view.shape[1] - camera.width_px, view.shape[0] - camera.height_px])
@@ -29,8 +29,8 @@ def draw_view(loop: Loop) -> NDArray[np.uint8]:
     inside = (slice(observed[1], observed[3]), slice(observed[0], observed[2]))
     view[inside] = loop.frame.observation.image_rgb
     _rectangle(view, observed, _FRAME_RGB)
-    _rectangle(view, truth.box_xyxy[truth.target] + np.tile(margin, 2), _TRUE_RGB)
-    place = np.asarray(loop.estimates[0].position_px, dtype=float) + margin
+    _rectangle(view, truth.box_xyxy[target] + np.tile(margin, 2), _TRUE_RGB)
+    place = np.asarray(loop.estimate.position_px, dtype=float) + margin
     if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
         cv2.drawMarker(view, tuple(int(v) for v in np.rint(place)), _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
     return view

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from scenarios import catalog
 from scenarios.command_link import episode_link
 from scenarios.envs.settings import FollowSettings
-from scenarios.loop import Loop, tracker_stream
+from scenarios.loop import FromPictures, Loop, tracker_stream
 from scenarios.scenario import Frame
 from sim.rng import generator
 from trackers import registry
 from trackers.estimate_check import check_estimate
-from trackers.types import Estimate
+from trackers.types import Estimate, Observation, Start
 
 
 def watched_episode(settings: FollowSettings, seed: int) -> Loop:
@@ -29,28 +26,33 @@ def watched_episode(settings: FollowSettings, seed: int) -> Loop:
     scenario = catalog.scenario(settings.scenario)
     rng = generator(seed, "randomise")
     drawn = {name: float(rng.uniform(*limits)) for name, limits in settings.randomise.items()}
-    watcher = _Watcher(settings.tracker, seed)
     episode = scenario.episode(
         settings.configuration(drawn), seed, renderer=settings.renderer, closed_loop=True, truth="target"
     )
+    try:
+        watcher = _Watcher(settings.tracker, seed, episode.start.background)
+    except Exception:
+        episode.close()
+        raise
     return Loop(episode, [watcher], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
 
 
 class _Watcher:
     """An env's tracker as a contestant: what goes wrong is told as its fault."""
 
-    def __init__(self, tracker: Any, seed: int) -> None:
+    def __init__(self, tracker: Any, seed: int, background: Sequence[Observation]) -> None:
         """``tracker`` is a name, or an object, of which a copy watches: so it carries nothing over."""
         self._seed = seed
         if isinstance(tracker, str):
-            self._tracker, self._name = registry.entry(tracker).create(tracker_stream(seed, tracker)), tracker
+            rng = tracker_stream(seed, tracker)
+            self._tracker, self._name = registry.entry(tracker).create_for_one(rng, background), tracker
         else:
             self._tracker, self._name = copy.deepcopy(tracker), type(tracker).__name__
 
-    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``Contestant``."""
         with self._blamed(frame):
-            self._tracker.initialise(frame.observation, box_xyxy)
+            return FromPictures(self._tracker).initialise(frame, start)
 
     def update(self, frame: Frame) -> Estimate:
         """See ``Contestant``."""

@@ -1,4 +1,4 @@
-"""Warm crates on a yard under a thermal camera at rest, and a second camera on a pan-tilt-zoom head that may be steered."""
+"""Warm crates on a yard: a thermal camera at rest, and a second camera on a pan-tilt-zoom head that may be steered."""
 
 from __future__ import annotations
 

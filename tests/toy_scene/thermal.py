@@ -1,4 +1,4 @@
-"""A thermal camera in small: every body has a temperature, the sensor counts it, an automatic gain makes 8 bits of it."""
+"""A thermal camera in small: every body has a temperature, the sensor counts it, a gain control makes 8 bits of it."""
 
 from __future__ import annotations
 

@@ -13,11 +13,11 @@ from benchmarks.scores.view_time import find_losses, view_scores
 from benchmarks.suites.follow.metrics import following
 from benchmarks.suites.judging import Score
 from scenarios.in_view import centring, is_in_view
-from scenarios.scenario import Episode, Frame
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.scenario import Episode, Frame, Scenario
+from scenarios.truth import Truth
 from trackers.belief.command_shares import shares_of
 from trackers.belief.kernel import SEEN_PROBABILITY
-from trackers.types import CameraCommand, Carrier, Estimate
+from trackers.types import CameraCommand, Estimate
 
 
 @dataclass
@@ -26,16 +26,17 @@ class _Seen:
 
     Attributes:
         position_px: of the target. is_in_view, centring: see ``scenarios.in_view``.
-        state, visible: of the target.
+        visible: of the target. watched_state, watched_visible: the same of the camera that the tracker watches.
         shares: of the command that led to the frame; none for frame 0.
-        distance_m: on the ground, from the camera to a target that is a person.
+        distance_m: on the ground, from a camera that looks ahead to the target.
     """
 
     position_px: list[NDArray[np.float64]] = field(default_factory=list)
     is_in_view: list[bool] = field(default_factory=list)
     centring: list[float] = field(default_factory=list)
-    state: list[str] = field(default_factory=list)
     visible: list[float] = field(default_factory=list)
+    watched_state: list[str] = field(default_factory=list)
+    watched_visible: list[float] = field(default_factory=list)
     shares: list[NDArray[np.float64]] = field(default_factory=list)
     distance_m: list[float] = field(default_factory=list)
 
@@ -43,24 +44,30 @@ class _Seen:
 class FollowJudge:
     """See ``benchmarks.suites.judging.Judge``. Any scenario will do; people are moreover scored as EVT-Bench does."""
 
-    def __init__(self, episode: Episode, carrier: Carrier) -> None:
-        self._rate_hz, self._carrier = episode.rate_hz, carrier
+    def __init__(self, episode: Episode, scenario: Scenario) -> None:
+        self._rate_hz, self._carrier, self._target = episode.rate_hz, scenario.carrier, scenario.target
         self._size_px = (0, 0)
         self._seen = _Seen()
 
+    def target(self, truth: Truth) -> int:
+        """Return the index of the target among the objects."""
+        return truth.index_of(self._target)
+
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
-        truth, seen = frame.truth, self._seen
-        self._size_px = (frame.camera.width_px, frame.camera.height_px)
-        seen.position_px.append(truth.position_px[truth.target])
-        seen.is_in_view.append(is_in_view(truth, frame.camera))
-        seen.centring.append(centring(truth, frame.camera))
-        seen.state.append(truth.state)
-        seen.visible.append(float(truth.visible_fraction[truth.target]))
+        (truth, camera), seen = frame.judged, self._seen
+        target = self.target(truth)
+        self._size_px = (camera.width_px, camera.height_px)
+        seen.position_px.append(truth.position_px[target])
+        seen.is_in_view.append(is_in_view(truth, target, camera))
+        seen.centring.append(centring(truth, target, camera))
+        seen.visible.append(float(truth.visible_fraction[target]))
+        seen.watched_state.append(str(frame.truth.state[target]))
+        seen.watched_visible.append(float(frame.truth.visible_fraction[target]))
         if command is not None:
             seen.shares.append(shares_of(self._carrier, command))
-        if isinstance(truth, PeopleTruth):
-            offset_m = truth.T_world_object[truth.target, :2, 3] - truth.T_world_camera[:2, 3]
+        if self._carrier.looks == "ahead":
+            offset_m = truth.T_world_object[target, :2, 3] - truth.T_world_camera[:2, 3]
             seen.distance_m.append(float(np.hypot(*offset_m)))
 
     def sheet(self) -> FollowSheet:
@@ -90,7 +97,9 @@ class FollowJudge:
     ) -> Iterator[Score]:
         """Yield TPR and TNR of what the tracker says (F,) of its target's being in view; wrong from its failure on."""
         failed = np.arange(len(says)) >= (len(says) if failed_at_frame is None else failed_at_frame)
-        present, absent = in_view.present_and_absent(np.array(self._seen.state), np.array(self._seen.visible))
+        present, absent = in_view.present_and_absent(
+            np.array(self._seen.watched_state), np.array(self._seen.watched_visible)
+        )
         tpr = in_view.true_positive_rate(present, says & ~failed, on_target)
         yield Score("in_view_tpr", tpr, float(present.sum()))
         yield Score("in_view_tnr", in_view.true_negative_rate(absent, says | failed), float(absent.sum()))
@@ -119,9 +128,9 @@ class FollowSheet:
 
     def keep(self, frame: Frame, estimate: Estimate) -> None:
         """See ``ScoreSheet``."""
-        position_px = np.asarray(estimate.position_px, dtype=float)
-        self._on_target.append(following.is_on_target(position_px, frame.truth))
-        self._on_other.append(following.is_on_other(position_px, frame.truth))
+        position_px, target = np.asarray(estimate.position_px, dtype=float), self._judge.target(frame.truth)
+        self._on_target.append(following.is_on_target(position_px, frame.truth, target))
+        self._on_other.append(following.is_on_other(position_px, frame.truth, target))
         self._says.append(_says_in_view(estimate, frame))
         self._silent_frames += bool(np.isnan(position_px).any())
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.suites.frame_out.oracle_routes import fan_of_routes
+from scenarios.loop import given
 from scenarios.road_town.excursion import aside_share
 from scenarios.road_town.plan import EXCURSION_ALONG_M, EXCURSION_ASIDE_M, STOP_S
 from scenarios.road_town.presets import STANDARD
@@ -32,7 +33,7 @@ from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.optics import project
 from trackers.kernels.posterior import geometric_median
-from trackers.types import Estimate
+from trackers.types import Estimate, Start
 
 _HELD_UP_WITHIN_S = 4.0
 _PROPOSALS_PER_PARTICLE = 12
@@ -109,27 +110,29 @@ class OracleMap:
 
     Parameters = OracleParameters
 
-    def __init__(self, parameters: OracleParameters, road_map: RoadMap, rng: np.random.Generator) -> None:
+    def __init__(self, parameters: OracleParameters, road_map: RoadMap, target: str, rng: np.random.Generator) -> None:
+        """``target``: name of the car."""
         self._parameters = parameters
-        self._map = road_map
+        self._map, self._target = road_map, target
         self._rng = rng
         self._poses: list[NDArray[np.float64]] = []
         self._speeds: list[float] = []
         self._time_s = 0.0
         self._guesses: _Guesses | None = None
 
-    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
         """Look at the first frame."""
         self._remember(frame.truth)
+        return given(start)
 
     def update(self, frame: Frame) -> Estimate:
         """Say where the car is: by truth or by the guesses."""
         truth = frame.truth
         passed_s = truth.time_s - self._time_s
-        if truth.state != "out":
+        target = truth.index_of(self._target)
+        if truth.state[target] != "out":
             self._guesses = None
             self._remember(truth)
-            target = truth.target
             return Estimate(
                 truth.position_px[target].copy(),
                 truth.box_xyxy[target].copy(),
@@ -146,8 +149,9 @@ class OracleMap:
         return self._estimate(frame, self._places(self._guesses))
 
     def _remember(self, truth: Truth) -> None:
-        self._poses.append(truth.T_world_object[truth.target])
-        self._speeds.append(float(truth.speed_mps[truth.target]))
+        target = truth.index_of(self._target)
+        self._poses.append(truth.T_world_object[target])
+        self._speeds.append(float(truth.speed_mps[target]))
         self._time_s = truth.time_s
 
     def _first_guesses(self, frame_s: float) -> _Guesses:
@@ -247,7 +251,8 @@ class OracleMap:
 
     def _estimate(self, frame: Frame, places_m: NDArray[np.float64]) -> Estimate:
         truth = frame.truth
-        height_m = truth.T_world_object[truth.target, 2, 3] + 0.5 * truth.size_m[truth.target, 2]
+        target = truth.index_of(self._target)
+        height_m = truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2]
         best_m = geometric_median(places_m, np.full(len(places_m), 1.0 / len(places_m)), _MEDIAN_STEPS)
         points = np.column_stack([np.vstack([best_m, places_m]), np.full(len(places_m) + 1, height_m)])
         pixels, _ = project(frame.camera, truth.T_world_camera, points)

@@ -54,7 +54,7 @@ def _instants(job: Job, frame_out: dict[str, Any]) -> list[Instant]:
     with opened(job) as live:
         count = min(wanted[-1] + 1, live.loop.episode.frame_count)
         last = (*wanted[:-1], count - 1)
-        return list(replay(live.loop, live.controller, scale=_SCALE, wanted=last, frame_count=count))
+        return list(replay(live, scale=_SCALE, wanted=last, frame_count=count))
 
 
 def _first_frame_out(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:

@@ -86,7 +86,7 @@ def _row(job: Job, wanted: Sequence[int]) -> list[tuple[str, NDArray[np.uint8]]]
         episode = live.loop.episode
         frames = [min(frame, episode.frame_count - 1) for frame in wanted]
         plan = episode.map_of().plan
-        instants = replay(live.loop, live.controller, scale=1.0, wanted=frames, frame_count=frames[-1] + 1)
+        instants = replay(live, scale=1.0, wanted=frames, frame_count=frames[-1] + 1)
         cells = {instant.frame.truth.frame: _cell(job.trackers[0], instant, plan) for instant in instants}
     return [cells[frame] for frame in frames]
 
