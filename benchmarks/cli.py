@@ -129,12 +129,8 @@ def _in_one_line(complaint: str, name: str) -> str:
 
 
 def _refuse(message: str) -> int:
-    _complain(message)
-    return _USAGE_ERROR
-
-
-def _complain(message: str) -> None:
     print(f"error: {' '.join(message.split())}", file=sys.stderr)
+    return _USAGE_ERROR
 
 
 def _overview() -> str:
