@@ -148,7 +148,7 @@ def _overview() -> str:
             "",
             *lines,
             "",
-            "`frameout COMMAND --help` says more. Start with: frameout bench frame-out --quick",
+            "`frameout COMMAND --help` says more. Start with: frameout bench --quick",
         ]
     )
 
