@@ -144,7 +144,7 @@ def _overview() -> str:
             "",
             *lines,
             "",
-            "`frameout COMMAND --help` says more. Start with: frameout bench frame-out --quick",
+            "`frameout COMMAND --help` says more. Start with: frameout bench --quick",
         ]
     )
 
