@@ -8,12 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.run.guards import GuardedController
+from benchmarks.run.jobs import Job, OpenJob
+from scenarios.loop import FromPictures, Loop
 from scenarios.road_town.truth import Light, RoadTruth
-from scenarios.scenario import Frame
+from scenarios.scenario import Episode, Frame
+from trackers.protocols import Controller, Tracker
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Start
 
 WIDTH, HEIGHT = 160, 120
 CAMERA = CameraModel(WIDTH, HEIGHT, 150.0)
+JOB = Job("frame-out", "road-town-v1", "quick", "raster", 0, None, ())
 
 
 def draw_ground(width: int, height: int, box: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -89,6 +94,12 @@ class FakeEpisode:
 
     def close(self) -> None:
         self.closed = True
+
+
+def live(episode: Episode, tracker: Tracker, controller: Controller | None = None, job: Job = JOB) -> OpenJob:
+    """Return an episode as that of a job, with one tracker and what steers by it."""
+    pilot = None if controller is None else GuardedController(controller, 60.0)
+    return OpenJob(job, Loop(episode, [FromPictures(tracker)]), [], pilot)
 
 
 class FakeTracker:
