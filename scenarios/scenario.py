@@ -31,7 +31,7 @@ class Frame:
 
     @property
     def camera(self) -> PinholeCamera:
-        """The camera as all truth has it: without the lens's distortion, which is in the picture alone."""
+        """The camera that the tracker watches."""
         return _pinhole(self.observation.camera)
 
     @property
