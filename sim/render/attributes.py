@@ -33,6 +33,21 @@ SHORT = 64
 """Runs below this number of pixels are over before vector code has started."""
 
 
+class Visible(NamedTuple):
+    """A picture whose nearest triangles are known, see ``draw_picture``; maps are (H, W).
+
+    Attributes:
+        depth_m, instance_id: written row by row, see ``GBuffer``.
+    """
+
+    textures: TexturePool
+    table: TriangleTable
+    nearness: NDArray[np.float32]
+    triangle: NDArray[np.int32]
+    depth_m: NDArray[np.float32]
+    instance_id: NDArray[np.int32]
+
+
 class SurfaceRow(NamedTuple):
     """What the W pixels of one row show.
 
@@ -75,52 +90,33 @@ def new_resolve_scratch(width: int) -> ResolveScratch:
 
 
 @njit(cache=True)
-def resolve_picture(
-    textures: TexturePool,
-    table: TriangleTable,
-    nearness: NDArray[np.float32],
-    triangle: NDArray[np.int32],
-    base_colour_rgb: NDArray[np.uint8],
-    depth_m: NDArray[np.float32],
-    instance_id: NDArray[np.int32],
-    normal_world: NDArray[np.float32],
-) -> None:
-    """Write a ``GBuffer`` from what ``draw_picture`` found; arrays are (H, W) or (H, W, 3)."""
-    width = triangle.shape[1]
+def resolve_picture(seen: Visible, base_colour_rgb: NDArray[np.uint8], normal_world: NDArray[np.float32]) -> None:
+    """Write a ``GBuffer``; arrays are (H, W) or (H, W, 3)."""
+    width = seen.triangle.shape[1]
     scratch = new_resolve_scratch(width)
-    for row in range(triangle.shape[0]):
-        surfaces = SurfaceRow(scratch.colour, depth_m[row], instance_id[row], scratch.normal)
-        resolve_row(textures, table, row, nearness[row], triangle[row], scratch, surfaces)
+    for row in range(seen.triangle.shape[0]):
+        surfaces = resolve_row(seen, row, scratch)
         for column in range(width):
-            texel = scratch.colour[column]
+            texel = surfaces.colour[column]
             base_colour_rgb[row, column, 0] = texel & np.uint32(255)
             base_colour_rgb[row, column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
             base_colour_rgb[row, column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
             for k in range(3):
-                normal_world[row, column, k] = scratch.normal[k, column]
+                normal_world[row, column, k] = surfaces.normal[k, column]
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def resolve_row(
-    textures: TexturePool,
-    table: TriangleTable,
-    row: int,
-    nearness: NDArray[np.float32],
-    triangle: NDArray[np.int32],
-    scratch: ResolveScratch,
-    surfaces: SurfaceRow,
-) -> None:
-    """Write what one row of pixels shows.
+def resolve_row(seen: Visible, row: int, scratch: ResolveScratch) -> SurfaceRow:
+    """Return what one row of pixels shows; colour and normal are views of the scratch.
 
     With the planes of ``TriangleTable``: ``depth = 1 / nearness``, ``(u, v) = plane * depth`` and, on faces that
     are not flat, ``n = plane / |plane|``.
-
-    Args:
-        surfaces: written; colour and normal are those of the scratch.
     """
+    textures, nearness, triangle = seen.textures, seen.nearness[row], seen.triangle[row]
+    surfaces = SurfaceRow(scratch.colour, seen.depth_m[row], seen.instance_id[row], scratch.normal)
     real, whole, firsts = scratch.real, scratch.whole, scratch.firsts
     colour, depth_m, instance_id = surfaces.colour, surfaces.depth_m, surfaces.instance_id
-    triangles, planes = table.whole, table.real
+    triangles, planes = seen.table.whole, seen.table.real
     width = np.uint64(triangle.shape[0])
     for column in range(width):
         depth_m[column] = np.float32(1.0) / nearness[column]
@@ -142,6 +138,7 @@ def resolve_row(
         colour[column] = np.uint32(0) if triangle[column] == NOTHING else colour[column]
     for column in range(width):
         instance_id[column] = np.int32(whole[np.uint64(TEXEL_LINES * PITCH) + column])
+    return surfaces
 
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")

@@ -13,6 +13,7 @@ from numba import njit
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _announced = False
+_NO_REFERENCE_COUNTING: Any = {"_nrt": False}
 _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
 
 
@@ -21,7 +22,7 @@ def row_kernel(**options: Any) -> Callable[[_Kernel], _Kernel]:
 
     It counts no references to arrays: kernels of rows, short and often called, took a twentieth more time for that.
     """
-    decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, _nrt=False, **options)
+    decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, **_NO_REFERENCE_COUNTING, **options)
     return decorator
 
 

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera
+from sim.optics import CameraMotion, PinholeCamera
 from sim.render.protocol import Renderer
 from sim.render.raster import Raster
-from sim.render.row_stages import RowStage, Visible, finish_rows
+from sim.render.row_stages import RowStage, finish_rows
 
 _Picture = TypeVar("_Picture", covariant=True)
 
@@ -62,9 +62,7 @@ class Sensor(Protocol[_Picture]):
         radiance: NDArray[np.float32],
         camera: PinholeCamera,
         frame: int,
-        *,
-        motion: NDArray[np.float64] | None = None,
-        interval_s: float = 1.0,
+        motion: CameraMotion | None = None,
     ) -> _Picture:
         """Take the picture of a frame, then let the sensor's loops take one step.
 
@@ -72,9 +70,7 @@ class Sensor(Protocol[_Picture]):
             radiance: (H, C, W) float32.
             camera: its lens distorts the picture.
             frame: index, >= 0; with the pixel it determines the noise.
-            motion: homography (3, 3) from this picture's pixels to the next one's, or None for a camera at
-                rest.
-            interval_s: time between the two.
+            motion: None for a camera at rest.
         """
         ...
 
@@ -84,9 +80,7 @@ class Sensor(Protocol[_Picture]):
         camera: PinholeCamera,
         frame: int,
         settings: Any,
-        *,
-        motion: NDArray[np.float64] | None = None,
-        interval_s: float = 1.0,
+        motion: CameraMotion | None = None,
     ) -> _Picture:
         """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
         ...
@@ -107,9 +101,7 @@ class RowSensor(Sensor[_Picture], Protocol[_Picture]):
         """Return scratch for a radiance (rows, C, width)."""
         ...
 
-    def needs_whole(
-        self, camera: PinholeCamera, settings: Any, motion: NDArray[np.float64] | None, interval_s: float
-    ) -> bool:
+    def needs_whole(self, camera: PinholeCamera, settings: Any, motion: CameraMotion | None) -> bool:
         """Return whether no row of the next picture can be developed before all are lit."""
         ...
 
@@ -149,8 +141,7 @@ def capture(
     T_world_camera: NDArray[np.float64],
     frame: int,
     *,
-    motion: NDArray[np.float64] | None = None,
-    interval_s: float = 1.0,
+    motion: CameraMotion | None = None,
     settings: Any = None,
 ) -> Capture[_Picture]:
     """Draw, light and photograph the world as it is now; the sensor's loops take one step.
@@ -162,10 +153,10 @@ def capture(
             pair follows the first one's.
     """
     if isinstance(renderer, Raster) and _lights_rows(shader) and _develops_rows(sensor):
-        return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, motion, interval_s, settings)
+        return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings, motion)
     gbuffer = renderer.gbuffer(camera, T_world_camera)
     radiance = shader.shade(gbuffer, camera, T_world_camera)
-    picture = _photograph(sensor, radiance, camera, frame, motion, interval_s, settings)
+    picture = _photograph(sensor, radiance, camera, frame, settings, motion)
     return Capture(picture, gbuffer.depth_m, gbuffer.instance_id)
 
 
@@ -183,13 +174,12 @@ def _photograph(
     radiance: NDArray[np.float32],
     camera: PinholeCamera,
     frame: int,
-    motion: NDArray[np.float64] | None,
-    interval_s: float,
     settings: Any,
+    motion: CameraMotion | None,
 ) -> _Picture:
     if settings is None:
-        return sensor.expose(radiance, camera, frame, motion=motion, interval_s=interval_s)
-    return sensor.develop(radiance, camera, frame, settings, motion=motion, interval_s=interval_s)
+        return sensor.expose(radiance, camera, frame, motion=motion)
+    return sensor.develop(radiance, camera, frame, settings, motion=motion)
 
 
 def _capture_by_rows(
@@ -199,29 +189,26 @@ def _capture_by_rows(
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
     frame: int,
-    motion: NDArray[np.float64] | None,
-    interval_s: float,
     settings: Any,
+    motion: CameraMotion | None,
 ) -> Capture[_Picture]:
-    nearness, triangle = renderer.visible(camera, T_world_camera)
-    height, width = nearness.shape
-    depth_m, instance_id = np.empty((height, width), np.float32), np.empty((height, width), np.int32)
+    seen = renderer.visible(camera, T_world_camera)
+    height, width = seen.depth_m.shape
     with np.errstate(divide="ignore"):
-        np.divide(np.float32(1.0), nearness, out=depth_m)
-    light = shader.row_light(depth_m, camera, T_world_camera)
-    seen = Visible(renderer.textures, renderer.table, nearness, triangle, depth_m, instance_id)
-    if sensor.needs_whole(camera, settings, motion, interval_s):
+        np.divide(np.float32(1.0), seen.nearness, out=seen.depth_m)
+    light = shader.row_light(seen.depth_m, camera, T_world_camera)
+    if sensor.needs_whole(camera, settings, motion):
         film = sensor.film(height, width)
         finish_rows(seen, np.arange(height), shader.lighting, light, film)
-        picture = _photograph(sensor, film, camera, frame, motion, interval_s, settings)
-        return Capture(picture, depth_m, instance_id)
+        picture = _photograph(sensor, film, camera, frame, settings, motion)
+        return Capture(picture, seen.depth_m, seen.instance_id)
     # The rows that the light meter looks at come first: what of their light is scattered falls on all the others too.
     metered_rows, other_rows = _metered_and_other_rows(height, sensor.metered_row_step)
     film = sensor.film(len(metered_rows), width)
     finish_rows(seen, metered_rows, shader.lighting, light, film)
     picture, development = sensor.develop_first(film, metered_rows, camera, frame, settings)
     finish_rows(seen, other_rows, shader.lighting, light, film[:1], sensor.developing, development)
-    return Capture(picture, depth_m, instance_id)
+    return Capture(picture, seen.depth_m, seen.instance_id)
 
 
 @cache

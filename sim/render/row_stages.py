@@ -17,10 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
-from sim.render.attributes import ResolveScratch, SurfaceRow, new_resolve_scratch, resolve_row
+from sim.render.attributes import ResolveScratch, SurfaceRow, Visible, new_resolve_scratch, resolve_row
 from sim.render.compilation import announce_compilation, forget_stale_kernels, row_kernel
-from sim.render.textures import TexturePool
-from sim.render.visibility import TriangleTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,21 +34,6 @@ class RowStage:
 
     kernel: Callable[..., None]
     new_scratch: Callable[[int], Any]
-
-
-class Visible(NamedTuple):
-    """A picture whose nearest triangles are known, see ``draw_picture``; maps are (H, W).
-
-    Attributes:
-        instance_id: written row by row, see ``GBuffer``.
-    """
-
-    textures: TexturePool
-    table: TriangleTable
-    nearness: NDArray[np.float32]
-    triangle: NDArray[np.int32]
-    depth_m: NDArray[np.float32]
-    instance_id: NDArray[np.int32]
 
 
 class RowScratch(NamedTuple):
@@ -96,8 +79,7 @@ def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer, channels: in
     height, width = gbuffer.depth_m.shape
     radiance = np.empty((height, channels, width), np.float32)
     kernel = _bound(_light_picture, light_row=lighting.kernel)
-    maps = gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.instance_id, gbuffer.normal_world
-    kernel(*maps, light, _scratch(_RESOLVE, width), _scratch(lighting, width), radiance)
+    kernel(gbuffer, light, _scratch(_RESOLVE, width), _scratch(lighting, width), radiance)
     return radiance
 
 
@@ -131,25 +113,18 @@ def _finish_rows(
     for k in range(rows.shape[0]):
         row = rows[k]
         radiance_row = radiance[k % radiance.shape[0]]
-        surfaces = SurfaceRow(scratch.resolve.colour, seen.depth_m[row], seen.instance_id[row], scratch.resolve.normal)
-        resolve_row(seen.textures, seen.table, row, seen.nearness[row], seen.triangle[row], scratch.resolve, surfaces)
+        surfaces = resolve_row(seen, row, scratch.resolve)
         light_row(light, row, surfaces, scratch.light, radiance_row)  # type: ignore[name-defined]  # noqa: F821
         develop_row(development, row, scratch.develop, radiance_row)  # type: ignore[name-defined]  # noqa: F821
 
 
 def _light_picture(
-    base_colour_rgb: NDArray[np.uint8],
-    depth_m: NDArray[np.float32],
-    instance_id: NDArray[np.int32],
-    normal_world: NDArray[np.float32],
-    light: Any,
-    resolve: ResolveScratch,
-    scratch: Any,
-    radiance: NDArray[np.float32],
+    gbuffer: GBuffer, light: Any, resolve: ResolveScratch, scratch: Any, radiance: NDArray[np.float32]
 ) -> None:
     colour, normal = resolve.colour, resolve.normal
-    for row in range(depth_m.shape[0]):
-        for column in range(depth_m.shape[1]):
+    base_colour_rgb, normal_world = gbuffer.base_colour_rgb, gbuffer.normal_world
+    for row in range(gbuffer.depth_m.shape[0]):
+        for column in range(gbuffer.depth_m.shape[1]):
             colour[column] = (
                 np.uint32(base_colour_rgb[row, column, 0])
                 | np.uint32(base_colour_rgb[row, column, 1]) << np.uint32(8)
@@ -157,5 +132,5 @@ def _light_picture(
             )
             for k in range(3):
                 normal[k, column] = normal_world[row, column, k]
-        surfaces = SurfaceRow(colour, depth_m[row], instance_id[row], normal)
+        surfaces = SurfaceRow(colour, gbuffer.depth_m[row], gbuffer.instance_id[row], normal)
         light_row(light, row, surfaces, scratch, radiance[row])  # type: ignore[name-defined]  # noqa: F821

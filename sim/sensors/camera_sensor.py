@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
+from sim.optics import CameraMotion, PinholeCamera
 from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
 from sim.sensors.config import Picture, SensorConfig, SensorSettings
@@ -41,14 +41,12 @@ class CameraSensor:
         radiance: NDArray[np.float32],
         camera: PinholeCamera,
         frame: int,
-        *,
-        motion: NDArray[np.float64] | None = None,
-        interval_s: float = 1.0,
+        motion: CameraMotion | None = None,
     ) -> Picture:
         """Take the picture of a frame from its radiance (H, 3, W) in cd/m², see ``Sensor``."""
         metered = metered_radiance(radiance)
         settings = self.settings_for(metered)
-        picture = self.develop(radiance, camera, frame, settings, motion=motion, interval_s=interval_s)
+        picture = self.develop(radiance, camera, frame, settings, motion)
         self.step(metered)
         return picture
 
@@ -81,30 +79,24 @@ class CameraSensor:
         camera: PinholeCamera,
         frame: int,
         settings: SensorSettings,
-        *,
-        motion: NDArray[np.float64] | None = None,
-        interval_s: float = 1.0,
+        motion: CameraMotion | None = None,
     ) -> Picture:
         """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
         if motion is not None:
-            radiance = blur_by_motion(radiance, motion, settings.exposure_s / interval_s)
+            radiance = blur_by_motion(radiance, motion.homography, settings.exposure_s / motion.interval_s)
         radiance = distort(radiance, camera)
         rows = np.arange(len(radiance))
         return self._develop_rows(radiance, rows, len(rows), metered_radiance(radiance), settings, frame)[0]
 
-    def needs_whole(
-        self,
-        camera: PinholeCamera,
-        settings: SensorSettings | None,
-        motion: NDArray[np.float64] | None,
-        interval_s: float,
-    ) -> bool:
+    def needs_whole(self, camera: PinholeCamera, settings: SensorSettings | None, motion: CameraMotion | None) -> bool:
         """Return whether it is the first picture, or lens or motion bring light from one pixel to others."""
         settings = self._settings if settings is None else settings
         if settings is None or camera.radial_distortion != (0.0, 0.0):
             return True
-        share = settings.exposure_s / interval_s
-        return motion is not None and needs_blur(camera.width_px, camera.height_px, motion, share)
+        if motion is None:
+            return False
+        share = settings.exposure_s / motion.interval_s
+        return needs_blur(camera.width_px, camera.height_px, motion.homography, share)
 
     def develop_first(
         self,

@@ -215,9 +215,9 @@ class BakedLightShader:
             return
         self._poses_lit = poses.copy()
         self._contact.move(poses)
-        theirs = poses[self._others]
-        centre_m = np.einsum("bij,bj->bi", theirs[:, :3], self._centre_m)
-        half_m = np.einsum("bij,bj->bi", np.abs(theirs[:, :3, :3]), self._half_m)
+        others = poses[self._others]
+        centre_m = np.einsum("bij,bj->bi", others[:, :3], self._centre_m)
+        half_m = np.einsum("bij,bj->bi", np.abs(others[:, :3, :3]), self._half_m)
         self._cubes[self._others], self._body_sun[self._others] = self._light_at(centre_m, half_m)
 
     def _light_at(
