@@ -157,4 +157,5 @@ def check_truth(truth: Truth) -> None:
         if meaning.unit == "fraction":
             shares = np.asarray(value, dtype=float)
             if not (np.isnan(shares) | ((shares >= 0) & (shares <= 1))).all():
-                raise ValueError(f"{name}: expected numbers from 0 to 1, got {np.nanmin(shares):g} to {np.nanmax(shares):g}")
+                low, high = np.nanmin(shares), np.nanmax(shares)
+                raise ValueError(f"{name}: expected numbers from 0 to 1, got {low:g} to {high:g}")

@@ -36,13 +36,17 @@ class Kind:
     scenario: str
     preset: str
 
-    @cache
     def frames(self, extent: TruthExtent) -> list[Frame]:
         """Return the first frames of an episode."""
-        episode = catalog.scenario(self.scenario).episode(self.preset, SEED, truth=extent)
-        frames = [episode.step() for _ in range(min(FRAMES, episode.frame_count))]
-        episode.close()
-        return frames
+        return _frames(self, extent)
+
+
+@cache
+def _frames(kind: Kind, extent: TruthExtent) -> list[Frame]:
+    episode = catalog.scenario(kind.scenario).episode(kind.preset, SEED, truth=extent)
+    frames = [episode.step() for _ in range(min(FRAMES, episode.frame_count))]
+    episode.close()
+    return frames
 
 
 def _kinds() -> list[Kind]:

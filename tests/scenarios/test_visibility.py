@@ -24,8 +24,8 @@ SHARES = st.sampled_from([0.0, np.nextafter(MOSTLY_SEEN, 0), MOSTLY_SEEN, 1.0, n
 def boxes(draw: st.DrawFn) -> tuple[float, float, float, float]:
     """Draw a box; of one that is partly or wholly behind the camera some numbers or all are NaN."""
     (left, right), (top, bottom) = sorted((draw(X), draw(X))), sorted((draw(Y), draw(Y)))
-    known = draw(st.sampled_from([(1, 1, 1, 1)] * 6 + [(0, 0, 0, 0), (0, 1, 1, 1), (1, 1, 1, 0)]))
-    return tuple(value if is_known else np.nan for value, is_known in zip((left, top, right, bottom), known))  # type: ignore[return-value]
+    unknown = draw(st.sampled_from([(0.0, 0.0, 0.0, 0.0)] * 6 + [(np.nan,) * 4, (np.nan, 0, 0, 0), (0, 0, 0, np.nan)]))
+    return left + unknown[0], top + unknown[1], right + unknown[2], bottom + unknown[3]
 
 
 def state_by_hand(box: tuple[float, float, float, float], share: float) -> str:
