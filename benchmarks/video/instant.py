@@ -15,6 +15,8 @@ from trackers.types import Answer, Estimate
 _DIMMED = 0.66
 """Brightness left to what the camera does not see, so that the observed frame stands out."""
 _NARROWEST_PX = 960
+_LABEL_PX, _FAR_PX = 10, 1e4
+"""An identity is written so far to the right of its cross and above it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +46,11 @@ class Instant:
         return self.answer if isinstance(self.answer, Estimate) else None
 
     @property
-    def estimates(self) -> tuple[Estimate, ...]:
-        """Everything that the tracker said."""
-        if self.answer is None:
-            return ()
-        return (self.answer,) if isinstance(self.answer, Estimate) else tuple(track.estimate for track in self.answer)
+    def estimates(self) -> tuple[tuple[str, Estimate], ...]:
+        """Everything that the tracker said, and before it the track's identity, '' of a tracker of one target."""
+        if self.answer is None or isinstance(self.answer, Estimate):
+            return () if self.answer is None else (("", self.answer),)
+        return tuple((str(track.identity), track.estimate) for track in self.answer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,14 +84,14 @@ def draw_instant(instant: Instant, zoom: float | None = None) -> NDArray[np.uint
     image = canvas.image
     height, width = instant.frame.observation.image_rgb.shape[:2]
     marks.draw_box(image, canvas.box(np.array([0.0, 0.0, width, height])), marks.OBSERVED)
-    for estimate in instant.estimates:
+    for _, estimate in instant.estimates:
         _draw_posterior(canvas, estimate)
     truth = instant.frame.truth
     for target in instant.targets:
         marks.draw_box(image, canvas.box(truth.box_xyxy[target]), marks.TRUTH, canvas.stroke_px)
         marks.draw_pointer(image, canvas.point(truth.position_px[target]), marks.TRUTH)
-    for estimate in instant.estimates:
-        _draw_estimate(canvas, estimate)
+    for identity, estimate in instant.estimates:
+        _draw_estimate(canvas, estimate, identity)
     return image
 
 
@@ -115,7 +117,7 @@ def _draw_posterior(canvas: _Canvas, estimate: Estimate) -> None:
         marks.draw_ellipse(canvas.image, canvas.point(estimate.position_px), covariance, marks.PARTICLE)
 
 
-def _draw_estimate(canvas: _Canvas, estimate: Estimate) -> None:
+def _draw_estimate(canvas: _Canvas, estimate: Estimate, identity: str) -> None:
     if not np.isfinite(estimate.position_px).all():
         return
     if estimate.box_xyxy is not None:
@@ -123,6 +125,9 @@ def _draw_estimate(canvas: _Canvas, estimate: Estimate) -> None:
     position = canvas.point(estimate.position_px)
     marks.draw_cross(canvas.image, position, marks.ESTIMATE, stroke_px=canvas.stroke_px)
     marks.draw_pointer(canvas.image, position, marks.ESTIMATE)
+    if identity:
+        x, y = np.clip(position, -_FAR_PX, _FAR_PX).astype(int)
+        marks.draw_text(canvas.image, (x + _LABEL_PX, y - _LABEL_PX), identity, marks.ESTIMATE, weight=600)
 
 
 def describe_state(instant: Instant) -> str:
