@@ -39,6 +39,8 @@ HEAD = Carrier(
     (CommandAxis("pan_rad_s", 1.0, 4.0), CommandAxis("tilt_rad_s", 1.0, 4.0), CommandAxis("zoom_per_s", 0.5, 2.0)),
     "around",
 )
+LENS = PinholeCamera.from_field_of_view(320, 240, float(np.deg2rad(50.0)))
+"""Of the camera on the head, not zoomed."""
 _STEEPEST_RAD, _ZOOM = np.deg2rad(80.0), (1.0, 4.0)
 
 
@@ -126,8 +128,8 @@ class YardEpisode(Stage):
         self._phase_rad = rng.uniform(0, 2 * np.pi, preset.crates)
         self._speed_mps = preset.speed_mps * rng.uniform(0.5, 1.0, preset.crates)
         self._outline = outline([body.mesh for body in self._crates])
-        self._head = Head(self._view)
-        self._head_exits = Exits(self._view, preset.crates)
+        self._head = Head(LENS)
+        self._head_exits = Exits(LENS, preset.crates)
         self._T_world_camera = look_down_pose(np.array([0.0, 0.0, HEIGHT_M]), 0.0, 0.0, 0.0)
         self._move_to(0)
         self._start = Start(self._model, self._boxes(self._view, self._T_world_camera)[0], self._empty_yard(renderer))
