@@ -25,7 +25,7 @@ import numpy as np
 from benchmarks.scores.statistics import PooledRatios, bootstrap_interval
 from scenarios import catalog
 from scenarios.scenario import Frame
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import StereoTruth
 from sim.world import World
 
 UNTIMED_FRAMES = 5
@@ -122,7 +122,7 @@ def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Fram
 def bare_calls(world: World, frame: Frame) -> None:
     """Draw a frame's views, of a stereo pair both, with TinyRenderer and its shadows, and drop the pictures."""
     views = [frame.truth.T_world_camera]
-    if isinstance(frame.truth, PeopleTruth):
+    if isinstance(frame.truth, StereoTruth):
         views.append(frame.truth.T_world_right)
     for T_world_camera in views:
         world.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)

@@ -75,7 +75,10 @@ class InLargerView:
         return (_SHADE[str(instant.frame.truth.state[instant.target])],)
 
 
-_DRAWINGS: dict[str, Callable[[Episode], Drawing]] = {"stereo-follow": StereoDrawing.of}
+_DRAWINGS: dict[str, Callable[[Episode], Drawing]] = {
+    "stereo-follow": StereoDrawing.of,
+    "paper-sheet": StereoDrawing.of,
+}
 """Scenario without its version -> what draws an episode of it; others are shown in a larger view. Add yours here."""
 
 
