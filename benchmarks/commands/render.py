@@ -40,7 +40,7 @@ class Render:
         out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
     """
 
-    scenario: Annotated[str, tyro.conf.Positional] = "road-town"
+    scenario: Annotated[str, tyro.conf.Positional] = catalog.DEFAULT
     preset: str = "standard"
     seed: int = 0
     tracker: Annotated[str | None, ONE_NAME] = None

@@ -15,7 +15,7 @@ from trackers.controllers.catalogue import controllers
 
 
 def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
-    town, rooms = parties(FOLLOW, (), (), (), variants=True)
+    town, rooms = parties(FOLLOW, (), STANDARD, (), (), variants=True)
     assert (town.scenario, rooms.scenario) == ("road-town-v1", "stereo-follow-v1")
     for party in (town, rooms):
         roles = [entrants()[name].role for name in party.trackers]
