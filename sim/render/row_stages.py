@@ -32,7 +32,7 @@ class RowStage:
         new_scratch: returns a NamedTuple of arrays that the kernel works in, for rows of W pixels.
     """
 
-    kernel: Callable[..., None]
+    kernel: Callable[..., Any]
     new_scratch: Callable[[int], Any]
 
 

@@ -342,9 +342,7 @@ def test_a_track_of_nan_says_nothing_and_is_no_failure(episode: YardEpisode) -> 
     guard, said, scores = lived(episode, lambda k: [track(0, np.nan)])
     # One number that is not finite is half an answer; all NaN is none.
     assert guard.failed_at_frame == 0
-    guard, said, scores = lived(
-        TOY_YARD.episode("quick", 1), lambda k: [Track(0, Estimate(np.full(2, np.nan)))]
-    )
+    guard, said, scores = lived(TOY_YARD.episode("quick", 1), lambda k: [Track(0, Estimate(np.full(2, np.nan)))])
     assert guard.reason is None
     assert (scores["found_rate"], scores["false_tracks"]) == (0.0, 0.0)
     assert all(len(tracks) == 1 for tracks in said)
