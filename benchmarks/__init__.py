@@ -11,12 +11,12 @@ _HOMES = {
     "Scene": "benchmarks.suites.registry",
     "Suite": "benchmarks.suites.registry",
     "add_metric": "benchmarks.suites.registry",
+    "add_scene": "benchmarks.suites.registry",
     "register_suite": "benchmarks.suites.registry",
     "suite": "benchmarks.suites.registry",
     "Judge": "benchmarks.suites.judging",
     "Score": "benchmarks.suites.judging",
     "ScoreSheet": "benchmarks.suites.judging",
-    "episode_score": "benchmarks.suites.frame_out.episode_scores",
     "read_rows": "benchmarks.run.records",
 }
 """Public name -> module that defines it, or that it is the name of."""

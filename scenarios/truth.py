@@ -146,15 +146,16 @@ def check_truth(truth: Truth) -> None:
 
     Fields per pixel may be left out (no pixel at all).
     """
-    height, width = truth.instance_map.shape
+    height, width = (*truth.instance_map.shape, 0, 0)[:2]
     axes: dict[str | int, int] = {"N": len(truth.names), "H": height, "W": width}
     for name, meaning in meanings(truth).items():
         value = getattr(truth, name)
         expected = tuple(axes.get(axis, axis) for axis in meaning.shape)
-        came = np.shape(value) if meaning.shape else expected
+        came = np.shape(value)
         if came != expected and not (meaning.per_pixel and came[:2] == (0, 0)):
             raise ValueError(f"{name}: expected the shape {expected}, got {came}")
         if meaning.unit == "fraction":
             shares = np.asarray(value, dtype=float)
             if not (np.isnan(shares) | ((shares >= 0) & (shares <= 1))).all():
-                raise ValueError(f"{name}: expected numbers from 0 to 1, got {shares.min():g} to {shares.max():g}")
+                low, high = np.nanmin(shares), np.nanmax(shares)
+                raise ValueError(f"{name}: expected numbers from 0 to 1, got {low:g} to {high:g}")

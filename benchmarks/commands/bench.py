@@ -19,7 +19,7 @@ from benchmarks.report.page import write_report
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
-from benchmarks.suites.registry import Suite, suite
+from benchmarks.suites.registry import DEFAULT, Suite, suite
 
 _QUICK_SEEDS = "10000:10003"
 
@@ -56,7 +56,7 @@ class Bench:
             text to benchmarks/results/test_split_runs.jsonl, once. Needs a checkout without changes to the code.
     """
 
-    suites: Annotated[tuple[str, ...], tyro.conf.Positional] = ("frame-out",)
+    suites: Annotated[tuple[str, ...], tyro.conf.Positional] = (DEFAULT,)
     scenario: Annotated[tuple[str, ...], NAMES] = ()
     preset: Annotated[tuple[str, ...], NAMES] = ()
     trackers: Annotated[tuple[str, ...], NAMES] = ()
