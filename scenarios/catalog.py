@@ -51,6 +51,7 @@ _ENTRIES: tuple[Entry, ...] = (
         "frameout/StereoFollow-v1",
         "stereo_people",
     ),
+    Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
 """In order of publication: of two versions of one scenario, the later stands later. Add yours here."""
 DEFAULT, DEFAULT_ENV = unversioned(_ENTRIES[0].id), _ENTRIES[0].env_id

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.contestants import entrant
-from benchmarks.run.jobs import Job, as_row, heading_of
+from benchmarks.run.jobs import Job, as_row, heading_of, take_in
 from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
-from benchmarks.suites.judging import Judge, Score, ScoreSheet, take_in
+from benchmarks.suites.judging import Judge, Score, ScoreSheet
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
