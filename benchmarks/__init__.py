@@ -17,7 +17,6 @@ _HOMES = {
     "Judge": "benchmarks.suites.judging",
     "Score": "benchmarks.suites.judging",
     "ScoreSheet": "benchmarks.suites.judging",
-    "episode_score": "benchmarks.suites.frame_out.episode_scores",
     "read_rows": "benchmarks.run.records",
 }
 """Public name -> module that defines it, or that it is the name of."""

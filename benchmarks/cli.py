@@ -76,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if error.errno not in _NO_ROOM:
             raise
         where = "" if error.filename is None else f"{error.filename}: "
-        _complain(f"{where}{error.strerror}; what was written before stands")
+        print(f"error: {where}{error.strerror}; what was written before stands", file=sys.stderr)
         return _FAILED
     except KeyboardInterrupt:
         goes_on = command is not None and command.resumes
@@ -129,12 +129,8 @@ def _in_one_line(complaint: str, name: str) -> str:
 
 
 def _refuse(message: str) -> int:
-    _complain(message)
-    return _USAGE_ERROR
-
-
-def _complain(message: str) -> None:
     print(f"error: {' '.join(message.split())}", file=sys.stderr)
+    return _USAGE_ERROR
 
 
 def _overview() -> str:
@@ -148,7 +144,7 @@ def _overview() -> str:
             "",
             *lines,
             "",
-            "`frameout COMMAND --help` says more. Start with: frameout bench frame-out --quick",
+            "`frameout COMMAND --help` says more. Start with: frameout bench --quick",
         ]
     )
 

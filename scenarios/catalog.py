@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sim.checks import check
 
 if TYPE_CHECKING:
-    from scenarios.scenario import Scenario
+    from scenarios.scenario import Scenario, Survey
+
+
+def unversioned(name: str) -> str:
+    """Return a scenario's id without its version."""
+    return name.rsplit("-v", 1)[0]
 
 
 @dataclass(frozen=True)
@@ -20,24 +25,37 @@ class Entry:
         id: catalogue id with its version. place: ``module:name`` of the ``Scenario``.
         env_id: Gymnasium's id of the env about it, '' if there is none.
         tracker: the one in that env's loop if no other is asked for.
+        episode_steps: of that env, unless Gymnasium is told another number; 299 are those of 300 frames.
+        survey: ``module:name`` of what measures its presets (``Survey``), '' if nothing does.
     """
 
     id: str
     place: str
     env_id: str = ""
     tracker: str = ""
+    episode_steps: int = 299
+    survey: str = ""
 
 
 _ENTRIES: tuple[Entry, ...] = (
-    Entry("road-town-v1", "scenarios.road_town.scenario:ROAD_TOWN", "frameout/RoadTownFollow-v1", "mosaic_graph_pf"),
+    Entry(
+        "road-town-v1",
+        "scenarios.road_town.scenario:ROAD_TOWN",
+        "frameout/RoadTownFollow-v1",
+        "mosaic_graph_pf",
+        survey="scenarios.road_town.survey:FRAME_OUTS",
+    ),
     Entry(
         "stereo-follow-v1",
         "scenarios.stereo_follow.scenario:STEREO_FOLLOW",
         "frameout/StereoFollow-v1",
         "stereo_people",
     ),
+    Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
 """In order of publication: of two versions of one scenario, the later stands later. Add yours here."""
+DEFAULT, DEFAULT_ENV = unversioned(_ENTRIES[0].id), _ENTRIES[0].env_id
+"""The scenario and the env of commands where none is named."""
 
 
 def register(entry: Entry) -> None:
@@ -46,6 +64,11 @@ def register(entry: Entry) -> None:
     if entry not in _ENTRIES:
         check("scenario", entry.id not in names(), "an id that is free", repr(entry.id))
         _ENTRIES = (*_ENTRIES, entry)
+
+
+def entries() -> tuple[Entry, ...]:
+    """Return all entries."""
+    return _ENTRIES
 
 
 def names() -> tuple[str, ...]:
@@ -64,8 +87,22 @@ def scenario(name: str) -> Scenario:
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
+    return _loaded(_entry(name).place)
+
+
+def survey(name: str) -> Survey | None:
+    """Return what measures a scenario's presets, if anything does. Raises ValueError for an unknown name."""
+    place = _entry(name).survey
+    return _loaded(place) if place else None
+
+
+def _entry(name: str) -> Entry:
     for entry in reversed(_ENTRIES):
-        if name in (entry.id, entry.id.rsplit("-v", 1)[0]):
-            module, _, attribute = entry.place.partition(":")
-            return getattr(importlib.import_module(module), attribute)
+        if name in (entry.id, unversioned(entry.id)):
+            return entry
     raise ValueError(f"scenario: expected one of {', '.join(names())}; got {name!r}")
+
+
+def _loaded(place: str) -> Any:
+    module, _, attribute = place.partition(":")
+    return getattr(importlib.import_module(module), attribute)

@@ -223,6 +223,24 @@ class Scenario(Protocol):
         ...
 
 
+class Survey(Protocol):
+    """Measures what a scenario's presets hold, without drawing a picture.
+
+    Attributes:
+        columns: headings of what a table tells of a preset.
+    """
+
+    columns: tuple[str, ...]
+
+    def measure(self, preset: Any, seeds: range) -> dict[str, Any]:
+        """Return what the episodes of a configuration hold, by name, as JSON knows it."""
+        ...
+
+    def cells(self, held: dict[str, Any]) -> tuple[str, ...]:
+        """Return what ``measure`` returned in words, one for each of the columns."""
+        ...
+
+
 def preset_of(scenario: Scenario, preset: Any) -> Any:
     """Return a scenario's preset by name, or a configuration as it is.
 

@@ -63,7 +63,7 @@ class TrackerEntry:
         overrides: parameter values that make this entry a variant of ``tracker``.
         tuned_as: name whose tuned values it starts from.
         reproducible: False where the method itself draws numbers that no seed reaches.
-        suites: names of the suites in which it takes part.
+        suites: names of the suites in which it takes part; () = the default one.
     """
 
     name: str
@@ -115,9 +115,9 @@ def tunable(default: float, low: float, high: float, *, log: bool = False) -> An
 
 
 def register(
-    name: str, *, role: Role, summary: str, reproducible: bool = True, suites: tuple[str, ...] = ("frame-out",)
+    name: str, *, role: Role, summary: str, reproducible: bool = True, suites: tuple[str, ...] = ()
 ) -> Callable[[_T], _T]:
-    """Class decorator: make a tracker known under ``name``, to take part in ``suites``.
+    """Class decorator: make a tracker known under ``name``, to take part in ``suites``, () being the default one.
 
     Raises:
         ValueError: for a name that is taken, an unknown role, a class without parameters.

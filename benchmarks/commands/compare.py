@@ -19,7 +19,7 @@ from benchmarks.run.records import Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison
 from benchmarks.scores.summary import label_of
-from benchmarks.suites.registry import EventWords, Metric, suite
+from benchmarks.suites.registry import DEFAULT, EventWords, Metric, suite
 from trackers.controllers.catalogue import POLICY
 
 
@@ -42,7 +42,7 @@ class Compare:
 
     first: Annotated[str, tyro.conf.Positional]
     second: Annotated[str, tyro.conf.Positional]
-    directory: Path = Path("results/frame-out")
+    directory: Path = Path("results") / DEFAULT
     preset: Annotated[str | None, ONE_NAME] = None
     modules: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from benchmarks.commands.arguments import SEEDS, development_seeds, names
-from benchmarks.learning.pixel_colours import learn_colours, write_model
+from benchmarks.papers.ground_colours import learn_colours, write_model
 
 
 @dataclass(frozen=True)

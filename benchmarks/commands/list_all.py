@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,12 +18,10 @@ from benchmarks.run.contestants import entrants, load_modules
 from benchmarks.run.versions import hash_of_survey
 from benchmarks.suites.registry import suites
 from scenarios import catalog
-from scenarios.road_town.scenario import ROAD_TOWN
-from scenarios.road_town.survey import survey
+from scenarios.scenario import Survey
 from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controllers
 
-_CONTENTS_COLUMNS = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad")
 _CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
 
 
@@ -56,7 +54,7 @@ class List:
             return 0
         if self.measure:
             _measure(seed_range(self.seeds))
-        contents = json.loads(_CONTENTS.read_text()) if _CONTENTS.is_file() else {}
+        contents = _kept()
         if self.json:
             print(json.dumps(_as_data(contents), indent=1))
             return 0
@@ -71,22 +69,29 @@ class List:
 
 
 def _measure(seeds: range) -> None:
-    """Write what each preset of the road town holds to the file that is kept with the code."""
-    held: dict[str, Any] = {ROAD_TOWN.id: {}}
-    with progress_bar("measuring presets") as progress:
-        for k, (preset, configuration) in enumerate(ROAD_TOWN.presets.items()):
-            progress(k, len(ROAD_TOWN.presets))
-            held[ROAD_TOWN.id][preset] = asdict(survey(configuration, ROAD_TOWN.id, seeds))
-        progress(len(ROAD_TOWN.presets), len(ROAD_TOWN.presets))
-    document = {"seeds": f"{seeds.start}:{seeds.stop}", "code": hash_of_survey(), "holds": held}
-    write_atomic(_CONTENTS, json.dumps(document, indent=1) + "\n")
+    """Write what each preset holds, of scenarios with a survey, to the file that is kept with the code."""
+    contents = _kept()
+    for name in catalog.names():
+        survey, presets = catalog.survey(name), catalog.scenario(name).presets
+        if survey is None:
+            continue
+        held = {}
+        with progress_bar("measuring presets") as progress:
+            for k, (preset, configuration) in enumerate(presets.items()):
+                progress(k, len(presets))
+                held[preset] = survey.measure(configuration, seeds)
+            progress(len(presets), len(presets))
+        contents[name] = {"seeds": f"{seeds.start}:{seeds.stop}", "code": hash_of_survey(survey), "holds": held}
+    write_atomic(_CONTENTS, json.dumps(contents, indent=1) + "\n")
+
+
+def _kept() -> dict[str, Any]:
+    return json.loads(_CONTENTS.read_text()) if _CONTENTS.is_file() else {}
 
 
 def _scenario_table(name: str, contents: dict[str, Any]) -> Table:
-    scenario = catalog.scenario(name)
-    # Frame-outs are what is counted, and they are what the road town is about.
-    surveyed = name == ROAD_TOWN.id
-    captions = [_measured(contents)] if surveyed else []
+    scenario, survey, kept = catalog.scenario(name), catalog.survey(name), contents.get(name, {})
+    captions = [] if survey is None else [_measured(kept, survey)]
     table = Table(
         title=f"{scenario.id}: {scenario.summary}",
         caption="\n".join([*captions, f"trackers are given: {scenario.start}"]),
@@ -94,34 +99,25 @@ def _scenario_table(name: str, contents: dict[str, Any]) -> Table:
     )
     for column in ("preset", "", "camera"):
         table.add_column(column, no_wrap=column != "")
-    for column in _CONTENTS_COLUMNS if surveyed else ():
+    for column in () if survey is None else survey.columns:
         table.add_column(column, justify="right", no_wrap=True)
     for preset, configuration in scenario.presets.items():
         flown = "closed loop" if configuration.closed_loop else "set path"
-        held = contents.get("holds", {}).get(name, {}).get(preset)
-        table.add_row(preset, configuration.summary, flown, *(_contents_cells(held) if surveyed else ()))
+        cells: tuple[str, ...] = ()
+        if survey is not None:
+            held = kept.get("holds", {}).get(preset)
+            cells = ("?",) * len(survey.columns) if held is None else survey.cells(held)
+        table.add_row(preset, configuration.summary, flown, *cells)
     return table
 
 
-def _measured(contents: dict[str, Any]) -> str:
-    if not contents:
+def _measured(kept: dict[str, Any], survey: Survey) -> str:
+    if not kept:
         return "contents not measured yet (--measure)"
-    measured = f"contents measured over episodes {contents['seeds']}"
-    if contents["code"] != hash_of_survey():
+    measured = f"contents measured over episodes {kept['seeds']}"
+    if kept["code"] != hash_of_survey(survey):
         measured += ", with another version of the code; measure again: frameout list --measure"
     return measured
-
-
-def _contents_cells(held: dict[str, Any] | None) -> tuple[str, ...]:
-    if held is None:
-        return ("?",) * 4
-    lengths = (held["length_frames_minimum"], held["length_frames_median"], held["length_frames_maximum"])
-    return (
-        f"{held['frame_outs_mean']:.1f} (≥ {held['frame_outs_minimum']})",
-        " / ".join(f"{length:g}" for length in lengths),
-        f"{held['share_turning']:.0%}",
-        f"{held['share_off_road']:.0%}",
-    )
 
 
 def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
@@ -170,7 +166,7 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
             "summary": catalog.scenario(name).summary,
             "start": catalog.scenario(name).start,
             "presets": {
-                preset: {"summary": configuration.summary, "holds": contents.get("holds", {}).get(name, {}).get(preset)}
+                preset: {"summary": configuration.summary, "holds": contents.get(name, {}).get("holds", {}).get(preset)}
                 for preset, configuration in catalog.scenario(name).presets.items()
             },
         }

@@ -14,6 +14,7 @@ from benchmarks.learning import playing
 from benchmarks.report.page import write_report
 from benchmarks.run.experiment import make_folder
 from benchmarks.scores.summary import write_summary
+from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from sim.checks import check
 
@@ -34,29 +35,30 @@ class Play:
         link: how commands reach the carrier: prompt, delayed or noisy.
         seeds: episodes A to B - 1.
         zoom: factor by which the picture is enlarged.
-        out: folder for the rows; take that of a bench run to appear in its table.
+        out: folder for the rows; take that of a bench run to appear in its table (default: results/follow).
     """
 
-    env: tyro.conf.Positional[str] = "frameout/RoadTownFollow-v1"
+    env: tyro.conf.Positional[str] = catalog.DEFAULT_ENV
     preset: str = "standard"
     tracker: Annotated[str, ONE_NAME] = ""
     link: str = "prompt"
     seeds: Annotated[str, SEEDS] = "10000:10003"
     zoom: float = 1.0
-    out: Annotated[Path, FOLDER] = Path("results/follow")
+    out: Annotated[Path | None, FOLDER] = None
     resumes = False
 
     def run(self) -> int:
         """Play; return the exit status."""
         check("env", self.env in catalog.envs(), f"one of {', '.join(catalog.envs())}", repr(self.env))
         check("zoom", 0 < self.zoom <= 8, "a number in (0, 8]", self.zoom)
-        make_folder(self.out)
+        out = self.out or Path("results") / controllers_suite().name
+        make_folder(out)
         tracker = self.tracker or catalog.envs()[self.env][1]
         seeds = seed_range(self.seeds)
-        played = playing.play(playing.Play(self.env, self.preset, tracker, self.link, seeds, self.out, self.zoom))
+        played = playing.play(playing.Play(self.env, self.preset, tracker, self.link, seeds, out, self.zoom))
         if played == 0:
             print("no episode was played to its end with a key pressed")
             return 0
-        print_leaderboard(write_summary(self.out))
-        print(f"rows: {self.out / 'records.jsonl'}\nreport: {write_report(self.out)}")
+        print_leaderboard(write_summary(out))
+        print(f"rows: {out / 'records.jsonl'}\nreport: {write_report(out)}")
         return 0

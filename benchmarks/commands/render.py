@@ -43,7 +43,7 @@ class Render:
         modules: your own Python modules, imported first; they register scenarios, trackers and so on.
     """
 
-    scenario: Annotated[str, tyro.conf.Positional] = "road-town"
+    scenario: Annotated[str, tyro.conf.Positional] = catalog.DEFAULT
     preset: str = "standard"
     seed: int = 0
     tracker: Annotated[str | None, ONE_NAME] = None

@@ -16,6 +16,7 @@ from benchmarks.learning.model_check import as_table, model_check
 from benchmarks.learning.settings import Algorithm, Corrects, Training
 from benchmarks.learning.training import train
 from benchmarks.run.experiment import make_folder
+from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
@@ -58,7 +59,7 @@ class Train:
         out: folder (default: results/policies/ENV).
     """
 
-    env: tyro.conf.Positional[str] = "frameout/RoadTownFollow-v1"
+    env: tyro.conf.Positional[str] = catalog.DEFAULT_ENV
     algorithm: Algorithm = "ppo"
     steps: Annotated[int, COUNT] = 4_000_000
     tracker: Annotated[str, ONE_NAME] = ""
@@ -98,7 +99,7 @@ class Train:
             return self._check_model(settings, out / _RUNS)
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, progress)
-        print(f"policy: {path}\njudge it: frameout bench follow --controllers policy:{path}")
+        print(f"policy: {path}\njudge it: frameout bench {controllers_suite().name} --controllers policy:{path}")
         return 0
 
     def _fit_model(self, settings: FollowSettings, runs: Path) -> int:

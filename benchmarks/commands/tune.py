@@ -19,12 +19,13 @@ from benchmarks.commands.arguments import (
     names,
 )
 from benchmarks.commands.progress import progress_bar
-from benchmarks.learning.controller_tuning import SUITE, ControllerBudget, tunable_controller, tune_controller
+from benchmarks.learning.controller_tuning import ControllerBudget, tunable_controller, tune_controller
 from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_tuning import TUNED_FOLDER, Budget, Tuned, tunables, tune, write_tuned
 from benchmarks.results.ledger import TEST_SPLIT
+from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import make_folder
-from benchmarks.suites.registry import suite
+from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from trackers import registry
 
@@ -57,7 +58,7 @@ class Tune:
 
     trackers: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
     controllers: Annotated[tuple[str, ...], NAMES] = ()
-    scenario: str = "road-town"
+    scenario: str = catalog.DEFAULT
     tracker: Annotated[str, ONE_NAME] = ""
     trials: int = 40
     preset: tuple[str, ...] = ("standard",)
@@ -91,7 +92,7 @@ class Tune:
         for name in known:
             tunables(name)
         for name in known:
-            suite_name = registry.entry(name).suites[0]
+            suite_name = entrant(name).suites[0]
             budget = Budget(suite_name, names(self.preset), seeds, self.trials, cores(self.workers))
             with progress_bar(f"{name}, {self.trials} trials") as progress:
                 tuned = tune(name, budget, progress, self.studies)
@@ -99,12 +100,12 @@ class Tune:
             _tell(name, tuned, path)
 
     def _tune_controllers(self, seeds: range) -> None:
-        scenario = catalog.scenario(self.scenario)
+        scenario, suite = catalog.scenario(self.scenario), controllers_suite()
         presets = names(self.preset)
         if len(presets) != 1:
             raise ValueError(f"preset: expected one for controllers, got {' '.join(presets)}")
         (preset,) = presets
-        tracker = self.tracker or suite(SUITE).scene(scenario.id).trackers[0]
+        tracker = self.tracker or suite.scene(scenario.id).trackers[0]
         budget = ControllerBudget(
             scenario=scenario.id,
             preset=preset,
@@ -124,7 +125,7 @@ class Tune:
                 f"--controllers {name} --scenario {self.scenario} --tracker {tracker} --fresh {self.fresh}"
             )
             folder = self.out / "controllers" / scenario.carrier.name
-            _tell(name, tuned, write_tuned(name, tuned, SUITE, (preset,), seeds, command, folder))
+            _tell(name, tuned, write_tuned(name, tuned, suite.name, (preset,), seeds, command, folder))
 
     def _command(self, who: str) -> str:
         return f"frameout tune {who} --trials {self.trials} --preset {' '.join(self.preset)} --seeds {self.seeds}"

@@ -15,13 +15,12 @@ from benchmarks.learning.without_pictures import lived_without_pictures
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.steering import link_in
 from benchmarks.run.versions import versions_of_modules
-from benchmarks.suites.registry import suite
+from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
 from scenarios.envs.pictureless.error_model import error_model
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
 
-SUITE = "follow"
 _DEFAULTS, _BEST = "defaults", "best"
 
 
@@ -76,7 +75,7 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
     episode_bank(budget.scenario, catalog.scenario(budget.scenario).presets[budget.preset], budget.seeds, budget.cache)
     scene = type(catalog.scenario(budget.scenario)).__module__
     code = versions_of_modules(__name__, entry.controller.__module__, scene)
-    scored = (error_model(budget.tracker).to_json(), suite(SUITE).tuned_for)
+    scored = (error_model(budget.scenario, budget.tracker).to_json(), controllers_suite().tuned_for)
     told = (dataclasses.replace(budget, trials=0, workers=0, cache=None), code, scored)
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, told)
     fresh = _scores_with_pictures(entry, {_BEST: found.best, _DEFAULTS: defaults}, budget)
@@ -88,16 +87,17 @@ def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budge
     told = lived_without_pictures(
         budget.scenario, budget.preset, budget.tracker, entry.name, values, budget.seeds, budget.cache
     )
-    return sum(factor * float(told[metric].mean()) for metric, factor in suite(SUITE).tuned_for.items())
+    return sum(factor * float(told[metric].mean()) for metric, factor in controllers_suite().tuned_for.items())
 
 
 def _scores_with_pictures(
     entry: ControllerEntry, settings: dict[str, dict[str, Any]], budget: ControllerBudget
 ) -> dict[str, float]:
+    suite = controllers_suite().name
     jobs = {
         label: [
             Job(
-                suite=SUITE,
+                suite=suite,
                 scenario=budget.scenario,
                 preset=budget.preset,
                 renderer="raster",
@@ -105,7 +105,7 @@ def _scores_with_pictures(
                 controller=entry.name,
                 controller_values=values,
                 trackers=(budget.tracker,),
-                link=link_in(SUITE),
+                link=link_in(suite),
             )
             for seed in budget.fresh
         ]
@@ -116,4 +116,4 @@ def _scores_with_pictures(
     rows = {
         label: [row for _ in mine for block in next(results).blocks for row in block] for label, mine in jobs.items()
     }
-    return {label: score_of(mine, SUITE) for label, mine in rows.items()}
+    return {label: score_of(mine, suite) for label, mine in rows.items()}

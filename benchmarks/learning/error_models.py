@@ -8,7 +8,7 @@ from pathlib import Path
 from benchmarks.learning.error_fit import fit
 from benchmarks.learning.recorded_runs import read_run, write_runs
 from scenarios.envs.pictureless.bank import pictureless_of
-from scenarios.envs.pictureless.error_model import ErrorModel
+from scenarios.envs.pictureless.error_model import ErrorModel, model_path
 from scenarios.envs.settings import FollowSettings
 from trackers.atomic_file import write_atomic
 
@@ -40,6 +40,6 @@ def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
 
 def save_error_model(model: ErrorModel) -> Path:
     """Write a model to where the package keeps them; return its file."""
-    path = Path(__file__).parents[2] / "scenarios" / "envs" / "models" / f"{model.tracker}.json"
+    path = model_path(model.scenario, model.tracker)
     write_atomic(path, model.to_json())
     return path

@@ -50,7 +50,7 @@ def model_check(
     Raises:
         ValueError: for a seed that the model was fitted to.
     """
-    fitted = fitted_seeds(error_model(settings.tracker))
+    fitted = fitted_seeds(error_model(settings.scenario, settings.tracker))
     used = sorted(fitted & set(seeds))
     check("seeds", not used, "episodes that the error model was not fitted to", f"{used}, among others")
     compared = []

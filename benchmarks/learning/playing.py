@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.contestants import entrant
-from benchmarks.run.jobs import Job, as_row, heading_of
+from benchmarks.run.jobs import Job, as_row, heading_of, take_in
 from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
-from benchmarks.suites.judging import Judge, Score, ScoreSheet, take_in
-from benchmarks.suites.registry import suite
+from benchmarks.suites.judging import Judge, Score, ScoreSheet
+from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.view import open_display
@@ -134,9 +134,8 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             raise _AllPlayed
         result = self.env.reset(seed=seed, options={"episode_seed": self._left[0]})
         self._started, self._steered = time.perf_counter(), False
-        self._judge = suite("follow").judge(
-            self._follow.episode.episode, catalog.scenario(self._follow.settings.scenario)
-        )
+        scenario = catalog.scenario(self._follow.settings.scenario)
+        self._judge = controllers_suite().judge(self._follow.episode.episode, scenario)
         self._sheet = self._judge.sheet()
         take_in(self._follow.episode, self._judge, [self._sheet])
         return result
@@ -171,7 +170,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         settings = self._follow.settings
         who = entrant(played.tracker)
         job = Job(
-            suite="follow",
+            suite=controllers_suite().name,
             scenario=settings.scenario,
             preset=played.preset,
             renderer=settings.renderer,
@@ -185,7 +184,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         heading = heading_of(job, played.tracker, who.role, controller_role="external")
         assert self._sheet is not None
         scores = [*self._sheet.scores(None), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]
-        event_key = suite("follow").events.key
+        event_key = controllers_suite().events.key
         append_block(played.out, [{**heading, **as_row(0, score, event_key), **ending} for score in scores])
         self.finished += 1
 

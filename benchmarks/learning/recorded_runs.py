@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.run.contestants import entrant
 from benchmarks.run.versions import versions_of, versions_of_modules
+from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.watched_episode import watched_episode
@@ -124,7 +125,8 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
     carrier = catalog.scenario(settings.scenario).carrier
     steering = controller_entry(controller.removeprefix(DISTURBED), carrier.name)
     who = entrant(str(settings.tracker))
-    made = versions_of("follow", settings.scenario, settings.preset, who, steering) | versions_of_modules(__name__)
+    judged = (controllers_suite().name, settings.scenario, settings.preset)
+    made = versions_of(*judged, who, steering) | versions_of_modules(__name__)
     told = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
     return f"{controller.replace(':', '-')}-{told}"
 

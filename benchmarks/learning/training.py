@@ -110,7 +110,7 @@ def _error_model_hash(training: Training) -> str | None:
     """Return what tells error models apart, None for a training with pictures."""
     if training.pictures:
         return None
-    return hashlib.sha256(error_model(training.tracker_name).to_json().encode()).hexdigest()[:10]
+    return hashlib.sha256(error_model(training.scenario, training.tracker_name).to_json().encode()).hexdigest()[:10]
 
 
 def _envs(training: Training, seed: int) -> Any:

@@ -8,8 +8,8 @@ from typing import Any
 
 from benchmarks.report.numbers import ranges_text
 from benchmarks.results.ledger import TEST_SPLIT
-from benchmarks.run.records import LAST_METRIC, Row, event_of
-from benchmarks.suites.registry import suite
+from benchmarks.run.records import LAST_METRIC, Row
+from benchmarks.suites.registry import event_of, suite
 
 
 @dataclass(frozen=True, slots=True)

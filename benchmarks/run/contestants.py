@@ -1,4 +1,4 @@
-"""Who takes part: every registered tracker, and the reference with unfair knowledge."""
+"""Who takes part: every registered tracker, and each suite's references with unfair knowledge."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ import numpy as np
 
 from benchmarks.run.blindfold import Blindfolded
 from benchmarks.run.source_files import is_users
-from benchmarks.suites.frame_out.oracle_map import OracleMap, OracleParameters
+from benchmarks.suites.registry import DEFAULT, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
-from scenarios.road_town.road_map import RoadMap
 from scenarios.scenario import Episode, Scenario
 from sim.render.compilation import forget_stale_kernels
 from trackers import registry
@@ -38,7 +37,7 @@ class Entrant:
     """One who may take part.
 
     Attributes:
-        name, role, summary, suites: see ``registry.TrackerEntry``.
+        name, role, summary, suites: see ``registry.TrackerEntry``; a suite is named in any case.
         reproducible: False where no seed reaches the method's own random numbers: such a one runs several
             times.
         parameters: what it is set to.
@@ -59,7 +58,8 @@ class Entrant:
 def entrants(suite: str | None = None) -> dict[str, Entrant]:
     """Return by name everyone, or everyone who takes part in a suite; the trackers in order of registration."""
     trackers = (_from_registry(entry) for entry in registry.entries().values())
-    return {who.name: who for who in (*trackers, *_oracles()) if suite is None or suite in who.suites}
+    references = (who for each in suites().values() for who in each.references)
+    return {who.name: who for who in (*trackers, *references) if suite is None or suite in who.suites}
 
 
 def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
@@ -101,36 +101,6 @@ def _place_in_users_code(error: BaseException) -> str:
     return f", {lines[-1].filename}, line {lines[-1].lineno}" if lines else ""
 
 
-def _oracles() -> tuple[Entrant, Entrant]:
-    return (
-        _oracle(
-            "oracle_map",
-            "knows the road graph and the state at the exit; no picture until the car is back",
-            OracleParameters(),
-        ),
-        _oracle(
-            "oracle_driver",
-            "oracle_map that also knows the driver model: an upper bound",
-            OracleParameters(slows_off_road=True),
-        ),
-    )
-
-
-def _oracle(name: str, summary: str, parameters: OracleParameters) -> Entrant:
-    return Entrant(
-        name=name,
-        role="oracle",
-        summary=summary,
-        suites=("frame-out",),
-        reproducible=True,
-        parameters=parameters,
-        module=OracleMap.__module__,
-        create=lambda episode, scenario, rng, many=False: OracleMap(
-            parameters, RoadMap(episode.map_of().graph), scenario.target, rng
-        ),
-    )
-
-
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
     # The simulator looks after its own compiled kernels; trackers, which know nothing of it, are looked after here.
     forget_stale_kernels(Path(registry.__file__).parent)
@@ -146,7 +116,7 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         name=entry.name,
         role=entry.role,
         summary=entry.summary,
-        suites=entry.suites,
+        suites=entry.suites or (DEFAULT,),
         reproducible=entry.reproducible,
         parameters=parameters,
         module=entry.tracker.__module__,

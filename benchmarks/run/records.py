@@ -172,12 +172,6 @@ def block_key(row: Row) -> BlockKey:
     )
 
 
-def event_of(row: Row) -> dict[str, Any] | None:
-    """Return the attributes of the event that a row is about; None of one about the whole episode."""
-    event: dict[str, Any] | None = row.get("frame_out") or row.get("event")
-    return event
-
-
 @dataclass(frozen=True, slots=True)
 class Contents:
     """What a file of rows holds.

@@ -18,6 +18,7 @@ from benchmarks.run.contestants import Entrant
 from benchmarks.run.source_files import source_files
 from benchmarks.suites import registry as suites
 from scenarios import catalog
+from scenarios.scenario import Survey
 from trackers import registry
 from trackers.controllers import catalogue
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
@@ -74,9 +75,9 @@ def _versions_of_controller(controller: ControllerEntry) -> dict[str, str]:
     return made
 
 
-def hash_of_survey() -> str:
-    """Hash of the code that decides what episodes of the scenario with presets hold, and of that which counts it."""
-    return _modules_hash("scenarios.road_town.survey")
+def hash_of_survey(survey: Survey) -> str:
+    """Hash of the code that decides what episodes of a scenario hold, and of that which counts it."""
+    return _modules_hash(type(survey).__module__)
 
 
 @cache

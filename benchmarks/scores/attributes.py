@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.run.records import Row, event_of
+from benchmarks.run.records import Row
 from benchmarks.scores.statistics import Comparison, holm
 from benchmarks.scores.summary import paired
-from benchmarks.suites.registry import EventTest, Metric, suite
+from benchmarks.suites.registry import EventTest, Metric, event_of, suite
 
 
 def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str, Metric, Comparison, float]]:

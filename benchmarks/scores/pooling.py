@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.run.records import Row, event_of
+from benchmarks.run.records import Row
 from benchmarks.scores import in_view, long_term
 from benchmarks.scores.statistics import PooledRatios
-from benchmarks.suites.registry import Metric
+from benchmarks.suites.registry import Metric, event_of
 
 
 def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None = None) -> PooledRatios | None:

@@ -31,8 +31,7 @@ from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.vector_env import FollowVectorEnv
 
-ENV_ID = "frameout/RoadTownFollow-v1"
-SCENARIO = catalog.envs()[ENV_ID][0]
+ENV_ID, SCENARIO = catalog.DEFAULT_ENV, catalog.envs()[catalog.DEFAULT_ENV][0]
 SIDE_PX = 84
 _ENVS, _WORKERS = 16, 2
 _TURN_STEPS = 10

@@ -25,7 +25,6 @@ import numpy as np
 from benchmarks.scores.statistics import PooledRatios, bootstrap_interval
 from scenarios import catalog
 from scenarios.scenario import Frame
-from scenarios.stereo_follow.truth import PeopleTruth
 from sim.world import World
 
 UNTIMED_FRAMES = 5
@@ -121,10 +120,10 @@ def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Fram
 
 def bare_calls(world: World, frame: Frame) -> None:
     """Draw a frame's views, of a stereo pair both, with TinyRenderer and its shadows, and drop the pictures."""
-    views = [frame.truth.T_world_camera]
-    if isinstance(frame.truth, PeopleTruth):
-        views.append(frame.truth.T_world_right)
-    for T_world_camera in views:
+    aside_m = frame.observation.camera.baseline_m
+    for shift_m in (0.0,) if aside_m is None else (0.0, aside_m):
+        T_world_camera = frame.truth.T_world_camera.copy()
+        T_world_camera[:3, 3] += shift_m * T_world_camera[:3, 0]
         world.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)
 
 

@@ -10,16 +10,27 @@ import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import Row
 from benchmarks.suites.judging import Judge
+from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
 
-_MODULES = ("benchmarks.suites.follow.suite", "benchmarks.suites.frame_out.suite", "benchmarks.suites.stereo.suite")
-"""Modules that define suites. Add yours here."""
+if TYPE_CHECKING:
+    from benchmarks.run.contestants import Entrant
+    from benchmarks.video.drawing import Drawing
+
+_MODULES = {
+    "frame-out": "benchmarks.suites.frame_out.suite",
+    "follow": "benchmarks.suites.follow.suite",
+    "stereo": "benchmarks.suites.stereo.suite",
+}
+"""Suite -> module that defines it; the first is the default. Add yours here."""
+DEFAULT = next(iter(_MODULES))
+"""Name of the suite that is run, and that trackers take part in, where none is named."""
 
 _SUITES: dict[str, Suite] = {}
 
@@ -123,11 +134,13 @@ class Scene:
         scenario: catalogue id without version.
         trackers_of: name of the suite whose trackers take part; "" = the suite's own.
         trackers: who takes part if nobody is named; () = everyone.
+        drawing: makes what draws an episode of it; None: another suite's, or the larger view.
     """
 
     scenario: str
     trackers_of: str = ""
     trackers: tuple[str, ...] = ()
+    drawing: Callable[[Episode], Drawing] | None = None
 
 
 def no_picture(
@@ -154,7 +167,7 @@ class Suite:
         figures: draws the report's plots from the rows of trackers by name, in the styles given.
         picture: puts a picture beside the rows, for the report, of the trackers ``shown``.
         facts: what the report says of the episodes themselves, if anything.
-        oracles: what the report says of those with unfair knowledge.
+        references: contestants with unfair knowledge. oracles: what the report says of them.
         controller: who steers the camera by the estimate where a preset asks for it and users do not say; None: no
             controller there is can.
         contestants: what names a contestant, keys of rows. Whose role it is that rows tell, stands first.
@@ -179,6 +192,7 @@ class Suite:
     figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]]
     picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = no_picture
     facts: Facts | None = None
+    references: tuple[Entrant, ...] = ()
     oracles: str = ""
     controller: str | None = "centre"
     contestants: tuple[Name, ...] = ("tracker",)
@@ -194,7 +208,7 @@ class Suite:
     def scene(self, scenario: str) -> Scene:
         """Return the scene of a scenario, with or without version; of one that it is not about, its own trackers."""
         known = {scene.scenario: scene for scene in self.scenes}
-        return known.get(scenario) or known.get(scenario.rsplit("-v", 1)[0]) or Scene(scenario)
+        return known.get(scenario) or known.get(unversioned(scenario)) or Scene(scenario)
 
     def is_about(self, scenario: str) -> bool:
         """Return whether a scenario, with or without version, is one of its scenes."""
@@ -233,7 +247,7 @@ def register_suite(new: Suite) -> None:
 
 def suites() -> dict[str, Suite]:
     """Return all suites by name, in its order: which one was imported first is chance."""
-    for module in _MODULES:
+    for module in _MODULES.values():
         importlib.import_module(module)
     return dict(sorted(_SUITES.items()))
 
@@ -269,3 +283,14 @@ def suite(name: str) -> Suite:
     if name not in known:
         raise ValueError(f"suite: expected one of {', '.join(known)}; got {name!r}")
     return known[name]
+
+
+def controllers_suite() -> Suite:
+    """Return the first suite in which controllers are contestants."""
+    return next(each for each in suites().values() if each.judges_controllers)
+
+
+def event_of(row: Row) -> dict[str, Any] | None:
+    """Return the attributes of the event that a row is about; None of one about the whole episode."""
+    event: dict[str, Any] | None = row.get(suite(row["suite"]).events.key)
+    return event

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.suites.stereo.drawing import StereoDrawing
+from benchmarks.suites.registry import suites
 from benchmarks.video import legend, marks
 from benchmarks.video.instant import Instant, describe_state, draw_instant
 from benchmarks.video.legend import Sign
@@ -75,11 +74,8 @@ class InLargerView:
         return (_SHADE[str(instant.frame.judged[0].state[instant.target])],)
 
 
-_DRAWINGS: dict[str, Callable[[Episode], Drawing]] = {"stereo-follow": StereoDrawing.of}
-"""Scenario without its version -> what draws an episode of it; others are shown in a larger view. Add yours here."""
-
-
-def drawing_of(scenario_id: str, episode: Episode) -> Drawing:
-    """Return what draws an episode of a scenario, by its id with version."""
-    name = scenario_id.rsplit("-v", 1)[0]
-    return _DRAWINGS[name](episode) if name in _DRAWINGS else InLargerView()
+def drawing_of(scenario: str, episode: Episode) -> Drawing:
+    """Return what draws an episode of a scenario: what the scene of a suite has for it, else the larger view."""
+    of_suites = (each.scene(scenario).drawing for each in suites().values())
+    make = next((drawing for drawing in of_suites if drawing is not None), None)
+    return InLargerView() if make is None else make(episode)

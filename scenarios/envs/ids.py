@@ -10,8 +10,6 @@ from types import ModuleType
 
 from scenarios import catalog
 
-DEFAULT_EPISODE_STEPS = 299
-"""Steps of an episode of 300 frames, the presets' usual length."""
 _REGISTRATION = "gymnasium.envs.registration"
 
 
@@ -29,16 +27,16 @@ def register_envs() -> None:
 
 
 def _register(registration: ModuleType) -> None:
-    for env_id, (scenario, tracker) in catalog.envs().items():
-        if env_id not in registration.registry:
+    for entry in catalog.entries():
+        if entry.env_id and entry.env_id not in registration.registry:
             registration.register(
-                id=env_id,
+                id=entry.env_id,
                 entry_point="scenarios.envs.follow_env:FollowEnv",
                 vector_entry_point="scenarios.envs.vector_entry:follow_vector_env",
-                max_episode_steps=DEFAULT_EPISODE_STEPS,
+                max_episode_steps=entry.episode_steps,
                 # Gymnasium's checker fails in the first step after a reset that was refused; tests run the full one.
                 disable_env_checker=True,
-                kwargs={"scenario": scenario, "tracker": tracker},
+                kwargs={"scenario": entry.id, "tracker": entry.tracker},
             )
 
 

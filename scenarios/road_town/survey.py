@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,11 +11,12 @@ from scenarios.road_town.frame_outs import OUT, frame_out_spans, picture_states
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.scenario import ROAD_TOWN
 from sim.rng import episode_seed
 
 
 @dataclass(frozen=True)
-class Survey:
+class Held:
     """What the episodes of one preset hold on their set paths.
 
     Attributes:
@@ -22,9 +24,8 @@ class Survey:
         frames: frames an episode.
         frame_outs_mean, frame_outs_minimum: number an episode.
         length_frames_minimum, length_frames_median, length_frames_maximum: of a frame-out.
-        share_turning, share_off_road: share of frame-outs in which the target turns at a crossing, or is
-            off the road, while
-            it is outside.
+        share_turning, share_off_road: share of frame-outs in which the target turns at a crossing, or is off the road,
+            while it is outside.
         share_of_frames_outside: of all frames.
     """
 
@@ -40,11 +41,33 @@ class Survey:
     share_of_frames_outside: float
 
 
-def survey(preset: RoadTown, scenario_id: str, seeds: range) -> Survey:
-    """Look at the episodes of ``seeds`` without drawing a picture."""
+class FrameOutSurvey:
+    """See ``scenarios.scenario.Survey``."""
+
+    columns = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad")
+
+    def measure(self, preset: RoadTown, seeds: range) -> dict[str, Any]:
+        """Return the fields of ``Held``."""
+        return asdict(_held(preset, seeds))
+
+    def cells(self, held: dict[str, Any]) -> tuple[str, ...]:
+        """See ``Survey``."""
+        lengths = (held["length_frames_minimum"], held["length_frames_median"], held["length_frames_maximum"])
+        return (
+            f"{held['frame_outs_mean']:.1f} (≥ {held['frame_outs_minimum']})",
+            " / ".join(f"{length:g}" for length in lengths),
+            f"{held['share_turning']:.0%}",
+            f"{held['share_off_road']:.0%}",
+        )
+
+
+FRAME_OUTS = FrameOutSurvey()
+
+
+def _held(preset: RoadTown, seeds: range) -> Held:
     counts, lengths, turning, off_road, outside = [], [], [], [], []
     for seed in seeds:
-        plan = make_plan(preset, episode_seed(seed, scenario_id, 0), closed_loop=False)
+        plan = make_plan(preset, episode_seed(seed, ROAD_TOWN.id, 0), closed_loop=False)
         states = picture_states(plan.camera, plan.camera_poses, plan.target_corners_m())
         on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
         spans = frame_out_spans(states)
@@ -54,7 +77,7 @@ def survey(preset: RoadTown, scenario_id: str, seeds: range) -> Survey:
             lengths.append(end - start)
             turning.append(any(plan.turning(frame) for frame in range(start, end)))
             off_road.append(not on_road[start:end].all())
-    return Survey(
+    return Held(
         episodes=len(seeds),
         frames=preset.frame_count,
         frame_outs_mean=float(np.mean(counts)),

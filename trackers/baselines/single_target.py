@@ -14,20 +14,25 @@ from trackers.kernels.histogram import hs_bins
 from trackers.registry import register, tunable
 from trackers.types import CameraModel, Estimate, Observation
 
+_FINER = 16.0
+
 
 def best_match(
     template: ColourTemplate, image_rgb: NDArray[np.uint8], near_px: NDArray[np.float64], reach_px: float
 ) -> tuple[NDArray[np.float64], float]:
     """Return the position (2,) in the picture, near a place, whose rectangle is most like the template.
 
-    Looked for within ``reach_px``, on a grid of a third of the rectangle, then about its best on one of one pixel.
-    The similarity comes with it; it is 0 if the picture is out of reach.
+    Looked for within ``reach_px``, on a grid of a third of the rectangle, then about its best on ever finer ones down
+    to one pixel, each at most 16 times as fine. The similarity comes with it; it is 0 if the picture is out of reach.
     """
     bins = hs_bins(image_rgb)
     picture = np.array([image_rgb.shape[1], image_rgb.shape[0]])
     step_px = max(1.0, float(template.size_px.min()) / 3)
+    grids = [(reach_px, step_px), (step_px, max(1.0, step_px / _FINER))]
+    while grids[-1][1] > 1.0:
+        grids.append((grids[-1][1], max(1.0, grids[-1][1] / _FINER)))
     best_px, similarity = near_px, 0.0
-    for reach, step in ((reach_px, step_px), (step_px, 1.0)):
+    for reach, step in grids:
         # Only what lies in the picture, however far the reach.
         low, high = np.maximum(best_px - reach, 0.0), np.minimum(best_px + reach, picture - 1e-3)
         x, y = (np.arange(low[axis], high[axis] + 1e-6, step) for axis in (0, 1))
@@ -149,6 +154,10 @@ class ConstantVelocity:
         self._P = self._P - gain @ self._P[:2]
 
 
+_LEAST_SIDE_PX, _LEAST_ROOM_PX = 5, 10
+"""OpenCV compares the target's box with others at least 4.5 pixels off, inside the picture."""
+
+
 @dataclass(frozen=True)
 class MilParameters:
     """``opencv_mil`` has nothing to set."""
@@ -174,13 +183,19 @@ class OpenCvMil:
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Start on the part of the box that is inside the picture."""
         box_size(box_xyxy)
-        camera = observation.camera
-        self._box_xyxy = _visible_part(box_xyxy, camera)
+        size = np.array([observation.camera.width_px, observation.camera.height_px])
+        self._box_xyxy = _visible_part(box_xyxy, observation.camera)
         x, y, right, bottom = (int(value) for value in self._box_xyxy)
-        self._tracker.init(np.ascontiguousarray(observation.image_rgb[..., ::-1]), (x, y, right - x, bottom - y))
+        # OpenCV tries no place where the box ends at the last row or column.
+        width, height = (np.minimum([right - x, bottom - y], size - 1)).tolist()
+        self._has_room = (size > _LEAST_SIDE_PX).all() and (size - [width, height] > _LEAST_ROOM_PX).any()
+        if self._has_room:
+            self._tracker.init(np.ascontiguousarray(observation.image_rgb[..., ::-1]), (x, y, width, height))
 
     def update(self, observation: Observation) -> Estimate:
-        """Return OpenCV's answer, or the last one where it fails."""
+        """Return OpenCV's answer, or the last one where it fails; nothing if the first box filled the picture."""
+        if not self._has_room:
+            return Estimate(np.full(2, np.nan))
         found, (x, y, width, height) = self._tracker.update(np.ascontiguousarray(observation.image_rgb[..., ::-1]))
         if found:
             self._box_xyxy = np.array([x, y, x + width, y + height], dtype=float)
@@ -188,8 +203,10 @@ class OpenCvMil:
 
 
 def _visible_part(box_xyxy: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float64]:
-    """Return the part of a box inside the picture, in whole pixels, at least 4 x 4 of them."""
+    """Return the part of a box inside the picture, in whole pixels, at least 5 x 5 of them: in 4 x 4 OpenCV looks for
+    ever for features that fit.
+    """
     size = np.array([camera.width_px, camera.height_px])
-    low = np.clip(np.floor(box_xyxy[:2]), 0, size - 4)
-    high = np.maximum(np.clip(np.ceil(box_xyxy[2:]), 4, size), low + 4)
+    low = np.clip(np.floor(box_xyxy[:2]), 0, size - _LEAST_SIDE_PX)
+    high = np.maximum(np.clip(np.ceil(box_xyxy[2:]), _LEAST_SIDE_PX, size), low + _LEAST_SIDE_PX)
     return np.concatenate([low, high])

@@ -16,12 +16,21 @@ ASSUMED_DISTANCE_M = 3.0
 """Of a target before a camera that looks ahead, seen by a tracker that measures no depth; and where it looks."""
 FARTHEST_M = 500.0
 """Rays at or above the horizon meet the ground nowhere; what lies further off counts as that."""
-_LOWEST_M = 0.1
-"""Height at least of a camera that looks around: by its measured height distances are told."""
+_FARTHEST_PX, _LOWEST_M = 1e9, 0.1
 _TRIES = 24
 _AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 _DOWN = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 """R_world_camera of a level camera with the heading 0."""
+
+
+def within_reach(pixels: object) -> NDArray[np.float64]:
+    """Return pixels or lengths in pixels, of any shape, cut to what can be reckoned with: estimates know no bounds."""
+    return np.clip(np.asarray(pixels, dtype=float), -_FARTHEST_PX, _FARTHEST_PX)
+
+
+def distance_m(estimate: Estimate, assumed_m: float) -> float:
+    """Return how far away along the camera's axis the target is, at most ``FARTHEST_M``."""
+    return min(estimate.depth_m or assumed_m, FARTHEST_M)
 
 
 def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
@@ -36,7 +45,7 @@ def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> N
     watched = _view(observation, looks if steered is None else "around")
     own = watched if steered is None else _view(steered, looks)
     _note_carrier(said, looks, own)
-    position_px = np.asarray(estimate.position_px, dtype=float)
+    position_px = within_reach(estimate.position_px)
     linked = steered is None or (observation.ego is not None and steered.ego is not None)
     if not linked or not np.isfinite(position_px).all():
         return sighting
@@ -51,7 +60,7 @@ def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> N
         level = looks == "down" and steered is None
         reach_m = watched.height_m if level else float(np.hypot(np.hypot(*offset_m), watched.height_m))
     else:
-        reach_m = estimate.depth_m or ASSUMED_DISTANCE_M
+        reach_m = distance_m(estimate, ASSUMED_DISTANCE_M)
         offset_m = (watched.R @ (reach_m * np.append(tangents[0], 1.0)))[:2]
     metres_per_pixel = reach_m / watched.camera.focal_px
     said["known"] = 1.0
@@ -59,13 +68,13 @@ def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> N
     said["densest_x_m"], said["densest_y_m"] = watched.place_m + offset_m
     said["densest_share"] = 1.0
     if estimate.box_xyxy is not None:
-        box = estimate.box_xyxy
+        box = within_reach(estimate.box_xyxy)
         said["length_share"] = max(box[2] - box[0], box[3] - box[1]) / watched.camera.width_px
     if steered is not None:
         _see_from(own, said, metres_per_pixel * watched.camera.width_px)
     if estimate.covariance_px is not None:
-        said["spread_m"] = metres_per_pixel * float(np.sqrt(0.5 * np.trace(estimate.covariance_px)))
-    if estimate.particles_px is not None and len(estimate.particles_px) > 0 and watched.sees_ground:
+        said["spread_m"] = metres_per_pixel * float(np.sqrt(0.5 * np.trace(within_reach(estimate.covariance_px))))
+    if estimate.particles_px is not None and watched.sees_ground:
         _summarise(said, estimate, watched)
     return sighting
 
@@ -91,7 +100,7 @@ def _view(told: Observation | SteeredCamera, looks: Looks) -> _View:
         assumed = (_DOWN, np.zeros(2), _ASSUMED_HEIGHT_M) if looks == "down" else (_AHEAD, np.zeros(2), 0.0)
         return _View(told.camera, *assumed, looks == "down")
     T = told.ego.T_world_camera
-    height_m = max(float(T[2, 3]), _LOWEST_M) if looks == "around" else float(T[2, 3])
+    height_m = float(T[2, 3]) if looks == "ahead" else max(float(T[2, 3]), _LOWEST_M)
     return _View(told.camera, T[:3, :3], T[:2, 3], height_m, looks != "ahead")
 
 
@@ -116,7 +125,7 @@ def _note_carrier(said: Any, looks: Looks, own: _View) -> None:
 
 
 def _see_from(own: _View, said: Any, width_m: float) -> None:
-    """Note where the target is in the picture of the steered camera. That of the watched one is so wide there."""
+    """Note where the target is in a picture that is not the watched one, which is ``width_m`` wide there."""
     offset_m = np.array([*(np.array([said["x_m"], said["y_m"]]) - own.place_m), -own.height_m])
     seen_m = offset_m @ own.R
     # What lies beside the camera or behind it is far outside the picture, on the side to turn to.
@@ -135,10 +144,17 @@ def _on_ground(R: NDArray[np.float64], height_m: float, tangents: NDArray[np.flo
 def _summarise(said: Any, estimate: Estimate, watched: _View) -> None:
     """Note how far the posterior spreads, and where most of it lies."""
     assert estimate.particles_px is not None
-    tangents = (estimate.particles_px - watched.half_px) / watched.camera.focal_px
-    particles_m = watched.place_m + _on_ground(watched.R, watched.height_m, tangents)
-    count = len(particles_m)
+    particles_px, count = within_reach(estimate.particles_px), len(estimate.particles_px)
     weights = np.full(count, 1.0 / count) if estimate.weights is None else np.ascontiguousarray(estimate.weights)
+    # Particles that are not finite lie nowhere.
+    somewhere = np.isfinite(estimate.particles_px).all(axis=1)
+    if not somewhere.all():
+        particles_px, weights = particles_px[somewhere], weights[somewhere]
+        if not weights.sum() > 0.0:
+            return
+        weights = weights / weights.sum()
+    tangents = (particles_px - watched.half_px) / watched.camera.focal_px
+    particles_m = watched.place_m + _on_ground(watched.R, watched.height_m, tangents)
     mean_m = weights @ particles_m
     said["spread_m"] = np.sqrt(0.5 * (weights @ ((particles_m - mean_m) ** 2)).sum())
     half_m = min(said["half_ahead_m"], said["half_right_m"])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.belief.sighting import within_reach
 from trackers.controllers.catalogue import register_controller
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
@@ -58,7 +59,7 @@ class CentreController:
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command that brings the camera over the estimate."""
         p = self.parameters
-        offset_m = self._offset_m(observation, np.asarray(estimate.position_px))
+        offset_m = self._offset_m(observation, within_reach(estimate.position_px))
         if not np.isfinite(offset_m).all():
             self._before = None
             return CameraCommand(climb_mps=p.climb_mps)

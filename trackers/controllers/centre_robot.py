@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trackers.belief.sighting import distance_m, within_reach
 from trackers.controllers.catalogue import register_controller
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
@@ -59,8 +60,9 @@ class CentreRobotController:
             self._before = None
             return CameraCommand()
         # Positive to the left, as turn rates are.
-        bearing_rad = -float(np.arctan((estimate.position_px[0] - 0.5 * camera.width_px) / camera.focal_px))
-        depth_m = estimate.depth_m or p.assumed_distance_m
+        right_px = within_reach(estimate.position_px)[0] - 0.5 * camera.width_px
+        bearing_rad = -float(np.arctan(right_px / camera.focal_px))
+        depth_m = distance_m(estimate, p.assumed_distance_m)
         off_m = depth_m / np.cos(bearing_rad) - p.distance_m
         return CameraCommand(
             forward_mps=float(p.speed_gain_per_s * off_m * np.cos(bearing_rad)),

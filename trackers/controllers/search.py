@@ -13,6 +13,8 @@ from trackers.controllers.centre import CentreController, CentreParameters
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
 
+_SHORTEST_LEG_M = 1.0
+
 
 @dataclass(frozen=True)
 class SearchParameters(CentreParameters):
@@ -64,7 +66,7 @@ class SearchController:
             self._searching_s = 0.0
             return centred
         self._searching_s += self._keeper.interval_s
-        leg_m = p.apart * 2.0 * belief["half_ahead_m"]
+        leg_m = max(p.apart * 2.0 * belief["half_ahead_m"], _SHORTEST_LEG_M)
         place_m = expanding_square(p.search_mps * self._searching_s, leg_m)
         seen_m = np.array([belief["seen_x_m"] - belief["carrier_x_m"], belief["seen_y_m"] - belief["carrier_y_m"]])
         velocity_mps = p.gain_per_s * (seen_m + place_m)

@@ -23,7 +23,7 @@ class ColourTemplate:
 
     Attributes:
         histogram: (128,), sum 1: p.
-        size_px: (2,) width and height of the car's box, the same ever after.
+        size_px: (2,) width and height of the car's box, at most the picture's, the same ever after.
         rectangle_px: (2,) width and height of the rectangle whose colours are compared, about the same centre.
     """
 
@@ -44,9 +44,14 @@ class ColourTemplate:
         Raises:
             ValueError: if nothing of the rectangle lies inside the picture.
         """
-        size_px = box_size(box_xyxy)
+        bins = hs_bins(image_rgb)
+        size_px = np.minimum(box_size(box_xyxy), bins.shape[::-1])
         rectangle_px = share * size_px
-        histogram = rectangle_histogram(hs_bins(image_rgb), box_centre(box_xyxy), rectangle_px)
+        histogram = rectangle_histogram(bins, box_centre(box_xyxy), rectangle_px)
+        if histogram.sum() == 0.0:
+            # The border cuts the middle off: what is left of the box has to do.
+            low, high = np.maximum(np.floor(box_xyxy[:2]), 0.0), np.maximum(np.ceil(box_xyxy[2:]), 0.0)
+            histogram = rectangle_histogram(bins, 0.5 * (low + high), high - low)
         if histogram.sum() == 0.0:
             raise ValueError(
                 f"box_xyxy: expected a box that overlaps the picture of {image_rgb.shape[1]} x {image_rgb.shape[0]} "

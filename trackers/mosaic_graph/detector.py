@@ -15,7 +15,7 @@ from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph.kernels import oriented_box as ob
 from trackers.mosaic_graph.likeness import Likeness
 from trackers.mosaic_graph.registration import Registered
-from trackers.mosaic_graph.small_picture import SHRINK, to_full, to_small
+from trackers.mosaic_graph.small_picture import SHRINK, draw_disc, to_full, to_small
 
 _OFTEN_SEEN = 4
 _WHOLE = 0.85
@@ -24,6 +24,7 @@ _TURNS_RAD = np.array([-0.3, -0.15, 0.0, 0.15, 0.3])
 _SPOT_TURNS_RAD = np.array([-0.5, -0.2, 0.0, 0.2, 0.5, 0.5 * np.pi])
 _REACH_PX, _SPOT_REACH_PX = 6, 2
 _DIFFERENCE_WORTH = 0.03
+_LEAST_EXTENT = 1e-12
 _SURROUNDINGS = 0.7
 _COLOUR_STANDS_OUT, _MOTION_STANDS_OUT, _MOVED_CAP = 0.3, 8.0, 50
 
@@ -116,6 +117,8 @@ class Detector:
         (1 = it alone).
         """
         centre, jacobian = place(registered.camera, position_m)
+        if not np.isfinite(jacobian).all():
+            return
         along, across = ob.half_axes(jacobian, self._half_size_m, axis_rad)
         patch = ob.sample_template(registered.small_rgb, centre, along, across)
         if np.isnan(patch).any():
@@ -144,7 +147,8 @@ class Detector:
         """
         centre, jacobian = place(registered.camera, position_m)
         height, width = cues.difference.shape
-        if not (-4 < centre[0] < width + 4 and -4 < centre[1] < height + 4):
+        inside = -4 < centre[0] < width + 4 and -4 < centre[1] < height + 4
+        if not (inside and np.isfinite(jacobian).all()):
             return None
         centre, heading, measures = ob.fit_box(
             registered.small_rgb,
@@ -161,6 +165,8 @@ class Detector:
         if measures[ob.COVERED] < 0.4:
             return None
         place_m = registered.camera.to_map(to_full(centre)[None], CENTRE_HEIGHT_M)[0]
+        if not np.isfinite(place_m).all():
+            return None
         return Candidate(place_m, heading, self.likeness.log_ratio(measures), measures)
 
     def measure_at(
@@ -185,9 +191,9 @@ class Detector:
         weight = np.ones(registered.small_rgb.shape[:2], np.float32)
         if target_m is not None:
             centre, jacobian = place(registered.camera, target_m)
-            radius = 1.1 * self._half_size_m[0] * float(np.sqrt(abs(np.linalg.det(jacobian))))
-            if np.isfinite(centre).all() and np.abs(centre).max() < 2000:
-                cv2.circle(weight, tuple(np.round(centre).astype(int).tolist()), int(radius) + 1, 0.0, -1)
+            if np.isfinite(jacobian).all():
+                radius_px = 1.1 * self._half_size_m[0] * float(np.sqrt(abs(np.linalg.det(jacobian))))
+                draw_disc(weight, centre, radius_px, 0.0)
         self.colours.learn_rest(registered.small_rgb, weight)
         self.colours.refresh()
 
@@ -198,10 +204,11 @@ class Detector:
         radius_px = 0.65 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
         centre, angle = ob.spot_axis(cues.log_ratio, cues.difference, pixel, radius_px, _DIFFERENCE_WORTH)
         position_m = registered.camera.to_map(to_full(centre)[None], CENTRE_HEIGHT_M)[0]
-        if not np.isfinite(position_m).all():
+        _, jacobian = place(registered.camera, position_m)
+        # At the horizon a pixel shows no place, or one without extent.
+        if not (np.isfinite(jacobian).all() and abs(np.linalg.det(jacobian)) > _LEAST_EXTENT):
             return None
-        map_from_picture = np.linalg.inv(place(registered.camera, position_m)[1])
-        along = map_from_picture @ np.array([np.cos(angle), np.sin(angle)])
+        along = np.linalg.inv(jacobian) @ np.array([np.cos(angle), np.sin(angle)])
         axis_rad = float(np.arctan2(along[1], along[0]))
         return self.measure(registered, cues, position_m, axis_rad + _SPOT_TURNS_RAD, _SPOT_REACH_PX)
 
@@ -227,7 +234,9 @@ def _spots(
     """Return the places (K, 2), (column, row) at half the size of ``cue``, where it is highest above its
     surroundings.
     """
-    half = cv2.resize(cue, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    height, width = cue.shape
+    size = max(round(0.5 * width), 1), max(round(0.5 * height), 1)
+    half = cv2.resize(cue, size, interpolation=cv2.INTER_AREA)
     spot = cv2.blur(half, (narrow_px, narrow_px)) - _SURROUNDINGS * cv2.blur(half, (wide_px, wide_px))
     highest = cv2.dilate(spot, np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8))
     row, column = np.nonzero((spot >= highest) & (spot > threshold))

@@ -74,6 +74,8 @@ def _contrast(registered: Registered, start_m: NDArray[np.float64], length_m: fl
     length_px = length_m * float(np.sqrt(abs(np.linalg.det(jacobian))))
     rows, columns = np.indices(registered.small_rgb.shape[:2])
     distance = np.hypot(columns - centre[0], rows - centre[1]) / length_px
-    ground = np.median(registered.small_rgb[(distance > _RING[0]) & (distance < _RING[1])], axis=0)
-    difference = np.abs(registered.small_rgb - ground).max(axis=2)
+    around = registered.small_rgb[(distance > _RING[0]) & (distance < _RING[1])]
+    if len(around) == 0:
+        return np.zeros(registered.small_rgb.shape[:2], np.uint8)
+    difference = np.abs(registered.small_rgb - np.median(around, axis=0)).max(axis=2)
     return np.minimum(difference, ob.UNKNOWN - 1).astype(np.uint8)

@@ -19,6 +19,10 @@ from trackers.types import CameraModel
 
 CENTRE_HEIGHT_M = 0.7
 """Height above ground of the middle of a car, to which boxes and truth refer."""
+TYPICAL_LENGTH_M = 4.5
+"""Of a car."""
+_LEAST_CAR_PX, _LARGEST_CAR = 1.0, 4.0
+_LEAST_HEIGHT_M = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,9 +74,21 @@ class GroundCamera:
         width, height = self.model.width_px, self.model.height_px
         return self.to_map(np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]))
 
-    def metres_per_pixel(self) -> float:
-        """Return the ground covered by a pixel in the middle of the picture."""
-        centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px])
+    def shows_ground(self, pixel: NDArray[np.float64] | None = None) -> bool:
+        """Return whether a pixel (2,), the middle one if none is given, shows ground on which a car could be made out:
+        not the sky, nothing at the horizon, nothing from below the roofs of cars; and that the pose is a pose at all.
+        """
+        if not (np.isfinite(self.T_world_camera).all() and np.isfinite(self.bend).all()):
+            return False
+        if self.T_world_camera[2, 3] < _LEAST_HEIGHT_M:
+            return False
+        metres_per_pixel = self.metres_per_pixel(pixel)
+        largest_px = _LARGEST_CAR * max(self.model.width_px, self.model.height_px)
+        return _LEAST_CAR_PX * metres_per_pixel < TYPICAL_LENGTH_M < largest_px * metres_per_pixel
+
+    def metres_per_pixel(self, pixel: NDArray[np.float64] | None = None) -> float:
+        """Return the ground covered by a pixel (2,), the middle one if none is given; NaN above the horizon."""
+        centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px]) if pixel is None else pixel
         across = self.to_map(centre + np.array([[-5.0, 0.0], [5.0, 0.0], [0.0, -5.0], [0.0, 5.0]]))
         return float(np.sqrt(np.linalg.norm(across[1] - across[0]) * np.linalg.norm(across[3] - across[2])) / 10.0)
 

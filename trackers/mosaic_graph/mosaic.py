@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph.kernels.blend import blend_into
 from trackers.mosaic_graph.kernels.oriented_box import UNKNOWN
-from trackers.mosaic_graph.small_picture import SHRINK, to_small
+from trackers.mosaic_graph.small_picture import SHRINK, draw_disc, small_size, to_small
 
 _GROW_CELLS = 256
 _SLOWEST_RATE = 0.06
 _WIDEST_VIEW_M = 400.0
+_MOST_CELLS, _LONGEST_SIDE_CELLS = 2**25, 2**15 - 1
+"""Half a gigabyte; OpenCV warps nothing that is longer."""
 _SUDDEN_LEVELS, _SUDDEN_WEIGHT = 30, 70
 
 
@@ -32,12 +34,12 @@ class Mosaic:
     def __init__(self, cell_m: float) -> None:
         self.cell_m = cell_m
         self.origin_m = np.zeros(2)
-        self.rgb = np.zeros((0, 0, 3), np.uint8)
-        self.count = np.zeros((0, 0), np.uint8)
-        self._mean = np.zeros((0, 0, 3), np.float32)
+        self.rgb = np.zeros((1, 1, 3), np.uint8)
+        self.count = np.zeros((1, 1), np.uint8)
+        self._mean = np.zeros((1, 1, 3), np.float32)
 
     def add(self, small_rgb: NDArray[np.uint8], camera: GroundCamera, weight: NDArray[np.uint8]) -> None:
-        """Lay down a picture; nothing of one whose pose, wrong for once, has the horizon in view.
+        """Lay down a picture; nothing of one whose pose, wrong for once, has the horizon in view or is too far off.
 
         Args:
             small_rgb: (H, W, 3), shrunk by ``SHRINK``.
@@ -48,7 +50,10 @@ class Mosaic:
         # Not a number above the horizon.
         if not np.ptp(corners_m, axis=0).max() < _WIDEST_VIEW_M:
             return
-        (left, top), (right, bottom) = self._window(corners_m)
+        window = self._window(corners_m)
+        if window is None:
+            return
+        (left, top), (right, bottom) = window
         H = picture_from_cells(camera, self.cell_m, self.origin_m + self.cell_m * np.array([left, top]))
         size = (right - left, bottom - top)
         patch = cv2.warpPerspective(small_rgb, H, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
@@ -64,7 +69,7 @@ class Mosaic:
         it was seen (H, W), 0 = never.
         """
         H = picture_from_cells(camera, self.cell_m, self.origin_m)
-        size = (camera.model.width_px // SHRINK, camera.model.height_px // SHRINK)
+        size = small_size(camera.model.width_px, camera.model.height_px)
         rgb = cv2.warpPerspective(self.rgb, H, size, flags=cv2.INTER_LINEAR)
         count = cv2.warpPerspective(self.count, H, size, flags=cv2.INTER_NEAREST)
         return rgb, count
@@ -73,9 +78,9 @@ class Mosaic:
         """Return (column, row) (N, 2) of the cells that hold map points (N, 2); may lie outside the mosaic."""
         return np.floor((map_m - self.origin_m) / self.cell_m).astype(np.int64)
 
-    def _window(self, corners_m: NDArray[np.float64]) -> tuple[list[int], list[int]]:
+    def _window(self, corners_m: NDArray[np.float64]) -> tuple[list[int], list[int]] | None:
         """Return the first (column, row) that map points lie in and the one beyond the last, after growing the mosaic
-        to hold them.
+        to hold them; None if it would become too large.
         """
         low = np.floor((corners_m.min(axis=0) - self.origin_m) / self.cell_m).astype(int)
         high = np.ceil((corners_m.max(axis=0) - self.origin_m) / self.cell_m).astype(int) + 1
@@ -83,6 +88,9 @@ class Mosaic:
         if (low < 0).any() or high[0] > width or high[1] > height:
             before = np.where(low < 0, -low + _GROW_CELLS, 0)
             after = np.maximum(high - [width, height] + _GROW_CELLS, 0) * (high > [width, height])
+            size = before + after + [width, height]
+            if size.max() > _LONGEST_SIDE_CELLS or size.prod() > _MOST_CELLS:
+                return None
             self._grow(before, after)
             low, high = low + before, high + before
         return low.tolist(), high.tolist()
@@ -108,14 +116,13 @@ def standing_ground(
         difference: (H, W) from the mosaic, ``UNKNOWN`` where that cannot be told; None = unknown everywhere.
         target_m: (2,) place of the target on the map, of ``length_m``; None = not in the picture.
     """
-    height, width = camera.model.height_px // SHRINK, camera.model.width_px // SHRINK
+    width, height = small_size(camera.model.width_px, camera.model.height_px)
     weight = np.full((height, width), 255, np.uint8)
     if difference is not None:
         weight[(difference > _SUDDEN_LEVELS) & (difference != UNKNOWN)] = _SUDDEN_WEIGHT
     if target_m is not None:
         pixel = to_small(camera.to_picture(target_m[None], CENTRE_HEIGHT_M))[0]
-        radius = 0.7 * length_m / (SHRINK * camera.metres_per_pixel())
-        cv2.circle(weight, tuple(np.round(pixel).astype(int).tolist()), int(radius) + 1, 1, -1)
+        draw_disc(weight, pixel, 0.7 * length_m / (SHRINK * camera.metres_per_pixel()), 1)
     return weight
 
 

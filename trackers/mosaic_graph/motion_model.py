@@ -40,7 +40,7 @@ class Instant:
 
     Attributes:
         dt_s: time since the last one.
-        camera: of this picture.
+        camera: of this picture; None if it shows no ground.
         roads: as believed now.
         roads_are_new: whether they were drawn anew since the last instant.
         candidates_m (J, 2), axes_rad (J,), log_ratios (J,): see ``detection_log_weights``.
@@ -49,7 +49,7 @@ class Instant:
     """
 
     dt_s: float
-    camera: GroundCamera
+    camera: GroundCamera | None
     roads: Roads
     roads_are_new: bool
     candidates_m: NDArray[np.float64]
@@ -142,8 +142,10 @@ class CarModel:
             float(np.hypot(_AXIS_DEVIATION_RAD, _AXIS_SPACING_RAD_PER_M * spacing_m)),
         )
 
-    def detectable(self, positions_m: NDArray[np.float64], camera: GroundCamera) -> NDArray[np.float64]:
+    def detectable(self, positions_m: NDArray[np.float64], camera: GroundCamera | None) -> NDArray[np.float64]:
         """Return the probability (N,) that a target at each position would have been found."""
+        if camera is None:
+            return np.zeros(len(positions_m))
         pixels = camera.to_picture(positions_m)
         size = np.array([camera.model.width_px, camera.model.height_px])
         inside_px = np.minimum(pixels, size - pixels).min(axis=1)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from trackers.mosaic_graph.ground_camera import GroundCamera, fit_pose, looking_down
 from trackers.mosaic_graph.mosaic import Mosaic
 from trackers.mosaic_graph.small_picture import shrink, to_full, to_small
-from trackers.types import EgoPose, Observation
+from trackers.types import CameraModel, EgoPose, Observation
 
 _CORNERS = 160
 _CORNER_DISTANCE_PX = 11
@@ -49,19 +49,30 @@ class Registered:
 class Registration:
     """Finds the pose of every picture over the ground."""
 
-    def __init__(self, observation: Observation, metres_per_pixel: float, *, use_ego: bool, use_mosaic: bool) -> None:
+    def __init__(
+        self,
+        observation: Observation,
+        target_px: NDArray[np.float64],
+        metres_per_pixel: float,
+        *,
+        use_ego: bool,
+        use_mosaic: bool,
+    ) -> None:
         """Begin with the first picture.
 
         Args:
+            target_px: (2,) the target in it.
             metres_per_pixel: guess for its middle; not needed if its pose was measured and ``use_ego``.
             use_mosaic: False chains frame to frame only.
         """
         self._use_ego, self._use_mosaic = use_ego, use_mosaic
-        self._ego = observation.ego if use_ego else None
+        self._ego = self._measured(observation)
+        if self._ego is not None and not _posed(observation.camera, self._ego).shows_ground(target_px):
+            self._ego = None
         tilt_rad = _FIRST_TILT_RAD
         self.camera = looking_down(observation.camera, metres_per_pixel)
         if self._ego is not None:
-            self.camera = GroundCamera(observation.camera, self._ego.T_world_camera.copy(), np.zeros(2))
+            self.camera = _posed(observation.camera, self._ego)
             tilt_rad = _MEASURED_TILT_RAD
         height_m = float(self.camera.T_world_camera[2, 3])
         self._bend_information = np.eye(2) * (height_m / tilt_rad) ** 2
@@ -72,37 +83,49 @@ class Registration:
         black = np.zeros_like(small_rgb)
         self.first = Registered(self.camera, small_rgb, black, black[..., 0])
 
-    def register(self, observation: Observation, mosaic: Mosaic) -> Registered:
-        """Return the next picture in its place over ``mosaic``, which holds the pictures before it."""
+    def register(self, observation: Observation, mosaic: Mosaic) -> Registered | None:
+        """Return the next picture in its place over ``mosaic``, which holds the pictures before it; None if it shows no
+        ground, by its corners or, without these, as measured. The next one is then placed by the last that did.
+        """
+        ego = self._measured(observation)
+        predicted = self._predict(ego)
+        is_off = not predicted.shows_ground() or (self._use_ego and observation.ego is not None and ego is None)
+        predicted = predicted if predicted.shows_ground() else self.camera
         small_rgb = shrink(observation.image_rgb)
         grey = cv2.cvtColor(small_rgb, cv2.COLOR_RGB2GRAY)
-        predicted = self._predict(observation.ego)
         corners, map_m = self._follow_corners(grey, predicted)
         prior = self._prior()
         fit = fit_pose(predicted, map_m, corners, prior, _FRAME_SCALES_PX)
+        if is_off if fit.support < _ENOUGH_SUPPORT else not fit.camera.shows_ground():
+            return None
         if fit.support < _ENOUGH_SUPPORT:
             fit = replace(fit, camera=predicted, support=0.0)
         background_rgb, seen = mosaic.render(fit.camera)
         if self._use_mosaic and fit.support > 0:
             found, map_m = _match_to_mosaic(grey, corners, background_rgb, seen, fit.camera)
             corrected = fit_pose(fit.camera, map_m, found, prior + _CHAIN_TRUST * fit.information, _MOSAIC_SCALES_PX)
-            if corrected.support >= _ENOUGH_SUPPORT:
+            if corrected.support >= _ENOUGH_SUPPORT and corrected.camera.shows_ground():
                 self._learn_bend(corrected.information)
                 fit = corrected
                 background_rgb, seen = mosaic.render(fit.camera)
-        self.camera, self._grey, self._corners = fit.camera, grey, _find_corners(grey)
+        self.camera, self._ego, self._grey, self._corners = fit.camera, ego, grey, _find_corners(grey)
         self._gain = _gain(small_rgb, background_rgb, seen, self._gain)
         adapted_rgb = cv2.convertScaleAbs(small_rgb, alpha=self._gain)
         return Registered(fit.camera, adapted_rgb, background_rgb, seen)
+
+    def _measured(self, observation: Observation) -> EgoPose | None:
+        """Return the measured pose; None if it is not to be used, or shows no ground and so is wrong or of no use."""
+        ego = observation.ego if self._use_ego else None
+        return ego if ego is not None and _posed(observation.camera, ego).shows_ground() else None
 
     def _predict(self, ego: EgoPose | None) -> GroundCamera:
         """Return the camera moved as measured on board since the last picture: slow errors of the
         instruments cancel.
         """
-        before, self._ego = self._ego, ego if self._use_ego else None
-        if before is None or self._ego is None:
+        before = self._ego
+        if before is None or ego is None:
             return self.camera
-        T, T_before, T_now = self.camera.T_world_camera.copy(), before.T_world_camera, self._ego.T_world_camera
+        T, T_before, T_now = self.camera.T_world_camera.copy(), before.T_world_camera, ego.T_world_camera
         T[:3, :3] = T[:3, :3] @ T_before[:3, :3].T @ T_now[:3, :3]
         T[:3, 3] += T_now[:3, 3] - T_before[:3, 3]
         return replace(self.camera, T_world_camera=T)
@@ -129,6 +152,10 @@ class Registration:
         given_pose = np.linalg.solve(information[pose, pose] + 1e-9 * np.eye(6), information[pose, bend])
         marginal = information[bend, bend] - information[bend, pose] @ given_pose
         self._bend_information = self._bend_information + _BEND_LEARNING * 0.5 * (marginal + marginal.T)
+
+
+def _posed(model: CameraModel, ego: EgoPose) -> GroundCamera:
+    return GroundCamera(model, ego.T_world_camera.copy(), np.zeros(2))
 
 
 def _gain(rgb: NDArray[np.uint8], background_rgb: NDArray[np.uint8], seen: NDArray[np.uint8], before: float) -> float:

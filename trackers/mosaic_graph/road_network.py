@@ -17,6 +17,7 @@ from trackers.mosaic_graph.kernels.roads import NO_ROADS, RoadGraph, Roads
 from trackers.mosaic_graph.kernels.skeleton import thin, trace_lines
 from trackers.mosaic_graph.mosaic import Mosaic
 from trackers.mosaic_graph.road_graph import build_graph
+from trackers.mosaic_graph.small_picture import draw_disc
 
 _GRID_M = 0.5
 _REACH_M = 120.0
@@ -82,8 +83,7 @@ class RoadFinder:
         """Return the cells (H, W) that were driven over, but not those seen only while the target hid them."""
         driven = np.zeros(count.shape, np.uint8)
         for point_m in self._driven_m:
-            column, row = np.floor((point_m - origin_m) / _GRID_M).astype(int).tolist()
-            cv2.circle(driven, (column, row), int(_SAMPLE_RADIUS_M / _GRID_M), 1, -1)
+            draw_disc(driven, np.floor((point_m - origin_m) / _GRID_M), _SAMPLE_RADIUS_M / _GRID_M - 1, 1)
         return (driven > 0) & (count >= _OFTEN_SEEN)
 
     def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> Roads:

@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.posterior import geometric_median
 from trackers.kernels.weights import circular_mean
 from trackers.mosaic_graph.answer import answer
 from trackers.mosaic_graph.births import FASTEST_MPS, LastSeen, may_be_target, renewal, surprise
 from trackers.mosaic_graph.detector import Detector
 from trackers.mosaic_graph.first_look import WIDTH_TO_LENGTH, apparent_length_px, look_first
-from trackers.mosaic_graph.ground_camera import GroundCamera
+from trackers.mosaic_graph.ground_camera import TYPICAL_LENGTH_M, GroundCamera
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.mosaic_graph.kernels.roads import NO_ROADS
@@ -28,7 +29,8 @@ from trackers.particle_filter import ParticleFilter, Posterior
 from trackers.registry import register, register_variant, tunable
 from trackers.types import Estimate, Observation
 
-_TYPICAL_LENGTH_M, _SHORTEST_M, _LONGEST_M = 4.5, 3.2, 7.0
+_SHORTEST_M, _LONGEST_M = 3.2, 7.0
+_LEAST_LENGTH_PX = 2.0
 _REDRAW_FRAMES = 10
 _DRIVEN_DELAY_FRAMES = 18
 _LOCK_RADIUS_M, _LOCK_MASS = 2.5, 0.8
@@ -91,9 +93,16 @@ class MosaicGraphParticleFilter:
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Begin the mosaic with the first picture and the particles inside the box."""
         p = self._p
-        length_px = apparent_length_px(box_xyxy)
+        box_size(box_xyxy)
+        model = observation.camera
+        longest_px = max(float(np.hypot(model.width_px, model.height_px)), _LEAST_LENGTH_PX)
+        length_px = float(np.clip(apparent_length_px(box_xyxy), _LEAST_LENGTH_PX, longest_px))
         self._registration = Registration(
-            observation, _TYPICAL_LENGTH_M / length_px, use_ego=p.use_ego, use_mosaic=p.use_mosaic
+            observation,
+            box_centre(box_xyxy),
+            TYPICAL_LENGTH_M / length_px,
+            use_ego=p.use_ego,
+            use_mosaic=p.use_mosaic,
         )
         first, camera = self._registration.first, self._registration.camera
         metres_per_pixel = camera.metres_per_pixel()
@@ -120,6 +129,8 @@ class MosaicGraphParticleFilter:
         self._frame, self._time_s = self._frame + 1, observation.time_s
         self._last = replace(self._last, since_s=self._last.since_s + dt_s)
         registered = self._registration.register(observation, self._mosaic)
+        if registered is None:
+            return self._drive_on(dt_s)
         cues = self._detector.cues(registered)
         candidates = self._detector.search(registered, cues, self._expected(dt_s))
         self._sightings.update(candidates, dt_s)
@@ -136,6 +147,13 @@ class MosaicGraphParticleFilter:
         if target is not None:
             position_m = target.candidate.position_m
         return answer(registered.camera, posterior, position_m, self._size_m)
+
+    def _drive_on(self, dt_s: float) -> Estimate:
+        """Let the particles drive on, by a picture that shows no ground: where they are in it cannot be said."""
+        self._sightings.update([], dt_s)
+        self._filter.step(self._instant(dt_s, None, False))
+        self._target, self._held_frames = None, 0
+        return Estimate(np.full(2, np.nan))
 
     def _model(self, start_m: NDArray[np.float64], axis_rad: float) -> CarModel:
         p = self._p
@@ -187,7 +205,7 @@ class MosaicGraphParticleFilter:
             places += [(state[: rp.Y + 1], float(state[rp.HEADING])) for state in some]
         return places
 
-    def _instant(self, dt_s: float, camera: GroundCamera, new_roads: bool) -> Instant:
+    def _instant(self, dt_s: float, camera: GroundCamera | None, new_roads: bool) -> Instant:
         seen = self._sightings.seen()
         return Instant(
             dt_s=dt_s,

@@ -53,22 +53,24 @@ class GroundMotion:
         return np.minimum(np.maximum(moved[..., :2] / np.maximum(moved[..., 2:], 1e-3), -_FAR_PX), _FAR_PX)
 
 
-_FAR_PX = 1e4
+_FAR_PX, _LEAST_DEPTH = 1e4, 1e-3
 Motion = PictureMotion | GroundMotion
 STILL = PictureMotion(np.zeros(2), 0.0)
 
 
 def measured_motion(previous: EgoPose | None, current: EgoPose | None, camera: CameraModel) -> Motion:
-    """Return the motion that two measured poses give to the picture of flat ground (z = 0); none without poses.
+    """Return the motion that two measured poses give to the picture of flat ground (z = 0).
+
+    None without poses above it, nor where the ground that was in the middle of the picture lies behind the camera now.
 
     With the camera level it is the paper's {hx, hy, hθ}. Reading: the paper takes the helicopter's motion for correctly
     known, so where the camera tilts the picture moves by the homography of the ground and not by its rigid part.
     """
-    if previous is None or current is None:
+    if previous is None or current is None or min(pose.T_world_camera[2, 3] for pose in (previous, current)) <= 0.0:
         return STILL
     a, b = (_pixels_from_ground(pose.T_world_camera, camera.focal_px) for pose in (previous, current))
     homography = b @ np.linalg.inv(a)
-    return GroundMotion(homography / homography[2, 2])
+    return GroundMotion(homography / homography[2, 2]) if homography[2, 2] > _LEAST_DEPTH else STILL
 
 
 def _pixels_from_ground(T_world_camera: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 ROAD_EXISTENCE, OTHER_EXISTENCE, BUILDING_EXISTENCE = 1.0, 0.8, 0.1
 ROAD, OTHER, BUILDING = 0, 1, 2
+_MOST_SAMPLED = 256
 
 
 @njit(cache=True)
@@ -59,7 +60,7 @@ def mean_existence(
 
     A pixel's class is that of the nearest pixel of the picture (outside it: of the border's), corrected by the road's
     shape: within the road's half width of its line it is road; building within ``pavement_px`` more is road too.
-    Road counts 1, other 0.8, building 0.1.
+    Road counts 1, other 0.8, building 0.1. Of a large rectangle, every k-th row and column stands for all.
 
     Args:
         classes: (H, W).
@@ -72,12 +73,13 @@ def mean_existence(
     rows, columns = classes.shape
     existence = np.array([ROAD_EXISTENCE, OTHER_EXISTENCE, BUILDING_EXISTENCE])
     means = np.empty(len(corners_px))
+    step = 1 + max(width, height) // _MOST_SAMPLED
     for n in range(len(corners_px)):
         left, top = corners_px[n]
-        total = 0.0
-        for i in range(top, top + height):
+        total, count = 0.0, 0
+        for i in range(top, top + height, step):
             row = min(max(i, 0), rows - 1)
-            for j in range(left, left + width):
+            for j in range(left, left + width, step):
                 kind = classes[row, min(max(j, 0), columns - 1)]
                 k = (j if axis == 0 else i) - line_start
                 if kind != ROAD and 0 <= k < road_line_px.size:
@@ -85,5 +87,6 @@ def mean_existence(
                     if beside < half_road_px[k] or (kind == BUILDING and beside < half_road_px[k] + pavement_px):
                         kind = ROAD
                 total += existence[kind]
-        means[n] = total / (width * height)
+                count += 1
+        means[n] = total / count
     return means

@@ -7,13 +7,13 @@ from trackers.types import CameraRegisters, Observation
 _REGISTER_LIMITS = {"red": 1023, "blue": 1023, "shutter": 707, "gain": 683}
 
 
-def camera_registers(observation: Observation) -> CameraRegisters:
-    """Return the camera's own numbers.
+def camera_registers(observation: Observation, before: CameraRegisters | None = None) -> CameraRegisters:
+    """Return the camera's own numbers; where it reports none, those ``before``.
 
     Raises:
-        ValueError: where it reports none, or one out of its range.
+        ValueError: where there are none at all, or one is out of its range.
     """
-    registers = observation.settings.registers if observation.settings else None
+    registers = (observation.settings.registers if observation.settings else None) or before
     if registers is None:
         raise ValueError("settings.registers: expected the camera's automatic settings as its own numbers, got None")
     for name, largest in _REGISTER_LIMITS.items():

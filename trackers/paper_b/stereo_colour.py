@@ -100,7 +100,7 @@ class StereoColour(ABC):
         """Start on the candidate in the box, or on what is in the middle of it."""
         p = self._parameters
         baseline_m(observation.camera)
-        registers = camera_registers(observation)
+        registers = self._registers = camera_registers(observation)
         pose = observation.ego
         self._mounting = Mounting.level(p.camera_height_m) if pose is None else Mounting.from_pose(pose.T_world_camera)
         self._trend = LightTrend()
@@ -123,7 +123,7 @@ class StereoColour(ABC):
 
     def update(self, observation: Observation) -> Estimate:
         """Find the target among the candidates of the next pair, or say nothing."""
-        registers = camera_registers(observation)
+        registers = self._registers = camera_registers(observation, self._registers)
         trend = self._trend.update(registers)
         self._predict(observation.time_s)
         view = see(observation, self._matcher, self._mounting, self._candidates)
@@ -136,7 +136,7 @@ class StereoColour(ABC):
     def _predict(self, time_s: float) -> None:
         """Section 3.2.1; how long it goes on is set by the state of occlusion (section 3.3)."""
         p = self._parameters
-        seconds, self._time_s = time_s - self._time_s, time_s
+        seconds, self._time_s = max(time_s - self._time_s, 0.0), time_s
         self._unfound_s += seconds
         limit_s = p.predicted_s if self._state.now is Occlusion.NONE else p.predicted_hidden_s
         # Who passes before where he was lost does not make that place worth anything again.

@@ -109,7 +109,7 @@ class StereoPeople:
 
     def update(self, observation: Observation) -> Estimate:
         """Take in the next pair and say where the target is, seen or expected."""
-        registers = camera_registers(observation)
+        registers = camera_registers(observation, self._registers)
         levels = log_levels(self._matcher.smaller(observation.image_rgb))
         self._predict(observation, registers, levels)
         self._registers, self._scene = registers, self._scene_of(observation, levels)
@@ -119,7 +119,7 @@ class StereoPeople:
         return self._answer(observation, view)
 
     def _predict(self, observation: Observation, registers: CameraRegisters, levels: NDArray[np.float64]) -> None:
-        seconds, self._time_s = observation.time_s - self._time_s, observation.time_s
+        seconds, self._time_s = max(observation.time_s - self._time_s, 0.0), observation.time_s
         p = self._parameters
         shift, loosened = np.zeros(3), 0.0
         if p.use_light:
@@ -170,7 +170,7 @@ class StereoPeople:
 
     def _unconfirmed_s(self) -> float:
         """Return for how long the target has not been seen whole."""
-        return self._time_s - self._target.confirmed_s
+        return max(self._time_s - self._target.confirmed_s, 0.0)
 
     def _recognise(self) -> None:
         """Take somebody who came into sight after the target was lost for him, if he looks like it and can be there."""

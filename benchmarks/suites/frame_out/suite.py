@@ -12,6 +12,7 @@ from benchmarks.suites.frame_out.judge import FrameOutJudge
 from benchmarks.suites.frame_out.metrics import localisation, offscreen, posterior, single_object
 from benchmarks.suites.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.suites.frame_out.picture import show_frame_out
+from benchmarks.suites.frame_out.references import ORACLES
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
 
@@ -154,6 +155,7 @@ FRAME_OUT = Suite(
     silence=f"the worst error, {offscreen.WORST_ERROR_M:g} m",
     figures=figures,
     picture=show_frame_out,
+    references=ORACLES,
     oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: what "
     "they miss is hardly predictable.",
     definitions={

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from benchmarks.report import curves, dot_plot, plots
-from benchmarks.report import timelines as strips
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import Row
 from benchmarks.scores import pooling
 from benchmarks.scores.statistics import bootstrap_interval
 from benchmarks.suites.registry import Metric, Plot
+from benchmarks.suites.stereo import timelines as strips
 from benchmarks.suites.stereo.events import EVENT_COUNTS
 from benchmarks.suites.stereo.judge import OCCLUSION_WINDOW_FRAMES
 from benchmarks.suites.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR

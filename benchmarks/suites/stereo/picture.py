@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from benchmarks.report.pictures import made_from, remove_picture, write_picture
 from benchmarks.run.jobs import Job, job_of, opened
-from benchmarks.run.records import Row, event_of
+from benchmarks.run.records import Row
 from benchmarks.run.replay import made_by_this_code, replay
-from benchmarks.suites.registry import Condition
+from benchmarks.suites.registry import Condition, event_of
 from benchmarks.suites.stereo.drawing import describe_person
 from benchmarks.suites.stereo.instant import draw_left_and_plan
 from benchmarks.suites.stereo.metrics.people_events import OCCLUSION

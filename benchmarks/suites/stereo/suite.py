@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.scores.recovery import Recovery
 from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, register_suite
 from benchmarks.suites.stereo.disparity import DISPARITY
+from benchmarks.suites.stereo.drawing import StereoDrawing
 from benchmarks.suites.stereo.events import EVENT_COUNTS, EVENTS
 from benchmarks.suites.stereo.figures import figures
 from benchmarks.suites.stereo.judge import StereoJudge
@@ -31,7 +32,7 @@ STEREO = Suite(
     name="stereo",
     summary="a stereo camera follows a person among others under changing light: is it still the same person?",
     heading="Is it still the same person?",
-    scenes=(Scene("stereo-follow"),),
+    scenes=(Scene("stereo-follow", drawing=StereoDrawing.of), Scene("paper-sheet", drawing=StereoDrawing.of)),
     preset="standard",
     quick_preset="quick",
     judge=StereoJudge,

@@ -11,15 +11,17 @@ quantiles.
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.envs.pictureless.bank import pictureless_of
 from scenarios.envs.pictureless.life import LATENTS
 from sim.checks import check
 
@@ -106,12 +108,17 @@ def model_from_json(text: str) -> ErrorModel:
     return ErrorModel(**arrays)
 
 
-def error_model(tracker: str) -> ErrorModel:
-    """Return the model that comes with the package. Raises ValueError for a tracker without one."""
-    folder = resources.files("scenarios").joinpath("envs", "models")
-    known = sorted(each.name.removesuffix(".json") for each in folder.iterdir() if each.name.endswith(".json"))
-    check("tracker", tracker in known, f"one with an error model: {', '.join(known)}", repr(tracker))
-    return model_from_json(folder.joinpath(f"{tracker}.json").read_text())
+def model_path(scenario: str, tracker: str) -> Path:
+    """Return the file of a tracker's model: it lies beside the module of the scenario's ``Pictureless``."""
+    return Path(inspect.getfile(type(pictureless_of(scenario)))).with_name(f"{tracker}.json")
+
+
+def error_model(scenario: str, tracker: str) -> ErrorModel:
+    """Return the model that comes with a scenario. Raises ValueError for a tracker without one."""
+    path = model_path(scenario, tracker)
+    known = ", ".join(sorted(each.stem for each in path.parent.glob("*.json")))
+    check("tracker", path.is_file(), f"one with an error model: {known}", repr(tracker))
+    return model_from_json(path.read_text())
 
 
 def _rounded(value: Any) -> Any:

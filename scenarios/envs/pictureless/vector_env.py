@@ -76,13 +76,9 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             bank = episode_bank(scenario, preset, seeds, None if cache is None else Path(cache))
         check("bank", bank.preset == preset, f"episodes of the configuration {preset}", bank.preset)
         self.bank, self.num_envs = bank, num_envs
-        model = error_model(tracker) if model is None else model
-        check(
-            "tracker",
-            model.scenario == scenario,
-            f"one with an error model for {scenario}",
-            f"one for {model.scenario}",
-        )
+        model = error_model(scenario, tracker) if model is None else model
+        wanted, got = f"one with an error model for {scenario}", f"one for {model.scenario}"
+        check("tracker", model.scenario == scenario, wanted, got)
         check("bank", bank.scenario == scenario, f"episodes of {scenario}", bank.scenario)
         self._at_frame_outs = starts == "frame-outs"
         self._most_steps = max_episode_steps or bank.frame_count

@@ -124,7 +124,7 @@ def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(
     assert main(words.split()) == 1
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.splitlines()[-1] == "error: disk: expected room for what is written, got 'File too large'"
+    assert err.splitlines()[-1] == "error: File too large; what was written before stands"
     assert checkpointed_settings(tmp_path / "full") is None
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.ids import DEFAULT_EPISODE_STEPS
 from scenarios.envs.settings import ActionMode, ObservationMode
 from tests import fakes_scenario
 from tests.fakes_scenario import HalfNan, NoParameters, Raises, Silent, Still
@@ -310,8 +310,9 @@ def test_an_episode_ends_when_the_target_is_lost_if_so_asked():
 
 
 def test_ids_have_a_time_limit():
+    steps = {entry.env_id: entry.episode_steps for entry in catalog.entries()}
     for env_id in IDS:
-        assert gym.spec(env_id).max_episode_steps == DEFAULT_EPISODE_STEPS
+        assert gym.spec(env_id).max_episode_steps == steps[env_id]
     env = gym.make(IDS[0], max_episode_steps=5, **keywords())
     env.reset(seed=0)
     assert [env.step(np.zeros(4))[3] for _ in range(5)] == [False] * 4 + [True]

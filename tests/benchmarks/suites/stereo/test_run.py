@@ -197,7 +197,7 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
 
 def test_a_strip_shows_each_frames_outcome_in_its_colour(outcome: tuple[Outcome, Path]) -> None:
     """Only one tracker was ever on another person: its page has ink where the others' has none."""
-    from benchmarks.report import timelines as strips
+    from benchmarks.suites.stereo import timelines as strips
 
     rows = [row for row in read_rows(outcome[1]) if row["seed"] == 0]
     taken, knowing = (

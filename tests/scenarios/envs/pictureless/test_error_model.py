@@ -95,7 +95,7 @@ def test_text_and_back() -> None:
 
 @pytest.mark.parametrize(("scenario", "tracker"), catalog.envs().values())
 def test_every_env_s_tracker_has_a_model(scenario: str, tracker: str) -> None:
-    shipped = error_model(tracker)
+    shipped = error_model(scenario, tracker)
     assert (shipped.scenario, shipped.tracker) == (scenario, tracker)
     np.testing.assert_allclose(shipped.rates.sum(axis=-1), 1.0, atol=1e-3)
     assert (np.diff(shipped.error_m, axis=-1) >= 0).all()
@@ -107,4 +107,4 @@ def test_unfit_numbers_are_refused() -> None:
     with pytest.raises(ValueError, match="kept: expected finite numbers"):
         model(kept=np.zeros((2, 8)))
     with pytest.raises(ValueError, match=r"tracker: expected one with an error model: .*got 'hold'"):
-        error_model("hold")
+        error_model(next(iter(catalog.envs().values()))[0], "hold")

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.learning import pixel_colours
-from benchmarks.learning.pixel_colours import CLASSES, label_pixels, learn_colours, write_model
+from benchmarks.papers import ground_colours
+from benchmarks.papers.ground_colours import CLASSES, label_pixels, learn_colours, write_model
 from scenarios import catalog
 from scenarios.road_town.road_map import RoadMap
 from trackers.paper_a.ground_classes import load_class_statistics
@@ -33,13 +33,13 @@ def test_labels_agree_with_what_is_drawn_there() -> None:
 def test_moments_are_numpys_and_the_model_is_what_trackers_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pixel_colours, "MODEL_PATH", tmp_path / "classes.json")
+    monkeypatch.setattr(ground_colours, "MODEL_PATH", tmp_path / "classes.json")
     model = learn_colours(("quick",), range(3, 4), every=1000)
     episode = catalog.scenario("road-town").episode("quick", 3, closed_loop=False)
     frame = episode.step()
     labels = label_pixels(frame, RoadMap(episode.map_of().graph), episode.map_of())
     episode.close()
-    step = pixel_colours._PIXEL_STEP
+    step = ground_colours._PIXEL_STEP
     colours = frame.observation.image_rgb[::step, ::step][labels["road"][::step, ::step]].astype(float)
     np.testing.assert_allclose(model["road"]["mean_rgb"], colours.mean(axis=0), atol=1e-3)
     np.testing.assert_allclose(model["road"]["variance_rgb"], colours.var(axis=0), atol=1e-2)

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from benchmarks.report.palette import BETTER, GRID, INK, QUIET, WORSE
 from benchmarks.report.plots import drawn_as, new_figure, svg
-from benchmarks.run.records import Row, event_of
+from benchmarks.run.records import Row
 from benchmarks.scores.runs import runs
+from benchmarks.suites.registry import event_of
 from benchmarks.suites.stereo.metrics.people import Outcome
 
 _LOOKS: dict[str, tuple[str, tuple[Outcome, ...]]] = {

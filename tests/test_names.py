@@ -1,0 +1,166 @@
+"""No general room names a scene, a suite or a carrier: what it needs of one, the scene or its suite supplies."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from benchmarks.suites.registry import suites
+from scenarios import catalog
+
+ROOT = Path(__file__).parents[1]
+OWN_ROOMS = (
+    "scenarios/road_town",
+    "scenarios/stereo_follow",
+    "scenarios/paper_sheet",
+    "benchmarks/suites/frame_out",
+    "benchmarks/suites/stereo",
+    "benchmarks/suites/follow",
+    "benchmarks/papers",
+    "trackers/paper_a",
+    "trackers/paper_b",
+    "trackers/mosaic_graph",
+    "trackers/stereo_people",
+    "trackers/baselines",
+    "trackers/blind",
+    "trackers/controllers",
+)
+"""Of a scene or a suite, of a paper, of trackers and controllers that are made for one."""
+GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "policy", "policy_file"))
+"""Modules in these rooms that serve all of their kind."""
+LISTS = {
+    "scenarios/catalog.py": "_ENTRIES",
+    "benchmarks/suites/registry.py": "_MODULES",
+    "trackers/registry.py": "_MODULES",
+    "trackers/controllers/catalogue.py": "_MODULES",
+}
+"""The one list of each registry."""
+
+
+@cache
+def patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
+    """Return what matches names in identifiers and modules, and what matches them in strings.
+
+    ``road-town`` in any spelling is a name wherever it stands; a suite that is called by a plain word (``follow``) is
+    named by a module of its room, and by a string that holds nothing else or sets it off by a path or a command.
+    """
+    scenarios = [catalog.scenario(name) for name in catalog.names()]
+    names = {catalog.unversioned(each.id) for each in scenarios} | {each.carrier.name for each in scenarios}
+    names |= {name for name in suites() if "-" in name}
+    names |= {Path(room).name.replace("_", "-") for room in OWN_ROOMS if room.startswith("scenarios/")}
+    spelt = {form for name in names for form in (name, name.replace("-", "_"), name.replace("-", " "))}
+    spelt |= {form.upper() for form in spelt}
+    capital = "|".join(name.title().replace("-", "") for name in names)
+    plain = "|".join(name for name in suites() if "-" not in name)
+    anywhere = rf"(?<![A-Za-z])(?:{'|'.join(spelt)})(?![a-z])|(?:{capital})(?![a-z])|\bsuites\.(?:{plain})\b"
+    alone = rf"(?:^|/|\b(?:suite|bench|compare) )(?:{plain})(?:$|/| )"
+    return re.compile(anywhere), re.compile(f"{anywhere}|{alone}")
+
+
+def words_of(tree: ast.Module) -> Iterator[tuple[int, str, bool]]:
+    """Yield line, text, and whether it is a string, of all that a module says but for docstrings."""
+    docstrings = {node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        line = getattr(node, "lineno", 0)
+        match node:
+            case ast.Constant(value=str(text)) if node not in docstrings:
+                yield line, text, True
+            case ast.ImportFrom():
+                yield from ((line, f"{node.module}.{alias.name}", False) for alias in node.names)
+            case ast.alias(name=text, asname=other):
+                yield from ((line, each, False) for each in (text, other or ""))
+            case (
+                ast.Name(id=text)
+                | ast.Attribute(attr=text)
+                | ast.arg(arg=text)
+                | ast.keyword(arg=str(text))
+                | ast.FunctionDef(name=text)
+                | ast.ClassDef(name=text)
+            ):
+                yield line, text, False
+
+
+def without_list(tree: ast.Module, name: str) -> ast.Module:
+    """Return a module without the assignment to ``name`` at its top level."""
+
+    def is_it(node: ast.stmt) -> bool:
+        target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
+        return isinstance(target, ast.Name) and target.id == name and getattr(node, "value", None) is not None
+
+    first = next(node for node in tree.body if is_it(node))
+    return ast.Module([node for node in tree.body if node is not first], [])
+
+
+def named_in(place: str, source: str) -> list[str]:
+    """Return where a module names a scene, a suite or a carrier, but for its registry's list."""
+    tree = ast.parse(source)
+    if place in LISTS:
+        tree = without_list(tree, LISTS[place])
+    in_code, in_strings = patterns()
+    return [
+        f"{place}:{line}: {text!r}"
+        for line, text, is_string in words_of(tree)
+        if (in_strings if is_string else in_code).search(text)
+    ]
+
+
+def general_modules() -> list[str]:
+    packages = ("sim", "trackers", "scenarios", "benchmarks")
+    places = [path.relative_to(ROOT).as_posix() for name in packages for path in sorted((ROOT / name).rglob("*.py"))]
+    own = tuple(f"{room}/" for room in OWN_ROOMS)
+    return [place for place in places if place in GENERAL or not place.startswith(own)]
+
+
+def test_general_rooms_name_no_scene_no_suite_and_no_carrier() -> None:
+    places = general_modules()
+    assert set(LISTS) | set(GENERAL) <= set(places)
+    assert all((ROOT / room).is_dir() for room in OWN_ROOMS)
+    found = [line for place in places for line in named_in(place, (ROOT / place).read_text())]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from scenarios.road_town.scenario import ROAD_TOWN",
+        "from scenarios import stereo_follow as scene",
+        "import benchmarks.suites.follow.suite",
+        "from benchmarks.suites import stereo",
+        "def f(env='frameout/RoadTownFollow-v1'): pass",
+        "x = scenario.id == 'stereo-follow-v1'",
+        "x = rows['frame_out']",
+        "x = f'{place}/results/follow'",
+        "x = suite('stereo')",
+        "print(f'judge it: frameout bench follow --controllers {name}')",
+        "x = module.ROAD_TOWN_PRESETS",
+        "def is_helicopter(carrier): pass",
+        "class RobotDrawing: pass",
+        "f(robot_width_m=1)",
+        "'a docstring'; x = 'paper_sheet'",
+    ],
+)
+def test_a_name_is_found(source: str) -> None:
+    assert named_in("sim/planted.py", source)
+    assert named_in("scenarios/catalog.py", f"_ENTRIES = ()\n{source}")
+
+
+def test_what_names_nothing_passes() -> None:
+    source = (
+        '"""The robot of stereo-follow."""\nfrom scenarios.envs.follow_env import FollowEnv\nside = exits.follow(s)'
+    )
+    assert not named_in(
+        "sim/planted.py", f"{source}\nx = 'a stereo pair: frame-outs that follow'\n'''As ``road-town``.'''"
+    )
+
+
+@pytest.mark.parametrize("place", LISTS)
+def test_a_list_of_a_registry_is_one(place: str) -> None:
+    name = LISTS[place]
+    assert not named_in(place, f"{name} = ('road-town', 'benchmarks.suites.follow.suite')")
+    assert named_in(place, f"{name} = ('road-town',)\n{name} += ('stereo-follow',)")
+    assert named_in(place, f"{name} = ()\nOTHERS = ('road-town',)")
