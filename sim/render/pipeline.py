@@ -178,8 +178,8 @@ def _photograph(
     motion: CameraMotion | None,
 ) -> _Picture:
     if settings is None:
-        return sensor.expose(radiance, camera, frame, motion)
-    return sensor.develop(radiance, camera, frame, settings, motion)
+        return sensor.expose(radiance, camera, frame, motion=motion)
+    return sensor.develop(radiance, camera, frame, settings, motion=motion)
 
 
 def _capture_by_rows(
