@@ -18,11 +18,10 @@ from gymnasium.utils.env_checker import check_env
 
 from benchmarks.cli import main
 from benchmarks.run.guards import GuardedContestant
-from benchmarks.run.jobs import Job, opened
+from benchmarks.run.jobs import Job, opened, take_in
 from benchmarks.run.records import read_rows
 from benchmarks.run.replay import replay
 from benchmarks.run.steering import suite_watching
-from benchmarks.suites.judging import take_in
 from benchmarks.suites.registry import Scene, add_scene, suite
 from benchmarks.video.instant import Instant, draw_instant
 from scenarios import catalog
