@@ -11,6 +11,7 @@ _HOMES = {
     "Scene": "benchmarks.suites.registry",
     "Suite": "benchmarks.suites.registry",
     "add_metric": "benchmarks.suites.registry",
+    "add_scene": "benchmarks.suites.registry",
     "register_suite": "benchmarks.suites.registry",
     "suite": "benchmarks.suites.registry",
     "Judge": "benchmarks.suites.judging",

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from scenarios.scenario import RendererName
 from sim.optics import PinholeCamera
-from sim.render.pipeline import Capture, Shader, capture
+from sim.render.pipeline import Capture, Sensor, Shader, capture
 from sim.render.protocol import create_renderer
-from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorSettings
 from sim.world import World
 
@@ -33,7 +32,7 @@ class Rig(Protocol):
 class SingleCamera:
     """A ``Rig`` of one camera."""
 
-    def __init__(self, world: World, camera: PinholeCamera, renderer: RendererName, sensor: CameraSensor) -> None:
+    def __init__(self, world: World, camera: PinholeCamera, renderer: RendererName, sensor: Sensor[Any]) -> None:
         self.camera = camera
         self._renderer = create_renderer(renderer, world)
         self._sensor = sensor

@@ -201,7 +201,10 @@ class Scenario(Protocol):
 
     @property
     def presets(self) -> dict[str, Any]:
-        """Name -> the frozen dataclass that configures an episode."""
+        """Name -> the frozen dataclass that configures an episode.
+
+        It has at least ``summary``, ``closed_loop`` (whether a controller steers), ``width_px`` and ``height_px``.
+        """
         ...
 
     def episode(

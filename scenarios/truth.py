@@ -87,16 +87,16 @@ class Truth:
         exposure_s, gain: the camera's settings for this picture.
     """
 
-    frame: int = told("1")
-    time_s: float = told("s")
+    frame: int = told("1", coding="index from 0")
+    time_s: float = told("s", coding="since frame 0")
     T_world_camera: NDArray[np.float64] = told("m", 4, 4)
     names: tuple[str, ...] = told("word", "N")
     kinds: tuple[str, ...] = told("word", "N")
     T_world_object: NDArray[np.float64] = told("m", "N", 4, 4)
     size_m: NDArray[np.float64] = told("m", "N", 3)
     speed_mps: NDArray[np.float64] = told("m/s", "N")
-    position_px: NDArray[np.float64] = told("px", "N", 2)
-    box_xyxy: NDArray[np.float64] = told("px", "N", 4, coding="x_min, y_min, x_max, y_max")
+    position_px: NDArray[np.float64] = told("px", "N", 2, coding="x, y of the centre; NaN behind the camera")
+    box_xyxy: NDArray[np.float64] = told("px", "N", 4, coding="x_min, y_min, x_max, y_max; NaN behind the camera")
     instance_id: NDArray[np.int64] = told("id", "N")
     visible_fraction: NDArray[np.float64] = told("fraction", "N", left_out=True)
     state: NDArray[np.str_] = told("word", "N", coding="in, partial, occluded, out or absent")
@@ -146,15 +146,16 @@ def check_truth(truth: Truth) -> None:
 
     Fields per pixel may be left out (no pixel at all).
     """
-    height, width = truth.instance_map.shape
+    height, width = (*truth.instance_map.shape, 0, 0)[:2]
     axes: dict[str | int, int] = {"N": len(truth.names), "H": height, "W": width}
     for name, meaning in meanings(truth).items():
         value = getattr(truth, name)
         expected = tuple(axes.get(axis, axis) for axis in meaning.shape)
-        came = np.shape(value) if meaning.shape else expected
+        came = np.shape(value)
         if came != expected and not (meaning.per_pixel and came[:2] == (0, 0)):
             raise ValueError(f"{name}: expected the shape {expected}, got {came}")
         if meaning.unit == "fraction":
             shares = np.asarray(value, dtype=float)
             if not (np.isnan(shares) | ((shares >= 0) & (shares <= 1))).all():
-                raise ValueError(f"{name}: expected numbers from 0 to 1, got {shares.min():g} to {shares.max():g}")
+                low, high = np.nanmin(shares), np.nanmax(shares)
+                raise ValueError(f"{name}: expected numbers from 0 to 1, got {low:g} to {high:g}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,7 @@ SKY = -1
 """Instance id of a pixel that shows no body."""
 
 
-@dataclass(frozen=True, slots=True)
-class GBuffer:
+class GBuffer(NamedTuple):
     """One view of a world, per pixel. Both renderers make the same one.
 
     Attributes:

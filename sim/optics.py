@@ -10,9 +10,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+
+class CameraMotion(NamedTuple):
+    """How a camera moves on to its next picture.
+
+    Attributes:
+        homography: (3, 3) from this picture's pixels to the next one's.
+        interval_s: time between the two.
+    """
+
+    homography: NDArray[np.float64]
+    interval_s: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ from sim.optics import PinholeCamera, invert_pose
 
 @contextmanager
 def _without_greeting() -> Iterator[None]:
-    """Send what native code prints to stderr meanwhile nowhere: PyBullet greets whoever imports it, in every worker."""
+    """Discard what native code prints to stderr meanwhile: PyBullet prints a line at its import, in every worker."""
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
     try:

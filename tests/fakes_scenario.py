@@ -16,12 +16,23 @@ from scenarios import catalog
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame
+from scenarios.visibility import Exits, states_of
 from sim.optics import PinholeCamera, look_down_pose, project
 from trackers.registry import register
-from trackers.types import CameraCommand, CameraModel, CameraSettings, Carrier, EgoPose, Estimate, Observation
+from trackers.types import (
+    CameraCommand,
+    CameraModel,
+    CameraSettings,
+    Carrier,
+    EgoPose,
+    Estimate,
+    Observation,
+    Start,
+)
 
 HEIGHT_M = 60.0
 CAMERA = PinholeCamera(160, 120, 140.0)
+CAMERA_MODEL = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px)
 SIZE_M = np.array([4.5, 1.8, 1.5])
 RADIUS_M, TURN_RAD_S = 40.0, 0.5
 """The target's circle: about half of it lies outside the picture of a camera above its rim."""
@@ -56,9 +67,10 @@ class FakeEpisode:
     def __post_init__(self) -> None:
         self.frame_count = self.configuration.frame_count
         self.rate_hz = self.configuration.rate_hz
-        self._frame, self._exit = 0, -1
+        self._frame = 0
         self._centre_m = np.array([RADIUS_M, 0.0])
-        self.target_box_xyxy = self._boxes(self._pose(), 0.0)[1][0]
+        self._exits = Exits(CAMERA, 3)
+        self.start = Start(CAMERA_MODEL, self._boxes(self._pose(), 0.0)[1][0])
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame."""
@@ -67,9 +79,8 @@ class FakeEpisode:
         T_world_camera, time_s = self._pose(), self._frame / self.rate_hz
         truth = self._truth(T_world_camera, time_s)
         self._frame += 1
-        camera = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px)
         image = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), dtype=np.uint8)
-        observation = Observation(image, time_s, camera, CameraSettings(0.01, 1.0), EgoPose(T_world_camera))
+        observation = Observation(image, time_s, CAMERA_MODEL, CameraSettings(0.01, 1.0), EgoPose(T_world_camera))
         return Frame(observation, truth)
 
     def map_of(self) -> None:
@@ -103,16 +114,12 @@ class FakeEpisode:
 
     def _truth(self, T_world_camera: NDArray[np.float64], time_s: float) -> RoadTruth:
         position_px, boxes = self._boxes(T_world_camera, time_s)
-        low, high = boxes[0, :2], boxes[0, 2:]
-        size = np.array([CAMERA.width_px, CAMERA.height_px])
-        out = bool((high <= 0).any() or (low >= size).any())
-        whole = bool((low >= 0).all() and (high <= size).all())
-        self._exit = self._exit + 1 if out else -1
+        state = states_of(CAMERA, boxes, np.ones(3))
+        side, frames_since_exit = self._exits.follow(state, boxes)
         return RoadTruth(
             frame=self._frame,
             time_s=time_s,
             T_world_camera=T_world_camera,
-            target=0,
             names=("target", "traffic-1", "traffic-2"),
             kinds=("saloon",) * 3,
             T_world_object=self._cars(time_s),
@@ -121,10 +128,10 @@ class FakeEpisode:
             position_px=position_px,
             box_xyxy=boxes,
             instance_id=np.arange(3),
-            visible_fraction=np.full(3, 0.0 if out else 1.0 if whole else 0.5),
-            state="out" if out else "in" if whole else "partial",
-            side="top" if out else None,
-            frames_since_exit=self._exit,
+            visible_fraction=np.select([state == "out", state == "in"], [0.0, 1.0], 0.5),
+            state=state,
+            side=side,
+            frames_since_exit=frames_since_exit,
             on_road=True,
             turning=False,
             instance_map=np.zeros((CAMERA.height_px, CAMERA.width_px), dtype=np.int32),
@@ -144,6 +151,8 @@ class FakeScenario:
     id: str = "fake-town-v1"
     summary: str = "cars on circles"
     start: str = "the car's box"
+    target: str = "target"
+    pictureless: None = None
     carrier: Carrier = HELICOPTER
     presets: dict[str, FakeTown] = field(
         default_factory=lambda: {

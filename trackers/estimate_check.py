@@ -8,7 +8,7 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.types import Answer, Estimate, Track
+from trackers.types import Estimate, Track
 
 _WEIGHT_TOLERANCE = 1e-3
 
@@ -42,14 +42,6 @@ def check_estimate(estimate: Estimate) -> None:
         if not 0.0 <= probability <= 1.0:
             raise ValueError(f"in_view_probability: expected a number from 0 to 1, got {probability}")
     _check_posterior(estimate, silent)
-
-
-def check_answer(answer: Answer) -> None:
-    """Raise ValueError if an answer of one target or of many breaks its contract."""
-    if isinstance(answer, Sequence):
-        check_tracks(answer)
-    else:
-        check_estimate(answer)
 
 
 def check_tracks(tracks: Sequence[Track]) -> None:

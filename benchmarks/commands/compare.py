@@ -12,8 +12,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.commands.arguments import ONE_NAME
+from benchmarks.commands.arguments import NAMES, ONE_NAME
 from benchmarks.commands.ignored_rows import tell_what_is_ignored
+from benchmarks.run.contestants import load_modules
 from benchmarks.run.records import Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison
@@ -35,6 +36,7 @@ class Compare:
         first, second: names; differences are first minus second.
         directory: result folder of names without one.
         preset: use rows of this preset only.
+        modules: your own Python modules, imported first; they register the suite of the rows.
         json: print JSON instead of a table.
     """
 
@@ -42,11 +44,13 @@ class Compare:
     second: Annotated[str, tyro.conf.Positional]
     directory: Path = Path("results") / DEFAULT
     preset: Annotated[str | None, ONE_NAME] = None
+    modules: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False
     resumes = False
 
     def run(self) -> int:
         """Print it; return the exit status."""
+        load_modules(self.modules)
         for directory in dict.fromkeys(self._place_of(name)[0] for name in (self.first, self.second)):
             tell_what_is_ignored(directory)
         first, second = (self._rows(name) for name in (self.first, self.second))

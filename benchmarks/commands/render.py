@@ -9,10 +9,11 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, FILE, ONE_NAME
+from benchmarks.commands.arguments import COUNT, FILE, NAMES, ONE_NAME
+from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.jobs import Job
-from benchmarks.run.steering import link_in, suite_shown
+from benchmarks.run.steering import link_in, suite_shown, suite_watching
 from benchmarks.video.episode_video import render_episode
 from scenarios import catalog
 
@@ -24,7 +25,8 @@ class Render:
     A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above.
     With a controller it is what `bench` scores where controllers are compared: the controller as tuned, its commands
     through the link. A preset in closed loop (see `frameout list`) is shown as `bench` scores trackers on it: the
-    controller as written, without a link, unless you name one.
+    controller as written, without a link, unless you name one. Of a tracker of many targets all tracks are drawn, with
+    their identities; with a controller the one that it steers by.
 
     Attributes:
         scenario: catalogue id, see `frameout list`; without a version the latest.
@@ -38,6 +40,7 @@ class Render:
         frames: number of frames (default: the whole episode).
         scale: size of the larger view over that of the camera's picture, >= 1; 16,777,216 pixels at most.
         out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
+        modules: your own Python modules, imported first; they register scenarios, trackers and so on.
     """
 
     scenario: Annotated[str, tyro.conf.Positional] = catalog.DEFAULT
@@ -50,10 +53,12 @@ class Render:
     frames: Annotated[int | None, COUNT] = None
     scale: float = 2.0
     out: Annotated[Path | None, FILE] = None
+    modules: Annotated[tuple[str, ...], NAMES] = ()
     resumes = False
 
     def run(self) -> int:
         """Write it; return the exit status."""
+        load_modules(self.modules)
         scenario = catalog.scenario(self.scenario)
         if self.seed < 0:
             raise ValueError(f"seed: expected a whole number >= 0, got {self.seed}")
@@ -67,8 +72,11 @@ class Render:
     def _job(self, scenario: str) -> Job:
         if self.link is not None and self.controller is None:
             raise ValueError(f"controller: expected a name, whose commands take the link {self.link!r}; got none")
-        shown = suite_shown(scenario, self.preset, self.link)
-        link = None if self.controller is None else link_in(shown, self.link or "prompt")
         trackers = () if self.tracker is None else (self.tracker,)
+        if self.controller is None:
+            shown = suite_watching(scenario, self.tracker)
+        else:
+            shown = suite_shown(scenario, self.preset, self.link)
+        link = None if self.controller is None else link_in(shown, self.link or "prompt")
         episode = (shown, scenario, self.preset, check_renderer(self.renderer), self.seed)
         return Job(*episode, self.controller, trackers, link=link, repeats=1)

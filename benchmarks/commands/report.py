@@ -8,9 +8,11 @@ from typing import Annotated
 
 import tyro
 
+from benchmarks.commands.arguments import NAMES
 from benchmarks.commands.ignored_rows import tell_what_is_ignored
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.report.page import write_report
+from benchmarks.run.contestants import load_modules
 from benchmarks.scores.summary import write_summary
 
 
@@ -21,14 +23,17 @@ class Report:
     Attributes:
         directory: folder written by `frameout bench`.
         markdown: also print the leaderboard as a Markdown table.
+        modules: your own Python modules, imported first; they register the suite of the rows, its scenario and so on.
     """
 
     directory: Annotated[Path, tyro.conf.Positional]
     markdown: bool = False
+    modules: Annotated[tuple[str, ...], NAMES] = ()
     resumes = False
 
     def run(self) -> int:
         """Write them; return the exit status."""
+        load_modules(self.modules)
         summary = write_summary(self.directory)
         tell_what_is_ignored(self.directory)
         if self.markdown:

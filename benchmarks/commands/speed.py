@@ -40,7 +40,7 @@ class Speed:
     Run nothing else meanwhile: other processes on the same cores change the figures.
 
     Attributes:
-        scenarios: catalogue ids (default: all).
+        scenarios: catalogue ids (default: all that have the preset).
         preset: one of the scenarios'; it sets the size of the picture and the scene.
         seeds: towns A to B - 1.
         frames: number of timed frames in each town.
@@ -66,7 +66,8 @@ class Speed:
             return self._soak(self.soak)
         make_folder(self.out)
         seeds = seed_range(self.seeds)
-        chosen = [catalog.scenario(name) for name in names(self.scenarios) or catalog.names()]
+        known = [catalog.scenario(name) for name in names(self.scenarios) or catalog.names()]
+        chosen = [scenario for scenario in known if self.preset in scenario.presets] or known
         entries = []
         for scenario in chosen:
             if self.preset not in scenario.presets:

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.contestants import entrant
-from benchmarks.run.jobs import Job, as_row, heading_of
+from benchmarks.run.jobs import Job, as_row, heading_of, take_in
 from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
-from benchmarks.suites.judging import Judge, Score, ScoreSheet, take_in
+from benchmarks.suites.judging import Judge, Score, ScoreSheet
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
@@ -151,7 +151,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             # Only now: an episode may be begun more than once before it is played.
             seed = self._left.pop(0)
             if self._steered:
-                self._write()
+                self._write(seed)
             else:
                 print(f"note: episode {seed} is not scored: no key was pressed", file=sys.stderr)
         return result
@@ -165,7 +165,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             cv2.drawMarker(picture, [int(v) for v in np.rint(place)], _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
         return picture
 
-    def _write(self) -> None:
+    def _write(self, seed: int) -> None:
         episode, played = self._follow.episode, self._played
         settings = self._follow.settings
         who = entrant(played.tracker)
@@ -174,7 +174,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             scenario=settings.scenario,
             preset=played.preset,
             renderer=settings.renderer,
-            seed=self._left[0],
+            seed=seed,
             controller=HUMAN,
             trackers=(played.tracker,),
             link=played.link,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
 from benchmarks.suites.judging import Score
 from scenarios.loop import Contestant, given
 from scenarios.scenario import Frame
-from trackers.estimate_check import check_answer
+from trackers.estimate_check import check_estimate, check_tracks
 from trackers.protocols import Controller
 from trackers.types import Answer, CameraCommand, Estimate, Observation, Start
 
@@ -80,7 +81,7 @@ class GuardedContestant(Guard):
     """A contestant under guard, and timed. One that fails is silent from there on.
 
     Attributes:
-        silent_frames: number of frames on which it said nothing.
+        silent_frames: number of frames on which it said nothing of its one target.
     """
 
     def __init__(
@@ -95,19 +96,20 @@ class GuardedContestant(Guard):
         """``note`` is told each frame before the contestant is; on one it is known to end the process, and fails."""
         super().__init__(limit_s, "frame")
         self._silence: Answer = () if follows_many else SILENT
+        self._check: Callable[[Any], None] = check_tracks if follows_many else check_estimate
         self._contestant, self._note, self._ends_process_at = contestant, note, ends_process_at
         self._cpu_s: list[float] = []
         self.silent_frames = 0
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
-        """See ``Contestant``. A box that was given stands, even if the contestant fails over it."""
-        k = frame.truth.frame
-        answer = self._silence if start.box_xyxy is None else given(start)
+        """See ``Contestant``. A box that one of one target was given stands, even if the contestant fails over it."""
+        k, told = frame.truth.frame, self._silence is SILENT and start.box_xyxy is not None
+        answer = fallback = given(start) if told else self._silence
         if self._is_to_be_asked(k):
             with self.guarded(k):
                 answer = self._contestant.initialise(frame, start)
-                check_answer(answer)
-        return answer if self.reason is None or start.box_xyxy is not None else self._silence
+                self._check(answer)
+        return answer if self.reason is None else fallback
 
     def update(self, frame: Frame) -> Answer:
         """See ``Contestant``."""
@@ -116,7 +118,7 @@ class GuardedContestant(Guard):
             with self.guarded(k) as watch:
                 answer = self._contestant.update(frame)
                 self._cpu_s.append(watch.cpu_s)
-                check_answer(answer)
+                self._check(answer)
         said = answer if self.reason is None else self._silence
         if isinstance(said, Estimate):
             self.silent_frames += bool(np.isnan(np.asarray(said.position_px, dtype=float)).any())

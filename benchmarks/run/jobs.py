@@ -21,7 +21,7 @@ from benchmarks.run.guards import Failure, Guard, GuardedContestant, GuardedCont
 from benchmarks.run.notes import Note, note_at
 from benchmarks.run.records import LAST_METRIC, Row, rounded
 from benchmarks.run.steering import controller_for
-from benchmarks.suites.judging import Score, ScoreSheet, take_in
+from benchmarks.suites.judging import Judge, Score, ScoreSheet
 from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.command_link import episode_link, link_named
@@ -192,6 +192,13 @@ def run_job(job: Job) -> JobResult:
             take_in(live.loop, judge, sheets)
     seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
     return _result(live, sheets, seconds)
+
+
+def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
+    """Keep a loop's latest frame for its scores; ``sheets`` of its contestants, in their order."""
+    judge.see(loop.frame, loop.obeyed)
+    for sheet, answer in zip(sheets, loop.answers, strict=True):
+        sheet.keep(loop.frame, answer)
 
 
 def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:

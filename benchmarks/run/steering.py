@@ -7,6 +7,7 @@ from typing import Any
 
 from benchmarks.suites.registry import suite, suites
 from scenarios import catalog
+from trackers import registry
 from trackers.controllers.catalogue import controller_entry
 from trackers.protocols import Controller
 
@@ -28,7 +29,20 @@ def suite_shown(scenario: str, preset: str, link: str | None) -> str:
     """
     configuration = catalog.scenario(scenario).presets.get(preset)
     as_written = link is None and configuration is not None and configuration.closed_loop
-    return next(name for name, each in suites().items() if each.judges_controllers != as_written)
+    steered = (each for each in suites().values() if not each.follows_many)
+    return next(each.name for each in steered if each.judges_controllers != as_written)
+
+
+def suite_watching(scenario: str, tracker: str | None) -> str:
+    """Return the suite whose targets are shown where no controller is named: the scenario's own that fits the tracker.
+
+    A tracker of many targets is shown with all of its tracks, if a suite asks for them.
+    """
+    known = None if tracker is None else registry.entries().get(tracker)
+    many = tracker is None or (known is not None and known.follows_many)
+    own = [each for each in suites().values() if each.is_about(scenario) and not each.judges_controllers]
+    fitting = [each for each in own if each.follows_many and many] or [each for each in own if not each.follows_many]
+    return fitting[0].name if fitting else suite_shown(scenario, "", None)
 
 
 def controller_for(name: str, carrier: str, link: str | None, values: Mapping[str, Any]) -> Controller:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from scenarios.loop import Loop
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from trackers.types import CameraCommand
@@ -61,13 +60,6 @@ class Judge(Protocol):
     def sheet(self) -> ScoreSheet:
         """Return a fresh sheet for one contestant."""
         ...
-
-
-def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
-    """Keep a loop's latest frame for its scores; ``sheets`` of its contestants, in their order."""
-    judge.see(loop.frame, loop.obeyed)
-    for sheet, answer in zip(sheets, loop.answers, strict=True):
-        sheet.keep(loop.frame, answer)
 
 
 def told_by(truth: Truth, kind: type[_T]) -> _T:

@@ -210,6 +210,10 @@ class Suite:
         known = {scene.scenario: scene for scene in self.scenes}
         return known.get(scenario) or known.get(unversioned(scenario)) or Scene(scenario)
 
+    def is_about(self, scenario: str) -> bool:
+        """Return whether a scenario, with or without version, is one of its scenes."""
+        return any(scene.scenario in (scenario, scenario.rsplit("-v", 1)[0]) for scene in self.scenes)
+
     def tracked_by(self, scene: Scene) -> str:
         """Return the name of the suite whose trackers take part in a scene."""
         return scene.trackers_of or self.name
@@ -259,6 +263,14 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> No
         raise ValueError(f"metric: expected a new name, got {metric.name!r}, which the suite has")
     shown = (*old.headline, metric.name) if headline else old.headline
     _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
+
+
+def add_scene(suite_name: str, scene: Scene) -> None:
+    """Make a suite about one more scenario. Raises ValueError if the suite is unknown or is about it."""
+    old = suite(suite_name)
+    if any(scene.scenario == known.scenario for known in old.scenes):
+        raise ValueError(f"scene: expected a scenario that the suite is not about, got {scene.scenario!r}")
+    _SUITES[suite_name] = replace(old, scenes=(*old.scenes, scene))
 
 
 def suite(name: str) -> Suite:

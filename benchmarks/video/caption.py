@@ -42,7 +42,7 @@ class Caption:
             marks.draw_text(strip, (end + 28, 28), f"tracker: {said:.0%} in view", marks.ESTIMATE, size=16)
         width = marks.text_width_px(self._title, size=14)
         marks.draw_text(strip, (self._width - 16 - width, 27), self._title, _QUIET, size=14)
-        draw_legend(strip, (16, 58), self._drawing.signs, with_tracker=estimate is not None)
+        draw_legend(strip, (16, 58), self._drawing.signs, with_tracker=instant.answer is not None)
         self._draw_time_line(strip)
         return strip
 

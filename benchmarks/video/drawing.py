@@ -71,7 +71,7 @@ class InLargerView:
         """See ``Drawing``."""
         if len(instant.targets) != 1:
             return (_SHADE["in"],)
-        return (_SHADE[str(instant.frame.truth.state[instant.target])],)
+        return (_SHADE[str(instant.frame.judged[0].state[instant.target])],)
 
 
 def drawing_of(scenario: str, episode: Episode) -> Drawing:

@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 
 from benchmarks.video import marks
 from scenarios.scenario import Frame
+from sim.optics import intersect_plane, project
 from trackers.types import Answer, Estimate
 
 _DIMMED = 0.66
 """Brightness left to what the camera does not see, so that the observed frame stands out."""
 _NARROWEST_PX = 960
+_LABEL_PX, _FAR_PX = 4, 1e4
+"""An identity is written so far beside its box."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +47,11 @@ class Instant:
         return self.answer if isinstance(self.answer, Estimate) else None
 
     @property
-    def estimates(self) -> tuple[Estimate, ...]:
-        """Everything that the tracker said."""
-        if self.answer is None:
-            return ()
-        return (self.answer,) if isinstance(self.answer, Estimate) else tuple(track.estimate for track in self.answer)
+    def estimates(self) -> tuple[tuple[str, Estimate], ...]:
+        """Everything that the tracker said, and before it the track's identity, '' of a tracker of one target."""
+        if self.answer is None or isinstance(self.answer, Estimate):
+            return () if self.answer is None else (("", self.answer),)
+        return tuple((str(track.identity), track.estimate) for track in self.answer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,14 +85,15 @@ def draw_instant(instant: Instant, zoom: float | None = None) -> NDArray[np.uint
     image = canvas.image
     height, width = instant.frame.observation.image_rgb.shape[:2]
     marks.draw_box(image, canvas.box(np.array([0.0, 0.0, width, height])), marks.OBSERVED)
-    for estimate in instant.estimates:
+    _draw_steered(canvas, instant.frame)
+    for _, estimate in instant.estimates:
         _draw_posterior(canvas, estimate)
     truth = instant.frame.truth
     for target in instant.targets:
         marks.draw_box(image, canvas.box(truth.box_xyxy[target]), marks.TRUTH, canvas.stroke_px)
         marks.draw_pointer(image, canvas.point(truth.position_px[target]), marks.TRUTH)
-    for estimate in instant.estimates:
-        _draw_estimate(canvas, estimate)
+    for identity, estimate in instant.estimates:
+        _draw_estimate(canvas, estimate, identity)
     return image
 
 
@@ -115,7 +119,7 @@ def _draw_posterior(canvas: _Canvas, estimate: Estimate) -> None:
         marks.draw_ellipse(canvas.image, canvas.point(estimate.position_px), covariance, marks.PARTICLE)
 
 
-def _draw_estimate(canvas: _Canvas, estimate: Estimate) -> None:
+def _draw_estimate(canvas: _Canvas, estimate: Estimate, identity: str) -> None:
     if not np.isfinite(estimate.position_px).all():
         return
     if estimate.box_xyxy is not None:
@@ -123,11 +127,27 @@ def _draw_estimate(canvas: _Canvas, estimate: Estimate) -> None:
     position = canvas.point(estimate.position_px)
     marks.draw_cross(canvas.image, position, marks.ESTIMATE, stroke_px=canvas.stroke_px)
     marks.draw_pointer(canvas.image, position, marks.ESTIMATE)
+    if identity:
+        corner = position if estimate.box_xyxy is None else canvas.point(estimate.box_xyxy[2:])
+        x, y = np.clip(corner + _LABEL_PX, -_FAR_PX, _FAR_PX).astype(int)
+        marks.draw_text(canvas.image, (x, y), identity, marks.ESTIMATE, size=19, weight=600)
+
+
+def _draw_steered(canvas: _Canvas, frame: Frame) -> None:
+    """Outline what the steered camera has in its picture of the ground (z = 0), if it is not the one watched."""
+    if frame.steered is None:
+        return
+    truth, camera = frame.judged
+    sides = ((0.5, 1, 1, 0, 0, 0.5), (0, 0, 1, 1, 0, 0))
+    border = np.stack([np.interp(np.linspace(0, 5, 201), range(6), side) for side in sides], axis=1)
+    ground_m = intersect_plane(camera, truth.T_world_camera, border * (camera.width_px, camera.height_px), 0.0)
+    outline = project(frame.camera, frame.truth.T_world_camera, np.insert(ground_m, 2, 0.0, axis=1))[0]
+    marks.draw_lines(canvas.image, [canvas.point(outline[np.isfinite(outline).all(axis=1)])], marks.OBSERVED, 1)
 
 
 def describe_state(instant: Instant) -> str:
     """Return where the target is, in words: ``out of view for 12 frames, over the right edge``; of many, how many."""
-    truth = instant.frame.truth
+    truth = instant.frame.truth if len(instant.targets) != 1 else instant.frame.judged[0]
     if len(instant.targets) != 1:
         states = truth.state[list(instant.targets)]
         return f"{int(np.isin(states, ('in', 'partial')).sum())} of {len(states)} targets in view"

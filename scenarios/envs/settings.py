@@ -129,7 +129,9 @@ class FollowSettings:
         scenario = catalog.scenario(self.scenario)
         preset = scenario.presets[self.preset]
         if self.difficulty is not None:
-            check("difficulty", 0 <= self.difficulty <= 1, "None or a number from 0 to 1", self.difficulty)
+            graded = {"standard", "hard"} <= scenario.presets.keys()
+            wanted = f"None{' or a number from 0 to 1' if graded else f', as {scenario.id} has no preset hard'}"
+            check("difficulty", graded and 0 <= self.difficulty <= 1, wanted, self.difficulty)
             preset = between(scenario.presets["standard"], scenario.presets["hard"], self.difficulty)
         known = {each.name for each in dataclasses.fields(preset)} - {"summary", "closed_loop"}
         fields = f"fields of {type(preset).__name__}: {', '.join(sorted(known))}"

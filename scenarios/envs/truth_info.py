@@ -25,8 +25,8 @@ def _told_by_truth() -> dict[str, tuple[str, tuple[int, ...], str]]:
         if meaning.per_pixel or meaning.unit == "word":
             continue
         shape = tuple(int(size) for size in (meaning.shape[1:] if meaning.per_object else meaning.shape))
-        words = ", ".join(filter(None, ("of the target" if meaning.per_object else "", meaning.unit, meaning.coding)))
-        told[name] = (dtype_of(Truth, name).name, shape, words)
+        words = ("of the target" if meaning.per_object else "", meaning.unit.removeprefix("1"), meaning.coding)
+        told[name] = (dtype_of(Truth, name).name, shape, ", ".join(filter(None, words)))
     return told
 
 

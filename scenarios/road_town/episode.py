@@ -17,7 +17,7 @@ from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, tells_all
 from scenarios.truth import TruthExtent
 from sim.labels import amodal_boxes, backward_flow, ground_homography, outline, visible_fraction
-from sim.optics import PinholeCamera
+from sim.optics import CameraMotion, PinholeCamera
 from sim.render.pipeline import Capture
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
@@ -101,8 +101,8 @@ class RoadTownEpisode(Stage):
     def _take(self, frame: int) -> Frame:
         plan, camera, T_world_camera = self.plan, self.plan.camera, self._T_world_camera
         background_motion = ground_homography(camera, self._T_world_camera_before, T_world_camera)
-        interval_s = 1.0 / self.rate_hz
-        seen = self._camera.take(self._shader, T_world_camera, frame, motion=background_motion, interval_s=interval_s)
+        motion = CameraMotion(background_motion, 1.0 / self.rate_hz)
+        seen = self._camera.take(self._shader, T_world_camera, frame, motion=motion)
         settings = seen.picture.settings
         flow_px = _NO_FLOW
         if self._tells_all:

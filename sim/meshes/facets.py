@@ -81,7 +81,7 @@ class Facets:
     ) -> None:
         """Add a skin over rings (S, P, 3), closed by the first and last ring where these have a colour.
 
-        Rings run counter-clockwise for somebody whom the following rings come towards.
+        Rings run counter-clockwise as seen from ahead, where the following rings lie.
 
         Args:
             side_uv: colour of the face between rings ``segment`` and ``segment + 1`` and between their points

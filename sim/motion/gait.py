@@ -22,7 +22,7 @@ from sim.render.compilation import announce_compilation
 WALK_RATIO_M = 0.0064 * 60.0
 """Step length over steps a second: 0.0064 m per step/min at all usual speeds (Sekiya and Nagasaki 1998)."""
 USUAL_STATURE_M = 1.72
-"""Of the people whom that was measured on; strides grow with stature."""
+"""Of the people in that study; strides grow with stature."""
 LONGEST_STRIDE = 1.05
 """Share of stature that no stride is longer than."""
 USUAL_STRIDE = 0.82

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.runs import LANES, PITCH, find_runs, new_bench
+from sim.render.runs import LANES, PITCH, find_runs, new_lines
 from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level, number_texels
 from sim.render.textures import TexturePool
 from sim.render.visibility import (
@@ -33,79 +33,90 @@ SHORT = 64
 """Runs below this number of pixels are over before vector code has started."""
 
 
-class RowRoom(NamedTuple):
-    """What ``resolve_row`` works in, for rows of W pixels; benches, see ``sim.render.runs``.
+class Visible(NamedTuple):
+    """A picture whose nearest triangles are known, see ``draw_picture``; maps are (H, W).
 
     Attributes:
-        real: depth, and x, y and z of the normal.
+        depth_m, instance_id: written row by row, see ``GBuffer``.
+    """
+
+    textures: TexturePool
+    table: TriangleTable
+    nearness: NDArray[np.float32]
+    triangle: NDArray[np.int32]
+    depth_m: NDArray[np.float32]
+    instance_id: NDArray[np.int32]
+
+
+class SurfaceRow(NamedTuple):
+    """What the W pixels of one row show.
+
+    Attributes:
+        colour: (W,) uint32 base colours, ``R | G << 8 | B << 16``; 0 where there is nothing.
+        depth_m, instance_id: (W,), see ``GBuffer``.
+        normal: (3, >= W), unit vectors in the world frame.
+    """
+
+    colour: NDArray[np.uint32]
+    depth_m: NDArray[np.float32]
+    instance_id: NDArray[np.int32]
+    normal: NDArray[np.float32]
+
+
+class ResolveScratch(NamedTuple):
+    """Scratch of ``resolve_row``, for rows of W pixels.
+
+    Attributes:
+        real: line buffer (``sim.render.runs``) of depth, and x, y and z of the normal.
         normal: (3, ``PITCH``), the same x, y and z.
-        whole: what ``sim.render.sampling`` needs, and the instance id.
+        whole: line buffer of what ``sim.render.sampling`` needs, and the instance id.
         firsts: of runs (> W,).
+        colour: (W,).
     """
 
     real: NDArray[np.float32]
     normal: NDArray[np.float32]
     whole: NDArray[np.uint32]
     firsts: NDArray[np.uint32]
+    colour: NDArray[np.uint32]
 
 
 @njit(cache=True)
-def new_row_room(width: int) -> RowRoom:
-    """Return room for rows of ``width`` pixels."""
-    real, whole = new_bench(4, width), new_bench(TEXEL_LINES + 1, width).view(np.uint32)
-    return RowRoom(real, real[PITCH:].reshape(3, PITCH), whole, np.empty(width + 1, np.uint32))
+def new_resolve_scratch(width: int) -> ResolveScratch:
+    """Return scratch for rows of ``width`` pixels."""
+    real, whole = new_lines(4, width), new_lines(TEXEL_LINES + 1, width).view(np.uint32)
+    normal, firsts = real[PITCH:].reshape(3, PITCH), np.empty(width + 1, np.uint32)
+    return ResolveScratch(real, normal, whole, firsts, np.empty(width, np.uint32))
 
 
 @njit(cache=True)
-def resolve_picture(
-    textures: TexturePool,
-    table: TriangleTable,
-    nearness: NDArray[np.float32],
-    triangle: NDArray[np.int32],
-    base_colour_rgb: NDArray[np.uint8],
-    depth_m: NDArray[np.float32],
-    instance_id: NDArray[np.int32],
-    normal_world: NDArray[np.float32],
-) -> None:
-    """Write a ``GBuffer`` from what ``draw_picture`` found; arrays are (H, W) or (H, W, 3)."""
-    width = triangle.shape[1]
-    room = new_row_room(width)
-    colour = np.empty(width, np.uint32)
-    for row in range(triangle.shape[0]):
-        depth, identity = depth_m[row], instance_id[row]
-        resolve_row(textures, table, row, nearness[row], triangle[row], room, colour, depth, identity)
+def resolve_picture(seen: Visible, base_colour_rgb: NDArray[np.uint8], normal_world: NDArray[np.float32]) -> None:
+    """Write a ``GBuffer``; arrays are (H, W) or (H, W, 3)."""
+    width = seen.triangle.shape[1]
+    scratch = new_resolve_scratch(width)
+    for row in range(seen.triangle.shape[0]):
+        surfaces = SurfaceRow(scratch.colour, seen.depth_m[row], seen.instance_id[row], scratch.normal)
+        resolve_row(seen, row, scratch, surfaces)
         for column in range(width):
-            texel = colour[column]
+            texel = surfaces.colour[column]
             base_colour_rgb[row, column, 0] = texel & np.uint32(255)
             base_colour_rgb[row, column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
             base_colour_rgb[row, column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
             for k in range(3):
-                normal_world[row, column, k] = room.normal[k, column]
+                normal_world[row, column, k] = surfaces.normal[k, column]
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def resolve_row(
-    textures: TexturePool,
-    table: TriangleTable,
-    row: int,
-    nearness: NDArray[np.float32],
-    triangle: NDArray[np.int32],
-    room: RowRoom,
-    colour: NDArray[np.uint32],
-    depth_m: NDArray[np.float32],
-    instance_id: NDArray[np.int32],
-) -> None:
-    """Write what one row of pixels shows; its normals are left in ``room``.
+def resolve_row(seen: Visible, row: int, scratch: ResolveScratch, surfaces: SurfaceRow) -> None:
+    """Write what one row of pixels shows; colour and normal are those of the scratch.
 
     With the planes of ``TriangleTable``: ``depth = 1 / nearness``, ``(u, v) = plane * depth`` and, on faces that
     are not flat, ``n = plane / |plane|``.
-
-    Args:
-        colour: (W,), written: packed like texels, 0 where there is nothing; so are the others.
     """
-    real, _, whole, firsts = room
-    # Taken out of the tuple once a row: that counts who holds them, which costs more than a short run.
-    triangles, planes = table.whole, table.real
+    textures, nearness, triangle = seen.textures, seen.nearness[row], seen.triangle[row]
+    real, whole, firsts = scratch.real, scratch.whole, scratch.firsts
+    colour, depth_m, instance_id = surfaces.colour, surfaces.depth_m, surfaces.instance_id
+    triangles, planes = seen.table.whole, seen.table.real
     width = np.uint64(triangle.shape[0])
     for column in range(width):
         depth_m[column] = np.float32(1.0) / nearness[column]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,18 +13,17 @@ from numba import njit
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _announced = False
-NO_COUNTING: Any = {"_nrt": False}
-"""Options of kernels without numba's run time, which counts the holders of arrays."""
+_NO_REFERENCE_COUNTING: Any = {"_nrt": False}
 _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
 
 
 def row_kernel(**options: Any) -> Callable[[_Kernel], _Kernel]:
     """Return ``numba.njit`` for a kernel that makes no arrays, with more options of it.
 
-    Nobody counts who holds the arrays that it is given: kernels of rows, short and often called, took a twentieth more
-    time for that.
+    It counts no references to arrays: kernels of rows, short and often called, took a twentieth more time for that. So
+    it must return none either: a caller that counts would release what it never took.
     """
-    decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, **NO_COUNTING, **options)
+    decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, **_NO_REFERENCE_COUNTING, **options)
     return decorator
 
 
@@ -42,24 +41,30 @@ def announce_compilation(kernel: Callable[..., Any]) -> None:
 
 
 @functools.cache
-def forget_stale_kernels(package: Path) -> None:
+def forget_stale_kernels(package: Path, caller: Any = None) -> None:
     """Remove compiled kernels that are older than any source file of the package; once a process.
 
     numba compiles a kernel anew when its own file has changed, but not when one that it calls has, in another file.
     Kernels that numba keeps elsewhere than beside the sources (``NUMBA_CACHE_DIR``) are not looked at.
+
+    Args:
+        caller: a numba function outside the package that calls its kernels: only compiled forms of it are removed,
+            wherever they are, and subpackages are not looked at.
     """
-    newest = max(source.stat().st_mtime for source in package.rglob("*.py"))
-    for index in package.rglob("__pycache__/*.nbi"):
-        # Another process may do the same at the same time, or the folder belong to somebody else.
+    sources = package.rglob("*.py") if caller is None else package.glob("*.py")
+    newest = max(source.stat().st_mtime for source in sources)
+    for index in package.rglob("__pycache__/*.nbi") if caller is None else _indices(caller):
+        # Another process may do the same at the same time, or the folder may belong to another user.
         with contextlib.suppress(OSError):
             if index.stat().st_mtime < newest:
                 index.unlink()
 
 
 def _is_compiled(kernel: Any) -> bool:
-    if getattr(kernel, "signatures", True):
-        return True
+    return bool(getattr(kernel, "signatures", True)) or any(_indices(kernel))
+
+
+def _indices(kernel: Any) -> Iterator[Path]:
+    """Yield the index files that numba keeps of a function's compiled forms."""
     source = Path(kernel.py_func.__code__.co_filename)
-    # The name of the index that numba keeps of a function's compiled forms.
-    pattern = f"{source.stem}.{kernel.py_func.__qualname__}-*.nbi"
-    return any(Path(kernel.stats.cache_path).glob(pattern))
+    return Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__qualname__}-*.nbi")

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
-from sim.render.attributes import resolve_picture
+from sim.render.attributes import Visible, resolve_picture
 from sim.render.compilation import announce_compilation
 from sim.render.scene import SceneArrays, pack_scene
 from sim.render.textures import TexturePool
@@ -24,9 +24,9 @@ class Raster:
         self._body_count = -1
         self._nearness = np.empty((0, 0), np.float32)
         self._triangle = np.empty((0, 0), np.int32)
-        self.scene: SceneArrays
-        self.textures: TexturePool
-        self.table: TriangleTable
+        self._scene: SceneArrays
+        self._textures: TexturePool
+        self._table: TriangleTable
         announce_compilation(draw_picture)
 
     def gbuffer(
@@ -41,34 +41,19 @@ class Raster:
         Returns:
             Fresh arrays; see ``GBuffer``.
         """
-        nearness, triangle = self.visible(camera, T_world_camera, pixel_offset=pixel_offset)
-        shape = nearness.shape
-        gbuffer = GBuffer(
-            np.empty((*shape, 3), np.uint8),
-            np.empty(shape, np.float32),
-            np.empty(shape, np.int32),
-            np.empty((*shape, 3), np.float32),
-        )
-        resolve_picture(
-            self.textures,
-            self.table,
-            nearness,
-            triangle,
-            gbuffer.base_colour_rgb,
-            gbuffer.depth_m,
-            gbuffer.instance_id,
-            gbuffer.normal_world,
-        )
-        return gbuffer
+        seen = self.visible(camera, T_world_camera, pixel_offset=pixel_offset)
+        shape = (*seen.depth_m.shape, 3)
+        base_colour_rgb, normal_world = np.empty(shape, np.uint8), np.empty(shape, np.float32)
+        resolve_picture(seen, base_colour_rgb, normal_world)
+        return GBuffer(base_colour_rgb, seen.depth_m, seen.instance_id, normal_world)
 
     def visible(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
-    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    ) -> Visible:
         """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
 
         Returns:
-            nearness (H, W), 1 / depth or 0; triangle (H, W), row of ``table``. Both are overwritten
-            by the next call.
+            depth and ids are fresh arrays and not written yet; the others are overwritten by the next call.
         """
         self._pack()
         shape = (camera.height_px, camera.width_px)
@@ -76,20 +61,21 @@ class Raster:
             self._nearness = np.empty(shape, np.float32)
             self._triangle = np.empty(shape, np.int32)
         draw_picture(
-            self.scene,
-            self.textures,
+            self._scene,
+            self._textures,
             self._world.poses,
             camera_view(camera, T_world_camera, pixel_offset),
             self._projected,
-            self.table,
+            self._table,
             self._nearness,
             self._triangle,
         )
-        return self._nearness, self._triangle
+        depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
+        return Visible(self._textures, self._table, self._nearness, self._triangle, depth_m, instance_id)
 
     def _pack(self) -> None:
         if self._body_count != len(self._world.bodies):
-            self.scene, self.textures = pack_scene(self._world)
-            self.table = new_triangle_table(len(self.scene.faces))
-            self._projected = np.empty((int(np.diff(self.scene.first_vertex).max(initial=0)), 4))
+            self._scene, self._textures = pack_scene(self._world)
+            self._table = new_triangle_table(len(self._scene.faces))
+            self._projected = np.empty((int(np.diff(self._scene.first_vertex).max(initial=0)), 4))
             self._body_count = len(self._world.bodies)

@@ -2,8 +2,8 @@
 
 A loop over a run is over before vector code of the usual kind has started. So run loops work on whole blocks of
 ``LANES`` pixels and write beyond the end of the run, where the next run writes later. The arrays that they write to are
-lines of one *bench*: line n begins at ``n * PITCH``. The fixed distance tells the compiler that lines do not overlap,
-and leaves room behind the last column.
+lines of one *line buffer*: line n begins at ``n * PITCH``. The fixed distance tells the compiler that lines do not
+overlap, and leaves space behind the last column.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PITCH = WIDEST + 5 * LANES
 
 
 @njit(cache=True)
-def new_bench(lines: int, width: int) -> NDArray[np.float32]:
+def new_lines(lines: int, width: int) -> NDArray[np.float32]:
     """Return ``lines`` lines of zeros for rows of ``width`` pixels.
 
     Raises:

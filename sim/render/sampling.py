@@ -5,7 +5,7 @@ Texels lie in tiles of 4x4, one cache line each: texel (i, j) of a mip level is 
 level has its last row and column twice, so that a texel's right and lower neighbours always exist.
 
 Loops over pixels that compute, fetch and mix stand apart, so that the first and the last become vector code. Between
-them lie the lines of a bench (``sim.render.runs``): the four texels, their weights across and down.
+them lie the lines of a line buffer (``sim.render.runs``): the four texels, their weights across and down.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def number_texels(
     Args:
         half: 1/2, or 0 for palettes: of these the texel that the position lies in is shown alone.
         begin, row_pitch: where the mip level begins in the pool, and its row pitch.
-        depth_m, texel: benches, see ``sim.render.runs``.
+        depth_m, texel: line buffers, see ``sim.render.runs``.
     """
     to_01, to_10, to_11 = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH)
     to_weight_x, to_weight_y = np.uint64(4 * PITCH), np.uint64(5 * PITCH)

@@ -110,7 +110,7 @@ def draw_tiles(
     Args:
         poses: (B, 4, 4) of all bodies.
         fixed, movers: those that cast shadows.
-        projected: room for the vertices of the largest body.
+        projected: scratch for the vertices of the largest body.
         wanted: (n, n) tiles.
     """
     drawn, fixed_m, height_m = map_so_far.drawn, map_so_far.fixed_m, map_so_far.height_m

@@ -54,7 +54,7 @@ class TriangleTable(NamedTuple):
 
 
 def new_triangle_table(face_count: int) -> TriangleTable:
-    """Return room for ``face_count`` triangles; ``NOTHING`` is set."""
+    """Return a table for ``face_count`` triangles; ``NOTHING`` is set."""
     table = TriangleTable(np.empty((face_count + 1, 4), np.int32), np.empty((face_count + 1, 16), np.float32))
     table.whole[NOTHING] = (SKY, 0, False, True)
     table.real[NOTHING] = 0.0
@@ -77,7 +77,7 @@ def draw_picture(
     Args:
         poses: T_world_body (B, 4, 4).
         view: the view matrix of a camera.
-        projected: room for the vertices of the largest body.
+        projected: scratch for the vertices of the largest body.
         table: written: the triangles that may be seen.
         nearness: (H, W), written: 1 / depth, 0 where there is nothing.
         triangle: (H, W), written: row of ``table``.

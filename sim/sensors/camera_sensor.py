@@ -5,20 +5,24 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
+from sim.optics import CameraMotion, PinholeCamera
 from sim.render.compilation import announce_compilation
+from sim.render.row_stages import RowStage
 from sim.sensors.config import Picture, SensorConfig, SensorSettings
-from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, right_exposure
+from sim.sensors.exposure import METER_STEP_PX, luminance_of, metered_radiance, next_exposure, right_exposure
 from sim.sensors.lens import distort, veil
-from sim.sensors.motion_blur import blur_by_motion
-from sim.sensors.noise import Development, develop_rows, frame_keys, response
+from sim.sensors.motion_blur import blur_by_motion, needs_blur
+from sim.sensors.noise import Development, develop_row, develop_rows, frame_keys, new_develop_scratch, response
 from sim.sensors.white_balance import channel_gains, next_gains, right_gains
 
 
 class CameraSensor:
     """A sensor with its loops of exposure and white balance. Before the first picture it has been on for a while: both
-    are right.
+    are right. A ``RowSensor``, see ``sim.render.pipeline``.
     """
+
+    developing = RowStage(develop_row, new_develop_scratch)
+    metered_row_step = METER_STEP_PX
 
     def __init__(self, config: SensorConfig, rng: np.random.Generator) -> None:
         """Draw the key of all noise to come from ``rng``."""
@@ -37,23 +41,12 @@ class CameraSensor:
         radiance: NDArray[np.float32],
         camera: PinholeCamera,
         frame: int,
-        *,
-        motion: NDArray[np.float64] | None = None,
-        interval_s: float = 1.0,
+        motion: CameraMotion | None = None,
     ) -> Picture:
-        """Take the picture of a frame, then let the loops take one step.
-
-        Args:
-            radiance: (H, 3, W) float32, cd/m².
-            camera: its lens distorts the picture.
-            frame: index, >= 0; with the pixel it determines the noise.
-            motion: homography (3, 3) from this picture's pixels to the next one's, or None for a camera at
-                rest.
-            interval_s: time between the two.
-        """
+        """Take the picture of a frame from its radiance (H, 3, W) in cd/m², see ``Sensor``."""
         metered = metered_radiance(radiance)
         settings = self.settings_for(metered)
-        picture = self.develop(radiance, camera, frame, settings, motion=motion, interval_s=interval_s)
+        picture = self.develop(radiance, camera, frame, settings, motion)
         self.step(metered)
         return picture
 
@@ -86,35 +79,60 @@ class CameraSensor:
         camera: PinholeCamera,
         frame: int,
         settings: SensorSettings,
-        *,
-        motion: NDArray[np.float64] | None = None,
-        interval_s: float = 1.0,
+        motion: CameraMotion | None = None,
     ) -> Picture:
         """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
         if motion is not None:
-            radiance = blur_by_motion(radiance, motion, settings.exposure_s / interval_s)
+            radiance = blur_by_motion(radiance, motion.homography, settings.exposure_s / motion.interval_s)
         radiance = distort(radiance, camera)
-        announce_compilation(develop_rows)
-        image_rgb = np.empty((radiance.shape[0], radiance.shape[2], 3), np.uint8)
-        development = self.development(metered_radiance(radiance), settings, frame, image_rgb)
-        develop_rows(radiance, np.arange(radiance.shape[0]), development)
-        return Picture(image_rgb, settings)
+        rows = np.arange(len(radiance))
+        return self._develop_rows(radiance, rows, len(rows), metered_radiance(radiance), settings, frame)[0]
 
-    def development(
-        self, metered: NDArray[np.float64], settings: SensorSettings, frame: int, image_rgb: NDArray[np.uint8]
-    ) -> Development:
-        """Return what becomes of the radiance of a frame's picture (H, W, 3), of mean radiance ``metered`` (3,)."""
-        share = self.config.veiling_glare
-        return Development(
-            np.float32(share),
-            veil(metered, share),
-            response(self.config, settings),
-            frame_keys(self._key, frame),
-            image_rgb,
-        )
+    def needs_whole(self, camera: PinholeCamera, settings: SensorSettings | None, motion: CameraMotion | None) -> bool:
+        """Return whether it is the first picture, or lens or motion bring light from one pixel to others."""
+        settings = self._settings if settings is None else settings
+        if settings is None or camera.radial_distortion != (0.0, 0.0):
+            return True
+        if motion is None:
+            return False
+        share = settings.exposure_s / motion.interval_s
+        return needs_blur(camera.width_px, camera.height_px, motion.homography, share)
+
+    def develop_first(
+        self,
+        radiance: NDArray[np.float32],
+        rows: NDArray[np.int64],
+        camera: PinholeCamera,
+        frame: int,
+        settings: SensorSettings | None,
+    ) -> tuple[Picture, Development]:
+        """Begin a picture by its metered rows, see ``RowSensor``."""
+        metered = metered_radiance(radiance, row_step=1)
+        used = self.settings_for(metered) if settings is None else settings
+        begun = self._develop_rows(radiance, rows, camera.height_px, metered, used, frame)
+        if settings is None:
+            self.step(metered)
+        return begun
+
+    def _develop_rows(
+        self,
+        radiance: NDArray[np.float32],
+        rows: NDArray[np.int64],
+        height: int,
+        metered: NDArray[np.float64],
+        settings: SensorSettings,
+        frame: int,
+    ) -> tuple[Picture, Development]:
+        """Return a picture with these rows developed, and what becomes of the others; its mean radiance is (3,)."""
+        share, image_rgb = self.config.veiling_glare, np.empty((height, radiance.shape[2], 3), np.uint8)
+        answer, keys = response(self.config, settings), frame_keys(self._key, frame)
+        development = Development(np.float32(share), veil(metered, share), answer, keys, image_rgb)
+        announce_compilation(develop_rows)
+        develop_rows(radiance, rows, development)
+        return Picture(image_rgb, settings), development
 
     def film(self, rows: int, width: int) -> NDArray[np.float32]:
-        """Return room for a radiance (rows, 3, width): the same every time, as fresh memory costs a millisecond."""
+        """Return scratch for a radiance (rows, 3, width): the same every time, as fresh memory costs a millisecond."""
         if self._film.shape != (rows, 3, width):
             self._film = np.empty((rows, 3, width), np.float32)
         return self._film

@@ -91,13 +91,13 @@ def _average_along(
 
 
 @njit(cache=True)
-def _window(line: NDArray[np.float32], first: int, count: int, room: NDArray[np.float32]) -> NDArray[np.float32]:
+def _window(line: NDArray[np.float32], first: int, count: int, scratch: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return ``count`` values of a line from ``first`` on, its ends repeated beyond it."""
     if first >= 0 and first + count <= line.shape[0]:
         return line[first : first + count]
     for k in range(count):
-        room[k] = line[min(max(first + k, 0), line.shape[0] - 1)]
-    return room[:count]
+        scratch[k] = line[min(max(first + k, 0), line.shape[0] - 1)]
+    return scratch[:count]
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz"})

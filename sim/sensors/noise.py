@@ -73,7 +73,7 @@ class Development(NamedTuple):
     Attributes:
         share: of the light that is scattered. veil: (3,) float32, see ``lens.veil``.
         response: (6,), see ``response``. keys: (2,), see ``frame_keys``.
-        image_rgb: (H, W, 3) uint8, written; no rows: nothing is developed.
+        image_rgb: (H, W, 3) uint8, written.
     """
 
     share: np.float32
@@ -83,17 +83,8 @@ class Development(NamedTuple):
     image_rgb: NDArray[np.uint8]
 
 
-NO_DEVELOPMENT = Development(
-    np.float32(0.0),
-    np.zeros(3, np.float32),
-    np.zeros(6, np.float32),
-    np.zeros(2, np.uint32),
-    np.empty((0, 0, 3), np.uint8),
-)
-
-
-class DarkRoom(NamedTuple):
-    """What ``develop_row`` works in: light and noise (3, W) float32, hashes (W,), 12-bit values (3, W) uint16."""
+class DevelopScratch(NamedTuple):
+    """Scratch of ``develop_row``: light and noise (3, W) float32, hashes (W,), 12-bit values (3, W) uint16."""
 
     light: NDArray[np.float32]
     noise: NDArray[np.float32]
@@ -102,32 +93,32 @@ class DarkRoom(NamedTuple):
 
 
 @njit(cache=True)
-def new_dark_room(width: int) -> DarkRoom:
-    """Return room for rows of ``width`` pixels."""
+def new_develop_scratch(width: int) -> DevelopScratch:
+    """Return scratch for rows of ``width`` pixels."""
     light, noise = np.empty((3, width), np.float32), np.empty((3, width), np.float32)
-    return DarkRoom(light, noise, np.empty(width, np.uint32), np.empty((3, width), np.uint16))
+    return DevelopScratch(light, noise, np.empty(width, np.uint32), np.empty((3, width), np.uint16))
 
 
 @njit(cache=True)
 def develop_rows(radiance: NDArray[np.float32], rows: NDArray[np.int64], development: Development) -> None:
     """Write the given rows (R,) of the picture from their radiance (R, 3, W)."""
-    room = new_dark_room(radiance.shape[2])
+    scratch = new_develop_scratch(radiance.shape[2])
     for k in range(rows.shape[0]):
-        develop_row(radiance[k], development, rows[k], room)
+        develop_row(development, rows[k], scratch, radiance[k])
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def develop_row(radiance: NDArray[np.float32], development: Development, row: int, room: DarkRoom) -> None:
+def develop_row(development: Development, row: int, scratch: DevelopScratch, radiance: NDArray[np.float32]) -> None:
     """Write one row of the picture from its radiance (3, W)."""
     per_nit, full_well, read_variance = development.response[0], development.response[1], development.response[2]
-    image, noise, values = development.image_rgb[row], room.noise, room.values
+    image, noise, values = development.image_rgb[row], scratch.noise, scratch.values
     zero, half, white = np.float32(0.0), np.float32(0.5), np.float32(WHITE)
     width = radiance.shape[1]
     scattered = radiance
     if development.share > zero:
-        scatter_row(radiance, development.share, development.veil, room.light)
-        scattered = room.light
-    normal_deviates(development.keys, row, room.hashes, noise)
+        scatter_row(radiance, development.share, development.veil, scratch.light)
+        scattered = scratch.light
+    normal_deviates(development.keys, row, scratch.hashes, noise)
     for channel in range(3):
         light, n, value, per_electron = (
             scattered[channel],

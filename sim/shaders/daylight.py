@@ -16,7 +16,6 @@ sky's luminance (Koschmieder): ``L t + L_sky (1 - t)``, ``t = exp(-3.912 depth /
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +23,11 @@ from numpy.typing import NDArray
 from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, ray_of_pixel
-from sim.render.compilation import announce_compilation
+from sim.render.row_stages import RowStage, light_picture
 from sim.render.shadow_kernels import bounds_across, find_tiles
 from sim.render.shadow_map import ShadowCaster
 from sim.shaders.colour import LUMINANCE_WEIGHTS
-from sim.shaders.daylight_kernels import shade_picture
+from sim.shaders.daylight_kernels import DaylightArrays, ShadowArrays, new_daylight_scratch, shade_row
 from sim.world import World
 
 GROUND_REFLECTANCE = 0.2
@@ -52,43 +51,10 @@ class Sun:
     colour_rgb: tuple[float, float, float] = (1.06, 1.0, 0.88)
 
 
-class DaylightArrays(NamedTuple):
-    """Light as the kernels read it, all float32.
-
-    Attributes:
-        towards_sun: (3,) unit vector.
-        sun, sky, bounce: (3,) illuminances in lux, of R, G and B.
-        haze_per_m: extinction, 0 = none.
-    """
-
-    towards_sun: NDArray[np.float32]
-    sun: NDArray[np.float32]
-    sky: NDArray[np.float32]
-    bounce: NDArray[np.float32]
-    haze_per_m: np.float32
-
-
-class ShadowArrays(NamedTuple):
-    """A shadow map as seen from a camera's pixels.
-
-    Attributes:
-        height_m: (N * N,) float32, see ``ShadowMap``.
-        highest_m: (N / BLOCK * N / BLOCK,) float32, see there.
-        size: N.
-        from_pixel: (3, 4) float32: ``(column, row, height) = depth * from_pixel[:, :3] @ (x, y, 1) +
-            from_pixel[:, 3]`` of the surface at pixel coordinates (x, y) and that depth.
-        texel_m: side of a texel.
-    """
-
-    height_m: NDArray[np.float32]
-    highest_m: NDArray[np.float32]
-    size: int
-    from_pixel: NDArray[np.float32]
-    texel_m: np.float32
-
-
 class DaylightShader:
     """Lights G-buffers of one world, whichever renderer drew them."""
+
+    lighting = RowStage(shade_row, new_daylight_scratch)
 
     def __init__(
         self,
@@ -116,7 +82,7 @@ class DaylightShader:
         sky_lx = sky_illuminance_lx * _of_unit_luminance(sky_colour_rgb)
         bounce_lx = GROUND_REFLECTANCE * (sun_lx * max(0.0, towards_sun[2]) + sky_lx)
         self._caster = ShadowCaster(world, towards_sun)
-        self.light = DaylightArrays(
+        self._light = (
             towards_sun.astype(np.float32),
             sun_lx.astype(np.float32),
             sky_lx.astype(np.float32),
@@ -130,17 +96,13 @@ class DaylightShader:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at
         pixel centres.
         """
-        announce_compilation(shade_picture)
-        radiance = np.empty((camera.height_px, 3, camera.width_px), np.float32)
-        shadows = self.shadows(gbuffer.depth_m, camera, T_world_camera)
-        shade_picture(self.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
-        return radiance
+        return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
     def row_light(
         self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> tuple[DaylightArrays, ShadowArrays]:
+    ) -> DaylightArrays:
         """Return the light of the world as it is now in one camera's picture, for the row kernel; see ``shadows``."""
-        return self.light, self.shadows(depth_m, camera, T_world_camera)
+        return DaylightArrays(*self._light, self.shadows(depth_m, camera, T_world_camera))
 
     def shadows(
         self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]

@@ -5,18 +5,15 @@ Loops that compute, fetch and mix stand apart, so that the first and the last be
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
 from sim.render.shadow_tiles import BLOCK
 from sim.shaders.colour import srgb_to_linear
-
-if TYPE_CHECKING:
-    from sim.shaders.daylight import DaylightArrays, ShadowArrays
 
 _CODES = np.arange(256)
 _FIT = np.polynomial.Polynomial.fit(_CODES, srgb_to_linear(_CODES / 255.0), 6, domain=[-1, 1]).coef
@@ -32,53 +29,85 @@ BYTE = np.uint32(255)
 BLOCK_BITS = BLOCK.bit_length() - 1
 
 
-@njit(cache=True)
-def shade_picture(
-    light: DaylightArrays,
-    shadows: ShadowArrays,
-    base_colour_rgb: NDArray[np.uint8],
-    depth_m: NDArray[np.float32],
-    normal_world: NDArray[np.float32],
-    radiance: NDArray[np.float32],
-) -> None:
-    """Write the radiance (H, 3, W) of a G-buffer's arrays (H, W) or (H, W, 3)."""
-    width = depth_m.shape[1]
-    room, at = np.empty((8, width), np.float32), np.empty((2, width), np.uint32)
-    colour = np.empty(width, np.uint32)
-    normal = np.empty((3, width), np.float32)
-    for row in range(depth_m.shape[0]):
-        for column in range(width):
-            colour[column] = (
-                np.uint32(base_colour_rgb[row, column, 0])
-                | np.uint32(base_colour_rgb[row, column, 1]) << np.uint32(8)
-                | np.uint32(base_colour_rgb[row, column, 2]) << np.uint32(16)
-            )
-            for k in range(3):
-                normal[k, column] = normal_world[row, column, k]
-        shade_row(light, shadows, row, colour, depth_m[row], normal, room, at, radiance[row])
+class ShadowArrays(NamedTuple):
+    """A shadow map as seen from a camera's pixels.
+
+    Attributes:
+        height_m: (N * N,) float32, see ``ShadowMap``.
+        highest_m: (N / BLOCK * N / BLOCK,) float32, see there.
+        size: N.
+        from_pixel: (3, 4) float32: ``(column, row, height) = depth * from_pixel[:, :3] @ (x, y, 1) +
+            from_pixel[:, 3]`` of the surface at pixel coordinates (x, y) and that depth.
+        texel_m: side of a texel.
+    """
+
+    height_m: NDArray[np.float32]
+    highest_m: NDArray[np.float32]
+    size: int
+    from_pixel: NDArray[np.float32]
+    texel_m: np.float32
+
+
+class DaylightArrays(NamedTuple):
+    """Light in one picture as the kernels read it, all float32.
+
+    Attributes:
+        towards_sun: (3,) unit vector.
+        sun, sky, bounce: (3,) illuminances in lux, of R, G and B.
+        haze_per_m: extinction, 0 = none.
+        shadows: on what the camera sees.
+    """
+
+    towards_sun: NDArray[np.float32]
+    sun: NDArray[np.float32]
+    sky: NDArray[np.float32]
+    bounce: NDArray[np.float32]
+    haze_per_m: np.float32
+    shadows: ShadowArrays
+
+
+class ShadowScratch(NamedTuple):
+    """Scratch of ``shadow_row``, for rows of W pixels.
+
+    Attributes:
+        column, row, height: (W,) float32, position in the map. corners: (4, W) heights of the texels around it.
+        texel, block: (W,) uint32 numbers of the upper left one and its block.
+    """
+
+    column: NDArray[np.float32]
+    row: NDArray[np.float32]
+    height: NDArray[np.float32]
+    corners: NDArray[np.float32]
+    texel: NDArray[np.uint32]
+    block: NDArray[np.uint32]
+
+
+class DaylightScratch(NamedTuple):
+    """Scratch of ``shade_row``: ``lit`` is (W,) float32, ``max(0, n . l)`` times the share of the sun that arrives."""
+
+    shadow: ShadowScratch
+    lit: NDArray[np.float32]
+
+
+def new_shadow_scratch(width: int) -> ShadowScratch:
+    """Return scratch for rows of ``width`` pixels."""
+    real, whole = np.empty((7, width), np.float32), np.empty((2, width), np.uint32)
+    return ShadowScratch(real[0], real[1], real[2], real[3:], whole[0], whole[1])
+
+
+def new_daylight_scratch(width: int) -> DaylightScratch:
+    """Return scratch for rows of ``width`` pixels."""
+    return DaylightScratch(new_shadow_scratch(width), np.empty(width, np.float32))
 
 
 @row_kernel()
 def shade_row(
-    light: DaylightArrays,
-    shadows: ShadowArrays,
-    row: int,
-    colour: NDArray[np.uint32],
-    depth_m: NDArray[np.float32],
-    normal: NDArray[np.float32],
-    room: NDArray[np.float32],
-    at: NDArray[np.uint32],
-    radiance: NDArray[np.float32],
+    light: DaylightArrays, row: int, surfaces: SurfaceRow, scratch: DaylightScratch, radiance: NDArray[np.float32]
 ) -> None:
-    """Write the radiance (3, W) of one row.
-
-    Args:
-        colour: (W,) base colours, ``R | G << 8 | B << 16``.
-        normal: (3, >= W).
-        room, at: (8, W) and (2, W) to work in.
-    """
-    lit = room[7]
-    _lit(light, shadows, row, depth_m, normal, room, at, lit)
+    """Write the radiance (3, W) of one row."""
+    colour, depth_m, normal, lit = surfaces.colour, surfaces.depth_m, surfaces.normal, scratch.lit
+    _cosine(light, normal, lit)
+    shadow_row(light.shadows, row, np.uint64(0), depth_m, lit, scratch.shadow, lit)
     for channel in range(3):
         reflectance_row(colour, np.uint32(8 * channel), radiance[channel])
         _light_up(light, channel, lit, depth_m, normal[2], radiance[channel])
@@ -191,30 +220,13 @@ def _filter_shadow(
 
 
 @row_kernel(error_model="numpy")
-def _lit(
-    light: DaylightArrays,
-    shadows: ShadowArrays,
-    row: int,
-    depth_m: NDArray[np.float32],
-    normal: NDArray[np.float32],
-    room: NDArray[np.float32],
-    at: NDArray[np.uint32],
-    lit: NDArray[np.float32],
-) -> None:
-    """Write ``max(0, n . l)`` times the share of sun rays that arrive."""
-    _cosine(light, normal, lit)
-    shadow_row(shadows, row, np.uint64(0), depth_m, lit, room, at, lit)
-
-
-@row_kernel(error_model="numpy")
 def shadow_row(
     shadows: ShadowArrays,
     row: int,
     first_column: np.uint64,
     depth_m: NDArray[np.float32],
     cosine: NDArray[np.float32],
-    room: NDArray[np.float32],
-    at: NDArray[np.uint32],
+    scratch: ShadowScratch,
     lit: NDArray[np.float32],
 ) -> None:
     """Multiply ``lit`` (N,) by the share of sun rays that arrive where ``max(0, n . l)`` is ``cosine``.
@@ -223,22 +235,23 @@ def shadow_row(
 
     Args:
         first_column: of the N that ``depth_m``, ``cosine`` and ``lit`` are given of.
-        room, at: (7, >= N) and (2, >= N) to work in.
+        scratch: for rows of N pixels or more.
     """
-    s, t, height, corners = room[0], room[1], room[2], room[3:7]
+    s, t, height, corners = scratch.column, scratch.row, scratch.height, scratch.corners
+    texel, block = scratch.texel, scratch.block
     largest = np.float32(shadows.size) - np.float32(1.001)
     _light_coordinate(shadows.from_pixel[0], row, first_column, depth_m, -HALF, ZERO, largest, s)
     _light_coordinate(shadows.from_pixel[1], row, first_column, depth_m, -HALF, ZERO, largest, t)
     _light_coordinate(shadows.from_pixel[2], row, first_column, depth_m, ZERO, -ALWAYS, ALWAYS, height)
     _raise_by_bias(shadows.texel_m, cosine, height)
     count = lit.shape[0]
-    _split_position(shadows.size, s[:count], t[:count], at[0], at[1])
+    _split_position(shadows.size, s[:count], t[:count], texel, block)
     heights_m, below = shadows.height_m, np.uint64(shadows.size)
     for k in range(lit.shape[0]):
-        if shadows.highest_m[at[1, k]] <= height[k]:
+        if shadows.highest_m[block[k]] <= height[k]:
             corners[0, k] = corners[1, k] = corners[2, k] = corners[3, k] = -ALWAYS
             continue
-        corner = np.uint64(at[0, k])
+        corner = np.uint64(texel[k])
         corners[0, k] = heights_m[corner]
         corners[1, k] = heights_m[corner + np.uint64(1)]
         corners[2, k] = heights_m[corner + below]

@@ -19,7 +19,7 @@ from sim.shaders.colour import srgb_to_linear
 
 _LINEAR = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
 _NEAREST_M = 0.05
-"""A lamp is no point: nobody gets nearer to it than this."""
+"""A lamp is no point: shorter distances to it count as this."""
 _PATCH_M = 0.6
 """A bright area shines as patches with sides of at most this."""
 

@@ -8,12 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.run.guards import GuardedController
+from benchmarks.run.jobs import Job, OpenJob
+from scenarios.loop import FromPictures, Loop
 from scenarios.road_town.truth import Light, RoadTruth
-from scenarios.scenario import Frame
-from scenarios.truth import Side, VisibilityState
-from trackers.types import CameraCommand, CameraModel, Estimate, Observation
+from scenarios.scenario import Episode, Frame
+from trackers.protocols import Controller, Tracker
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Start
 
 WIDTH, HEIGHT = 160, 120
+CAMERA = CameraModel(WIDTH, HEIGHT, 150.0)
+JOB = Job("frame-out", "road-town-v1", "quick", "raster", 0, None, ())
 
 
 def draw_ground(width: int, height: int, box: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -38,8 +43,8 @@ class FakeEpisode:
     _frame: int = -1
 
     @property
-    def target_box_xyxy(self) -> NDArray[np.float64]:
-        return self._box(0) + np.tile([WIDTH / 2, HEIGHT / 2], 2)
+    def start(self) -> Start:
+        return Start(CAMERA, self._box(0) + np.tile([WIDTH / 2, HEIGHT / 2], 2))
 
     def _box(self, frame: int) -> NDArray[np.float64]:
         return np.array([-40.0 + 8 * frame, -6.0, -20.0 + 8 * frame, 6.0])
@@ -48,19 +53,16 @@ class FakeEpisode:
         self.commands.append(command)
         self._frame += 1
         image = draw_ground(WIDTH, HEIGHT, self._box(self._frame))
-        camera = CameraModel(WIDTH, HEIGHT, 150.0)
-        return Frame(Observation(image, self._frame / self.rate_hz, camera), self._truth())
+        return Frame(Observation(image, self._frame / self.rate_hz, CAMERA), self._truth())
 
     def _truth(self) -> RoadTruth:
         box = self._box(self._frame) + np.tile([WIDTH / 2, HEIGHT / 2], 2)
-        state: VisibilityState = "out" if box[0] >= WIDTH else "partial" if box[2] > WIDTH else "in"
-        side: Side | None = "right" if state == "out" else None
+        state = "out" if box[0] >= WIDTH else "partial" if box[2] > WIDTH else "in"
         empty = np.zeros((HEIGHT, WIDTH))
         return RoadTruth(
             frame=self._frame,
             time_s=self._frame / self.rate_hz,
             T_world_camera=np.eye(4),
-            target=0,
             names=("target",),
             kinds=("car",),
             T_world_object=np.eye(4)[None],
@@ -70,9 +72,9 @@ class FakeEpisode:
             box_xyxy=box[None],
             instance_id=np.array([1]),
             visible_fraction=np.array([float(state == "in")]),
-            state=state,
-            side=side,
-            frames_since_exit=max(self._frame - 15, 0) if state == "out" else -1,
+            state=np.array([state]),
+            side=np.array(["right" if state == "out" else ""]),
+            frames_since_exit=np.array([max(self._frame - 15, 0) if state == "out" else -1]),
             on_road=True,
             turning=False,
             instance_map=empty.astype(np.int32),
@@ -92,6 +94,12 @@ class FakeEpisode:
 
     def close(self) -> None:
         self.closed = True
+
+
+def live(episode: Episode, tracker: Tracker, controller: Controller | None = None, job: Job = JOB) -> OpenJob:
+    """Return an episode as that of a job, with one tracker and what steers by it."""
+    pilot = None if controller is None else GuardedController(controller, 60.0)
+    return OpenJob(job, Loop(episode, [FromPictures(tracker)]), [], pilot)
 
 
 class FakeTracker:

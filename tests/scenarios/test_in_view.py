@@ -14,16 +14,17 @@ from scenarios.in_view import centring, is_in_view, length_px
 from sim.optics import PinholeCamera
 
 CAMERA = PinholeCamera(200, 100, 100.0)
+TARGET = 1
 
 
 def truth(x: float, y: float, length: float = 20.0) -> Any:
     box = np.array([[0.0, 0.0, 1.0, 1.0], [x - length / 2, y - 2, x + length / 2, y + 2]])
-    return SimpleNamespace(target=1, position_px=np.array([[0.0, 0.0], [x, y]]), box_xyxy=box)
+    return SimpleNamespace(position_px=np.array([[0.0, 0.0], [x, y]]), box_xyxy=box)
 
 
 @pytest.mark.parametrize(("x", "y", "p"), [(100, 50, 1.0), (150, 50, 0.5), (100, 75, 0.5), (200, 50, 0), (90, 120, 0)])
 def test_centring_falls_to_the_border(x: float, y: float, p: float) -> None:
-    assert centring(truth(x, y), CAMERA) == pytest.approx(p)
+    assert centring(truth(x, y), TARGET, CAMERA) == pytest.approx(p)
 
 
 @given(st.floats(-300, 500), st.floats(-300, 500))
@@ -34,19 +35,19 @@ def test_centring_is_by_the_ray_to_the_border(x: float, y: float) -> None:
         return
     scale = min(100.0 / max(abs(offset[0]), 1e-12), 50.0 / max(abs(offset[1]), 1e-12))
     wanted = max(1.0 - np.hypot(*offset) / np.hypot(*(offset * scale)), 0.0)
-    assert centring(truth(x, y), CAMERA) == pytest.approx(wanted, abs=1e-9)
+    assert centring(truth(x, y), TARGET, CAMERA) == pytest.approx(wanted, abs=1e-9)
 
 
 def test_small_or_outside_is_not_in_view() -> None:
-    assert is_in_view(truth(100, 50), CAMERA)
-    assert is_in_view(truth(199, 50), CAMERA)
-    assert not is_in_view(truth(201, 50), CAMERA)
-    assert not is_in_view(truth(100, 50, length=11.9), CAMERA)
-    assert length_px(truth(100, 50, length=11.9)) == pytest.approx(11.9)
+    assert is_in_view(truth(100, 50), TARGET, CAMERA)
+    assert is_in_view(truth(199, 50), TARGET, CAMERA)
+    assert not is_in_view(truth(201, 50), TARGET, CAMERA)
+    assert not is_in_view(truth(100, 50, length=11.9), TARGET, CAMERA)
+    assert length_px(truth(100, 50, length=11.9), TARGET) == pytest.approx(11.9)
 
 
 def test_behind_the_camera_is_nowhere() -> None:
     behind = truth(np.nan, np.nan)
-    assert centring(behind, CAMERA) == 0.0
-    assert length_px(behind) == 0.0
-    assert not is_in_view(behind, CAMERA)
+    assert centring(behind, TARGET, CAMERA) == 0.0
+    assert length_px(behind, TARGET) == 0.0
+    assert not is_in_view(behind, TARGET, CAMERA)

@@ -2,36 +2,65 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from scenarios.command_link import Link, episode_link
-from scenarios.loop import Loop, tracker_stream
+from scenarios.loop import FromPictures, Loop, ManyFromPictures, tracker_stream
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.scenario import Frame
-from tests.benchmarks.fake_episode import FakeEpisode
-from trackers.types import CameraCommand, Estimate, Observation
+from tests.benchmarks.fake_episode import CAMERA, FakeEpisode
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Start, Track
 
 
 @dataclass
 class Writing:
-    """Writes down what it is told; says that its target is at ``place_px`` and the frame's number."""
+    """Writes down what it is told; answers that its target is at ``place_px`` and the frame's number."""
 
     place_px: float
     told: list[tuple[str, int]] = field(default_factory=list)
 
-    def initialise(self, frame: Frame, box_xyxy: NDArray[np.float64]) -> None:
-        """Spoil the box, which is its own."""
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
+        """See ``Contestant``."""
         self.told.append(("start", frame.truth.frame))
-        box_xyxy[:] = -1.0
+        return self._answer(frame)
 
     def update(self, frame: Frame) -> Estimate:
         """See ``Contestant``."""
         self.told.append(("ask", frame.truth.frame))
+        return self._answer(frame)
+
+    def _answer(self, frame: Frame) -> Estimate:
         return Estimate(np.array([self.place_px, float(frame.truth.frame)]))
+
+
+class SpoilsItsBox:
+    """A tracker that writes into the box that it is given, and answers with it."""
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """See ``Tracker``."""
+        self._box = box_xyxy
+        self._box[:] = -1.0
+
+    def update(self, observation: Observation) -> Estimate:
+        """See ``Tracker``."""
+        return Estimate(self._box[:2])
+
+
+class Background:
+    """A tracker of many that tells pictures by their time: a track for each one of the background."""
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        """See ``MultiTracker``."""
+        self.camera, self._learnt = camera, background
+
+    def update(self, observation: Observation) -> list[Track]:
+        """See ``MultiTracker``."""
+        return [Track(k, Estimate(np.full(2, seen.time_s - observation.time_s))) for k, seen in enumerate(self._learnt)]
 
 
 class ToTheSide:
@@ -45,23 +74,54 @@ class ToTheSide:
 def test_each_is_started_once_and_asked_about_every_later_frame() -> None:
     contestants = [Writing(1.0), Writing(2.0)]
     loop = Loop(FakeEpisode(), contestants)
-    said = [(frame.truth.frame, loop.estimates, loop.obeyed, loop.is_over) for frame in loop.frames(count=3)]
+    said = [(frame.truth.frame, loop.answers, loop.obeyed, loop.is_over) for frame in loop.frames(count=3)]
     assert [each.told for each in contestants] == [[("start", 0), ("ask", 1), ("ask", 2)]] * 2
     assert [frame for frame, *_ in said] == [0, 1, 2]
-    assert [estimate.position_px.tolist() for estimate in said[2][1]] == [[1.0, 2.0], [2.0, 2.0]]
+    places = [[answer.position_px.tolist() for answer in answers] for _, answers, *_ in said]
+    assert places == [[[1.0, k], [2.0, k]] for k in (0.0, 1.0, 2.0)]
     assert [(obeyed, over) for *_, obeyed, over in said] == [(None, False)] * 3
 
 
-def test_the_box_given_is_the_first_estimate_whatever_becomes_of_it() -> None:
+def test_the_box_given_is_a_tracker_s_first_answer_whatever_becomes_of_it() -> None:
     episode = FakeEpisode()
-    loop = Loop(episode, [Writing(1.0), Writing(2.0)])
+    loop = Loop(episode, [FromPictures(SpoilsItsBox()), FromPictures(SpoilsItsBox())])
     loop.step()
-    box = episode.target_box_xyxy
-    for estimate in loop.estimates:
+    box = episode.start.box_xyxy
+    assert box is not None
+    for estimate in loop.answers:
+        assert isinstance(estimate, Estimate)
         assert estimate.box_xyxy is not None
         assert estimate.box_xyxy.tolist() == box.tolist()
         assert estimate.position_px.tolist() == [0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])]
         assert estimate.in_view_probability == 1.0
+    loop.step()
+    assert loop.estimate.position_px.tolist() == [-1.0, -1.0]
+
+
+def test_the_box_that_an_episode_keeps_is_not_the_tracker_s() -> None:
+    start = Start(CAMERA, box_xyxy=np.array([1.0, 2.0, 3.0, 4.0]))
+    FromPictures(SpoilsItsBox()).initialise(FakeEpisode().step(), start)
+    assert start.box_xyxy is not None
+    assert start.box_xyxy.tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
+def test_one_of_many_targets_is_told_the_background_and_asked_about_the_first_picture_too() -> None:
+    first = FakeEpisode().step()
+    empty = tuple(replace(first.observation, time_s=-time_s) for time_s in (2.0, 1.0))
+    tracker = Background()
+    many = ManyFromPictures(tracker)
+    answers = [many.initialise(first, Start(CAMERA, background=empty)), many.update(first)]
+    assert tracker.camera == CAMERA
+    for tracks in answers:
+        assert [(track.identity, track.estimate.position_px.tolist()) for track in tracks] == [
+            (0, [-2.0, -2.0]),
+            (1, [-1.0, -1.0]),
+        ]
+
+
+def test_where_no_target_is_pointed_at_a_tracker_of_one_is_refused() -> None:
+    with pytest.raises(ValueError, match="start: expected the box of a target, got none"):
+        FromPictures(SpoilsItsBox()).initialise(FakeEpisode().step(), Start(CAMERA))
 
 
 def test_all_frames_are_lived_through_unless_fewer_are_asked_for() -> None:
@@ -72,10 +132,9 @@ def test_all_frames_are_lived_through_unless_fewer_are_asked_for() -> None:
 
 def test_the_first_contestant_steers_and_frame_0_is_not_steered_to() -> None:
     episode = FakeEpisode()
-    given = episode.target_box_xyxy[[0, 2]].mean()
     list(Loop(episode, [Writing(3.0), Writing(8.0)]).frames(ToTheSide(), 4))
     steered = [command and command.right_mps for command in episode.commands]
-    assert steered == [None, pytest.approx(given), 3.0, 3.0]
+    assert steered == [None, 3.0, 3.0, 3.0]
 
 
 def test_a_link_is_between_command_and_carrier_and_what_is_obeyed_is_told() -> None:

@@ -32,12 +32,15 @@ from trackers.types import (
 )
 
 RATE_HZ = 10.0
+EMPTY_FRAMES = 5
 HEIGHT_M, YARD_M, CRATE_M = 20.0, 30.0, (1.6, 0.9, 0.8)
 HEAD = Carrier(
     "yard-head",
     (CommandAxis("pan_rad_s", 1.0, 4.0), CommandAxis("tilt_rad_s", 1.0, 4.0), CommandAxis("zoom_per_s", 0.5, 2.0)),
     "around",
 )
+LENS = PinholeCamera.from_field_of_view(320, 240, float(np.deg2rad(50.0)))
+"""Of the camera on the head, not zoomed."""
 _STEEPEST_RAD, _ZOOM = np.deg2rad(80.0), (1.0, 4.0)
 
 
@@ -78,10 +81,13 @@ class Head:
         self.pan_rad, self.tilt_rad, self.zoom = np.pi / 4, -0.4, 1.0
 
     def obey(self, command: CameraCommand) -> None:
-        """Turn for the time of one frame."""
-        self.pan_rad += command.pan_rad_s / RATE_HZ
-        self.tilt_rad = float(np.clip(self.tilt_rad + command.tilt_rad_s / RATE_HZ, -_STEEPEST_RAD, 0.0))
-        self.zoom = float(np.clip(self.zoom * np.exp(command.zoom_per_s / RATE_HZ), *_ZOOM))
+        """Turn for the time of one frame, within the head's limits."""
+        pan, tilt, zoom = (
+            np.clip(getattr(command, each.name), -each.limit, each.limit) / RATE_HZ for each in HEAD.axes
+        )
+        self.pan_rad += float(pan)
+        self.tilt_rad = float(np.clip(self.tilt_rad + tilt, -_STEEPEST_RAD, 0.0))
+        self.zoom = float(np.clip(self.zoom * np.exp(zoom), *_ZOOM))
 
     @property
     def camera(self) -> PinholeCamera:
@@ -104,7 +110,7 @@ class YardEpisode(Stage):
     """See ``scenarios.scenario.Episode``."""
 
     def __init__(self, preset: Yard, seed: int, renderer: RendererName, closed_loop: bool, truth: TruthExtent) -> None:
-        self._all = tells_all(truth)
+        self._all, self._seed = tells_all(truth), seed
         world = World()
         world.add(box_mesh((2 * YARD_M, 2 * YARD_M, 0.01)), pose_on_ground(0, 0, 0), name="ground", category="ground")
         names = tuple("target" if k == 0 else f"crate-{k}" for k in range(preset.crates))
@@ -113,7 +119,7 @@ class YardEpisode(Stage):
         ]
         self._names = names
         self._view = PinholeCamera.from_field_of_view(preset.width_px, preset.height_px, float(np.deg2rad(70.0)))
-        camera = SingleCamera(world, self._view, renderer, ThermalSensor(generator(seed, "sensor")))  # type: ignore[arg-type]
+        camera = SingleCamera(world, self._view, renderer, ThermalSensor(generator(seed, "sensor")))
         super().__init__(world, camera, frame_count=preset.frame_count, rate_hz=RATE_HZ, closed_loop=closed_loop)
         self._camera = camera
         kelvin = np.full(len(world.bodies), GROUND_K)
@@ -124,21 +130,26 @@ class YardEpisode(Stage):
         self._phase_rad = rng.uniform(0, 2 * np.pi, preset.crates)
         self._speed_mps = preset.speed_mps * rng.uniform(0.5, 1.0, preset.crates)
         self._outline = outline([body.mesh for body in self._crates])
-        self._head = Head(self._view)
-        self._head_exits = Exits(self._view, preset.crates)
+        self._head = Head(LENS)
+        self._head_exits = Exits(LENS, preset.crates)
         self._T_world_camera = look_down_pose(np.array([0.0, 0.0, HEIGHT_M]), 0.0, 0.0, 0.0)
         self._move_to(0)
+        self._start = Start(self._model, self._boxes(self._view, self._T_world_camera)[0], self._empty_yard(renderer))
 
     @property
     def start(self) -> Start:
-        """A picture of the empty yard, and the box of the crate that a tracker of one target is started on."""
-        poses = self._poses.copy()
-        self.world.move_all(self._crates, poses + _far_away())
-        sky = SingleCamera(self.world, self._view, "raster", ThermalSensor(np.random.default_rng(0)))  # type: ignore[arg-type]
-        picture = sky.take(self._warmth, self._T_world_camera, 0).picture
-        self.world.move_all(self._crates, poses)
-        empty = Observation(picture.image_rgb, -1.0, self._model)
-        return Start(self._model, box_xyxy=self._boxes(self._view, self._T_world_camera)[0], background=(empty,))
+        """Pictures of the empty yard, and the box of the crate that a tracker of one target is started on."""
+        return self._start
+
+    def _empty_yard(self, renderer: RendererName) -> tuple[Observation, ...]:
+        self.world.move_all(self._crates, self._poses + _far_away())
+        camera = SingleCamera(self.world, self._view, renderer, ThermalSensor(generator(self._seed, "background")))
+        seen = [camera.take(self._warmth, self._T_world_camera, k).picture for k in range(EMPTY_FRAMES)]
+        self.world.move_all(self._crates, self._poses)
+        return tuple(
+            Observation(each.image_rgb, (k - EMPTY_FRAMES) / RATE_HZ, self._model, counts=each.counts)
+            for k, each in enumerate(seen)
+        )
 
     @property
     def _model(self) -> CameraModel:
@@ -229,6 +240,7 @@ class ToyYard:
     start: str = "a picture of the empty yard, and the box of one crate"
     target: str = "target"
     carrier: Carrier = HEAD
+    pictureless: None = None
     presets: dict[str, Yard] = field(
         default_factory=lambda: {"standard": Yard("four crates"), "quick": Yard("two crates", frame_count=20, crates=2)}
     )

@@ -13,7 +13,7 @@ from sim.optics import PinholeCamera
 from sim.sensors.config import SensorSettings
 
 GROUND_K, BODY_K, SKY_K = 285.0, 303.0, 250.0
-_COUNTS_PER_K, _NOISE_COUNTS = 40.0, 2.0
+_COUNTS_PER_K, _COLDEST_K, _NOISE_COUNTS = 40.0, 200.0, 2.0
 _LARGEST_COUNT = (1 << 14) - 1
 _INTEGRATION_S = 0.01
 
@@ -47,19 +47,15 @@ class ThermalSensor:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._key = int(rng.integers(1 << 31))
+        self._low = 0.0
 
     def expose(
         self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, **exposing: Any
     ) -> ThermalPicture:
         """Take the picture of a frame."""
-        noise = np.random.default_rng([self._key, frame]).normal(0.0, _NOISE_COUNTS, radiance[:, 0].shape)
-        counts = np.clip(np.round(_COUNTS_PER_K * (radiance[:, 0] - 200.0) + noise), 0, _LARGEST_COUNT).astype(
-            np.uint16
-        )
-        low, high = np.percentile(counts, (0.5, 99.5))
-        gain = 255.0 / max(float(high - low), 1.0)
-        grey = np.clip((counts - low) * gain, 0, 255).astype(np.uint8)
-        return ThermalPicture(np.repeat(grey[..., None], 3, axis=2), counts, SensorSettings(_INTEGRATION_S, gain))
+        self._low, high = np.percentile(self._counts(radiance, frame), (0.5, 99.5))
+        gain = 255.0 / max(float(high - self._low), 1.0)
+        return self.develop(radiance, camera, frame, SensorSettings(_INTEGRATION_S, gain))
 
     def develop(
         self,
@@ -69,5 +65,12 @@ class ThermalSensor:
         settings: SensorSettings,
         **exposing: Any,
     ) -> ThermalPicture:
-        """Take a picture; its gain is its own."""
-        return self.expose(radiance, camera, frame)
+        """Take a picture with a gain that is given, and the level of the latest exposure."""
+        counts = self._counts(radiance, frame)
+        grey = np.clip((counts - self._low) * settings.gain, 0, 255).astype(np.uint8)
+        return ThermalPicture(np.repeat(grey[..., None], 3, axis=2), counts, settings)
+
+    def _counts(self, radiance: NDArray[np.float32], frame: int) -> NDArray[np.uint16]:
+        noise = np.random.default_rng([self._key, frame]).normal(0.0, _NOISE_COUNTS, radiance[:, 0].shape)
+        counts = np.round(_COUNTS_PER_K * (radiance[:, 0] - _COLDEST_K) + noise)
+        return np.clip(counts, 0, _LARGEST_COUNT).astype(np.uint16)

@@ -1,8 +1,9 @@
 """A belief as a vector of numbers in [-1, 1]: the observation of a policy.
 
 Ahead and right are along and across the carrier's heading, level with the ground. Halves of the picture are measured on
-the ground below a camera that looks down, and at a distance of 1 m of one that looks ahead. Squashed is
-``x / (1 + |x|)``.
+the ground below a camera that looks down, at a distance of 1 m of one that looks ahead, and at the point on the ground
+that is looked at of one that looks around. Where a camera is steered that is not the watched one, picture and height
+are those of the steered camera. Squashed is ``x / (1 + |x|)``.
 """
 
 from __future__ import annotations

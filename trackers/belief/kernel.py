@@ -25,10 +25,10 @@ SIGHTING = np.dtype(
         ("carrier_y_m", "f8"),
         ("height_m", "f8"),
         ("heading_rad", "f8"),
-        # Where the optical axis meets the ground of a camera that looks down; a few metres on, of one that looks ahead.
+        # Where the optical axis meets the ground; a few metres on, of a camera that looks ahead.
         ("axis_ahead_m", "f8"),
         ("axis_right_m", "f8"),
-        # Half the picture on the ground, or at a distance of 1 m of a camera that looks ahead.
+        # Half the picture on the ground, see ``features``; at a distance of 1 m of a camera that looks ahead.
         ("half_ahead_m", "f8"),
         ("half_right_m", "f8"),
         # 1 if the tracker says anything, else 0: then the target's numbers are of no meaning.

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.belief.kernel import SIGHTING, densest_window
-from trackers.types import Estimate, Looks, Observation
+from trackers.types import CameraModel, Estimate, Looks, Observation, SteeredCamera
 
 _ASSUMED_HEIGHT_M = 60.0
 """Of a camera that looks down without instruments."""
@@ -34,61 +34,104 @@ def distance_m(estimate: Estimate, assumed_m: float) -> float:
 
 
 def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
-    """Return one sighting (1,) of dtype ``SIGHTING`` of a camera that looks down or ahead; the ground is z = 0."""
+    """Return one sighting (1,) of dtype ``SIGHTING`` by how the carrier's camera looks; the ground is z = 0.
+
+    Of a steered camera other than the watched one, picture and halves are those of the steered camera; the estimate is
+    taken there by way of the ground, and is not known unless both poses are measured.
+    """
     sighting = np.zeros(1, SIGHTING)
     said: Any = sighting[0]
-    down = looks == "down"
-    R, place_m, height_m = _pose(observation, down)
-    forward = -R[:2, 1] if down else R[:2, 2]
-    heading_rad = np.arctan2(forward[1], forward[0])
-    c, s = np.cos(heading_rad), np.sin(heading_rad)
-    camera = observation.camera
-    half_px = 0.5 * np.array([camera.width_px, camera.height_px])
-    reach_m = height_m if down else 1.0
-    said["carrier_x_m"], said["carrier_y_m"] = place_m
-    said["height_m"], said["heading_rad"] = height_m, heading_rad
-    said["half_right_m"], said["half_ahead_m"] = reach_m * half_px / camera.focal_px
-    if down:
-        axis_m = _on_ground(R, height_m, np.zeros((1, 2)))[0]
-        said["axis_ahead_m"], said["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
-    else:
-        said["axis_ahead_m"] = ASSUMED_DISTANCE_M
+    steered = observation.steered
+    watched = _view(observation, looks if steered is None else "around")
+    own = watched if steered is None else _view(steered, looks)
+    _note_carrier(said, looks, own)
     position_px = within_reach(estimate.position_px)
-    if not np.isfinite(position_px).all():
+    linked = steered is None or (observation.ego is not None and steered.ego is not None)
+    if not linked or not np.isfinite(position_px).all():
         return sighting
-    in_picture = (position_px - half_px) / half_px
+    in_picture = (position_px - watched.half_px) / watched.half_px
     said["picture_x"], said["picture_y"] = in_picture
     inside = float(np.abs(in_picture).max() <= 1.0)
     probability = estimate.in_view_probability
     said["in_view_probability"] = inside if probability is None else probability
+    tangents = ((position_px - watched.half_px) / watched.camera.focal_px)[None]
+    if watched.sees_ground:
+        offset_m = _on_ground(watched.R, watched.height_m, tangents)[0]
+        level = looks == "down" and steered is None
+        reach_m = watched.height_m if level else float(np.hypot(np.hypot(*offset_m), watched.height_m))
+    else:
+        reach_m = distance_m(estimate, ASSUMED_DISTANCE_M)
+        offset_m = (watched.R @ (reach_m * np.append(tangents[0], 1.0)))[:2]
+    metres_per_pixel = reach_m / watched.camera.focal_px
+    said["known"] = 1.0
+    said["x_m"], said["y_m"] = watched.place_m + offset_m
+    said["densest_x_m"], said["densest_y_m"] = watched.place_m + offset_m
+    said["densest_share"] = 1.0
     if estimate.box_xyxy is not None:
         box = within_reach(estimate.box_xyxy)
-        said["length_share"] = max(box[2] - box[0], box[3] - box[1]) / camera.width_px
-    tangents = ((position_px - half_px) / camera.focal_px)[None]
-    if down:
-        offset_m = _on_ground(R, height_m, tangents)[0]
-        metres_per_pixel = height_m / camera.focal_px
-    else:
-        depth_m = distance_m(estimate, ASSUMED_DISTANCE_M)
-        offset_m = (R @ (depth_m * np.append(tangents[0], 1.0)))[:2]
-        metres_per_pixel = depth_m / camera.focal_px
-    said["known"] = 1.0
-    said["x_m"], said["y_m"] = place_m + offset_m
-    said["densest_x_m"], said["densest_y_m"] = place_m + offset_m
-    said["densest_share"] = 1.0
+        said["length_share"] = max(box[2] - box[0], box[3] - box[1]) / watched.camera.width_px
+    if steered is not None:
+        _see_from(own, said, metres_per_pixel * watched.camera.width_px)
     if estimate.covariance_px is not None:
         said["spread_m"] = metres_per_pixel * float(np.sqrt(0.5 * np.trace(within_reach(estimate.covariance_px))))
-    if estimate.particles_px is not None and down:
-        _summarise(said, estimate, R, place_m, height_m, half_px, camera.focal_px)
+    if estimate.particles_px is not None and watched.sees_ground:
+        _summarise(said, estimate, watched)
     return sighting
 
 
-def _pose(observation: Observation, down: bool) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Return R_world_camera (3, 3), the place (2,) and the height as measured, or those of a level camera."""
-    if observation.ego is None:
-        return (_DOWN, np.zeros(2), _ASSUMED_HEIGHT_M) if down else (_AHEAD, np.zeros(2), 0.0)
-    T = observation.ego.T_world_camera
-    return T[:3, :3], T[:2, 3], max(float(T[2, 3]), _LOWEST_M) if down else float(T[2, 3])
+class _View(NamedTuple):
+    """A camera where it is: orientation R_world_camera (3, 3), place (2,) and height, as measured or assumed."""
+
+    camera: CameraModel
+    R: NDArray[np.float64]
+    place_m: NDArray[np.float64]
+    height_m: float
+    sees_ground: bool
+
+    @property
+    def half_px(self) -> NDArray[np.float64]:
+        """Half the picture (2,), and its middle."""
+        return 0.5 * np.array([self.camera.width_px, self.camera.height_px])
+
+
+def _view(told: Observation | SteeredCamera, looks: Looks) -> _View:
+    """Return a camera as measured, or a level one."""
+    if told.ego is None:
+        assumed = (_DOWN, np.zeros(2), _ASSUMED_HEIGHT_M) if looks == "down" else (_AHEAD, np.zeros(2), 0.0)
+        return _View(told.camera, *assumed, looks == "down")
+    T = told.ego.T_world_camera
+    height_m = float(T[2, 3]) if looks == "ahead" else max(float(T[2, 3]), _LOWEST_M)
+    return _View(told.camera, T[:3, :3], T[:2, 3], height_m, looks != "ahead")
+
+
+def _note_carrier(said: Any, looks: Looks, own: _View) -> None:
+    """Note where the carrier is and where its camera looks."""
+    R = own.R
+    # Along the axis; of one that looks around, however steeply.
+    forward = -R[:2, 1] if looks == "down" else R[:2, 2] if looks == "ahead" else R[:2, 2] + R[2, 2] * R[:2, 1]
+    heading_rad = np.arctan2(forward[1], forward[0])
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    said["carrier_x_m"], said["carrier_y_m"] = own.place_m
+    said["height_m"], said["heading_rad"] = own.height_m, heading_rad
+    reach_m = own.height_m if looks == "down" else 1.0
+    if own.sees_ground:
+        axis_m = _on_ground(R, own.height_m, np.zeros((1, 2)))[0]
+        said["axis_ahead_m"], said["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
+        if looks == "around":
+            reach_m = float(np.hypot(np.hypot(*axis_m), own.height_m))
+    else:
+        said["axis_ahead_m"] = ASSUMED_DISTANCE_M
+    said["half_right_m"], said["half_ahead_m"] = reach_m * own.half_px / own.camera.focal_px
+
+
+def _see_from(own: _View, said: Any, width_m: float) -> None:
+    """Note where the target is in a picture that is not the watched one, which is ``width_m`` wide there."""
+    offset_m = np.array([*(np.array([said["x_m"], said["y_m"]]) - own.place_m), -own.height_m])
+    seen_m = offset_m @ own.R
+    # What lies beside the camera or behind it is far outside the picture, on the side to turn to.
+    depth_m = max(float(seen_m[2]), 1e-3 * float(np.linalg.norm(seen_m)), 1e-9)
+    said["picture_x"], said["picture_y"] = seen_m[:2] / depth_m * own.camera.focal_px / own.half_px
+    said["length_share"] *= width_m / (2.0 * depth_m * own.half_px[0] / own.camera.focal_px)
 
 
 def _on_ground(R: NDArray[np.float64], height_m: float, tangents: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -98,15 +141,7 @@ def _on_ground(R: NDArray[np.float64], height_m: float, tangents: NDArray[np.flo
     return rays[:, :2] * (height_m / steep)[:, None]
 
 
-def _summarise(
-    said: Any,
-    estimate: Estimate,
-    R: NDArray[np.float64],
-    place_m: NDArray[np.float64],
-    height_m: float,
-    half_px: NDArray[np.float64],
-    focal_px: float,
-) -> None:
+def _summarise(said: Any, estimate: Estimate, watched: _View) -> None:
     """Note how far the posterior spreads, and where most of it lies."""
     assert estimate.particles_px is not None
     particles_px, count = within_reach(estimate.particles_px), len(estimate.particles_px)
@@ -118,7 +153,8 @@ def _summarise(
         if not weights.sum() > 0.0:
             return
         weights = weights / weights.sum()
-    particles_m = place_m + _on_ground(R, height_m, (particles_px - half_px) / focal_px)
+    tangents = (particles_px - watched.half_px) / watched.camera.focal_px
+    particles_m = watched.place_m + _on_ground(watched.R, watched.height_m, tangents)
     mean_m = weights @ particles_m
     said["spread_m"] = np.sqrt(0.5 * (weights @ ((particles_m - mean_m) ** 2)).sum())
     half_m = min(said["half_ahead_m"], said["half_right_m"])

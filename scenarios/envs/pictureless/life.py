@@ -61,8 +61,12 @@ _FIELDS: list[Any] = [
 
 
 def life_with(*fields: Any) -> np.dtype[Any]:
-    """Return the record with more fields, of a carrier's own."""
-    return np.dtype([*_FIELDS, *fields], align=True)
+    """Return the record with more fields, of a carrier's own.
+
+    They come first: Numba takes a record that begins like another for a kind of it, and a kernel compiled for either
+    would serve both.
+    """
+    return np.dtype([*fields, *_FIELDS], align=True)
 
 
 LIFE = life_with()

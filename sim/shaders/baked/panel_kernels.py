@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sim.render.compilation import row_kernel
 from sim.render.runs import LANES, PITCH
 
-BENCH_LINES = 5
+LIGHT_LINES = 5
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 
 
@@ -59,14 +59,14 @@ def mix_light(
     first: np.uint64,
     last: np.uint64,
     index: NDArray[np.uint32],
-    bench: NDArray[np.float32],
+    lines: NDArray[np.float32],
 ) -> None:
     """Write the bilinear light ``level + x across + y (down + x twist)`` between four samples each.
 
     Near panels many neighbouring pixels lie between the same four, which are looked up once.
 
     Args:
-        bench: lines of x, y, red, green and blue, see ``sim.render.runs``.
+        lines: line buffer of x, y, red, green and blue, see ``sim.render.runs``.
     """
     one = np.uint64(1)
     to_y, to_red, to_green, to_blue = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH), np.uint64(4 * PITCH)
@@ -86,10 +86,10 @@ def mix_light(
             end += one
         for block in range(k, end, np.uint64(LANES)):
             for n in range(block, block + np.uint64(LANES)):
-                s, t = bench[n], bench[to_y + n]
-                bench[to_red + n] = r + s * r_across + t * (r_down + s * r_twist)
-                bench[to_green + n] = g + s * g_across + t * (g_down + s * g_twist)
-                bench[to_blue + n] = b_ + s * b_across + t * (b_down + s * b_twist)
+                s, t = lines[n], lines[to_y + n]
+                lines[to_red + n] = r + s * r_across + t * (r_down + s * r_twist)
+                lines[to_green + n] = g + s * g_across + t * (g_down + s * g_twist)
+                lines[to_blue + n] = b_ + s * b_across + t * (b_down + s * b_twist)
         k = end
 
 

@@ -54,11 +54,11 @@ def cut(geometry: Geometry, side_m: float) -> Patches:
         at.append(np.column_stack([u.ravel(), v.ravel()]))
         share.append(np.tile([1 / count_a, 1 / count_b], (count_a * count_b, 1)))
         owner.append(np.full(count_a * count_b, r))
-    whose, where, shares = np.concatenate(owner), np.concatenate(at), np.concatenate(share)
-    side_a_m, side_b_m, normal = geometry.side_a_m[whose], geometry.side_b_m[whose], geometry.normal[whose]
-    middle_m = geometry.corner_m[whose] + where[:, :1] * side_a_m + where[:, 1:] * side_b_m + OFF_SURFACE_M * normal
+    owners, where, shares = np.concatenate(owner), np.concatenate(at), np.concatenate(share)
+    side_a_m, side_b_m, normal = geometry.side_a_m[owners], geometry.side_b_m[owners], geometry.normal[owners]
+    middle_m = geometry.corner_m[owners] + where[:, :1] * side_a_m + where[:, 1:] * side_b_m + OFF_SURFACE_M * normal
     half_a_m, half_b_m = 0.5 * shares[:, :1] * side_a_m, 0.5 * shares[:, 1:] * side_b_m
-    return Patches(middle_m, normal, half_a_m, half_b_m, whose, where, shares)
+    return Patches(middle_m, normal, half_a_m, half_b_m, owners, where, shares)
 
 
 def thrown_back(
@@ -100,15 +100,15 @@ def factors_between(obstacles: Rectangles, patches: Patches) -> NDArray[np.float
     """Return the form factors (N, N) of patches, seen from the middle of each."""
     count = patches.middle_m.shape[0]
     factors = np.zeros((count, count), np.float32)
-    room = np.empty((2, 6, 3))
+    scratch = np.empty((2, 6, 3))
     for i in range(count):
         for j in range(i):
             if not _face_each_other(patches, i, j):
                 continue
             if _hidden(obstacles, patches.middle_m[i], patches.middle_m[j]):
                 continue
-            factors[i, j] = _factor(patches.middle_m[i], patches.normal[i], patches, j, room)
-            factors[j, i] = _factor(patches.middle_m[j], patches.normal[j], patches, i, room)
+            factors[i, j] = _factor(patches.middle_m[i], patches.normal[i], patches, j, scratch)
+            factors[j, i] = _factor(patches.middle_m[j], patches.normal[j], patches, i, scratch)
     return factors
 
 
@@ -130,10 +130,10 @@ def arriving_at(
             a door, patches would shine in as so many lamps.
     """
     result = np.zeros((points_m.shape[0], leaving_lx.shape[1]), np.float32)
-    room, target = np.empty((2, 6, 3)), np.empty(3)
+    scratch, target = np.empty((2, 6, 3)), np.empty(3)
     for n in range(points_m.shape[0]):
         for j in range(patches.middle_m.shape[0]):
-            factor = _factor(points_m[n], normals[owner[n]], patches, j, room)
+            factor = _factor(points_m[n], normals[owner[n]], patches, j, scratch)
             if factor <= 0.0:
                 continue
             if factor * weight[j] < _MUCH:
@@ -176,7 +176,7 @@ def _hidden(obstacles: Rectangles, a: NDArray[np.float64], b: NDArray[np.float64
 
 @njit(cache=True)
 def _factor(
-    point: NDArray[np.float64], normal: NDArray[np.float64], patches: Patches, j: int, room: NDArray[np.float64]
+    point: NDArray[np.float64], normal: NDArray[np.float64], patches: Patches, j: int, scratch: NDArray[np.float64]
 ) -> float:
     """Return the form factor of patch j from a point: ``A cos cos' / (pi d²)``, or exactly where it is near."""
     squared, along, ahead, size_a, size_b = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -191,19 +191,19 @@ def _factor(
         return 0.0
     if squared > _NEAR * _NEAR * max(size_a, size_b):
         return max(along, 0.0) * ahead * np.sqrt(size_a * size_b) / (np.pi * squared * squared)
-    return _exact_factor(point, normal, patches, j, room)
+    return _exact_factor(point, normal, patches, j, scratch)
 
 
 @njit(cache=True)
 def _exact_factor(
-    point: NDArray[np.float64], normal: NDArray[np.float64], patches: Patches, j: int, room: NDArray[np.float64]
+    point: NDArray[np.float64], normal: NDArray[np.float64], patches: Patches, j: int, scratch: NDArray[np.float64]
 ) -> float:
     """Return Lambert's (1760) form factor of what of a rectangle is above the horizon of a point.
 
     ``F = 1 / (2 pi) sum over edges of angle(r, r') n . (r x r') / |r x r'|`` with r, r' from the point to an edge's
     ends.
     """
-    corners, above = room[0], room[1]
+    corners, above = scratch[0], scratch[1]
     for c in range(4):
         sign_a, sign_b = (-1.0 if c == 0 or c == 3 else 1.0), (-1.0 if c < 2 else 1.0)
         for k in range(3):

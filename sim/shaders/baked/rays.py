@@ -94,7 +94,7 @@ def nearest(
     distances: NDArray[np.float32],
 ) -> tuple[int, float, float, bool]:
     """Return the nearest rectangle that a ray meets (-1 for none), u and v there, and whether it is seen from the
-    front; ``distances`` (R,) is room to work in.
+    front; ``distances`` (R,) is scratch.
     """
     ox, oy, oz = np.float32(x), np.float32(y), np.float32(z)
     dx, dy, dz = np.float32(along_x), np.float32(along_y), np.float32(along_z)

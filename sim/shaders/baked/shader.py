@@ -17,16 +17,17 @@ from numpy.typing import NDArray
 from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, rays
-from sim.render.compilation import announce_compilation
+from sim.render.row_stages import RowStage, light_picture
 from sim.render.shadow_map import ShadowCaster
 from sim.render.shadow_tiles import BLOCK
 from sim.shaders.baked.bake import BakedLight
 from sim.shaders.baked.direct import sun_share
 from sim.shaders.baked.light_grid import light_up_places
-from sim.shaders.baked.shader_kernels import BakedArrays, add_up, shade_baked_picture
+from sim.shaders.baked.shader_kernels import BakedArrays, add_up, baked_row, new_baked_scratch
 from sim.shaders.black_body import black_body_rgb
 from sim.shaders.contact_shadows import STEP_M, ContactShadows
-from sim.shaders.daylight import ShadowArrays, shadows_in_view
+from sim.shaders.daylight import shadows_in_view
+from sim.shaders.daylight_kernels import ShadowArrays
 from sim.shaders.lamps import BrightArea
 from sim.world import World
 
@@ -45,6 +46,8 @@ _AROUND = np.array([(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0
 
 class BakedLightShader:
     """Lights G-buffers of one world."""
+
+    lighting = RowStage(baked_row, new_baked_scratch)
 
     def __init__(self, world: World, baked: BakedLight) -> None:
         """Set all groups to full strength. ``world`` holds all its bodies, those that move too."""
@@ -156,23 +159,11 @@ class BakedLightShader:
 
         Bright areas show their own, and so does the sky where nothing is.
         """
-        announce_compilation(shade_baked_picture)
-        light, shadows = self.row_light(gbuffer.depth_m, camera, T_world_camera)
-        radiance = np.empty((camera.height_px, 3, camera.width_px), np.float32)
-        shade_baked_picture(
-            light,
-            shadows,
-            gbuffer.base_colour_rgb,
-            gbuffer.depth_m,
-            gbuffer.instance_id,
-            gbuffer.normal_world,
-            radiance,
-        )
-        return radiance
+        return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
     def row_light(
         self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> tuple[BakedArrays, ShadowArrays]:
+    ) -> BakedArrays:
         """Return the light of the world as it is now in one camera's picture, for the row kernel.
 
         Args:
@@ -193,7 +184,7 @@ class BakedLightShader:
         if casts and self._caster is not None:
             shadows = shadows_in_view(self._caster, depth_m, camera, T_world_camera)
         sun_shares = self._baked.sun.share if self._baked.sun is not None else np.empty(0, np.float32)
-        light = BakedArrays(
+        return BakedArrays(
             self._panel,
             self._own_nit,
             place.reshape(-1, 8).astype(np.float32),
@@ -205,6 +196,7 @@ class BakedLightShader:
             self._sun,
             self._towards_sun.astype(np.float32),
             casts,
+            shadows,
             self._cubes,
             self._body_sun,
             self._is_floor,
@@ -215,7 +207,6 @@ class BakedLightShader:
             self._sky,
             view[:, :3].T.astype(np.float32),
         )
-        return light, shadows
 
     def _light_movers(self) -> None:
         """Work out the light at all bodies that are no panels, where they are now."""
@@ -224,9 +215,9 @@ class BakedLightShader:
             return
         self._poses_lit = poses.copy()
         self._contact.move(poses)
-        theirs = poses[self._others]
-        centre_m = np.einsum("bij,bj->bi", theirs[:, :3], self._centre_m)
-        half_m = np.einsum("bij,bj->bi", np.abs(theirs[:, :3, :3]), self._half_m)
+        others = poses[self._others]
+        centre_m = np.einsum("bij,bj->bi", others[:, :3], self._centre_m)
+        half_m = np.einsum("bij,bj->bi", np.abs(others[:, :3, :3]), self._half_m)
         self._cubes[self._others], self._body_sun[self._others] = self._light_at(centre_m, half_m)
 
     def _light_at(

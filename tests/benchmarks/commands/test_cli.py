@@ -225,7 +225,7 @@ def test_compare_shows_differences_by_attribute(tmp_path: Path, capsys: pytest.C
     found = json.loads(capsys.readouterr().out)
     by_name = {(entry["frame_outs"], entry["metric"]): entry for entry in found}
     assert by_name["all", "recovered"]["difference"] == 1.0
-    assert by_name["left by the top", "recovered"]["difference"] == 1.0
+    assert by_name["left by the left", "recovered"]["difference"] == 1.0
     assert ("off the road", "recovered") not in by_name
     assert all(entry["p_holm"] >= entry["p"] for entry in found)
     there = f"{tmp_path}:fake_knowing"

@@ -42,13 +42,13 @@ class Spy:
 
 def answers(entrant: Entrant, frames: list[Frame]) -> NDArray[np.float64]:
     """Return the positions (F - 1, 2) that a fresh contestant answers."""
-    contestant = entrant.create(EPISODE, np.random.default_rng(0))
-    contestant.initialise(frames[0], EPISODE.target_box_xyxy)
+    contestant = entrant.create(EPISODE, FAKE_TOWN, np.random.default_rng(0))
+    contestant.initialise(frames[0], EPISODE.start)
     return np.array([contestant.update(frame).position_px for frame in frames[1:]])
 
 
 def is_told(frame: Frame) -> bool:
-    return frame.truth.frame == 0 or frame.truth.frames_since_exit == 0
+    return frame.truth.frame == 0 or frame.truth.frames_since_exit[0] == 0
 
 
 def with_noise(frame: Frame, rng: np.random.Generator) -> Frame:
@@ -84,9 +84,9 @@ def test_the_episode_has_exits_to_be_told_of() -> None:
 
 def test_no_picture_and_no_reading_of_the_light_reach_it() -> None:
     spy, rng = Spy(), np.random.default_rng(1)
-    contestant = Blindfolded(spy)
+    contestant = Blindfolded(spy, FAKE_TOWN.target)
     frames = [with_noise(frame, rng) for frame in FRAMES]
-    contestant.initialise(frames[0], EPISODE.target_box_xyxy)
+    contestant.initialise(frames[0], EPISODE.start)
     for frame in frames[1:]:
         contestant.update(frame)
     assert all(seen.image_rgb.size == 0 and seen.right_rgb is None and seen.settings is None for seen in spy.seen)
@@ -113,7 +113,7 @@ def test_the_state_at_the_exit_reaches_it(entrant: Entrant) -> None:
     for frame in FRAMES[1:]:
         if is_told(frame):
             truth = frame.truth
-            assert said[truth.frame - 1] == pytest.approx(truth.position_px[truth.target], abs=1e-6)
+            assert said[truth.frame - 1] == pytest.approx(truth.position_px[0], abs=1e-6)
     rng = np.random.default_rng(4)
     false = answers(entrant, [scrambled(frame, rng) if is_told(frame) else frame for frame in FRAMES])
     assert (np.abs(false - said).max(axis=1) > 1.0).all()
@@ -121,7 +121,7 @@ def test_the_state_at_the_exit_reaches_it(entrant: Entrant) -> None:
 
 def test_a_tracker_that_cannot_be_told_is_refused() -> None:
     with pytest.raises(TypeError, match="tracker: expected one with a method told, since its role is blind"):
-        Blindfolded(Hold(HoldParameters(), np.random.default_rng(0)))
+        Blindfolded(Hold(HoldParameters(), np.random.default_rng(0)), FAKE_TOWN.target)
 
 
 def test_what_is_told_is_seen_from_the_camera() -> None:
@@ -134,7 +134,7 @@ def test_what_is_told_is_seen_from_the_camera() -> None:
         def told(self, observation: Observation, state: TargetState) -> None:
             told.append(state)
 
-    Blindfolded(Listener()).initialise(FRAMES[0], EPISODE.target_box_xyxy)
+    Blindfolded(Listener(), FAKE_TOWN.target).initialise(FRAMES[0], EPISODE.start)
     truth = FRAMES[0].truth
     pose = truth.T_world_camera
     in_world_m = pose[:3, :3] @ told[0].place_m + pose[:3, 3]

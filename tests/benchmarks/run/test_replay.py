@@ -101,7 +101,7 @@ def test_a_run_named_by_its_row_is_lived_again_as_it_was_scored(
     row = read_rows(tmp_path)[0]
     with opened(job_of(row, row["seed"])) as live:
         count = live.loop.episode.frame_count
-        instants = list(replay(live.loop, live.controller, scale=1.0, wanted=(5,), frame_count=count))
+        instants = list(replay(live, scale=1.0, wanted=(5,), frame_count=count))
     assert taken(obeyed) == expected
     assert [instant.frame.truth.frame for instant in instants] == [5]
 

@@ -19,7 +19,7 @@ ROW = ("frame-out", "road-town-v1", "quick")
 @pytest.fixture
 def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Yield a copy of the four packages, of which hashes are taken."""
-    root = Path(versions.__file__).parents[1]
+    root = source_files._ROOT
     for package in ("sim", "trackers", "scenarios", "benchmarks"):
         for file in (root / package).rglob("*"):
             if file.suffix in (".py", ".json"):

@@ -17,8 +17,7 @@ from benchmarks.video.drawing import InLargerView
 from benchmarks.video.episode_video import write_video
 from benchmarks.video.instant import Instant, describe_state, draw_instant
 from benchmarks.video.mp4 import Mp4Writer
-from scenarios.loop import FromPictures, Loop
-from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker
+from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker, live
 from trackers.types import CameraCommand, Estimate, Observation
 
 
@@ -29,13 +28,7 @@ def decode(path: Path) -> list[np.ndarray]:
 
 def write_fake(out: Path, frame_count: int) -> None:
     episode = FakeEpisode()
-    instants = replay(
-        Loop(episode, [FromPictures(FakeTracker())]),
-        None,
-        scale=2.0,
-        wanted=range(frame_count),
-        frame_count=frame_count,
-    )
+    instants = replay(live(episode, FakeTracker()), scale=2.0, wanted=range(frame_count), frame_count=frame_count)
     write_video(out, instants, InLargerView(), rate_hz=episode.rate_hz, title="fake", frame_count=frame_count)
 
 
@@ -43,7 +36,7 @@ def instant_at(frame: int, estimate: Estimate | None = None) -> Instant:
     episode = FakeEpisode()
     for _ in range(frame + 1):
         last = episode.step()
-    return Instant(last, estimate, episode.larger_view(2.0))
+    return Instant(last, (0,), estimate, episode.larger_view(2.0))
 
 
 def test_a_video_shows_every_frame_and_its_caption(tmp_path: Path) -> None:
@@ -113,7 +106,7 @@ def test_a_file_that_cannot_be_made_is_named(tmp_path: Path, name: str) -> None:
 def test_the_estimate_is_drawn_where_it_is_said_to_be(x: float, y: float) -> None:
     """The mean position of the pixels that the cross changes is the estimate, inside the picture or not."""
     silent = instant_at(3, Estimate(np.array([np.nan, np.nan])))
-    said = replace(silent, estimate=Estimate(np.array([x, y])))
+    said = replace(silent, answer=Estimate(np.array([x, y])))
     with_cross, without = draw_instant(said).astype(float), draw_instant(silent).astype(float)
     changed = np.argwhere(np.abs(with_cross - without).sum(axis=2) > 0)
     middle = 0.5 * (changed.min(axis=0) + changed.max(axis=0)) + 0.5
@@ -125,7 +118,7 @@ def test_the_estimate_is_drawn_where_it_is_said_to_be(x: float, y: float) -> Non
 def test_truth_is_outlined_outside_the_picture_too() -> None:
     instant = instant_at(19)
     truth = instant.frame.truth
-    assert truth.state == "out"
+    assert truth.state.tolist() == ["out"]
     image = draw_instant(instant)
     zoom = image.shape[1] // (2 * WIDTH)
     x0, y0, x1, y1 = ((truth.box_xyxy[0] + np.tile([WIDTH / 2, HEIGHT / 2], 2)) * zoom).astype(int)
@@ -169,8 +162,7 @@ def test_replay_steers_by_the_estimate_and_shows_only_what_is_wanted() -> None:
             return CameraCommand(right_mps=float(estimate.position_px[0]))
 
     episode = FakeEpisode()
-    loop = Loop(episode, [FromPictures(FakeTracker())])
-    shown = list(replay(loop, Pilot(), scale=2.0, wanted=(0, 4), frame_count=6))
+    shown = list(replay(live(episode, FakeTracker(), Pilot()), scale=2.0, wanted=(0, 4), frame_count=6))
     assert [instant.frame.truth.frame for instant in shown] == [0, 4]
     assert episode.commands[0] is None
     steered = [command.right_mps for command in episode.commands[1:] if command is not None]

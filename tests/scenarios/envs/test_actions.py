@@ -42,6 +42,10 @@ def settings(**changes: Any) -> FollowSettings:
     return FollowSettings("road-town-v1", "hold", **changes)
 
 
+TOWN = settings()
+"""Made before the clock of a test runs: it imports the trackers, which takes seconds."""
+
+
 def told(probability: float = 0.9) -> tuple[Observation, Estimate]:
     T = np.diag([1.0, -1.0, -1.0, 1.0])
     T[2, 3] = 50.0
@@ -51,7 +55,7 @@ def told(probability: float = 0.9) -> tuple[Observation, Estimate]:
 
 @given(SHARES, SHARES, SHARES, SHARES)
 def test_a_command_is_an_action_times_its_limits(a: float, b: float, c: float, d: float) -> None:
-    command = steering(settings(), HELICOPTER).command(np.array([a, b, c, d]), *told())
+    command = steering(TOWN, HELICOPTER).command(np.array([a, b, c, d]), *told())
     assert command == CameraCommand(25.0 * a, 25.0 * b, 5.0 * c, 1.0 * d)
 
 

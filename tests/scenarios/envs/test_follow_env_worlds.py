@@ -42,15 +42,17 @@ def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_li
     assert_same(live(again), told)
     again.close()
     settings = env.settings
-    episode = catalog.scenario(settings.scenario).episode(settings.configuration({}), SEED, closed_loop=True)
+    scenario = catalog.scenario(settings.scenario)
+    episode = scenario.episode(settings.configuration({}), SEED, closed_loop=True)
     for observed, *_, info in told:
         assert observed in env.observation_space
         command = CameraCommand(*info["command"].tolist()) if info["frame"] else None
         frame = episode.step(command)
         np.testing.assert_array_equal(frame.observation.image_rgb, observed["pixels"])
         np.testing.assert_array_equal(frame.truth.T_world_camera, info["T_world_camera"])
-        np.testing.assert_array_equal(frame.truth.box_xyxy[frame.truth.target], info["box_xyxy"])
-        assert frame.truth.visible_fraction[frame.truth.target] == info["visible_fraction"]
+        target = frame.truth.index_of(scenario.target)
+        np.testing.assert_array_equal(frame.truth.box_xyxy[target], info["box_xyxy"])
+        assert frame.truth.visible_fraction[target] == info["visible_fraction"]
     episode.close()
 
 

@@ -25,7 +25,7 @@ FRAMES = 5
 def lived(preset: str, seed: int, frames: int = FRAMES) -> tuple[np.ndarray, list[Frame]]:
     """Return the first box and the first frames."""
     with closing(STEREO_FOLLOW.episode(preset, seed)) as episode:
-        return episode.target_box_xyxy, [episode.step() for _ in range(frames)]
+        return episode.start.box_xyxy, [episode.step() for _ in range(frames)]
 
 
 @pytest.fixture(scope="module", params=PRESETS)
@@ -42,7 +42,7 @@ def _flat(value) -> list[np.ndarray]:
 def test_episodes_are_a_function_of_the_seed_alone(first):
     preset, box, frames = first
     with closing(STEREO_FOLLOW.episode(preset, 3)) as again:
-        np.testing.assert_array_equal(again.target_box_xyxy, box)
+        np.testing.assert_array_equal(again.start.box_xyxy, box)
         for one in frames:
             other = again.step()
             again.larger_view(1.5)
@@ -72,7 +72,7 @@ def test_the_sheet_is_drawn_where_truth_says(first):
         )
         np.testing.assert_allclose(t.box_xyxy[0], box, atol=1e-3)
         assert t.visible_fraction[0] > 0.99
-        assert t.state == "in"
+        assert t.state.tolist() == ["in"]
         np.testing.assert_allclose(t.position_px[0], [columns.mean() + 0.5, rows.mean() + 0.5], atol=3.0)
         # As large as it is so far away.
         away_m = t.depth_m[rows, columns].mean()

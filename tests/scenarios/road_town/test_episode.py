@@ -10,6 +10,7 @@ import pytest
 
 from scenarios.catalog import names, scenario
 from scenarios.road_town.frame_outs import OUT, picture_states
+from scenarios.road_town.plan import TARGET
 from scenarios.road_town.presets import PRESETS, RoadTown
 from sim.optics import project
 from trackers.types import CameraCommand, Observation
@@ -86,15 +87,15 @@ def test_states_and_exit_counts_are_those_of_the_plan(quick):
     episode, frames = quick
     planned = picture_states(episode.plan.camera, episode.plan.camera_poses, episode.plan.target_corners_m()) == OUT
     # The plan's box is the car's bounding box; the truth's is around its vertices, a little smaller.
-    out = np.array([f.truth.state == "out" for f in frames])
+    out = np.array([f.truth.state[TARGET] == "out" for f in frames])
     assert (out & ~planned).sum() <= 4
     assert not (planned & ~out).any()
     assert out.any()
     run = -1
     for frame in frames:
-        run = run + 1 if frame.truth.state == "out" else -1
-        assert frame.truth.frames_since_exit == run
-        assert (frame.truth.side is not None) or run == -1
+        run = run + 1 if frame.truth.state[TARGET] == "out" else -1
+        assert frame.truth.frames_since_exit[TARGET] == run
+        assert (frame.truth.side[TARGET] in ("left", "right", "top", "bottom")) or run == -1
 
 
 def test_target_is_drawn_where_truth_says(quick):
@@ -102,12 +103,12 @@ def test_target_is_drawn_where_truth_says(quick):
     for frame in frames[::10]:
         t = frame.truth
         rows, columns = np.nonzero(t.instance_map == t.instance_id[0])
-        if t.state == "in" and t.visible_fraction[0] > 0.98:
+        if t.state[TARGET] == "in" and t.visible_fraction[0] > 0.98:
             box = t.box_xyxy[0]
             drawn = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
             np.testing.assert_allclose(box, drawn, atol=1.6)
             assert box[0] < t.position_px[0, 0] < box[2]
-        if t.state == "out":
+        if t.state[TARGET] == "out":
             assert len(rows) == 0
             assert t.visible_fraction[0] == 0.0
 
@@ -138,7 +139,7 @@ def test_flow_of_the_target_is_its_motion(quick):
 
 def test_observation_holds_no_truth():
     fields = {field.name for field in dataclasses.fields(Observation)}
-    assert fields == {"image_rgb", "time_s", "camera", "settings", "ego", "right_rgb"}
+    assert fields == {"image_rgb", "time_s", "camera", "settings", "ego", "right_rgb", "counts", "steered"}
 
 
 def test_measured_pose_has_errors_where_the_preset_says():

@@ -18,7 +18,7 @@ from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.floor_plan import PLACES
 from scenarios.stereo_follow.light_plan import LightPlan
 from scenarios.stereo_follow.lighting import illuminance_lx, set_light
-from scenarios.stereo_follow.plan import make_plan
+from scenarios.stereo_follow.plan import TARGET, make_plan
 from scenarios.stereo_follow.presets import PRESETS
 from scenarios.stereo_follow.robot import FASTEST_MPS, FASTEST_TURN_RAD_S
 from scenarios.stereo_follow.truth import PeopleTruth
@@ -56,7 +56,7 @@ def _ground_of(frame: Frame, pixels: tuple[NDArray[np.intp], NDArray[np.intp]]) 
 
 def test_same_seed_same_bytes(lived: Lived):
     again = STEREO_FOLLOW.episode("quick", SEED)
-    assert np.array_equal(again.target_box_xyxy, lived.episode.target_box_xyxy)
+    assert np.array_equal(again.start.box_xyxy, lived.episode.start.box_xyxy)
     for first in lived.frames[:4]:
         second = again.step()
         again.larger_view(1.5)
@@ -83,14 +83,14 @@ def test_the_target_is_drawn_where_truth_says_and_as_much_of_him_as_it_says(live
     whole = 0
     for frame in lived.frames:
         t = frame.truth
-        rows, columns = np.nonzero(t.instance_map == t.instance_id[t.target])
-        box, share = t.box_xyxy[t.target], t.visible_fraction[t.target]
+        rows, columns = np.nonzero(t.instance_map == t.instance_id[TARGET])
+        box, share = t.box_xyxy[TARGET], t.visible_fraction[TARGET]
         assert 0 <= share <= 1
         assert (share > 0) == (len(rows) > 0)
         if len(rows):
             assert box[0] - 1 <= columns.min() <= columns.max() <= box[2] + 1
             assert box[1] - 1 <= rows.min() <= rows.max() <= box[3] + 1
-        if t.state == "in" and share > 0.99:
+        if t.state[TARGET] == "in" and share > 0.99:
             drawn = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
             np.testing.assert_allclose(box, drawn, atol=2.0)
             assert box[0] < t.position_px[0, 0] < box[2]
@@ -108,33 +108,33 @@ def test_the_share_seen_is_that_of_the_pixels_without_anybody_else(lived: Lived)
         people.move_to(t.frame)
         for k, bodies in enumerate(people._bodies):
             for body, pose in zip(bodies, people.part_poses[k], strict=True):
-                if k != t.target:
+                if k != TARGET:
                     world.move(body, pose + np.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, -50.0], [0, 0, 0, 0]]))
         alone = renderer.gbuffer(frame.camera, t.T_world_camera).instance_id
         people.merge(alone)
-        own = t.instance_id[t.target]
+        own = t.instance_id[TARGET]
         seen, whole = (t.instance_map == own).sum(), (alone == own).sum()
-        inside = (t.box_xyxy[t.target] >= 0).all() and (t.box_xyxy[t.target, 2:] <= (320, 240)).all()
+        inside = (t.box_xyxy[TARGET] >= 0).all() and (t.box_xyxy[TARGET, 2:] <= (320, 240)).all()
         if inside:
-            assert t.visible_fraction[t.target] == pytest.approx(seen / whole, abs=0.03)
+            assert t.visible_fraction[TARGET] == pytest.approx(seen / whole, abs=0.03)
         else:
-            assert t.visible_fraction[t.target] <= seen / whole + 0.03
+            assert t.visible_fraction[TARGET] <= seen / whole + 0.03
 
 
 def test_the_occluder_is_the_person_who_covers_him(lived: Lived):
     named = 0
     for frame in lived.frames:
         t = frame.truth
-        if t.visible_fraction[t.target] > 0.8 or t.state != "occluded":
+        if t.visible_fraction[TARGET] > 0.8 or t.state[TARGET] != "occluded":
             continue
-        x0, y0, x1, y1 = np.clip(t.box_xyxy[t.target], 0, [320, 240, 320, 240]).astype(int)
+        x0, y0, x1, y1 = np.clip(t.box_xyxy[TARGET], 0, [320, 240, 320, 240]).astype(int)
         ids = t.instance_map[y0:y1, x0:x1]
         covers = np.array([(ids == own).sum() for own in t.instance_id])
-        covers[t.target] = 0
-        hider = t.occluder[t.target]
+        covers[TARGET] = 0
+        hider = t.occluder[TARGET]
         assert hider == covers.argmax()
         away_m = np.linalg.norm(t.T_world_object[:, :2, 3] - t.T_world_camera[:2, 3], axis=1)
-        assert away_m[hider] < away_m[t.target]
+        assert away_m[hider] < away_m[TARGET]
         named += 1
     assert named > 0
     assert all(frame.truth.occluder[0] != 0 for frame in lived.frames)
@@ -281,7 +281,7 @@ def test_lost_pictures_are_none_and_no_tracker_falls_over_them(
     episode, frames = driven
     assert episode.plan.dropped.all()
     tracker = entry(name).create(np.random.default_rng(0))
-    tracker.initialise(frames[0].observation, episode.target_box_xyxy)
+    tracker.initialise(frames[0].observation, episode.start.box_xyxy)
     for frame in frames:
         assert frame.observation.right_rgb is None
         assert frame.observation.ego is None

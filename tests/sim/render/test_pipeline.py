@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.labels import ground_homography
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import CameraMotion, PinholeCamera, look_down_pose
 from sim.render.pipeline import capture
 from sim.render.protocol import create_renderer
 from sim.sensors.camera_sensor import CameraSensor
@@ -63,11 +63,11 @@ def test_the_same_pictures_again_are_byte_identical(town, renderer):
 
 
 def test_fast_motion_and_a_bent_lens_go_through_the_stages(town):
-    motion = ground_homography(CAMERA, PATH[0], PATH[5])
+    motion = CameraMotion(ground_homography(CAMERA, PATH[0], PATH[5]), 1e-3)
     fused, staged = _parts(town), _parts(town)
     for frame in (0, 1):
-        blurred = capture(*fused, CAMERA, PATH[0], frame, motion=motion, interval_s=1e-3).picture
-        picture, _ = _staged(staged, PATH[0], frame, motion=motion, interval_s=1e-3)
+        blurred = capture(*fused, CAMERA, PATH[0], frame, motion=motion).picture
+        picture, _ = _staged(staged, PATH[0], frame, motion=motion)
         np.testing.assert_array_equal(blurred.image_rgb, picture.image_rgb)
     sharp = capture(*_parts(town), CAMERA, PATH[0], 0).picture
     assert (

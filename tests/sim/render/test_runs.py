@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.render.runs import WIDEST, find_runs, new_bench
+from sim.render.runs import WIDEST, find_runs, new_lines
 
 
 @settings(max_examples=200, deadline=None)
@@ -24,4 +24,4 @@ def test_runs_begin_where_values_change(width, seed, few):
 
 def test_rows_that_are_too_wide_are_refused():
     with pytest.raises(ValueError, match="width: expected at most 4096"):
-        new_bench(1, WIDEST + 1)
+        new_lines(1, WIDEST + 1)

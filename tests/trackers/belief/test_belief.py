@@ -14,7 +14,16 @@ from trackers.belief.feature_filter import FeatureKeeper
 from trackers.belief.features import FEATURES
 from trackers.belief.kernel import SECTORS, densest_window
 from trackers.belief.sighting import sighting_of
-from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis, EgoPose, Estimate, Observation
+from trackers.types import (
+    CameraCommand,
+    CameraModel,
+    Carrier,
+    CommandAxis,
+    EgoPose,
+    Estimate,
+    Observation,
+    SteeredCamera,
+)
 
 HELICOPTER = Carrier("helicopter", (CommandAxis("forward_mps", 25.0, 40.0),), "down")
 CAMERA = PinholeCamera(640, 480, 700.0)
@@ -159,3 +168,91 @@ def test_features_are_where_their_names_say() -> None:
     assert said["command_forward"] == pytest.approx(0.5)
     assert said["known"] == 1.0
     assert sum(name.startswith("searched_") for name in FEATURES) == SECTORS
+
+
+def turned_to(place_m: NDArray[np.float64], aim_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return T_world_camera of a camera on a head at a place (3,), without roll, that looks at a point (3,)."""
+    ahead = (aim_m - place_m) / np.linalg.norm(aim_m - place_m)
+    right = np.array([ahead[1], -ahead[0], 0.0]) / np.hypot(*ahead[:2])
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = np.column_stack([right, np.cross(ahead, right), ahead]), place_m
+    return T
+
+
+@settings(deadline=None)
+@given(st.floats(-3, 3), st.floats(2, 80), st.floats(1, 40), st.floats(-3, 3), st.floats(-3, 3))
+def test_a_camera_that_looks_around_finds_places_on_the_ground(
+    bearing: float, distance: float, height: float, x: float, y: float
+) -> None:
+    mast = np.array([5.0, -3.0, height])
+    ahead = np.array([np.cos(bearing), np.sin(bearing), 0.0])
+    pose = turned_to(mast, mast + distance * ahead - [0, 0, height])
+    place = (mast + distance * ahead)[:2] + 0.1 * distance * np.array([x, y]) / 3
+    said = sighting_of("around", seen_from(pose), estimate_of(pose, place, 1.0))[0]
+    np.testing.assert_allclose([said["x_m"], said["y_m"]], place, rtol=1e-6, atol=1e-6)
+    assert np.cos(said["heading_rad"] - bearing) == pytest.approx(1.0)
+    assert said["axis_ahead_m"] == pytest.approx(distance)
+    assert said["axis_right_m"] == pytest.approx(0.0, abs=1e-6 * distance)
+    assert said["half_right_m"] == pytest.approx(np.hypot(distance, height) * 320 / 700)
+
+
+def test_a_head_that_looks_straight_down_measures_as_a_camera_below_a_helicopter() -> None:
+    pose = look_down_pose(np.array([5.0, -3.0, 60.0]), 0.8, 0.0, 0.0)
+    seen, said = seen_from(pose), estimate_of(pose, np.array([9.0, 2.0]), 1.0)
+    around, down = (sighting_of(looks, seen, said)[0] for looks in ("around", "down"))
+    for name in down.dtype.names:
+        np.testing.assert_allclose(around[name], down[name], atol=1e-9, err_msg=name)
+
+
+STEERED = CameraModel(320, 240, 500.0)
+OVERVIEW = look_down_pose(np.array([0.0, 0.0, 40.0]), 0.0, 0.0, 0.0)
+
+
+def two_cameras(head: NDArray[np.float64] | None, overview: NDArray[np.float64] | None = OVERVIEW) -> Observation:
+    poses = [None if pose is None else EgoPose(pose) for pose in (overview, head)]
+    return Observation(NOTHING, 0.0, MODEL, ego=poses[0], steered=SteeredCamera(STEERED, poses[1]))
+
+
+@settings(deadline=None)
+@given(st.floats(-15, 15), st.floats(-10, 10), st.floats(-15, 15), st.floats(-10, 10))
+def test_what_one_camera_sees_is_placed_in_the_picture_of_the_steered_one(
+    x: float, y: float, aim_x: float, aim_y: float
+) -> None:
+    head = turned_to(np.array([-30.0, -20.0, 6.0]), np.array([aim_x, aim_y, 0.0]))
+    said = sighting_of("around", two_cameras(head), estimate_of(OVERVIEW, np.array([x, y]), 0.8))[0]
+    np.testing.assert_allclose([said["x_m"], said["y_m"]], [x, y], atol=1e-6)
+    np.testing.assert_allclose([said["carrier_x_m"], said["carrier_y_m"]], [-30.0, -20.0])
+    assert said["height_m"] == 6.0
+    pixel = project(PinholeCamera(320, 240, 500.0), head, np.array([[x, y, 0.0]]))[0][0]
+    np.testing.assert_allclose([said["picture_x"], said["picture_y"]], pixel / [160, 120] - 1, atol=1e-6)
+    assert said["in_view_probability"] == 0.8
+    box = np.array([300.0, 220.0, 317.5, 230.0])
+    told = sighting_of("around", two_cameras(head), Estimate(box.reshape(2, 2).mean(axis=0), box_xyxy=box))[0]
+    # One metre long as the overview has it, some 17.5 pixels at a height of 40 m.
+    there = np.array([told["x_m"], told["y_m"], 0.0])
+    depth = (there - head[:3, 3]) @ head[:3, 2]
+    slant = np.linalg.norm(there - OVERVIEW[:3, 3])
+    assert told["length_share"] == pytest.approx(17.5 * slant / 700 / depth * 500 / 320)
+
+
+def test_a_target_behind_the_head_is_on_the_side_to_turn_to_and_features_stay_finite() -> None:
+    head = turned_to(np.array([-30.0, -20.0, 6.0]), np.array([-60.0, -20.0, 0.0]))
+    for y, side in ((-30.0, -1), (-10.0, 1)):
+        said = sighting_of("around", two_cameras(head), estimate_of(OVERVIEW, np.array([0.0, y]), 1.0))[0]
+        assert said["picture_x"] * side > 10.0
+    carrier = Carrier("head", (CommandAxis("pan_rad_s", 1.0, 4.0),), "around")
+    sky = turned_to(np.array([0.0, 0.0, 0.0]), np.array([5.0, 0.0, 9.0]))
+    level = turned_to(np.array([0.0, 0.0, -2.0]), np.array([5.0, 0.0, -2.0]))
+    for pose in (head, sky, level):
+        for observation in (two_cameras(pose), seen_from(pose), two_cameras(head, pose)):
+            for position in (np.array([320.0, 240.0]), np.array([-1e7, 1e7]), np.full(2, np.nan)):
+                features = FeatureKeeper(carrier).update(observation, Estimate(position), CameraCommand())
+                assert np.isfinite(features).all()
+
+
+def test_without_both_poses_nothing_is_known_of_the_steered_picture() -> None:
+    head = turned_to(np.array([-30.0, -20.0, 6.0]), np.array([0.0, 0.0, 0.0]))
+    for observation in (two_cameras(None), two_cameras(head, None)):
+        assert sighting_of("around", observation, Estimate(np.array([300.0, 200.0])))[0]["known"] == 0.0
+    alone = Observation(NOTHING, 0.0, MODEL)
+    assert sighting_of("around", alone, Estimate(np.array([320.0, 240.0]), depth_m=4.0))[0]["x_m"] == 4.0

@@ -19,6 +19,19 @@ MEASURES = 7
 UNKNOWN = 255
 """Stands for a difference from the background where that was never seen; true differences are at most 254."""
 _RING = 1.45
+_LEAST_GAIN, _LARGEST_GAIN = 0.6, 1.6
+_PLACES_INSIDE = np.array(
+    [(1 - (2 * a + 1) / ALONG, (2 * b + 1) / ACROSS - 1) for a in range(ALONG) for b in range(ACROSS)]
+)
+"""Of the samples, in shares of the box's half length towards the nose, and of its half width towards the right."""
+_PLACES_AROUND = np.array(
+    [
+        (_RING * a / (ALONG // 2), _RING * b / (ACROSS // 2))
+        for a in range(-ALONG // 2, ALONG // 2 + 1)
+        for b in range(-ACROSS // 2, ACROSS // 2 + 1)
+        if abs(a) == ALONG // 2 or abs(b) == ACROSS // 2
+    ]
+)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -37,9 +50,8 @@ def sample_template(
     height, width = rgb.shape[:2]
     result = np.empty((ALONG, ACROSS, 3), np.float32)
     for a in range(ALONG):
-        along = 1.0 - (2 * a + 1.0) / ALONG
         for b in range(ACROSS):
-            across = (2 * b + 1.0) / ACROSS - 1.0
+            along, across = _PLACES_INSIDE[a * ACROSS + b, 0], _PLACES_INSIDE[a * ACROSS + b, 1]
             x = centre[0] + along * half_length[0] + across * half_width[0]
             y = centre[1] + along * half_length[1] + across * half_width[1]
             j, i = int(np.floor(x)), int(np.floor(y))
@@ -77,67 +89,85 @@ def measure_box(
         template: (ALONG, ACROSS, 3); all zero = none, the mismatch is then 0.
         centre, half_length, half_width: see ``sample_template``.
     """
-    height, width = log_ratio.shape
     result = np.zeros(MEASURES)
-    inside, moved, known, count = 0.0, 0.0, 0, 0
-    picture_sum, template_sum = 1e-6, 1e-6
-    for a in range(ALONG):
-        along = 1.0 - (2 * a + 1.0) / ALONG
-        for b in range(ACROSS):
-            across = (2 * b + 1.0) / ACROSS - 1.0
-            j = int(np.floor(centre[0] + along * half_length[0] + across * half_width[0] + 0.5))
-            i = int(np.floor(centre[1] + along * half_length[1] + across * half_width[1] + 0.5))
-            if i < 0 or j < 0 or i >= height or j >= width:
-                continue
-            count += 1
-            inside += log_ratio[i, j]
-            if difference[i, j] != UNKNOWN:
-                known += 1
-                moved += difference[i, j]
-            for c in range(3):
-                picture_sum += rgb[i, j, c]
-                template_sum += template[a, b, c]
+    pixels = np.empty((len(_PLACES_INSIDE), 2), np.int64)
+    _find_pixels(_PLACES_INSIDE, centre, half_length, half_width, log_ratio.shape, pixels)
+    count, known, total, moved = _sums(log_ratio, difference, pixels)
     result[COVERED] = count / (ALONG * ACROSS)
     if count == 0:
         return result
-    result[INSIDE] = inside / count
-    result[MOVED] = moved / max(known, 1)
-    result[KNOWN] = known / count
-    around, moved_around, known_around, count_around = 0.0, 0.0, 0, 0
-    for a in range(-ALONG // 2, ALONG // 2 + 1):
-        for b in range(-ACROSS // 2, ACROSS // 2 + 1):
-            if abs(a) != ALONG // 2 and abs(b) != ACROSS // 2:
-                continue
-            along, across = _RING * a / (ALONG // 2), _RING * b / (ACROSS // 2)
-            j = int(np.floor(centre[0] + along * half_length[0] + across * half_width[0] + 0.5))
-            i = int(np.floor(centre[1] + along * half_length[1] + across * half_width[1] + 0.5))
-            if i < 0 or j < 0 or i >= height or j >= width:
-                continue
-            count_around += 1
-            around += log_ratio[i, j]
-            if difference[i, j] != UNKNOWN:
-                known_around += 1
-                moved_around += difference[i, j]
-    result[AROUND] = around / max(count_around, 1)
-    result[MOVED_AROUND] = moved_around / max(known_around, 1)
-    if template_sum < 1.0:
-        return result
-    gain = min(max(template_sum / picture_sum, 0.6), 1.6)
-    forth, back = 0.0, 0.0
-    for a in range(ALONG):
-        along = 1.0 - (2 * a + 1.0) / ALONG
-        for b in range(ACROSS):
-            across = (2 * b + 1.0) / ACROSS - 1.0
-            j = int(np.floor(centre[0] + along * half_length[0] + across * half_width[0] + 0.5))
-            i = int(np.floor(centre[1] + along * half_length[1] + across * half_width[1] + 0.5))
-            if i < 0 or j < 0 or i >= height or j >= width:
-                continue
-            for c in range(3):
-                value = gain * rgb[i, j, c]
-                forth += abs(value - template[a, b, c])
-                back += abs(value - template[ALONG - 1 - a, ACROSS - 1 - b, c])
-    result[MISMATCH] = min(forth, back) / (3 * count)
+    result[INSIDE], result[KNOWN], result[MOVED] = total / count, known / count, moved / max(known, 1)
+    result[MISMATCH] = _mismatch(rgb, template, pixels) / (3 * count)
+    pixels = pixels[: len(_PLACES_AROUND)]
+    _find_pixels(_PLACES_AROUND, centre, half_length, half_width, log_ratio.shape, pixels)
+    count, known, total, moved = _sums(log_ratio, difference, pixels)
+    result[AROUND], result[MOVED_AROUND] = total / max(count, 1), moved / max(known, 1)
     return result
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _find_pixels(
+    places: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    half_length: NDArray[np.float64],
+    half_width: NDArray[np.float64],
+    shape: tuple[int, int],
+    pixels: NDArray[np.int64],
+) -> None:
+    """Write row and column (N, 2) of the pixels at places (N, 2) of a box, row -1 outside the picture."""
+    for n in range(len(places)):
+        along, across = places[n, 0], places[n, 1]
+        j = int(np.floor(centre[0] + along * half_length[0] + across * half_width[0] + 0.5))
+        i = int(np.floor(centre[1] + along * half_length[1] + across * half_width[1] + 0.5))
+        is_outside = i < 0 or j < 0 or i >= shape[0] or j >= shape[1]
+        pixels[n, 0], pixels[n, 1] = -1 if is_outside else i, j
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _sums(
+    log_ratio: NDArray[np.float32], difference: NDArray[np.uint8], pixels: NDArray[np.int64]
+) -> tuple[int, int, float, float]:
+    """Return how many pixels (N, 2) lie within the picture and where the background is known, and the sums there of the
+    log-ratio and of the difference from the background.
+    """
+    total, moved, known, count = 0.0, 0.0, 0, 0
+    for n in range(len(pixels)):
+        i, j = pixels[n, 0], pixels[n, 1]
+        if i < 0:
+            continue
+        count += 1
+        total += log_ratio[i, j]
+        if difference[i, j] != UNKNOWN:
+            known += 1
+            moved += difference[i, j]
+    return count, known, total, moved
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _mismatch(rgb: NDArray[np.uint8], template: NDArray[np.float32], pixels: NDArray[np.int64]) -> float:
+    """Return the sum of ``|I - T|``, see ``measure_box``, over pixels (ALONG ACROSS, 2) and colours."""
+    picture_sum, template_sum = 1e-6, 1e-6
+    for n in range(len(pixels)):
+        i, j = pixels[n, 0], pixels[n, 1]
+        if i < 0:
+            continue
+        for c in range(3):
+            picture_sum += rgb[i, j, c]
+            template_sum += template[n // ACROSS, n % ACROSS, c]
+    if template_sum < 1.0:
+        return 0.0
+    gain = min(max(template_sum / picture_sum, _LEAST_GAIN), _LARGEST_GAIN)
+    forth, back = 0.0, 0.0
+    for n in range(len(pixels)):
+        i, j = pixels[n, 0], pixels[n, 1]
+        if i < 0:
+            continue
+        a, b = n // ACROSS, n % ACROSS
+        for c in range(3):
+            value = gain * rgb[i, j, c]
+            forth += abs(value - template[a, b, c])
+            back += abs(value - template[ALONG - 1 - a, ACROSS - 1 - b, c])
+    return min(forth, back)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")

@@ -42,6 +42,11 @@ _SHARPEST_PER_M, _TURN_PER_M, _STRAIGHT_PER_M = 0.22, 0.13, 0.02
 _LEAST_TURN_RAD, _LEAST_BEND_RAD = 0.3, 0.15
 _HURRY, _HARDEST = 1.2, 1.6
 _TURN_ENDS_RATE = 1.5
+_LOOK_S, _WIDEST_AIM_RAD = 0.5, 1.5
+"""How far ahead a car aims at least, in time, and how far to the side at most."""
+_SLOWEST_GOAL_MPS, _FULL_NOISE_MPS, _HALTED_MPS, _SLOWEST_FREE_MPS = 0.5, 2.0, 0.7, 1.0
+_UNSEEN_TURN_RAD, _WIDEST_LEAVING_RAD = 1.57, 0.8
+"""Of a turn where no road is known, and off the road."""
 
 
 class Habits(NamedTuple):
@@ -157,11 +162,11 @@ def drive(
             goal, curvature = _follow_road(s, roads.graph, habits, dt_s, uniforms[i])
         else:
             goal, curvature = _go_free(s, roads, habits, dt_s, normals[i, 6], uniforms[i])
-        push = habits.acceleration * (1.0 - (s[SPEED] / max(goal, 0.5)) ** 4)
+        push = habits.acceleration * (1.0 - (s[SPEED] / max(goal, _SLOWEST_GOAL_MPS)) ** 4)
         push = max(push, -_HARDEST_BRAKING)
         s[SPEED] = max(0.0, s[SPEED] + (push + s[URGE]) * dt_s + habits.speed_noise * root * normals[i, 0])
         # A standing car neither turns nor drifts.
-        noise = root * min(1.0, s[SPEED] / 2.0)
+        noise = root * min(1.0, s[SPEED] / _FULL_NOISE_MPS)
         s[HEADING] = wrap(s[HEADING] + curvature * s[SPEED] * dt_s + habits.heading_noise * noise * normals[i, 1])
         step_x = s[SPEED] * dt_s * np.cos(s[HEADING])
         step_y = s[SPEED] * dt_s * np.sin(s[HEADING])
@@ -190,8 +195,8 @@ def _follow_road(
     edge = int(s[EDGE])
     to_node = distance_to_node_m(s, graph)
     undecided = s[CHOICE] < 0
-    # Nobody outside knows the way chosen before the turn begins: it is drawn again now and then, or a car that
-    # is watched for long would be believed to have but one.
+    # The way chosen cannot be seen before the turn begins: it is drawn again now and then, or all particles of a car
+    # that is watched for long would go one way.
     if to_node < _DECIDE_M and (undecided or (to_node > _COMMITTED_M and uniforms[6] < habits.rethink_rate * dt_s)):
         if not undecided:
             s[BOUND] = np.nan
@@ -206,20 +211,20 @@ def _follow_road(
         # What it meant to do at a crossing that is behind it, or is not drawn any more.
         s[BOUND], s[HALTS] = np.nan, 0.0
     goal = _allowed_speed(s, graph, habits)
-    if s[HALTS] > 0 and s[SPEED] < 0.7 and uniforms[3] < dt_s / habits.halt_s:
+    if s[HALTS] > 0 and s[SPEED] < _HALTED_MPS and uniforms[3] < dt_s / habits.halt_s:
         s[HALTS] = 0.0
-    distance = max(s[LOOK], 0.5 * s[SPEED])
+    distance = max(s[LOOK], _LOOK_S * s[SPEED])
     x, y, _ = point_ahead(s, graph, distance)
     alpha = wrap(np.arctan2(y - s[Y], x - s[X]) - s[HEADING])
-    curvature = 2.0 * np.sin(min(max(alpha, -1.5), 1.5)) / distance
+    curvature = 2.0 * np.sin(min(max(alpha, -_WIDEST_AIM_RAD), _WIDEST_AIM_RAD)) / distance
     curvature = min(max(curvature, -_SHARPEST_PER_M), _SHARPEST_PER_M)
     s[CURVE] = curvature
-    # Who is in the middle of a turn does not speed up before its end.
+    # A car does not speed up before the end of a turn.
     if abs(curvature) > _STRAIGHT_PER_M:
         goal = min(goal, np.sqrt(_HURRY * habits.lateral_acceleration / abs(curvature)))
     if uniforms[0] < habits.leave_rate * dt_s:
         s[ON_ROAD] = 0.0
-        _begin_turn(s, 1.6 * uniforms[4] - 0.8)
+        _begin_turn(s, 2 * _WIDEST_LEAVING_RAD * uniforms[4] - _WIDEST_LEAVING_RAD)
     return goal, curvature
 
 
@@ -245,7 +250,7 @@ def _go_free(
     if s[TURN] == 0.0:
         s[CURVE] = _fade(s[CURVE], habits.curve_spread_per_m, habits.curve_rate, dt_s, normal)
         if uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s and nearest_point(s[X], s[Y], roads) < 0:
-            _begin_turn(s, 1.57 if uniforms[5] < 0.5 else -1.57)
+            _begin_turn(s, _UNSEEN_TURN_RAD if uniforms[5] < 0.5 else -_UNSEEN_TURN_RAD)
     elif uniforms[4] < _TURN_ENDS_RATE * dt_s:
         # How far a turn goes where no road is known is not known either.
         s[TURN] = 0.0
@@ -253,7 +258,7 @@ def _go_free(
         associate_one(s, roads, uniforms[1])
     if s[TURN] == 0.0:
         return goal, s[CURVE]
-    sharpest = _HARDEST * habits.lateral_acceleration / max(s[SPEED] * s[SPEED], 1.0)
+    sharpest = _HARDEST * habits.lateral_acceleration / max(s[SPEED], _SLOWEST_FREE_MPS) ** 2
     curvature = min(max(s[CURVE], -sharpest), sharpest)
     goal = min(goal, np.sqrt(habits.lateral_acceleration / max(abs(s[CURVE]), _STRAIGHT_PER_M)))
     rest = s[TURN] - curvature * s[SPEED] * dt_s

@@ -6,6 +6,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+_NEIGHBOURS = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if (a, b) != (0, 0)])
+"""Rows and columns to the eight neighbours of a cell."""
+
 
 @njit(cache=True)
 def thin(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -70,63 +73,82 @@ def trace_lines(skeleton: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray
         ``cells[offsets[k]:offsets[k + 1]]``.
     """
     height, width = skeleton.shape
+    degree, total = _degrees(skeleton)
+    cells = np.empty((10 * total + 16, 2), np.int32)
+    offsets = np.zeros(4 * total + 2, np.int64)
+    visited = np.zeros((height, width), np.uint8)
+    size, lines = 0, 0
+    for rings in (False, True):
+        for i in range(1, height - 1):
+            for j in range(1, width - 1):
+                is_start = not visited[i, j] if rings else degree[i, j] != 2
+                if not skeleton[i, j] or not is_start:
+                    continue
+                for n in range(len(_NEIGHBOURS)):
+                    r, c = i + _NEIGHBOURS[n, 0], j + _NEIGHBOURS[n, 1]
+                    if not skeleton[r, c] or visited[r, c]:
+                        continue
+                    # Two stops side by side: a line of two cells, written once.
+                    if not rings and degree[r, c] != 2 and r * width + c < i * width + j:
+                        continue
+                    if rings:
+                        visited[i, j] = 1
+                    size = _follow(skeleton, degree, visited, i, j, r, c, cells, size)
+                    lines += 1
+                    offsets[lines] = size
+    return cells[:size].copy(), offsets[: lines + 1].copy()
+
+
+@njit(cache=True)
+def _degrees(skeleton: NDArray[np.uint8]) -> tuple[NDArray[np.int8], int]:
+    """Return how many neighbours each cell has that lies on a line (H, W), and how many such cells there are."""
+    height, width = skeleton.shape
     degree = np.zeros((height, width), np.int8)
     total = 0
     for i in range(1, height - 1):
         for j in range(1, width - 1):
             if skeleton[i, j]:
                 total += 1
-                around = -1
-                for a in range(-1, 2):
-                    for b in range(-1, 2):
-                        around += skeleton[i + a, j + b]
-                degree[i, j] = around
-    cells = np.empty((10 * total + 16, 2), np.int32)
-    offsets = np.zeros(4 * total + 2, np.int64)
-    visited = np.zeros((height, width), np.uint8)
-    size = 0
-    lines = 0
-    for rings in range(2):
-        for i in range(1, height - 1):
-            for j in range(1, width - 1):
-                start = degree[i, j] != 2 if rings == 0 else not visited[i, j]
-                if not skeleton[i, j] or not start:
-                    continue
-                for a in range(-1, 2):
-                    for b in range(-1, 2):
-                        r, c = i + a, j + b
-                        if (a == 0 and b == 0) or not skeleton[r, c] or visited[r, c]:
-                            continue
-                        # Two stops side by side: a line of two cells, written once.
-                        if rings == 0 and degree[r, c] != 2 and r * width + c < i * width + j:
-                            continue
-                        first = size
-                        cells[size, 0], cells[size, 1] = i, j
-                        size += 1
-                        last_r, last_c = i, j
-                        if rings == 1:
-                            visited[i, j] = 1
-                        while True:
-                            cells[size, 0], cells[size, 1] = r, c
-                            size += 1
-                            if degree[r, c] != 2:
-                                break
-                            visited[r, c] = 1
-                            next_r, next_c = -1, -1
-                            for e in range(-1, 2):
-                                for f in range(-1, 2):
-                                    if (e == 0 and f == 0) or not skeleton[r + e, c + f]:
-                                        continue
-                                    if (r + e == last_r and c + f == last_c) or visited[r + e, c + f]:
-                                        continue
-                                    # The run's own beginning is no way on for its second cell.
-                                    if size - first == 2 and r + e == i and c + f == j:
-                                        continue
-                                    next_r, next_c = r + e, c + f
-                            if next_r < 0:
-                                break
-                            last_r, last_c = r, c
-                            r, c = next_r, next_c
-                        lines += 1
-                        offsets[lines] = size
-    return cells[:size].copy(), offsets[: lines + 1].copy()
+                for n in range(len(_NEIGHBOURS)):
+                    degree[i, j] += skeleton[i + _NEIGHBOURS[n, 0], j + _NEIGHBOURS[n, 1]]
+    return degree, total
+
+
+@njit(cache=True)
+def _follow(
+    skeleton: NDArray[np.uint8],
+    degree: NDArray[np.int8],
+    visited: NDArray[np.uint8],
+    first_r: int,
+    first_c: int,
+    r: int,
+    c: int,
+    cells: NDArray[np.int32],
+    size: int,
+) -> int:
+    """Append the line that begins at a cell and goes on at its neighbour (r, c) to the ``size`` cells; return how many
+    there are then. Cells between its ends become visited.
+    """
+    start = size
+    cells[size, 0], cells[size, 1] = first_r, first_c
+    size += 1
+    last_r, last_c = first_r, first_c
+    while True:
+        cells[size, 0], cells[size, 1] = r, c
+        size += 1
+        if degree[r, c] != 2:
+            return size
+        visited[r, c] = 1
+        next_r, next_c = -1, -1
+        for n in range(len(_NEIGHBOURS)):
+            to_r, to_c = r + _NEIGHBOURS[n, 0], c + _NEIGHBOURS[n, 1]
+            if not skeleton[to_r, to_c] or visited[to_r, to_c] or (to_r == last_r and to_c == last_c):
+                continue
+            # The line's own beginning is no way on for its second cell.
+            if size - start == 2 and to_r == first_r and to_c == first_c:
+                continue
+            next_r, next_c = to_r, to_c
+        if next_r < 0:
+            return size
+        last_r, last_c = r, c
+        r, c = next_r, next_c

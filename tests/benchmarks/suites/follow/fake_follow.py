@@ -17,13 +17,22 @@ from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import LightEvent, PeopleTruth
-from scenarios.truth import VisibilityState
 from sim.optics import PinholeCamera, project
 from tests.fakes_scenario import NoParameters
 from trackers.registry import register
-from trackers.types import CameraCommand, CameraModel, CameraRegisters, CameraSettings, Carrier, Estimate, Observation
+from trackers.types import (
+    CameraCommand,
+    CameraModel,
+    CameraRegisters,
+    CameraSettings,
+    Carrier,
+    Estimate,
+    Observation,
+    Start,
+)
 
 CAMERA = PinholeCamera(160, 120, 120.0)
+CAMERA_MODEL = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px, baseline_m=0.12)
 POSE = camera_pose(np.zeros(2), 0.0)
 RATE_HZ = 15.0
 BODY_M = np.array([0.4, 0.5, 1.75])
@@ -84,28 +93,25 @@ class FakeFollowEpisode:
 
     def __post_init__(self) -> None:
         self.frame_count = self.configuration.frame_count
-        self.target_box_xyxy = boxes_xyxy(0)[0]
+        self.start = Start(CAMERA_MODEL, boxes_xyxy(0)[0])
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame."""
         self._frame += 1
         image = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), dtype=np.uint8)
-        camera = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px, baseline_m=0.12)
         settings = CameraSettings(0.01, 1.0, CameraRegisters(512, 512, 300, 0))
         time_s = self._frame / RATE_HZ
-        return Frame(Observation(image, time_s, camera, settings, right_rgb=image), self._truth(self._frame))
+        return Frame(Observation(image, time_s, CAMERA_MODEL, settings, right_rgb=image), self._truth(self._frame))
 
     def _truth(self, frame: int) -> PeopleTruth:
         poses = np.tile(np.eye(4), (3, 1, 1))
         poses[:, :2, 3] = people_m(frame)
         hidden = frame in HIDDEN
-        state: VisibilityState = "occluded" if hidden else "in"
         ids = np.zeros((CAMERA.height_px, CAMERA.width_px), dtype=np.int32)
         return PeopleTruth(
             frame=frame,
             time_s=frame / RATE_HZ,
             T_world_camera=POSE,
-            target=0,
             names=("target", "crosser", "stander"),
             kinds=("person",) * 3,
             T_world_object=poses,
@@ -115,9 +121,9 @@ class FakeFollowEpisode:
             box_xyxy=boxes_xyxy(frame),
             instance_id=np.arange(3),
             visible_fraction=np.array([0.0 if hidden else 1.0, 1.0, 1.0]),
-            state=state,
-            side=None,
-            frames_since_exit=-1,
+            state=np.array(["occluded" if hidden else "in", "in", "in"]),
+            side=np.full(3, ""),
+            frames_since_exit=np.full(3, -1),
             instance_map=ids,
             depth_m=depth_m(frame),
             exposure_s=0.01,
@@ -152,6 +158,8 @@ class FakeFollowScenario:
     id: str = "fake-follow-v1"
     summary: str = "a person before a camera"
     start: str = "the person's box"
+    target: str = "target"
+    pictureless: None = None
     carrier: Carrier = ROBOT
     presets: dict[str, FakeFollow] = field(default_factory=lambda: {"tiny": FakeFollow("a fixed camera")})
 

@@ -60,14 +60,14 @@ def test_the_pixel_says_whom_an_estimate_is_on() -> None:
     ids[:, :2] = 99
     truth = replace(truth, instance_map=ids)
     target, _, stander = middles_px(0)
-    assert following.is_on_target(target, truth)
-    assert not following.is_on_other(target, truth)
-    assert following.is_on_other(stander, truth)
-    assert not following.is_on_target(stander, truth)
+    assert following.is_on_target(target, truth, 0)
+    assert not following.is_on_other(target, truth, 0)
+    assert following.is_on_other(stander, truth, 0)
+    assert not following.is_on_target(stander, truth, 0)
     # On a wall or a piece of furniture, nowhere, outside: on nobody.
     for place in ([1.0, 5.0], [np.nan, np.nan], [-30.0, 60.0], [30.0, 1e4]):
-        assert not following.is_on_other(np.array(place), truth)
-        assert not following.is_on_target(np.array(place), truth)
+        assert not following.is_on_other(np.array(place), truth, 0)
+        assert not following.is_on_target(np.array(place), truth, 0)
 
 
 def test_dat_counts_the_middle_full_and_the_outside_nothing() -> None:

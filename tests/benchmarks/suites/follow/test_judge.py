@@ -8,7 +8,7 @@ import pytest
 from benchmarks.suites.follow.judge import FollowJudge
 from scenarios.in_view import is_in_view
 from scenarios.scenario import Frame
-from scenarios.stereo_follow.robot import FASTEST_MPS, ROBOT
+from scenarios.stereo_follow.robot import FASTEST_MPS
 from tests.benchmarks.suites.follow import fake_follow
 from tests.benchmarks.suites.follow.fake_follow import HIDDEN, RATE_HZ, people_m
 from trackers.types import CameraCommand, Estimate
@@ -21,24 +21,24 @@ def scores_of(
 ) -> tuple[dict[str, float | None], list[Frame]]:
     """Live through the drawn episode at half speed; return the scores of whole episodes and the frames."""
     episode = fake_follow.FAKE_FOLLOW.episode("tiny", 0)
-    judge = FollowJudge(episode, ROBOT)
+    judge = FollowJudge(episode, fake_follow.FAKE_FOLLOW)
     sheet, frames = judge.sheet(), []
     for k in range(episode.frame_count):
         frame = episode.step()
         frames.append(frame)
         judge.see(frame, None if k == 0 else HALF_SPEED)
-        target_px = frame.truth.position_px[frame.truth.target]
+        target_px = frame.truth.position_px[0]
         sheet.keep(frame, (estimates or {}).get(k, Estimate(target_px, in_view_probability=0.9)))
     return {each.metric: each.value for each in sheet.scores(failed_at_frame) if each.event is None}, frames  # type: ignore[misc]
 
 
 def test_scores_are_those_of_what_was_seen() -> None:
     scores, frames = scores_of()
-    in_view = [is_in_view(frame.truth, frame.camera) for frame in frames]
+    in_view = [is_in_view(frame.truth, 0, frame.camera) for frame in frames]
     assert scores["time_in_view"] == pytest.approx(np.mean(in_view[1:]))
     assert scores["time_in_view"] == 1.0
     # Hidden is not seen.
-    visible = [frame.truth.visible_fraction[frame.truth.target] for frame in frames]
+    visible = [frame.truth.visible_fraction[0] for frame in frames]
     assert scores["time_seen"] == pytest.approx(1.0 - len(HIDDEN) / (len(frames) - 1))
     assert [k for k, share in enumerate(visible) if share < 0.5] == list(HIDDEN)
     assert scores["effort"] == pytest.approx(0.5 / np.sqrt(2))

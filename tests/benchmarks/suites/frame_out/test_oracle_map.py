@@ -18,11 +18,15 @@ from scenarios.road_town.frame_outs import OUT, picture_states
 from scenarios.road_town.plan import TARGET, Plan, make_plan
 from scenarios.road_town.presets import PRESETS
 from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.scenario import ROAD_TOWN
 from sim.optics import intersect_plane
 from sim.rng import episode_seed, generator
+from trackers.types import CameraModel, Start
 
 SEEDS = range(8)
 CAR_HEIGHT_M = 1.5
+TARGET_NAME = ROAD_TOWN.target
+START = Start(CameraModel(1, 1, 1.0), np.zeros(4))
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +56,8 @@ def frame_of(plan: Plan, k: int, state: str, T_world_camera: NDArray[np.float64]
     """Return as much of a frame as the reference looks at, without a picture."""
     truth = SimpleNamespace(
         time_s=k / plan.preset.rate_hz,
-        state=state,
-        target=0,
+        index_of=(TARGET_NAME,).index,
+        state=np.array([state]),
         T_world_object=plan.motion.T_world_car[k, TARGET, None],
         T_world_camera=T_world_camera,
         speed_mps=plan.motion.speed_mps[k, [TARGET]],
@@ -69,8 +73,8 @@ def followed(plan: Plan, parameters: OracleParameters) -> dict[int, tuple[int, f
     """Let it follow an episode; return frame → frames since the exit, error in metres, credible level."""
     cameras = plan.camera_poses
     states = picture_states(plan.camera, cameras, plan.target_corners_m())
-    oracle = OracleMap(parameters, RoadMap(plan.layout.graph), generator(plan.seed, "tracker/oracle_map"))
-    oracle.initialise(frame_of(plan, 0, "in", cameras[0]), np.zeros(4))
+    oracle = OracleMap(parameters, RoadMap(plan.layout.graph), TARGET_NAME, generator(plan.seed, "tracker/oracle_map"))
+    oracle.initialise(frame_of(plan, 0, "in", cameras[0]), START)
     found, since = {}, -1
     for k in range(1, plan.preset.frame_count):
         outside = states[k] == OUT

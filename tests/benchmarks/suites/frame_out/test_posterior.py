@@ -111,10 +111,10 @@ def test_particles_are_judged_on_the_ground_through_the_true_camera() -> None:
     pixels = CAMERA.centre_px + np.column_stack([-offset[:, 1], -offset[:, 0]])
     said = Estimate(pixels.mean(axis=0), particles_px=pixels)
     expected = particle_calibration(metres, np.full(300, 1 / 300), frame.truth.T_world_object[0, :2, 3])
-    found = calibration(said, frame.truth, CAMERA)
+    found = calibration(said, frame.truth, 0, CAMERA)
     assert found.credible_level == pytest.approx(expected.credible_level)
     assert found.nees == pytest.approx(expected.nees, rel=1e-6)
-    assert np.isnan(calibration(Estimate(np.zeros(2)), frame.truth, CAMERA).credible_level)
+    assert np.isnan(calibration(Estimate(np.zeros(2)), frame.truth, 0, CAMERA).credible_level)
 
 
 def test_histogram_of_levels() -> None:

@@ -52,7 +52,7 @@ def frames(count: int, wrong_by_px: float = 0.0) -> list[Frame]:
 
 
 def rows_of(shown: list[Frame]) -> dict[str, tuple[Any, float]]:
-    measurement = DisparityMeasurement()
+    measurement = DisparityMeasurement("target")
     for frame in shown:
         measurement.see(frame)
     return {score.metric: (score.value, score.weight) for score in measurement.scores()}

@@ -19,8 +19,8 @@ from benchmarks.video import legend, marks
 from benchmarks.video.drawing import InLargerView, drawing_of
 from benchmarks.video.episode_video import render_episode, write_video
 from benchmarks.video.instant import Instant
-from scenarios.loop import FromPictures, Loop
-from tests.benchmarks.fake_episode import FakeEpisode
+from tests.benchmarks.fake_episode import FakeEpisode, live
+from tests.benchmarks.suites.follow import fake_follow
 from tests.benchmarks.suites.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing
 from tests.fakes_scenario import NoParameters
 from trackers.types import Estimate
@@ -34,7 +34,7 @@ def instant_at(frame: int, estimate: Estimate | None = None) -> Instant:
     fake = episode()
     for _ in range(frame + 1):
         last = fake.step()
-    return Instant(last, estimate, last.observation.image_rgb)
+    return Instant(last, (0,), estimate, last.observation.image_rgb)
 
 
 def test_each_scenario_is_drawn_in_its_own_way():
@@ -51,8 +51,9 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
     monkeypatch.setattr(FakeFollowEpisode, "larger_view", refuse)
     fake = episode()
     drawing = StereoDrawing.of(fake)
-    tracker = FromPictures(FollowKnowing(NoParameters(), np.random.default_rng(0)))
-    instants = replay(Loop(fake, [tracker]), None, scale=1.0, wanted=range(4), frame_count=4)
+    job = Job("stereo", fake_follow.FAKE_FOLLOW.id, "tiny", "raster", 0, None, ())
+    run = live(fake, FollowKnowing(NoParameters(), np.random.default_rng(0)), job=job)
+    instants = replay(run, scale=1.0, wanted=range(4), frame_count=4)
     write_video(tmp_path / "x.mp4", instants, drawing, rate_hz=15.0, title="fake", frame_count=4)
     with av.open(str(tmp_path / "x.mp4")) as video:
         shapes = [frame.to_ndarray(format="rgb24").shape for frame in video.decode(video=0)]
@@ -72,7 +73,7 @@ def test_words_and_shades_tell_of_hiding_and_of_light():
     assert describe_person(calm) == "100% seen"
     assert describe_person(hidden) == "0% seen, behind crosser"
     assert describe_person(dark) == "100% seen, lamp off"
-    outside = replace(calm, frame=replace(calm.frame, truth=replace(calm.frame.truth, state="out")))
+    outside = replace(calm, frame=replace(calm.frame, truth=replace(calm.frame.truth, state=np.full(3, "out"))))
     assert describe_person(outside) == "out of view"
     plain = drawing.shades(calm)
     assert plain[0] == plain[1]
@@ -85,12 +86,12 @@ def test_truth_and_estimate_are_drawn_in_the_left_picture_and_from_above():
     alone = instant_at(5)
     target_px = alone.frame.truth.position_px[0]
     answer = Estimate(target_px + np.array([12.0, 0.0]), in_view_probability=1.0, depth_m=5.0)
-    without, drawn = (draw_left_and_plan(replace(alone, estimate=each), plan) for each in (None, answer))
+    without, drawn = (draw_left_and_plan(replace(alone, answer=each), plan) for each in (None, answer))
     changed = np.argwhere(np.abs(drawn.astype(int) - without).sum(axis=2) > 0)
     left = changed[changed[:, 1] < 640]
     np.testing.assert_allclose(left.mean(axis=0)[::-1], 4 * answer.position_px, atol=4)
     assert (changed[:, 1] >= 640).any()
-    silent = replace(alone, estimate=Estimate(np.full(2, np.nan)))
+    silent = replace(alone, answer=Estimate(np.full(2, np.nan)))
     assert np.array_equal(draw_left_and_plan(silent, plan), without)
 
 

@@ -59,7 +59,7 @@ def truth_of(T_world_camera: np.ndarray, heading_rad: float) -> Any:
     pixels = project(CAMERA, T_world_camera, corners @ pose[:3, :3].T)[0]
     centre = project(CAMERA, T_world_camera, np.array([[0.0, 0.0, 0.5 * SIZE_M[2]]]))[0]
     box = np.array([[*pixels.min(axis=0), *pixels.max(axis=0)]])
-    return SimpleNamespace(target=0, position_px=centre, box_xyxy=box)
+    return SimpleNamespace(position_px=centre, box_xyxy=box)
 
 
 def test_truth_and_reward_are_those_of_the_rendered_env() -> None:
@@ -75,9 +75,9 @@ def test_truth_and_reward_are_those_of_the_rendered_env() -> None:
         look_one(lives, SIZE_M, camera_numbers(CAMERA), 0.0)
         truth = truth_of(pose, heading_rad)
         np.testing.assert_allclose(lives["target_px"][0], truth.position_px[0], atol=1e-6)
-        frame: Any = SimpleNamespace(truth=truth, camera=CAMERA)
+        frame: Any = SimpleNamespace(judged=(truth, CAMERA))
         effort = float(np.linalg.norm(lives["obeyed"][0] / limits) / 2.0)
-        expected = rewarder.terms(frame, effort)
+        expected = rewarder.terms(frame, 0, effort)
         terms_of(lives, weights_of(reward), 3, 640.0, limits, terms)
         np.testing.assert_allclose(terms[0], list(expected.values()), atol=1e-9)
         seen += int(lives["in_view"][0])

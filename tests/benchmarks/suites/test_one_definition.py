@@ -13,13 +13,13 @@ from trackers.types import CameraCommand, Estimate
 
 def test_view_and_losses_of_a_steered_camera_are_those_of_the_suite_follow() -> None:
     episode = FakeEpisode(closed_loop=True)
-    judges = [judge(episode, ROAD_TOWN.carrier) for judge in (FrameOutJudge, FollowJudge)]
+    judges = [judge(episode, ROAD_TOWN) for judge in (FrameOutJudge, FollowJudge)]
     sheets = [judge.sheet() for judge in judges]
     for k in range(episode.frame_count):
         frame = episode.step()
         for judge, sheet in zip(judges, sheets, strict=True):
             judge.see(frame, None if k == 0 else CameraCommand())
-            sheet.keep(frame, Estimate(frame.truth.position_px[frame.truth.target]))
+            sheet.keep(frame, Estimate(frame.truth.position_px[0]))
     told, by_follow = ({score.metric: (score.value, score.weight) for score in sheet.scores(None)} for sheet in sheets)
     names = ("time_seen", "time_in_view", "losses_per_minute")
     assert {name: told[name] for name in names} == {name: by_follow[name] for name in names}

@@ -1,0 +1,137 @@
+"""The fast path of rendering: rows of pixels, each taken through all stages by one kernel.
+
+A shader supplies the stage that lights a row, a sensor the one that develops it. The compiled form of each pair that is
+used is kept in a file of its own: a file that names types of modules that are not there could not be read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.gbuffer import GBuffer
+from sim.render.attributes import ResolveScratch, SurfaceRow, Visible, new_resolve_scratch, resolve_row
+from sim.render.compilation import announce_compilation, forget_stale_kernels, row_kernel
+
+
+@dataclass(frozen=True, slots=True)
+class RowStage:
+    """One stage of a row of pixels.
+
+    Attributes:
+        kernel: a ``row_kernel``. A shader's writes the radiance (C, W) float32 of a row: ``(light, row, surfaces,
+            scratch, radiance)``, where ``light`` is what ``row_light`` returns and ``surfaces`` a ``SurfaceRow``. A
+            sensor's writes the picture: ``(development, row, scratch, radiance)``, see ``RowSensor.develop_first``.
+        new_scratch: returns a NamedTuple of arrays that the kernel works in, for rows of W pixels.
+    """
+
+    kernel: Callable[..., Any]
+    new_scratch: Callable[[int], Any]
+
+
+class RowScratch(NamedTuple):
+    """Scratch of all stages."""
+
+    resolve: ResolveScratch
+    light: Any
+    develop: Any
+
+
+@row_kernel()
+def _keep(development: None, row: int, scratch: None, radiance: NDArray[np.float32]) -> None:
+    """Leave the radiance of a row as it is."""
+
+
+_RESOLVE = RowStage(resolve_row, new_resolve_scratch)
+_KEEP = RowStage(_keep, lambda width: None)
+
+
+def finish_rows(
+    seen: Visible,
+    rows: NDArray[np.int64],
+    lighting: RowStage,
+    light: Any,
+    radiance: NDArray[np.float32],
+    developing: RowStage = _KEEP,
+    development: Any = None,
+) -> None:
+    """Write ids and radiance of the given rows (R,), and develop them.
+
+    Args:
+        light, development: arrays of the two stages.
+        radiance: (R, C, W); or (1, C, W), scratch for a row of it on its way to the picture.
+    """
+    width = seen.nearness.shape[1]
+    scratch = RowScratch(*(_scratch(stage, width) for stage in (_RESOLVE, lighting, developing)))
+    kernel = _bound(_finish_rows, light_row=lighting.kernel, develop_row=developing.kernel)
+    kernel(seen, rows, light, development, radiance, scratch)
+
+
+def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer, channels: int = 3) -> NDArray[np.float32]:
+    """Return the radiance (H, C, W) of a G-buffer by the kernel of a shader's rows."""
+    height, width = gbuffer.depth_m.shape
+    radiance = np.empty((height, channels, width), np.float32)
+    kernel = _bound(_light_picture, light_row=lighting.kernel)
+    kernel(gbuffer, light, _scratch(_RESOLVE, width), _scratch(lighting, width), radiance)
+    return radiance
+
+
+@lru_cache(maxsize=16)
+def _scratch(stage: RowStage, width: int) -> Any:
+    """Return the same arrays every time, as fresh memory costs a tenth of a millisecond."""
+    return stage.new_scratch(width)
+
+
+@cache
+def _bound(function: FunctionType, **kernels: Any) -> Any:
+    """Return the compiled form of a function in which these kernels stand for the global names that it calls."""
+    bound = FunctionType(function.__code__, {**function.__globals__, **kernels}, function.__name__)
+    names = [f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}" for kernel in kernels.values()]
+    bound.__qualname__ = ".".join([function.__qualname__, *names])
+    compiled = row_kernel()(bound)
+    for kernel in kernels.values():
+        forget_stale_kernels(Path(kernel.py_func.__code__.co_filename).parent, compiled)
+    announce_compilation(compiled)
+    return compiled
+
+
+def _finish_rows(
+    seen: Visible,
+    rows: NDArray[np.int64],
+    light: Any,
+    development: Any,
+    radiance: NDArray[np.float32],
+    scratch: RowScratch,
+) -> None:
+    for k in range(rows.shape[0]):
+        row = rows[k]
+        radiance_row = radiance[k % radiance.shape[0]]
+        surfaces = SurfaceRow(scratch.resolve.colour, seen.depth_m[row], seen.instance_id[row], scratch.resolve.normal)
+        resolve_row(seen, row, scratch.resolve, surfaces)
+        light_row(light, row, surfaces, scratch.light, radiance_row)  # type: ignore[name-defined]  # noqa: F821
+        develop_row(development, row, scratch.develop, radiance_row)  # type: ignore[name-defined]  # noqa: F821
+
+
+def _light_picture(
+    gbuffer: GBuffer, light: Any, resolve: ResolveScratch, scratch: Any, radiance: NDArray[np.float32]
+) -> None:
+    colour, normal = resolve.colour, resolve.normal
+    base_colour_rgb, normal_world = gbuffer.base_colour_rgb, gbuffer.normal_world
+    for row in range(gbuffer.depth_m.shape[0]):
+        for column in range(gbuffer.depth_m.shape[1]):
+            colour[column] = (
+                np.uint32(base_colour_rgb[row, column, 0])
+                | np.uint32(base_colour_rgb[row, column, 1]) << np.uint32(8)
+                | np.uint32(base_colour_rgb[row, column, 2]) << np.uint32(16)
+            )
+            for k in range(3):
+                normal[k, column] = normal_world[row, column, k]
+        surfaces = SurfaceRow(colour, gbuffer.depth_m[row], gbuffer.instance_id[row], normal)
+        light_row(light, row, surfaces, scratch, radiance[row])  # type: ignore[name-defined]  # noqa: F821

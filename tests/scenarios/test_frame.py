@@ -1,0 +1,54 @@
+"""Of two cameras the steered one is judged; of one that one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenarios.envs.reward import Reward, Rewarder
+from scenarios.envs.truth_info import INFO, NO_REWARD, truth_info
+from scenarios.scenario import Frame
+from sim.optics import PinholeCamera
+from tests.benchmarks.fake_episode import CAMERA, FakeEpisode
+from trackers.types import CameraCommand, CameraModel, Estimate, SteeredCamera
+
+ZOOMED = CameraModel(64, 48, 100.0)
+
+
+@pytest.fixture
+def watched() -> Frame:
+    """A frame whose target is in the picture."""
+    return FakeEpisode().step()
+
+
+def steered(frame: Frame) -> Frame:
+    """Return it with a second camera, in whose picture the target is not."""
+    elsewhere = replace(frame.truth, position_px=np.full((1, 2), -99.0), state=np.array(["out"]))
+    return replace(frame, observation=replace(frame.observation, steered=SteeredCamera(ZOOMED)), steered=elsewhere)
+
+
+def test_a_frame_is_judged_by_the_steered_camera_if_there_is_one(watched: Frame) -> None:
+    truth, camera = watched.judged
+    assert truth is watched.truth
+    assert camera == watched.camera == PinholeCamera(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px)
+    two = steered(watched)
+    truth, camera = two.judged
+    assert truth is two.steered
+    assert camera == PinholeCamera(64, 48, 100.0)
+    assert two.camera == watched.camera
+
+
+def test_reward_and_info_are_of_the_judged_camera_and_the_estimate_s_error_of_the_watched_one(watched: Frame) -> None:
+    estimate = Estimate(watched.truth.position_px[0] + [3.0, 4.0])
+    told = {}
+    for name, frame in (("one", watched), ("two", steered(watched))):
+        reward = Rewarder(Reward(), 15.0).terms(frame, 0, 0.0)
+        told[name] = truth_info(frame, 0, estimate, CameraCommand(), NO_REWARD, 0) | {"reward": reward["in_view"]}
+        assert set(told[name]) == {*INFO, "reward"}
+        assert told[name]["error_px"] == pytest.approx(5.0)
+    assert [told[name]["in_view"] for name in told] == [True, False]
+    assert [told[name]["reward"] for name in told] == [1.0, 0.0]
+    assert told["two"]["position_px"].tolist() == [-99.0, -99.0]
+    assert told["two"]["state"] != told["one"]["state"]

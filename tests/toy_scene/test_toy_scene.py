@@ -1,0 +1,440 @@
+"""A scene of many targets, thermal pictures and a camera at rest goes through every command, from its folder alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import av
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from benchmarks.cli import main
+from benchmarks.run.guards import GuardedContestant
+from benchmarks.run.jobs import Job, opened
+from benchmarks.run.records import read_rows
+from benchmarks.run.replay import replay
+from benchmarks.run.steering import suite_watching
+from benchmarks.suites.judging import take_in
+from benchmarks.suites.registry import Scene, add_scene, suite
+from benchmarks.video.instant import Instant, draw_instant
+from scenarios import catalog
+from scenarios.loop import Loop, ManyFromPictures
+from scenarios.truth import check_truth
+from tests.toy_scene import register
+from tests.toy_scene.scenario import CRATE_M, LENS, TOY_YARD, YardEpisode
+from tests.toy_scene.tracker import WarmBodies, WarmParameters
+from trackers.belief.features import FEATURES
+from trackers.follow_one import FollowOne
+from trackers.registry import entry
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Track
+
+ROOT = Path(__file__).parents[2]
+MODULES = ("--modules", register.__name__)
+ENV = "frameout/ToyYard-v1"
+TIMES = ("ms_per_frame", "frames_per_s")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run of the suite ``toy-many`` in this process."""
+    out = tmp_path_factory.mktemp("many")
+    assert bench("toy-many", out, "--workers", "0") == 0
+    return out
+
+
+def bench(name: str, out: Path, *more: str) -> int:
+    return main(["bench", name, *MODULES, "--preset", "quick", "--seeds", "0:2", "--out", str(out), *more])
+
+
+def rows_of(directory: Path) -> list[dict[str, Any]]:
+    rows = [row for row in read_rows(directory) if row["metric"] not in TIMES]
+    for row in rows:
+        del row["seconds"]
+    return rows
+
+
+def mean_of(directory: Path, metric: str, **names: str) -> float:
+    (found,) = [
+        each
+        for each in json.loads((directory / "summary.json").read_text())
+        if each["metric"] == metric and names.items() <= each.items()
+    ]
+    return float(found["mean"])
+
+
+# Through every command ------------------------------------------------------------------------------------------------
+
+
+def test_bench_ranks_trackers_of_many(results: Path) -> None:
+    assert mean_of(results, "found_rate", tracker="warm_bodies") > 0.8
+    assert mean_of(results, "position_error_px", tracker="warm_bodies") < 2.0
+    switches = [mean_of(results, "identity_switches", tracker=f"warm_bodies{x}") for x in ("", "_no_motion")]
+    assert switches[0] < switches[1]
+    (row, *_) = rows_of(results)
+    assert {"scene", "judge", "loop", "tracker"} <= row["versions"].keys()
+    assert (row["suite"], row["scenario"]) == ("toy-many", "toy-yard-v1")
+
+
+def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: Path) -> None:
+    """Workers import the modules themselves."""
+    command = ["bench", "toy-many", *MODULES, "--preset", "quick", "--seeds", "0:2", "--out", str(tmp_path)]
+    shell = [sys.executable, "-m", "benchmarks.cli", *command, "--workers", "2"]
+    done = subprocess.run(
+        shell, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.dumps(rows_of(results)) == json.dumps(rows_of(tmp_path))
+
+
+def test_a_change_of_the_scene_is_told_from_one_of_the_tracker(tmp_path: Path) -> None:
+    """Rows hash the modules of a scene, a judge and a tracker that lie outside the four packages."""
+    script = (
+        "from benchmarks.run.contestants import entrant, load_modules; load_modules(['tests.toy_scene.register'])\n"
+        "from benchmarks.run.versions import versions_of\n"
+        "print(versions_of('toy-many', 'toy-yard', 'quick', entrant('warm_bodies')))"
+    )
+    for package in ("sim", "trackers", "scenarios", "benchmarks"):
+        (tmp_path / package).symlink_to(ROOT / package)
+    toy = tmp_path / "tests" / "toy_scene"
+    toy.mkdir(parents=True)
+    for file in ("__init__.py", "toy_scene/__init__.py", *(f"toy_scene/{each.name}" for each in _sources())):
+        (tmp_path / "tests" / file).write_bytes((ROOT / "tests" / file).read_bytes())
+
+    def versions() -> dict[str, str]:
+        done = subprocess.run(
+            [sys.executable, "-c", script],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return dict(eval(done.stdout))
+
+    before = versions()
+    changed = {}
+    for part, file in (("scene", "thermal.py"), ("judge", "judge.py"), ("tracker", "tracker.py")):
+        path = toy / file
+        held = path.read_text()
+        path.write_text(f"{held}\nCHANGED = True\n")
+        after = versions()
+        path.write_text(held)
+        changed[part] = {name for name in before if before[name] != after[name]}
+    assert changed == {part: {part} for part in changed}
+
+
+def _sources() -> list[Path]:
+    return [each for each in Path(__file__).parent.glob("*.py") if not each.name.startswith("test_")]
+
+
+def test_compare_report_and_list_take_the_modules_too(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pair = ("warm_bodies", "warm_bodies_no_motion")
+    assert main(["compare", *pair, "--directory", str(results), "--json", *MODULES]) == 0
+    compared = json.loads(capsys.readouterr().out)
+    assert {(each["events"], each["metric"]) for each in compared} == {
+        ("whole episodes", "found_rate"),
+        ("whole episodes", "identity_switches"),
+        ("crates", "crate_found_rate"),
+    }
+    (results / "report.html").unlink()
+    assert main(["report", str(results), *MODULES, "--markdown"]) == 0
+    assert "`warm_bodies`" in capsys.readouterr().out
+    page = (results / "report.html").read_text()
+    assert "How many are found?" in page
+    assert "warm_bodies_no_motion" in page
+    assert main(["list", *MODULES, "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert "toy-yard-v1" in [each["scenario"] for each in listed["scenarios"]]
+    assert {"hold", "centre"} <= {each["name"] for each in listed["controllers"] if each["carrier"] == "yard-head"}
+    assert main(["list", *MODULES, "--reference"]) == 0
+    assert "crate_found_rate" in capsys.readouterr().out
+
+
+def test_commands_in_another_process_know_the_suite_by_the_modules_alone(results: Path) -> None:
+    shell = [sys.executable, "-m", "benchmarks.cli"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    for command in (["report", str(results)], ["compare", "warm_bodies", "warm_bodies", "--directory", str(results)]):
+        done = [
+            subprocess.run([*shell, *command, *more], cwd=ROOT, env=environment, capture_output=True, text=True)
+            for more in ((), MODULES)
+        ]
+        assert [each.returncode for each in done] == [2, 0], done[1].stderr
+        assert "suite: expected one of" in done[0].stderr
+
+
+def test_render_draws_all_tracks_on_a_set_path_and_one_in_closed_loop(tmp_path: Path) -> None:
+    shown = {"many": (), "steered": ("--controller", "centre")}
+    for name, more in shown.items():
+        out = tmp_path / f"{name}.mp4"
+        words = ["render", "toy-yard", "--preset", "quick", "--tracker", "warm_bodies", "--frames", "4"]
+        assert main([*words, "--out", str(out), *more, *MODULES]) == 0
+        with av.open(str(out)) as video:
+            assert sum(1 for _ in video.decode(video=0)) == 4
+
+
+def test_follow_judges_the_steered_camera(tmp_path: Path) -> None:
+    assert bench("follow", tmp_path, "--scenario", "toy-yard", "--workers", "0") == 0
+    shares = {name: mean_of(tmp_path, "centring_error", controller=name) for name in ("centre", "hold")}
+    assert shares["centre"] < 0.5 * shares["hold"]
+    assert mean_of(tmp_path, "effort", controller="hold") == 0.0
+    assert mean_of(tmp_path, "time_seen", controller="centre") > 0.9
+
+
+# The env --------------------------------------------------------------------------------------------------------------
+
+
+def test_the_env_is_gymnasiums_and_its_features_are_of_the_steered_camera() -> None:
+    env = gym.make(ENV, disable_env_checker=True)
+    check_env(env.unwrapped, skip_render_check=True)
+    observed, info = env.reset(seed=3, options={"preset": "quick", "episode_seed": 1})
+    assert env.action_space.shape == (3,)
+    for _ in range(19):
+        observed, reward, _, truncated, info = env.step(env.action_space.sample())
+        assert observed.shape == (len(FEATURES),)
+        assert np.isfinite(observed).all()
+        assert np.isfinite(reward)
+        frame = env.unwrapped.episode.frame
+        assert frame.steered is not None
+        target = frame.truth.index_of(TOY_YARD.target)
+        np.testing.assert_array_equal(info["box_xyxy"], frame.steered.box_xyxy[target])
+        np.testing.assert_array_equal(info["T_world_camera"], frame.steered.T_world_camera)
+        assert info["reward_in_view"] == float(info["in_view"])
+    assert truncated
+    env.close()
+
+
+def test_pictures_of_one_band_are_observed_too() -> None:
+    env = gym.make(ENV, observation="both", action="correction", controller="centre", render_mode="rgb_array")
+    observed, _ = env.reset(seed=0)
+    assert observed["pixels"].shape == (72, 96, 3)
+    env.step(np.zeros(3))
+    assert env.render().ndim == 3
+    env.close()
+
+
+def test_the_env_says_that_there_is_no_hard_preset_to_grade() -> None:
+    with pytest.raises(ValueError, match=r"difficulty: expected None, as toy-yard-v1 has no preset hard, got 0.5"):
+        gym.make(ENV, difficulty=0.5)
+
+
+# The scene's contracts ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def episode() -> Iterator[YardEpisode]:
+    """Yield an episode of two crates on a set path."""
+    made = TOY_YARD.episode("quick", 1)
+    yield made
+    made.close()
+
+
+def test_both_cameras_tell_whole_truth_and_pictures_say_what_they_are(episode: YardEpisode) -> None:
+    frames = list(Loop(episode).frames())
+    again = TOY_YARD.episode("quick", 1)
+    for frame, other in zip(frames, Loop(again).frames(), strict=True):
+        check_truth(frame.truth)
+        assert frame.steered is not None
+        check_truth(frame.steered)
+        seen, counts = frame.observation, frame.observation.counts
+        assert seen.camera.band == "thermal"
+        assert counts is not None
+        assert counts.max() < 1 << 14
+        assert (seen.image_rgb == seen.image_rgb[..., :1]).all()
+        assert other.observation.counts is not None
+        assert counts.tobytes() == other.observation.counts.tobytes()
+        assert frame.steered.box_xyxy.tobytes() == other.steered.box_xyxy.tobytes()  # type: ignore[union-attr]
+    again.close()
+    assert len(episode.start.background) > 0
+    assert episode.start.box_xyxy is not None
+    np.testing.assert_array_equal(frames[0].truth.box_xyxy[0], episode.start.box_xyxy)
+    empty = episode.start.background[0].counts
+    assert empty is not None
+    assert empty.max() < frames[0].observation.counts.max()  # type: ignore[union-attr]
+
+
+def test_truth_of_the_target_alone_leaves_pictures_as_they_are(episode: YardEpisode) -> None:
+    short = TOY_YARD.episode("quick", 1, truth="target")
+    for whole, part in zip(Loop(episode).frames(), Loop(short).frames(), strict=True):
+        assert whole.observation.image_rgb.tobytes() == part.observation.image_rgb.tobytes()
+        assert np.isnan(part.truth.visible_fraction[1:]).all()
+    short.close()
+
+
+def test_a_scene_is_added_to_a_suite_once() -> None:
+    assert suite("follow").is_about("toy-yard-v1")
+    assert suite("follow").tracked_by(suite("follow").scene("toy-yard-v1")) == "toy-many"
+    with pytest.raises(ValueError, match="scene: expected a scenario that the suite is not about, got 'toy-yard'"):
+        add_scene("follow", Scene("toy-yard"))
+    assert catalog.scenario("toy-yard") is TOY_YARD
+
+
+def test_what_is_shown_without_a_controller_fits_the_tracker() -> None:
+    assert suite_watching("toy-yard-v1", "warm_bodies") == "toy-many"
+    assert suite_watching("toy-yard-v1", None) == "toy-many"
+    assert suite_watching("toy-yard-v1", "colour_pf") == "follow"
+    assert suite_watching("road-town-v1", "colour_pf") == "frame-out"
+
+
+# Tracks that are odd, through the guarded loop ------------------------------------------------------------------------
+
+
+def track(identity: int, x: float = 10.0) -> Track:
+    return Track(identity, Estimate(np.array([x, 10.0])))
+
+
+class Says:
+    """A tracker of many that answers as it is told to, frame by frame."""
+
+    def __init__(self, answers: Any) -> None:
+        self._answers = answers
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        self._frame = -1
+
+    def update(self, observation: Observation) -> Any:
+        self._frame += 1
+        return self._answers(self._frame)
+
+
+def lived(episode: YardEpisode, answers: Any) -> tuple[GuardedContestant, list[Any], dict[str, Any]]:
+    """Return the guard, the answers and the scores of a tracker that says what it is told to."""
+    guard = GuardedContestant(ManyFromPictures(Says(answers)), 60.0, follows_many=True)
+    judge = suite("toy-many").judge(episode, TOY_YARD)
+    loop, sheet, said = Loop(episode, [guard]), judge.sheet(), []
+    for _ in loop.frames():
+        take_in(loop, judge, [sheet])
+        said.append(loop.answers[0])
+    scores = {score.metric: score.value for score in sheet.scores(guard.failed_at_frame)}
+    return guard, said, scores
+
+
+def test_repeated_identities_are_a_failure_and_no_track_follows(episode: YardEpisode) -> None:
+    guard, said, scores = lived(episode, lambda k: [track(3), track(3 if k == 5 else 4)])
+    assert guard.failed_at_frame == 5
+    assert guard.reason == "ValueError: identity: expected each once in an answer, got 3 twice"
+    assert [len(tracks) for tracks in said] == [2] * 5 + [0] * 15
+    assert scores["false_tracks"] == pytest.approx(2 * 5 / 20)
+
+
+def test_a_failure_on_the_first_frame_leaves_no_box_behind(episode: YardEpisode) -> None:
+    """The start holds the box of one crate, which a tracker of many is not given."""
+    guard, said, scores = lived(episode, lambda k: 1 / 0)
+    assert guard.failed_at_frame == 0
+    assert said == [()] * 20
+    assert scores["found_rate"] == 0.0
+
+
+def test_one_estimate_is_no_answer_of_a_tracker_of_many(episode: YardEpisode) -> None:
+    guard, said, _ = lived(episode, lambda k: Estimate(np.array([1.0, 2.0])))
+    assert guard.reason == "ValueError: update: expected a sequence of Tracks, got Estimate"
+    assert said == [()] * 20
+
+
+def test_half_a_position_is_a_failure(episode: YardEpisode) -> None:
+    guard, _, _ = lived(episode, lambda k: [track(0, np.nan)])
+    assert guard.failed_at_frame == 0
+    assert "position_px: expected finite numbers" in str(guard.reason)
+
+
+def test_a_track_of_nan_says_nothing_and_is_no_failure(episode: YardEpisode) -> None:
+    guard, said, scores = lived(episode, lambda k: [Track(0, Estimate(np.full(2, np.nan)))])
+    assert guard.reason is None
+    assert (scores["found_rate"], scores["false_tracks"]) == (0.0, 0.0)
+    assert all(len(tracks) == 1 for tracks in said)
+
+
+def test_a_thousand_tracks_are_judged_and_drawn(episode: YardEpisode) -> None:
+    guard, said, scores = lived(episode, lambda k: [track(number, number - 450.0) for number in range(1000)])
+    assert guard.reason is None
+    assert [len(tracks) for tracks in said] == [1000] * 20
+    assert scores["false_tracks"] > 990
+    frame = next(Loop(TOY_YARD.episode("quick", 1)).frames())
+    picture = draw_instant(Instant(frame, (0, 1), said[0], frame.observation.image_rgb))
+    assert picture.ndim == 3
+
+
+def test_a_track_that_dies_and_comes_back_is_the_same_one_again(episode: YardEpisode) -> None:
+    """The judge counts no switch, and the adapter of one target goes on."""
+
+    def answers(k: int) -> list[Track]:
+        return [] if 5 <= k < 9 else [Track(7, Estimate(places[k]))]
+
+    frames = list(Loop(TOY_YARD.episode("quick", 1)).frames())
+    places = [frame.truth.position_px[0] for frame in frames]
+    guard, said, scores = lived(episode, answers)
+    assert guard.reason is None
+    assert [len(tracks) for tracks in said] == [1] * 5 + [0] * 4 + [1] * 11
+    assert scores["identity_switches"] == 0.0
+    one = FollowOne(Says(answers))
+    one.initialise(frames[0].observation, frames[0].truth.box_xyxy[0])
+    known = [bool(np.isfinite(one.update(frame.observation).position_px).all()) for frame in frames[1:]]
+    assert known == [True] * 4 + [False] * 4 + [True] * 11
+
+
+def test_identities_are_drawn_beside_their_tracks(episode: YardEpisode) -> None:
+    frame = next(Loop(episode).frames())
+    nothing = np.zeros((720, 960, 3), np.uint8)
+    pictures = [
+        draw_instant(Instant(frame, (), [Track(number, Estimate(np.array([40.0, 30.0])))], nothing))
+        for number in (1, 2, 1)
+    ]
+    assert (pictures[0] == pictures[2]).all()
+    assert (pictures[0] != pictures[1]).any()
+
+
+# The tracker ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_tracker_keeps_identities_over_a_gap_and_gives_none_away_twice(episode: YardEpisode) -> None:
+    frames = list(Loop(episode).frames())
+    tracker = WarmBodies(WarmParameters(), np.random.default_rng(0))
+    tracker.start(episode.start.background, episode.start.camera)
+    background = episode.start.background[0]
+    seen = [tracker.update(frame.observation) for frame in frames[:6]]
+    # Nothing warm for three frames.
+    for frame in frames[6:9]:
+        empty = Observation(background.image_rgb, frame.observation.time_s, background.camera, counts=background.counts)
+        assert tracker.update(empty) == []
+    back = tracker.update(frames[9].observation)
+    assert {each.identity for each in back} == {each.identity for each in seen[-1]} == {0, 1}
+
+
+def test_the_tracker_does_without_background_and_without_counts(episode: YardEpisode) -> None:
+    tracker = WarmBodies(WarmParameters(), np.random.default_rng(0))
+    tracker.start((), episode.start.camera)
+    frame = next(Loop(episode).frames())
+    seen = frame.observation
+    assert len(tracker.update(Observation(seen.image_rgb, 0.0, seen.camera))) == 2
+    assert entry("warm_bodies").follows_many
+
+
+def test_replayed_instants_hold_every_track_and_target() -> None:
+    job = Job("toy-many", "toy-yard", "quick", "raster", 1, None, ("warm_bodies",))
+    with opened(job) as live:
+        instants = list(replay(live, scale=1.0, wanted=range(5), frame_count=5))
+    assert [len(each.targets) for each in instants] == [2] * 5
+    assert [[identity for identity, _ in each.estimates] for each in instants] == [["0", "1"]] * 5
+
+
+def test_the_head_turns_and_zooms_within_its_limits() -> None:
+    episode = TOY_YARD.episode("quick", 0, closed_loop=True)
+    before = episode.step().steered
+    after = episode.step(CameraCommand(pan_rad_s=50.0, tilt_rad_s=-0.5, zoom_per_s=0.5))
+    assert before is not None
+    assert after.steered is not None
+    ahead = [pose[:3, 2] for pose in (before.T_world_camera, after.steered.T_world_camera)]
+    # To the left by a tenth of the limit's radian, down by 0.05.
+    assert np.arctan2(ahead[1][1], ahead[1][0]) - np.arctan2(ahead[0][1], ahead[0][0]) == pytest.approx(0.1)
+    assert np.arcsin(ahead[1][2]) - np.arcsin(ahead[0][2]) == pytest.approx(-0.05)
+    assert after.observation.steered is not None
+    assert after.observation.steered.camera.focal_px == pytest.approx(LENS.focal_px * np.exp(0.05))
+    assert after.steered.size_m[0].tolist() == list(CRATE_M)
+    episode.close()
