@@ -33,8 +33,8 @@ class Bench:
 
     Attributes:
         suites: names of the suites to run: frame-out, stereo, follow.
-        scenario: one or more of the suite's scenarios (default: all).
-        preset: one or more presets of the scenario (default: standard; with --quick: quick).
+        scenario: one or more of the suite's scenarios (default: all that have the preset).
+        preset: one or more presets of the scenarios (default: standard; with --quick: quick).
         trackers: names of trackers, see `frameout list` (default: all of the suite; with --quick all but variants;
             in the suite follow ours and one other for each scenario).
         controllers: names of controllers that steer the camera by the tracker's estimate, see `frameout list`;
@@ -114,15 +114,14 @@ class Bench:
         """
         if self.link != "prompt" and not wanted.judges_controllers:
             raise ValueError(f"link: expected prompt, since suite {wanted.name} knows no other, got {self.link!r}")
-        preset = wanted.quick_preset if self.quick else wanted.preset
-        chosen = parties(
-            wanted, names(self.scenario), names(self.trackers), names(self.controllers), variants=not self.quick
-        )
+        presets = names(self.preset) or (wanted.quick_preset if self.quick else wanted.preset,)
+        asked = (names(self.scenario), presets, names(self.trackers), names(self.controllers))
+        chosen = parties(wanted, *asked, variants=not self.quick)
         experiments = [
             Experiment(
                 suite=wanted.name,
                 scenario=party.scenario,
-                presets=names(self.preset) or (preset,),
+                presets=party.presets,
                 trackers=party.trackers,
                 seeds=self._seeds,
                 renderer=check_renderer(self.renderer),

@@ -10,16 +10,11 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import FOLDER, PUBLISH, SEEDS, WORKERS, cores, seed_range
+from benchmarks.papers.repeat import repeat
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.experiment import check_renderer
 
-_EXPERIMENTS = {
-    "A2": "benchmarks.papers.a2",
-    "A3": "benchmarks.papers.a3",
-    "B1": "benchmarks.papers.b1",
-    "B2": "benchmarks.papers.b2",
-    "B3": "benchmarks.papers.b3",
-}
+_EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3")
 
 
 @dataclass(frozen=True)
@@ -53,9 +48,9 @@ class Paper:
         if self.experiment not in _EXPERIMENTS:
             raise ValueError(f"experiment: expected one of {', '.join(_EXPERIMENTS)}; got {self.experiment!r}")
         renderer = check_renderer(self.renderer)
-        module = importlib.import_module(_EXPERIMENTS[self.experiment])
+        experiment = importlib.import_module(f"benchmarks.papers.{self.experiment.lower()}").EXPERIMENT
         out = self.out or Path("results") / f"paper-{self.experiment.lower()}"
-        seeds = seed_range(self.seeds or ("10000:10010" if self.experiment == "B3" else "10000:10050"))
+        seeds = seed_range(self.seeds) if self.seeds else experiment.seeds
         with recorded(command_of("paper", self, "experiment"), seeds, self.publish):
-            module.run(out, seeds, renderer, cores(self.workers))
+            repeat(experiment, out, seeds, renderer, cores(self.workers))
         return 0

@@ -17,17 +17,24 @@ class Party:
     """The contestants of one scenario.
 
     Attributes:
-        scenario: catalogue id.
+        scenario: catalogue id. presets: of it.
         trackers, controllers: names; no controllers = as presets say.
     """
 
     scenario: str
+    presets: tuple[str, ...]
     trackers: tuple[str, ...]
     controllers: tuple[str, ...]
 
 
 def parties(
-    suite: Suite, scenarios: Sequence[str], trackers: Sequence[str], steering: Sequence[str], *, variants: bool
+    suite: Suite,
+    scenarios: Sequence[str],
+    presets: Sequence[str],
+    trackers: Sequence[str],
+    steering: Sequence[str],
+    *,
+    variants: bool,
 ) -> list[Party]:
     """Return the contestants, scenario by scenario.
 
@@ -36,21 +43,23 @@ def parties(
 
     Args:
         scenarios, trackers, steering: names that users gave; () = all of the suite, the scenario's own, and, where
-            controllers are contestants, all controllers. variants: whether ablations are included by default.
+            controllers are contestants, all controllers.
+        presets: names, at least one. variants: whether ablations are included by default.
 
     Raises:
         ValueError: for scenarios that the suite does not have.
     """
-    scenes = _scenes(suite, scenarios)
+    scenes = _scenes(suite, scenarios, presets)
     tracking = _shared(trackers, [partial(_tracks, suite.tracked_by(scene)) for scene in scenes])
     driving = _shared(steering, [partial(_steers, scene) for scene in scenes])
     found = []
-    for scene, watching, commanding in zip(scenes, tracking, driving, strict=True):
+    for (scene, shown), watching, commanding in zip(scenes.items(), tracking, driving, strict=True):
         if (trackers and not watching) or (steering and not commanding):
             continue
         found.append(
             Party(
                 catalog.scenario(scene.scenario).id,
+                shown,
                 watching or scene.trackers or _everyone(suite.tracked_by(scene), variants),
                 commanding or (_everybody(scene, variants) if suite.judges_controllers else ()),
             )
@@ -60,13 +69,16 @@ def parties(
     return found
 
 
-def _scenes(suite: Suite, scenarios: Sequence[str]) -> list[Scene]:
+def _scenes(suite: Suite, scenarios: Sequence[str], presets: Sequence[str]) -> dict[Scene, tuple[str, ...]]:
+    """Return the scenes and which of the presets are of each."""
     given = [catalog.scenario(name).id for name in scenarios]
     scenes = {catalog.scenario(scene.scenario).id: scene for scene in suite.scenes}
     for name in given:
         if name not in scenes:
             raise ValueError(f"scenario: expected one of {', '.join(scenes)}; got {name!r}")
-    return [scene for scenario, scene in scenes.items() if scenario in (given or scenes)]
+    chosen = [scene for scenario, scene in scenes.items() if scenario in (given or scenes)]
+    shares = _shared(presets, [catalog.scenario(scene.scenario).presets.__contains__ for scene in chosen])
+    return {scene: share for scene, share in zip(chosen, shares, strict=True) if share}
 
 
 def _shared(names: Sequence[str], known_by: Sequence[Callable[[str], bool]]) -> list[tuple[str, ...]]:

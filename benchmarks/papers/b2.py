@@ -2,97 +2,90 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import closing
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
 from benchmarks.papers.claims import Claim
-from benchmarks.papers.measured import SCENARIO, SUITE, MeasuredExperiment, Values
-from benchmarks.papers.sheet_pictures import SheetPicture, next_picture, open_episode
+from benchmarks.papers.experiment import Plots
 from benchmarks.report.palette import GRID, line_styles
-from benchmarks.report.pictures import write_picture
 from benchmarks.report.plots import drawn_as, new_figure, svg
-from benchmarks.run.records import LAST_METRIC
-from benchmarks.video import marks
+from benchmarks.run.records import LAST_METRIC, Row
 from benchmarks.video.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.paper_b.light_change import LightTrend
 
-_PRESET = "paper-b2"
 _HSV = ("hue", "saturation", "value")
 _CEILING_LIGHT_FRAMES = 300
 _SHOWN_FRAMES = (60, 200, 320, 385, 420, 560, 760, 920)
 _SHOWN_IN_A_ROW = 4
-_REGION_RGB = (230, 60, 60)
 _LARGEST_TREND = 3.0
 """D_l runs to hundreds where the gain is nearly 0: the plot cuts it."""
 
 
-def drive(seed: int, renderer: RendererName) -> Iterator[SheetPicture]:
-    """Yield the pictures of one drive."""
-    with closing(open_episode(_PRESET, seed, renderer)) as episode:
-        for _ in range(episode.frame_count):
-            yield next_picture(episode)
+class Drive(CameraExperiment):
+    """A drive under lights of a brightness and colour that the seed draws."""
+
+    def measure(self, seed: int, renderer: RendererName) -> Values:
+        """See ``CameraExperiment``: the drive's series, and saturation and value by the sign of D_l."""
+        trend = LightTrend()
+        pictures = photograph(self.preset, seed, renderer)
+        seen = np.array([(trend.update(p.registers), *_mean_hsv(p), p.illuminance_lx) for p in pictures])
+        values: dict[str, float | list[float]] = {"trend": seen[:, 0].tolist(), "illuminance_lx": seen[:, 4].tolist()}
+        values |= {name: seen[:, 1 + k].tolist() for k, name in enumerate(_HSV)}
+        for where, part in (("", seen), ("_under_ceiling_lights", seen[:_CEILING_LIGHT_FRAMES])):
+            gained = part[part[:, 0] > 0].mean(axis=0) - part[part[:, 0] < 0].mean(axis=0)
+            values |= {f"saturation_gained{where}": float(gained[2]), f"value_gained{where}": float(gained[3])}
+        return values | {
+            "hue_against_value": float(seen[:, 1].std() / seen[:, 3].std()),
+            LAST_METRIC: float(len(seen)),
+        }
+
+    def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots:
+        """See ``PaperExperiment``: what the camera sees on the way, and the series, of one seed."""
+        seed = seeds.start
+        pictures = enumerate(photograph(self.preset, seed, renderer))
+        cells = [(f"frame {frame}", each.marked_rgb) for frame, each in pictures if frame in _SHOWN_FRAMES]
+        sheet = picture_sheet([cells[:_SHOWN_IN_A_ROW], cells[_SHOWN_IN_A_ROW:]], 320)
+        caption = f"What the camera sees on the way, and the rectangle whose colours are looked at; seed {seed}."
+        self.write_figure(out, sheet, seed, renderer, "figure 5", caption)
+        mine = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seed)}
+        plots = {"Colour of the sheet (grey: D_l < 0)": _plot_colour(mine), "D_l": _plot_trend(mine)}
+        return Plots(f"The paper's figures 6 and 7, in this world: seed {seed}", plots)
 
 
-def measure(seed: int, renderer: RendererName) -> Values:
-    """Return the values of one seed: the drive's series, and saturation and value by the sign of D_l."""
-    trend = LightTrend()
-    pictures = drive(seed, renderer)
-    seen = np.array([(trend.update(p.registers), *_mean_hsv(p), p.illuminance_lx) for p in pictures])
-    values: dict[str, float | list[float]] = {"trend": seen[:, 0].tolist(), "illuminance_lx": seen[:, 4].tolist()}
-    values |= {name: seen[:, 1 + k].tolist() for k, name in enumerate(_HSV)}
-    for where, part in (("", seen), ("_under_ceiling_lights", seen[:_CEILING_LIGHT_FRAMES])):
-        gained = part[part[:, 0] > 0].mean(axis=0) - part[part[:, 0] < 0].mean(axis=0)
-        values |= {f"saturation_gained{where}": float(gained[2]), f"value_gained{where}": float(gained[3])}
-    values["hue_against_value"] = float(seen[:, 1].std() / seen[:, 3].std())
-    return values | {LAST_METRIC: float(len(seen))}
-
-
-EXPERIMENT = MeasuredExperiment(
+EXPERIMENT = Drive(
     name="B2",
     title="Paper B, experiment II: when colour can be learnt",
     setting="A robot carries a green sheet before its camera through corridors: ceiling lights, a window ahead (back "
     "light), a stretch whose lights are off (shade), warm lights. D_l is how steeply the camera's exposure rises.",
-    preset=_PRESET,
+    preset="paper-b2",
     claims=(
-        Claim(
-            "saturation_gained",
-            "saturation is high where D_l is positive and low where it is negative",
-            "mean saturation (0 to 1) where D_l > 0, less that where D_l < 0",
-            "more than",
-            0.0,
-        ),
-        Claim(
-            "value_gained",
-            "value is high where D_l is positive and low where it is negative",
-            "mean value (0 to 1) where D_l > 0, less that where D_l < 0",
-            "more than",
-            0.0,
+        *(
+            Claim(
+                f"{name}_gained",
+                f"mean {name} (0 to 1) where D_l > 0, less that where D_l < 0",
+                f"{name} is high where D_l is positive and low where it is negative",
+                "more than",
+            )
+            for name in ("saturation", "value")
         ),
         Claim(
             "hue_against_value",
-            "hue is not moved by what moves the exposure",
             "standard deviation of hue over that of value, both 0 to 1",
+            "hue is not moved by what moves the exposure",
             "at most",
             0.5,
         ),
         Claim(
             "saturation_gained_under_ceiling_lights",
-            "not in the paper",
             "saturation gained likewise in the first 300 frames alone: ceiling lights, no window near",
-            "reported",
         ),
-        Claim(
-            "value_gained_under_ceiling_lights",
-            "not in the paper",
-            "value gained likewise in the first 300 frames alone",
-            "reported",
-        ),
+        Claim("value_gained_under_ceiling_lights", "value gained likewise in the first 300 frames alone"),
     ),
     notes=(
         "Under evenly spaced ceiling lights it is the other way round: the sheet is brightest under a light, where the "
@@ -100,27 +93,7 @@ EXPERIMENT = MeasuredExperiment(
         "Saturation falls against the light because the lens scatters 3 % of all light over the picture; without that "
         "the dark green would be the most saturated.",
     ),
-    measure=measure,
 )
-
-
-def run(out: Path, seeds: range, renderer: RendererName, workers: int) -> None:
-    """Run the experiment, print its table beside the paper's words, write rows, plots, pictures and ``out/paper.html``.
-
-    A folder that already holds rows of the other renderer keeps them; the table then shows both.
-
-    Args:
-        out: folder. seeds: drives under lights of other brightness and colour; 10,000 to 19,999 are the test split.
-        renderer: ``raster`` or ``pybullet``.
-        workers: processes.
-    """
-    rows = EXPERIMENT.run(out, seeds, renderer, workers)
-    _write_pictures(out, seeds.start, renderer)
-    mine = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seeds.start)}
-    plots = {"Colour of the sheet (grey: D_l < 0)": _plot_colour(mine), "D_l": _plot_trend(mine)}
-    EXPERIMENT.publish(
-        out, rows, seeds, renderer, f"The paper's figures 6 and 7, in this world: seed {seeds.start}", plots
-    )
 
 
 def _mean_hsv(picture: SheetPicture) -> NDArray[np.float64]:
@@ -129,24 +102,6 @@ def _mean_hsv(picture: SheetPicture) -> NDArray[np.float64]:
     hsv = cv2.cvtColor(picture.image_rgb[top:bottom, left:right], cv2.COLOR_RGB2HSV)
     mean: NDArray[np.float64] = hsv.mean(axis=(0, 1)) / (180.0, 255.0, 255.0)
     return mean
-
-
-def _write_pictures(out: Path, seed: int, renderer: RendererName) -> None:
-    """Write the paper's figure 5 beside the rows: what the camera sees on the way."""
-    cells = []
-    for frame, picture in enumerate(drive(seed, renderer)):
-        if frame in _SHOWN_FRAMES:
-            marks.draw_box(picture.image_rgb, picture.region_xyxy, _REGION_RGB)
-            cells.append((f"frame {frame}", picture.image_rgb))
-    write_picture(
-        out,
-        f"{_PRESET}-{renderer}",
-        picture_sheet([cells[:_SHOWN_IN_A_ROW], cells[_SHOWN_IN_A_ROW:]], 320),
-        (SUITE, SCENARIO, EXPERIMENT.preset, renderer, ""),
-        "The paper's figure 5, in this world",
-        f"What the camera sees on the way, and the rectangle whose colours are looked at; seed {seed}.",
-        made_from=f"seed {seed}",
-    )
 
 
 def _plot_colour(values: dict[str, list[float]]) -> str:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from benchmarks.papers.claims import Claim
-from benchmarks.papers.experiment import PaperExperiment
-from benchmarks.papers.repeat import repeat
-from scenarios.scenario import RendererName
+from benchmarks.papers.tracker_experiment import TrackerExperiment
 
 _COUNTED = {
     "precision": "frames with the target found, of those with anything found",
@@ -27,8 +23,8 @@ def _claims() -> tuple[Claim, ...]:
     return tuple(
         Claim(
             metric,
-            f"{metric.replace('_', '-')} {printed:.1%}",
             counted,
+            f"{metric.replace('_', '-')} {printed:.1%}",
             "within" if metric == "f_measure" else "reported",
             printed,
             tracker=tracker,
@@ -40,7 +36,7 @@ def _claims() -> tuple[Claim, ...]:
     )
 
 
-EXPERIMENT = PaperExperiment(
+EXPERIMENT = TrackerExperiment(
     name="B3",
     title="Paper B, experiment III: a person followed under changing light",
     setting="A robot is driven by hand after a person, indoors and outdoors, among other people; two trackers look at "
@@ -49,22 +45,10 @@ EXPERIMENT = PaperExperiment(
     "drives of 853. How many people get in the way, that all wear the same working clothes, and how the light comes "
     "and goes was set on development seeds so that the methods come out about as good as in the paper, and so was the "
     "threshold of dissimilarity, which the paper does not print, for both alike.",
+    suite="stereo",
+    scenario="stereo-follow-v1",
     preset="paper-b3",
     trackers=("stereo_wb", "stereo_wb_shutter_gain"),
-    frames=(),
-    controller=None,
     claims=_claims(),
-    suite="stereo",
+    seeds=range(10_000, 10_010),
 )
-
-
-def run(out: Path, seeds: range, renderer: RendererName, workers: int) -> None:
-    """Run the experiment, print its table beside the paper's, write rows and ``out/paper.html``.
-
-    Args:
-        out: folder for rows and page; a second call with the same arguments resumes.
-        seeds: episodes to run, ten are as many frames as the paper's; 10,000 to 19,999 are the test split.
-        renderer: ``raster`` or ``pybullet``.
-        workers: processes.
-    """
-    repeat(EXPERIMENT, out, seeds, renderer, workers)

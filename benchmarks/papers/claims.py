@@ -17,16 +17,16 @@ class Claim:
     """What the paper says, and the number that it comes to here.
 
     Attributes:
-        metric: of the rows or of the suite. words: what the paper says. counted: what the number is, in words.
+        metric: of the rows or of the suite. counted: what the number is, in words. words: what the paper says.
         bound: which side of ``level`` agrees with the paper, by our choice; ``reported`` = the paper gives no side.
         tracker: the method it is about; "" where none runs.
         tolerance: how far off ``level`` still agrees, for the bound ``within``.
     """
 
     metric: str
-    words: str
     counted: str
-    bound: Literal["at most", "at least", "more than", "within", "reported"]
+    words: str = "not in the paper"
+    bound: Literal["at most", "at least", "more than", "within", "reported"] = "reported"
     level: float = 0.0
     tracker: str = ""
     tolerance: float = 0.0

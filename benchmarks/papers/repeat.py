@@ -5,91 +5,76 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 from benchmarks.commands.progress import progress_bar
 from benchmarks.papers.claims import Claim, Finding, print_findings
 from benchmarks.papers.experiment import PaperExperiment
-from benchmarks.papers.figure import paper_figure
-from benchmarks.papers.page import write_page
 from benchmarks.report.numbers import ranges_text
-from benchmarks.report.pictures import Picture, read_pictures
-from benchmarks.run.experiment import Experiment
-from benchmarks.run.experiment import run as run_experiment
-from benchmarks.run.records import read_rows
-from benchmarks.scores.summary import grouped
-from benchmarks.suites.registry import suite
+from benchmarks.report.page import page_style
+from benchmarks.report.pictures import read_pictures
+from benchmarks.run.records import Row
+from benchmarks.scores.pooling import pooled
+from benchmarks.scores.statistics import bootstrap_interval
 from scenarios.scenario import RendererName
+from trackers.atomic_file import write_atomic
+
+_FILE_NAME = "paper.html"
 
 
 def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: RendererName, workers: int) -> list[Finding]:
-    """Run the experiment, print what came out beside the paper's words, write rows, pictures and page.
+    """Run the experiment, print what came out beside the paper's words, write rows, pictures and ``out/paper.html``.
 
     A folder that already holds rows of the other renderer keeps them; the table then shows both.
+
+    Args:
+        out: folder; a second call with the same arguments resumes.
+        seeds: episodes to run; 10,000 to 19,999 are the test split.
+        workers: processes.
     """
-    runs = Experiment(
-        suite=experiment.suite,
-        scenario=suite(experiment.suite).scenes[0].scenario,
-        presets=(experiment.preset,),
-        trackers=experiment.trackers,
-        seeds=seeds,
-        renderer=renderer,
-        workers=workers,
-        settings=experiment.settings,
-    )
     with progress_bar(f"paper {experiment.name}") as progress:
-        outcome = run_experiment(runs, out, progress)
-    for told in outcome.moved:
+        moved = experiment.run(out, seeds, renderer, workers, progress)
+    for told in moved:
         print(f"note: {told}", file=sys.stderr)
-    found = findings(experiment, outcome.summary)
-    picture = _picture(experiment, out, seeds, renderer)
+    rows = experiment.rows_in(out)
+    found = findings(experiment, rows)
+    plots = experiment.show(out, rows, seeds, renderer)
     print_findings(experiment.title, found, seeds)
+    environment = Environment(
+        loader=PackageLoader("benchmarks", "papers"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     again = "" if renderer == "raster" else f" --renderer {renderer}"
-    write_page(
-        out,
-        "paper.html.jinja",
+    page = environment.get_template("paper.html.jinja").render(
+        style=Markup(page_style()),
         experiment=experiment,
         findings=found,
-        picture=picture,
+        runs_trackers=any(claim.tracker for claim in experiment.claims),
+        plots=plots,
+        pictures=read_pictures(out),
         seeds=ranges_text(seeds),
         command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}{again}",
     )
+    write_atomic(out / _FILE_NAME, page)
+    print(f"page: {out / _FILE_NAME}")
     return found
 
 
-def _picture(experiment: PaperExperiment, out: Path, seeds: range, renderer: RendererName) -> Picture | None:
-    """Return the paper's figure; where the paper names no frames, what the suite shows of a result."""
-    if experiment.frames:
-        return paper_figure(experiment, out, seeds.start, renderer)
-    judged = suite(experiment.suite)
-    for condition, trackers in grouped(read_rows(out)).items():
-        if (condition[2], condition[3]) == (experiment.preset, renderer):
-            judged.picture(out, condition, trackers, experiment.trackers)
-            return next((picture for picture in read_pictures(out) if picture.condition == condition), None)
-    return None
+def findings(experiment: PaperExperiment, rows: Sequence[Row]) -> list[Finding]:
+    """Return what the experiment's rows say of each claim, for each renderer."""
+    renderers = dict.fromkeys(row["renderer"] for row in rows)
+    return [_finding(experiment, claim, renderer, rows) for claim in experiment.claims for renderer in renderers]
 
 
-def findings(experiment: PaperExperiment, summary: Sequence[dict[str, Any]]) -> list[Finding]:
-    """Return what the summary says of each claim, for each renderer that it holds."""
-    mine = [entry for entry in summary if entry["preset"] == experiment.preset]
-    said = {(entry["renderer"], entry["tracker"], entry["metric"]): entry for entry in mine}
-    renderers = dict.fromkeys(entry["renderer"] for entry in mine)
-    return [
-        _finding(claim, renderer, said.get((renderer, claim.tracker, claim.metric)))
-        for claim in experiment.claims
-        for renderer in renderers
-    ]
-
-
-def _finding(claim: Claim, renderer: str, entry: dict[str, Any] | None) -> Finding:
-    if entry is None:
-        return Finding(claim, renderer, None, None, None, "fraction", 0)
-    return Finding(
-        claim=claim,
-        renderer=renderer,
-        mean=entry["mean"],
-        ci_low=entry["ci_low"],
-        ci_high=entry["ci_high"],
-        unit=entry["unit"],
-        episodes=entry["n"],
-    )
+def _finding(experiment: PaperExperiment, claim: Claim, renderer: str, rows: Sequence[Row]) -> Finding:
+    metric = experiment.metric(claim.metric)
+    mine = [row for row in rows if row["renderer"] == renderer and claim.tracker in ("", row["tracker"])]
+    pool = pooled(mine, metric)
+    if pool is None or pool.seed_count == 0:
+        return Finding(claim, renderer, None, None, None, metric.unit, 0)
+    return Finding(claim, renderer, pool.mean, *bootstrap_interval(pool), metric.unit, pool.seed_count)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -109,7 +110,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     check_names(experiment)
     make_folder(out)
     versions = _versions(experiment)
-    have, moved = _current_blocks(experiment, versions, out)
+    have, moved = current_blocks(out, experiment.seeds, partial(_made_now, experiment, versions))
     jobs = (_what_is_left(job, have) for job in _jobs(experiment, versions, out / _NOTES))
     outcome = Outcome(resumed=len(have), moved=moved)
     total = len(experiment.seeds) * sum(map(len, versions.values()))
@@ -259,29 +260,38 @@ def _key(job: Job, tracker: str) -> BlockKey:
     return BlockKey(job.suite, job.scenario, job.preset, job.renderer, steering, tracker, job.seed, job.link or "")
 
 
-def _current_blocks(experiment: Experiment, versions: _Versions, out: Path) -> tuple[set[BlockKey], list[str]]:
-    """Return which of the experiment's blocks are there already, made by the same code, and what is said of other
+def _made_now(experiment: Experiment, versions: _Versions, key: BlockKey) -> dict[str, str] | None:
+    scenario, link = catalog.scenario(experiment.scenario).id, link_in(experiment.suite, experiment.link) or ""
+    if (key.suite, key.scenario, key.renderer, key.link) != (experiment.suite, scenario, experiment.renderer, link):
+        return None
+    return versions.get((key.preset, key.controller or None), {}).get(key.tracker)
+
+
+def current_blocks(
+    out: Path, seeds: range, made_now: Callable[[BlockKey], dict[str, str] | None]
+) -> tuple[set[BlockKey], list[str]]:
+    """Return which blocks of an experiment a folder holds already, made by the same code, and what is said of other
     makings, which are moved out of the way.
+
+    Args:
+        made_now: returns ``versions`` of a block that is the experiment's as they are now, None of other blocks.
+
+    Raises:
+        ValueError: for a folder that holds other seeds' rows.
     """
     if not (out / FILE_NAME).is_file():
         return set(), []
     blocks = read_blocks(out)
     # A person may have played other episodes than these.
-    strangers = sorted(key.seed for key in blocks if key.controller != HUMAN and key.seed not in experiment.seeds)
+    strangers = sorted(key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds)
     if strangers:
-        wanted = f"{experiment.seeds.start}:{experiment.seeds.stop}"
+        wanted = f"{seeds.start}:{seeds.stop}"
         raise ValueError(
             f"out: expected a folder with no seeds but {wanted}, got {str(out)!r}, which holds seed {strangers[0]}"
         )
-    scenario, link = catalog.scenario(experiment.scenario).id, link_in(experiment.suite, experiment.link) or ""
-    whose = (experiment.suite, scenario, experiment.renderer, link)
-    current: set[BlockKey] = set()
-    outdated: set[BlockKey] = set()
-    for key, rows in blocks.items():
-        made = versions.get((key.preset, key.controller or None), {}).get(key.tracker)
-        if made is not None and (key.suite, key.scenario, key.renderer, key.link) == whose:
-            (current if rows[0].get("versions") == made else outdated).add(key)
-    return current, list(filter(None, [tidy(out, outdated)]))
+    mine = {key: made for key in blocks if (made := made_now(key)) is not None}
+    outdated = {key for key, made in mine.items() if blocks[key][0].get("versions") != made}
+    return mine.keys() - outdated, list(filter(None, [tidy(out, outdated)]))
 
 
 def _what_is_left(job: Job, have: set[BlockKey]) -> Job:

@@ -33,7 +33,7 @@ class DimmedSheet:
         summary: one line.
         illuminances_lx: mean on the sheet, one after the other.
         width_px, height_px: of each picture.
-        closed_loop: nobody moves the camera.
+        closed_loop: the camera is at rest.
     """
 
     summary: str

@@ -1,4 +1,4 @@
-"""One episode of ``stereo-follow`` whose target is a sheet of paper, frame by frame."""
+"""One episode of ``paper-sheet``, frame by frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenarios.stereo_follow.camera import camera_model, camera_pose, registers
 from scenarios.stereo_follow.light_events import LightEvents
 from scenarios.stereo_follow.odometry import Odometry
 from scenarios.stereo_follow.rig import StereoPair, StereoRig
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import StereoTruth
 from sim.jointed_labels import joined, seen_body
 from sim.labels import amodal_box
 from sim.rng import generator
@@ -32,7 +32,11 @@ class SheetMap:
 
 
 class SheetEpisode(Stage):
-    """See ``scenarios.scenario.Episode``. The camera goes its set path; the sheet alone is in truth, as its target."""
+    """See ``scenarios.scenario.Episode``. The camera follows a set path.
+
+    The sheet alone is in truth. Its origin is the middle of its lower edge instead of a place on the ground, and its
+    illuminance the mean over it.
+    """
 
     def __init__(self, scene: SheetScene, seed: int, renderer: RendererName) -> None:
         self._scene = scene
@@ -79,12 +83,12 @@ class SheetEpisode(Stage):
         ego = EgoPose(self._odometry.measure(scene.place_m, scene.heading_rad))
         return Frame(self._pair.observation(pair, truth.time_s, ego, is_lost=False), truth)
 
-    def _truth(self, frame: int, pair: StereoPair) -> PeopleTruth:
+    def _truth(self, frame: int, pair: StereoPair) -> StereoTruth:
         scene, pose, left = self._scene, self._T_world_camera, pair.left
         T_world_sheet, instance_id = scene.T_world_sheet[None], scene.sheet.index
         seen = seen_body(self._shape, T_world_sheet, scene.camera, pose, left.instance_id, instance_id, hiders=_NOBODY)
         lux = illuminance_on_sheet_lx(scene.shader, scene.T_world_sheet)
-        return PeopleTruth(
+        return StereoTruth(
             **self._seen(
                 left,
                 T_world_object=T_world_sheet,
@@ -99,10 +103,8 @@ class SheetEpisode(Stage):
             T_world_right=pair.T_world_right,
             right_instance_map=pair.right.instance_id,
             right_depth_m=pair.right.depth_m,
-            occluder=np.array([-1]),
             illuminance_lx=np.array([lux]),
             place=scene.place,
             light_event=self._events.follow(frame, left.picture, lux),
-            near_person=False,
             registers=registers(left.picture.settings),
         )

@@ -37,7 +37,8 @@ class StereoRig(SingleCamera):
     """
 
     def __init__(self, world: World, camera: PinholeCamera, renderer: RendererName, seed: int) -> None:
-        super().__init__(world, camera, renderer, CameraSensor(SENSOR, generator(seed, "sensor")))
+        self._left_sensor = CameraSensor(SENSOR, generator(seed, "sensor"))
+        super().__init__(world, camera, renderer, self._left_sensor)
         self._right_sensor = CameraSensor(SENSOR, generator(seed, "right sensor"))
         self._mount = draw_mount(generator(seed, "mount"))
 
@@ -73,8 +74,8 @@ class StereoRig(SingleCamera):
         gbuffer = self._renderer.gbuffer(self.camera, T_world_left)
         metered = metered_radiance(shader.shade(gbuffer, self.camera, T_world_left))
         for _ in range(steps):
-            self._sensor.step(metered)
+            self._left_sensor.step(metered)
 
     def hold(self, *, exposure: bool, white_balance: bool) -> None:
         """Let exposure or white balance stay as they are from now on, see ``CameraSensor.hold``."""
-        self._sensor.hold(exposure=exposure, white_balance=white_balance)
+        self._left_sensor.hold(exposure=exposure, white_balance=white_balance)

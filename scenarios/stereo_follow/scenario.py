@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from scenarios.paper_sheet.carried_sheet import CarriedSheet
-from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
-from scenarios.paper_sheet.episode import SheetEpisode
 from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.pictureless.bank import StereoPictureless
@@ -16,14 +13,6 @@ from scenarios.stereo_follow.robot import ROBOT
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
 from trackers.types import Carrier
-
-Preset = StereoFollow | DimmedSheet | CarriedSheet
-
-_PAPER: dict[str, Preset] = {
-    "paper-b1": DimmedSheet("the paper's first: a green sheet on a wall, a picture at each of nine illuminances"),
-    "paper-b2": CarriedSheet("the paper's second: a green sheet carried before the camera through corridors"),
-}
-"""Experiments on the camera alone: their target is no person."""
 
 
 @dataclass(frozen=True)
@@ -36,36 +25,30 @@ class StereoFollowScenario:
     target: str = "target"
     carrier: Carrier = ROBOT
     pictureless: Pictureless | None = field(default_factory=StereoPictureless)
-    presets: dict[str, Preset] = field(default_factory=lambda: {**PRESETS, **_PAPER})
+    presets: dict[str, StereoFollow] = field(default_factory=lambda: dict(PRESETS))
 
     def episode(
         self,
-        preset: str | Preset,
+        preset: str | StereoFollow,
         seed: int,
         *,
         renderer: RendererName = "raster",
         closed_loop: bool | None = None,
         truth: TruthExtent = "all",
-    ) -> StereoFollowEpisode | SheetEpisode:
+    ) -> StereoFollowEpisode:
         """Build one episode.
 
         Args:
             seed: any whole number >= 0; 10,000 to 19,999 is the test split.
             closed_loop: whether commands drive the robot; None = as the preset says.
-            truth: ``target`` leaves out what takes long and following does not ask for, see ``Truth``; where a sheet is
-                the target, it is all that there is.
+            truth: ``target`` leaves out what takes long and following does not ask for, see ``Truth``.
 
         Raises:
-            ValueError: for an unknown preset or renderer, a negative seed, or a closed loop about a sheet.
+            ValueError: for an unknown preset or renderer, or a negative seed.
         """
         configuration = preset_of(self, preset)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
-        own_seed = episode_seed(seed, self.id, 0)
-        if not isinstance(configuration, StereoFollow):
-            if looped:
-                raise ValueError(f"closed_loop: expected None or False, since {preset} follows a set path, got True")
-            return SheetEpisode(configuration.scene(own_seed), own_seed, renderer)
-        plan = make_plan(configuration, own_seed, closed_loop=looped)
+        plan = make_plan(configuration, episode_seed(seed, self.id, 0), closed_loop=looped)
         return StereoFollowEpisode(plan, renderer, truth)
 
 

@@ -1,4 +1,4 @@
-"""What is really so while a person is followed, besides what is so everywhere."""
+"""What is really so before the stereo camera, besides what is so everywhere."""
 
 from __future__ import annotations
 
@@ -15,31 +15,39 @@ LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]
 
 
 @dataclass(frozen=True, slots=True)
-class PeopleTruth(Truth):
-    """Truth of one frame of a person followed among N people. Masks and depth of the base are the left camera's.
-
-    Where the target is a sheet of paper, it is all that there is: its origin is the middle of its lower edge instead of
-    a place on the ground, and its illuminance the mean over it.
+class StereoTruth(Truth):
+    """Truth of one frame that a stereo camera sees. Masks and depth of the base are the left camera's.
 
     Attributes:
         T_world_right: (4, 4), pose of the right camera, as it is really mounted.
         right_instance_map: (H, W) int32, right_depth_m: (H, W) float32, as those of the left camera.
-        occluder: (N,) index of the person who hides most of each person, -1 if nobody does; -1 for all but the
-            target if that is all that is asked for.
-        illuminance_lx: (N,) on an upright surface at each person's chest that faces the camera.
+        illuminance_lx: (N,) on the side of each object that the camera sees.
         place: where the target is, e.g. ``corridor``, ``hall``, ``door``, ``yard``.
         light_event: what of the light on the target or in the picture has just begun to change (it stands for as long
             as the change counts as new), None if nothing has.
-        near_person: whether somebody other than the target is within 1.5 m of the camera and in its picture.
         registers: the camera's settings as it reports them.
     """
 
     T_world_right: NDArray[np.float64] = told("m", 4, 4)
     right_instance_map: NDArray[np.int32] = told("id", "H", "W", coding="as instance_map")
     right_depth_m: NDArray[np.float32] = told("m", "H", "W", coding="as depth_m")
-    occluder: NDArray[np.int64] = told("1", "N", coding="index of an object, -1 for none", left_out=True)
     illuminance_lx: NDArray[np.float64] = told("lx", "N")
     place: str = told("word")
     light_event: LightEvent | None = told("word", coding="none where nothing of the light is new")
-    near_person: bool = told("1")
     registers: CameraRegisters = told("1")
+
+
+@dataclass(frozen=True, slots=True)
+class PeopleTruth(StereoTruth):
+    """Truth of one frame of a person followed among N people.
+
+    Illuminance is that on an upright surface at each person's chest that faces the camera.
+
+    Attributes:
+        occluder: (N,) index of the person who hides most of each person, -1 if nobody does; -1 for all but the
+            target if that is all that is asked for.
+        near_person: whether somebody other than the target is within 1.5 m of the camera and in its picture.
+    """
+
+    occluder: NDArray[np.int64] = told("1", "N", coding="index of an object, -1 for none", left_out=True)
+    near_person: bool = told("1")

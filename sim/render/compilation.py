@@ -20,7 +20,8 @@ _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
 def row_kernel(**options: Any) -> Callable[[_Kernel], _Kernel]:
     """Return ``numba.njit`` for a kernel that makes no arrays, with more options of it.
 
-    It counts no references to arrays: kernels of rows, short and often called, took a twentieth more time for that.
+    It counts no references to arrays: kernels of rows, short and often called, took a twentieth more time for that. So
+    it must return none either: a caller that counts would release what it never took.
     """
     decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, **_NO_REFERENCE_COUNTING, **options)
     return decorator
@@ -43,12 +44,15 @@ def announce_compilation(kernel: Callable[..., Any]) -> None:
 def forget_stale_kernels(package: Path, caller: Any = None) -> None:
     """Remove compiled kernels that are older than any source file of the package; once a process.
 
-    Those of the package, or of one ``caller`` (a numba function) that calls kernels of the package.
-
     numba compiles a kernel anew when its own file has changed, but not when one that it calls has, in another file.
-    Kernels of a package that numba keeps elsewhere than beside the sources (``NUMBA_CACHE_DIR``) are not looked at.
+    Kernels that numba keeps elsewhere than beside the sources (``NUMBA_CACHE_DIR``) are not looked at.
+
+    Args:
+        caller: a numba function outside the package that calls its kernels: only compiled forms of it are removed,
+            wherever they are, and subpackages are not looked at.
     """
-    newest = max(source.stat().st_mtime for source in package.rglob("*.py"))
+    sources = package.rglob("*.py") if caller is None else package.glob("*.py")
+    newest = max(source.stat().st_mtime for source in sources)
     for index in package.rglob("__pycache__/*.nbi") if caller is None else _indices(caller):
         # Another process may do the same at the same time, or the folder may belong to another user.
         with contextlib.suppress(OSError):

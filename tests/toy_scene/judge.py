@@ -87,7 +87,9 @@ class ManySheet:
         frames = np.isfinite(found).sum(axis=0)
         for k, name in enumerate(self._judge.names):
             if frames[k]:
-                yield Score("crate_found_rate", float(np.nanmean(found[:, k])), float(frames[k]), Stay(k, name, int(frames[k])))
+                yield Score(
+                    "crate_found_rate", float(np.nanmean(found[:, k])), float(frames[k]), Stay(k, name, int(frames[k]))
+                )
         if frames.any():
             yield Score("found_rate", float(np.nanmean(found)), float(frames.sum()))
             yield Score("position_error_px", float(np.mean(self._errors_px)), float(frames.sum()))

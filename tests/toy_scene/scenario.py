@@ -82,7 +82,9 @@ class Head:
 
     def obey(self, command: CameraCommand) -> None:
         """Turn for the time of one frame, within the head's limits."""
-        pan, tilt, zoom = (np.clip(getattr(command, each.name), -each.limit, each.limit) / RATE_HZ for each in HEAD.axes)
+        pan, tilt, zoom = (
+            np.clip(getattr(command, each.name), -each.limit, each.limit) / RATE_HZ for each in HEAD.axes
+        )
         self.pan_rad += float(pan)
         self.tilt_rad = float(np.clip(self.tilt_rad + tilt, -_STEEPEST_RAD, 0.0))
         self.zoom = float(np.clip(self.zoom * np.exp(zoom), *_ZOOM))

@@ -18,11 +18,10 @@ from gymnasium.utils.env_checker import check_env
 
 from benchmarks.cli import main
 from benchmarks.run.guards import GuardedContestant
-from benchmarks.run.jobs import Job, opened
+from benchmarks.run.jobs import Job, opened, take_in
 from benchmarks.run.records import read_rows
 from benchmarks.run.replay import replay
 from benchmarks.run.steering import suite_watching
-from benchmarks.suites.judging import take_in
 from benchmarks.suites.registry import Scene, add_scene, suite
 from benchmarks.video.instant import Instant, draw_instant
 from scenarios import catalog
@@ -197,7 +196,7 @@ def test_the_env_is_gymnasiums_and_its_features_are_of_the_steered_camera() -> N
     observed, info = env.reset(seed=3, options={"preset": "quick", "episode_seed": 1})
     assert env.action_space.shape == (3,)
     for _ in range(19):
-        observed, reward, terminated, truncated, info = env.step(env.action_space.sample())
+        observed, reward, _, truncated, info = env.step(env.action_space.sample())
         assert observed.shape == (len(FEATURES),)
         assert np.isfinite(observed).all()
         assert np.isfinite(reward)
@@ -221,7 +220,7 @@ def test_pictures_of_one_band_are_observed_too() -> None:
 
 
 def test_the_env_says_that_there_is_no_hard_preset_to_grade() -> None:
-    with pytest.raises(ValueError, match="difficulty: expected None, as toy-yard-v1 has no preset hard, got 0.5"):
+    with pytest.raises(ValueError, match=r"difficulty: expected None, as toy-yard-v1 has no preset hard, got 0.5"):
         gym.make(ENV, difficulty=0.5)
 
 
@@ -338,13 +337,14 @@ def test_one_estimate_is_no_answer_of_a_tracker_of_many(episode: YardEpisode) ->
     assert said == [()] * 20
 
 
-def test_a_track_of_nan_says_nothing_and_is_no_failure(episode: YardEpisode) -> None:
-    guard, said, scores = lived(episode, lambda k: [track(0, np.nan)])
-    # One number that is not finite is half an answer; all NaN is none.
+def test_half_a_position_is_a_failure(episode: YardEpisode) -> None:
+    guard, _, _ = lived(episode, lambda k: [track(0, np.nan)])
     assert guard.failed_at_frame == 0
-    guard, said, scores = lived(
-        TOY_YARD.episode("quick", 1), lambda k: [Track(0, Estimate(np.full(2, np.nan)))]
-    )
+    assert "position_px: expected finite numbers" in str(guard.reason)
+
+
+def test_a_track_of_nan_says_nothing_and_is_no_failure(episode: YardEpisode) -> None:
+    guard, said, scores = lived(episode, lambda k: [Track(0, Estimate(np.full(2, np.nan)))])
     assert guard.reason is None
     assert (scores["found_rate"], scores["false_tracks"]) == (0.0, 0.0)
     assert all(len(tracks) == 1 for tracks in said)

@@ -125,7 +125,7 @@ def _note_carrier(said: Any, looks: Looks, own: _View) -> None:
 
 
 def _see_from(own: _View, said: Any, width_m: float) -> None:
-    """Note where the target is in the picture of another camera than the one watched, whose picture is so wide there."""
+    """Note where the target is in a picture that is not the watched one, which is ``width_m`` wide there."""
     offset_m = np.array([*(np.array([said["x_m"], said["y_m"]]) - own.place_m), -own.height_m])
     seen_m = offset_m @ own.R
     # What lies beside the camera or behind it is far outside the picture, on the side to turn to.

@@ -10,7 +10,7 @@ from benchmarks.suites.registry import Facts, Metric
 from benchmarks.suites.stereo.metrics.disparity import DisparityErrors, disparity_error_px, seen_by_both
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.floor_plan import PLACES
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import StereoTruth
 from trackers.paper_b.matching import StereoMatcher
 
 EVERY_FRAMES = 10
@@ -29,7 +29,7 @@ class DisparityMeasurement:
 
     def see(self, frame: Frame) -> None:
         """Take one frame."""
-        seen, truth = frame.observation, told_by(frame.truth, PeopleTruth)
+        seen, truth = frame.observation, told_by(frame.truth, StereoTruth)
         if truth.frame % EVERY_FRAMES or seen.right_rgb is None:
             return
         error_px = disparity_error_px(frame, self._matcher.depth_m(seen.image_rgb, seen.right_rgb, seen.camera))

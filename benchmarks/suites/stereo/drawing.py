@@ -13,7 +13,7 @@ from benchmarks.video.instant import Instant
 from benchmarks.video.legend import Sign
 from scenarios.scenario import Episode
 from scenarios.stereo_follow.floor_plan import RoomPlan
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
 from trackers.paper_b.matching import StereoMatcher
 
 _CALM, _HIDDEN, _NEW_LIGHT = (54, 58, 66), (130, 84, 118), (120, 170, 90)
@@ -40,7 +40,7 @@ class StereoDrawing:
 
     @classmethod
     def of(cls, episode: Episode) -> StereoDrawing:
-        """Return what draws an episode of ``stereo-follow``."""
+        """Return what draws an episode of either scenario of the suite."""
         return cls(episode.map_of().plan)
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
@@ -53,18 +53,19 @@ class StereoDrawing:
 
     def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
         """See ``Drawing``: above the light, below whether he is seen."""
-        truth = told_by(instant.frame.truth, PeopleTruth)
+        truth = told_by(instant.frame.truth, StereoTruth)
         is_seen = truth.visible_fraction[instant.target] >= SEEN_AT_LEAST
         return (_CALM if truth.light_event is None else _NEW_LIGHT, _CALM if is_seen else _HIDDEN)
 
 
 def describe_person(instant: Instant) -> str:
     """Return how much of the target is seen, and what of the light is new: ``9 % seen, behind crosser-3, lamp off``."""
-    truth = told_by(instant.frame.truth, PeopleTruth)
+    truth = told_by(instant.frame.truth, StereoTruth)
     if truth.state[instant.target] == "out":
         words = "out of view"
     else:
-        seen, hider = truth.visible_fraction[instant.target], truth.occluder[instant.target]
+        seen = truth.visible_fraction[instant.target]
+        hider = truth.occluder[instant.target] if isinstance(truth, PeopleTruth) else -1
         words = f"{seen:.0%} seen"
         words += f", behind {truth.names[hider]}" if hider >= 0 and seen < _WHOLE else ""
     return words if truth.light_event is None else f"{words}, {truth.light_event}"

@@ -10,7 +10,7 @@ from benchmarks.suites.stereo.metrics.people import answered_place_m
 from benchmarks.video import marks
 from benchmarks.video.instant import Instant
 from scenarios.stereo_follow.floor_plan import Area, RoomPlan
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import StereoTruth
 from sim.optics import rays
 from trackers.paper_b.matching import StereoMatcher
 
@@ -80,7 +80,7 @@ def _disparity(instant: Instant, matcher: StereoMatcher) -> NDArray[np.uint8]:
 def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
     """Draw everybody from above, x of the world to the right, the camera in the middle."""
     truth = instant.frame.truth
-    assert isinstance(truth, PeopleTruth)
+    assert isinstance(truth, StereoTruth)
     picture = np.full((_CELL_PX[1], _CELL_PX[0], 3), _GROUND, dtype=np.uint8)
     place_m = truth.T_world_camera[:2, 3]
 

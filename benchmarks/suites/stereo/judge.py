@@ -15,7 +15,7 @@ from benchmarks.suites.stereo.metrics import people
 from benchmarks.suites.stereo.metrics.people import PeopleSeries
 from benchmarks.suites.stereo.metrics.people_events import OCCLUSION, PeopleEvent, find_events
 from scenarios.scenario import Episode, Frame, Scenario
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import StereoTruth
 from scenarios.truth import without_pixels
 from trackers.types import CameraCommand, Estimate
 
@@ -29,13 +29,13 @@ class StereoJudge:
     def __init__(self, episode: Episode, scenario: Scenario) -> None:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
         self._target = scenario.target
-        self._truths: list[PeopleTruth] = []
+        self._truths: list[StereoTruth] = []
         self._disparity = DisparityMeasurement(scenario.target)
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
         self._disparity.see(frame)
-        self._truths.append(without_pixels(told_by(frame.truth, PeopleTruth)))
+        self._truths.append(without_pixels(told_by(frame.truth, StereoTruth)))
 
     def sheet(self) -> StereoSheet:
         """See ``Judge``."""
@@ -69,7 +69,7 @@ class StereoSheet:
     def keep(self, frame: Frame, estimate: Estimate) -> None:
         """See ``ScoreSheet``."""
         self._given.append(people.answers(estimate))
-        self._place_m.append(people.answered_place_m(estimate, told_by(frame.truth, PeopleTruth), frame.camera))
+        self._place_m.append(people.answered_place_m(estimate, told_by(frame.truth, StereoTruth), frame.camera))
         self._silent_frames += bool(np.isnan(estimate.position_px).any())
 
     def scores(self, failed_at_frame: int | None) -> Iterator[Score]:

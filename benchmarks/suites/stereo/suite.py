@@ -32,7 +32,7 @@ STEREO = Suite(
     name="stereo",
     summary="a stereo camera follows a person among others under changing light: is it still the same person?",
     heading="Is it still the same person?",
-    scenes=(Scene("stereo-follow", drawing=StereoDrawing.of),),
+    scenes=(Scene("stereo-follow", drawing=StereoDrawing.of), Scene("paper-sheet", drawing=StereoDrawing.of)),
     preset="standard",
     quick_preset="quick",
     judge=StereoJudge,

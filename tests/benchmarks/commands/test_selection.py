@@ -10,12 +10,15 @@ from benchmarks.commands.selection import parties
 from benchmarks.run.contestants import entrants
 from benchmarks.suites.follow.suite import FOLLOW
 from benchmarks.suites.frame_out.suite import FRAME_OUT
+from benchmarks.suites.stereo.suite import STEREO
 from scenarios import catalog
 from trackers.controllers.catalogue import controllers
 
+STANDARD = ("standard",)
+
 
 def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
-    town, rooms = parties(FOLLOW, (), (), (), variants=True)
+    town, rooms = parties(FOLLOW, (), STANDARD, (), (), variants=True)
     assert (town.scenario, rooms.scenario) == ("road-town-v1", "stereo-follow-v1")
     for party in (town, rooms):
         roles = [entrants()[name].role for name in party.trackers]
@@ -24,31 +27,45 @@ def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> Non
 
 
 def test_names_go_where_they_are_known() -> None:
-    town, rooms = parties(FOLLOW, (), ("colour_pf", "stereo_wb", "opencv_mil"), ("hold", "centre"), variants=True)
+    town, rooms = parties(
+        FOLLOW, (), STANDARD, ("colour_pf", "stereo_wb", "opencv_mil"), ("hold", "centre"), variants=True
+    )
     assert town.trackers == ("colour_pf", "opencv_mil")
     assert rooms.trackers == ("stereo_wb", "opencv_mil")
     assert town.controllers == rooms.controllers == ("hold", "centre")
-    (only,) = parties(FOLLOW, (), ("colour_pf",), (), variants=True)
+    (only,) = parties(FOLLOW, (), STANDARD, ("colour_pf",), (), variants=True)
     assert only.scenario == "road-town-v1"
-    (only,) = parties(FOLLOW, ("stereo-follow",), (), ("hold",), variants=True)
+    (only,) = parties(FOLLOW, ("stereo-follow",), STANDARD, (), ("hold",), variants=True)
     assert (only.scenario, only.controllers) == ("stereo-follow-v1", ("hold",))
 
 
+def test_presets_go_where_they_are_known() -> None:
+    def chosen(*presets: str) -> list[tuple[str, tuple[str, ...]]]:
+        return [(p.scenario, p.presets) for p in parties(STEREO, (), presets, (), (), variants=True)]
+
+    people, sheets = "stereo-follow-v1", "paper-sheet-v1"
+    assert chosen("standard") == [(people, ("standard",))]
+    assert chosen("paper-b2") == [(sheets, ("paper-b2",))]
+    assert chosen("quick", "paper-b1", "hard") == [(people, ("quick", "hard")), (sheets, ("paper-b1",))]
+    # What no scenario has is refused by the first one's.
+    assert chosen("nix", "paper-b1") == [(people, ("nix",)), (sheets, ("paper-b1",))]
+
+
 def test_what_nobody_knows_is_kept_to_be_refused() -> None:
-    (party,) = parties(FOLLOW, (), ("nix",), (), variants=True)
+    (party,) = parties(FOLLOW, (), STANDARD, ("nix",), (), variants=True)
     assert party.trackers == ("nix",)
     with pytest.raises(ValueError, match=r"scenario: expected one of road-town-v1, stereo-follow-v1.*; got 'fish-v1'"):
-        parties(FOLLOW, ("fish-v1",), (), (), variants=True)
+        parties(FOLLOW, ("fish-v1",), STANDARD, (), (), variants=True)
 
 
 def test_a_suite_of_trackers_is_as_it_was() -> None:
-    (party,) = parties(FRAME_OUT, (), (), ("set-path",), variants=False)
+    (party,) = parties(FRAME_OUT, (), STANDARD, (), ("set-path",), variants=False)
     assert party.controllers == ("set-path",)
     assert set(party.trackers) == {name for name, who in entrants("frame-out").items() if who.role != "variant"}
-    assert parties(FRAME_OUT, (), (), (), variants=True)[0].controllers == ()
+    assert parties(FRAME_OUT, (), STANDARD, (), (), variants=True)[0].controllers == ()
 
 
 def test_a_suite_made_of_another_has_trackers_of_its_own() -> None:
     """As CONTRIBUTING makes one: the name is new, and nobody has entered for it yet."""
-    (party,) = parties(replace(FRAME_OUT, name="while-seen"), (), (), (), variants=True)
+    (party,) = parties(replace(FRAME_OUT, name="while-seen"), (), STANDARD, (), (), variants=True)
     assert party.trackers == ()

@@ -19,7 +19,8 @@ from benchmarks.suites.stereo.suite import STEREO
 
 def row(seed: int, metric: str, value: Any, weight: float = 1.0, **frame_out: Any) -> dict[str, Any]:
     """Return a row with what pooling looks at."""
-    return {"seed": seed, "metric": metric, "value": value, "weight": weight, "frame_out": frame_out or None}
+    of = {"suite": FRAME_OUT.name, "seed": seed, "metric": metric}
+    return {**of, "value": value, "weight": weight, "frame_out": frame_out or None}
 
 
 def metric_of(rows: tuple[str, ...], statistic: Any = "mean", kind: Any = None) -> Metric:
@@ -206,7 +207,11 @@ def test_the_paired_difference_of_f_is_that_of_the_pooled_ones() -> None:
 
 def test_kinds_choose_events_by_what_is_true_of_them() -> None:
     def event(kind: str, light: bool, share: float) -> dict[str, Any]:
-        return {**row(0, "event_wrong_person_rate", share), "event": {"kind": kind, "light": light}}
+        return {
+            **row(0, "event_wrong_person_rate", share),
+            "suite": STEREO.name,
+            "event": {"kind": kind, "light": light},
+        }
 
     rows = [event("lamp on", True, 0.5), event("shade", True, 0.0), event("near person", False, 1.0)]
     pool = pooled(rows, STEREO.metric("wrong_after_light_rate"))

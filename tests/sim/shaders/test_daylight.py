@@ -115,21 +115,6 @@ def test_a_sun_below_the_horizon_lights_nothing_level(town):
     assert (radiance.transpose(0, 2, 1)[gbuffer.instance_id == 0] == 0).all()
 
 
-def test_haze_turns_far_things_into_sky():
-    level = look_down_pose(np.array([0, 0, 20.0]), 0.0, np.pi / 2, 0.0)
-    with World() as world:
-        world.add(ground(8000.0, GREY), np.eye(4), name="ground", category="ground")
-        gbuffer = Raster(world).gbuffer(CAMERA, level)
-        sun = Sun(_direction(40), 8e4)
-        clear = DaylightShader(world, sun, 1.5e4).shade(gbuffer, CAMERA, level)
-        hazy = DaylightShader(world, sun, 1.5e4, visibility_m=1000.0).shade(gbuffer, CAMERA, level)
-    sky = clear[0, :, 0]
-    np.testing.assert_array_equal(hazy[0, :, 0], sky)
-    row = int(np.flatnonzero(gbuffer.depth_m[:, 160] < 1000.0)[0])
-    through = np.exp(-3.912 * gbuffer.depth_m[row, 160] / 1000.0)
-    np.testing.assert_allclose(hazy[row, :, 160], sky + (clear[row, :, 160] - sky) * through, rtol=1e-3)
-
-
 def test_a_view_is_lit_alike_whatever_was_seen_before(town):
     sun = Sun(SUNS["low"], 1e5)
     raster, shader = Raster(town), DaylightShader(town, sun, 1e4)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from benchmarks.suites.judging import told_by
 from scenarios.scenario import Frame
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import StereoTruth
 from sim.optics import project, rays
 from trackers.paper_b.matching import baseline_m
 
@@ -29,7 +29,7 @@ def disparity_error_px(frame: Frame, matched_depth_m: NDArray[np.float32]) -> ND
     Args:
         matched_depth_m: (H', W') of the same view, of any size; NaN where it is unknown.
     """
-    truth, camera = told_by(frame.truth, PeopleTruth), frame.observation.camera
+    truth, camera = told_by(frame.truth, StereoTruth), frame.observation.camera
     height, width = truth.depth_m.shape
     enlarged_m = cv2.resize(matched_depth_m, (width, height), interpolation=cv2.INTER_NEAREST).astype(float)
     focal_times_baseline = camera.focal_px * baseline_m(camera)
@@ -44,7 +44,7 @@ def seen_by_both(frame: Frame) -> NDArray[np.bool_]:
     It is seen there if the right camera's true depth at that pixel gives the same disparity within one pixel: otherwise
     something else is before it. Pixels of the sky, which has no depth, and points beside the right picture are not.
     """
-    truth, camera = told_by(frame.truth, PeopleTruth), frame.camera
+    truth, camera = told_by(frame.truth, StereoTruth), frame.camera
     height, width = truth.depth_m.shape
     columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     is_surface = np.isfinite(truth.depth_m)

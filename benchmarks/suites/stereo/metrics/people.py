@@ -22,7 +22,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
 from sim.optics import PinholeCamera, rays
 from trackers.types import Estimate
 
@@ -82,7 +82,7 @@ class PeopleSeries:
         return (self.visible_fraction >= SEEN_AT_LEAST) & (np.arange(self.frame_count) > 0)
 
 
-def people_series(truths: Sequence[PeopleTruth], target: int, rate_hz: float) -> PeopleSeries:
+def people_series(truths: Sequence[StereoTruth], target: int, rate_hz: float) -> PeopleSeries:
     """Return the truth of an episode as arrays. The number of people must not change."""
     return PeopleSeries(
         rate_hz=rate_hz,
@@ -92,7 +92,7 @@ def people_series(truths: Sequence[PeopleTruth], target: int, rate_hz: float) ->
         out=np.array([truth.state[target] == "out" for truth in truths]),
         place=np.array([truth.place for truth in truths]),
         light_event=np.array([truth.light_event or "" for truth in truths]),
-        near_person=np.array([truth.near_person for truth in truths]),
+        near_person=np.array([isinstance(truth, PeopleTruth) and truth.near_person for truth in truths]),
     )
 
 
@@ -102,7 +102,7 @@ def answers(estimate: Estimate) -> bool:
     return bool(np.isfinite(estimate.position_px).all()) and (said is None or said >= ANSWERS_FROM)
 
 
-def answered_place_m(estimate: Estimate, truth: PeopleTruth, camera: PinholeCamera) -> NDArray[np.float64]:
+def answered_place_m(estimate: Estimate, truth: StereoTruth, camera: PinholeCamera) -> NDArray[np.float64]:
     """Return the answer's place (2,) on the ground: ``c + depth * ray(position)`` without its height; NaN if nowhere.
 
     A tracker of one camera cannot measure depth. It is lent the *true* depth of the surface that its position shows:
@@ -120,7 +120,7 @@ def answered_place_m(estimate: Estimate, truth: PeopleTruth, camera: PinholeCame
     return place_m[:2]
 
 
-def _lent_depth_m(position_px: NDArray[np.float64], truth: PeopleTruth) -> float:
+def _lent_depth_m(position_px: NDArray[np.float64], truth: StereoTruth) -> float:
     column, row = np.floor(position_px)
     height, width = truth.depth_m.shape
     inside = 0 <= row < height and 0 <= column < width

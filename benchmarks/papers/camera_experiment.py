@@ -1,0 +1,128 @@
+"""Experiments that measure a camera on the sheet of paper, and run no tracker."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import joblib
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.papers.experiment import PaperExperiment
+from benchmarks.run.experiment import Progress, current_blocks, make_folder
+from benchmarks.run.jobs import as_row
+from benchmarks.run.records import BlockKey, Row, append_block, tidy
+from benchmarks.run.versions import versions_of_modules
+from benchmarks.suites.judging import Score, told_by
+from benchmarks.suites.registry import Metric
+from benchmarks.video import marks
+from scenarios.paper_sheet.scenario import PAPER_SHEET
+from scenarios.paper_sheet.sheet import region_of_sheet
+from scenarios.scenario import RendererName
+from scenarios.stereo_follow.truth import StereoTruth
+from trackers.types import CameraRegisters
+
+Values = Mapping[str, float | list[float]]
+_TRACKER = "none"
+_REGION_RGB = (230, 60, 60)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraExperiment(PaperExperiment):
+    """See ``PaperExperiment``. Claims are about values of the rows, of which the mean over seeds is taken."""
+
+    suite: str = "paper"
+    scenario: str = PAPER_SHEET.id
+
+    @abstractmethod
+    def measure(self, seed: int, renderer: RendererName) -> Values:
+        """Return the values of one episode's rows; the last is the number of frames."""
+
+    def metric(self, name: str) -> Metric:
+        """See ``PaperExperiment``."""
+        return Metric(name, "", "1", "higher", (name,))
+
+    def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
+        """See ``PaperExperiment``."""
+        make_folder(out)
+        have, moved = current_blocks(out, seeds, self._made_now)
+        missing = [seed for seed in seeds if self._key(seed, renderer) not in have]
+        parallel = joblib.Parallel(n_jobs=max(workers, 1), return_as="generator_unordered")
+        progress(len(seeds) - len(missing), len(seeds))
+        blocks = parallel(joblib.delayed(self.block)(seed, renderer) for seed in missing)
+        for done, block in enumerate(blocks, start=len(seeds) - len(missing) + 1):
+            append_block(out, block)
+            progress(done, len(seeds))
+        return [*moved, *filter(None, [tidy(out)])]
+
+    def block(self, seed: int, renderer: RendererName) -> list[Row]:
+        """Return the rows of one seed."""
+        heading: Row = {
+            "suite": self.suite,
+            "scenario": self.scenario,
+            "preset": self.preset,
+            "tracker": _TRACKER,
+            "role": "measured",
+            "controller": None,
+            "renderer": renderer,
+            "seed": seed,
+        }
+        ending = {"seconds": None, "versions": self._versions}
+        scores = (Score(name, value) for name, value in self.measure(seed, renderer).items())
+        return [{**heading, **as_row(0, score, "frame_out"), **ending} for score in scores]
+
+    @property
+    def _versions(self) -> dict[str, str]:
+        return versions_of_modules(type(self).__module__, type(PAPER_SHEET).__module__)
+
+    def _key(self, seed: int, renderer: str) -> BlockKey:
+        return BlockKey(self.suite, self.scenario, self.preset, renderer, "", _TRACKER, seed)
+
+    def _made_now(self, key: BlockKey) -> dict[str, str] | None:
+        return self._versions if key == self._key(key.seed, key.renderer) else None
+
+
+@dataclass(frozen=True, slots=True)
+class SheetPicture:
+    """One picture of the sheet, by the left camera.
+
+    Attributes:
+        image_rgb: (H, W, 3) uint8.
+        registers: the camera's settings.
+        region_xyxy: (4,) rectangle within the sheet whose colours are looked at, pixels.
+        illuminance_lx: mean on the sheet.
+    """
+
+    image_rgb: NDArray[np.uint8]
+    registers: CameraRegisters
+    region_xyxy: NDArray[np.float64]
+    illuminance_lx: float
+
+    @property
+    def marked_rgb(self) -> NDArray[np.uint8]:
+        """The picture with the rectangle drawn in."""
+        marked = self.image_rgb.copy()
+        marks.draw_box(marked, self.region_xyxy, _REGION_RGB)
+        return marked
+
+
+def photograph(
+    preset: str, seed: int, renderer: RendererName = "raster", *, exposure: bool = False, white_balance: bool = False
+) -> Iterator[SheetPicture]:
+    """Yield the pictures of an episode.
+
+    Args:
+        exposure, white_balance: whether these stay as they are on the first picture.
+    """
+    with closing(PAPER_SHEET.episode(preset, seed, renderer=renderer)) as episode:
+        for _ in range(episode.frame_count):
+            frame = episode.step()
+            episode.hold(exposure=exposure, white_balance=white_balance)
+            truth = told_by(frame.truth, StereoTruth)
+            region_xyxy = region_of_sheet(frame.camera, truth.T_world_camera, truth.T_world_object[0])
+            lux = float(truth.illuminance_lx[0])
+            yield SheetPicture(frame.observation.image_rgb, truth.registers, region_xyxy, lux)

@@ -1,0 +1,83 @@
+"""Experiments that run a paper's trackers, set as they were written, in a suite."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.papers.experiment import PaperExperiment
+from benchmarks.run.experiment import Experiment, Progress
+from benchmarks.run.experiment import run as run_experiment
+from benchmarks.run.jobs import Job, opened
+from benchmarks.run.records import Row
+from benchmarks.run.replay import replay
+from benchmarks.run.steering import link_in
+from benchmarks.scores.summary import grouped
+from benchmarks.suites.registry import Metric, suite
+from benchmarks.video.contact_sheet import contact_sheet
+from scenarios.scenario import RendererName
+from trackers import registry
+
+_SCALE = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrackerExperiment(PaperExperiment):
+    """See ``PaperExperiment``. Claims are about the suite's metrics.
+
+    Attributes:
+        trackers: in the order of the paper's figure.
+        frames: shown in the paper's figure; none where it names none.
+    """
+
+    trackers: tuple[str, ...]
+    frames: tuple[int, ...] = ()
+
+    @property
+    def settings(self) -> dict[str, dict[str, Any]]:
+        """Method → the values it was written with: a paper's experiment is repeated without tuning."""
+        return {name: registry.entry(name).written() for name in self.trackers}
+
+    def metric(self, name: str) -> Metric:
+        """See ``PaperExperiment``."""
+        return suite(self.suite).metric(name)
+
+    def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
+        """See ``PaperExperiment``."""
+        runs = Experiment(
+            suite=self.suite,
+            scenario=self.scenario,
+            presets=(self.preset,),
+            trackers=self.trackers,
+            seeds=seeds,
+            renderer=renderer,
+            workers=workers,
+            settings=self.settings,
+        )
+        return run_experiment(runs, out, progress).moved
+
+    def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> None:
+        """See ``PaperExperiment``: the paper's frames; where it names none, what the suite shows of a result."""
+        if self.frames:
+            self._show_frames(out, seeds.start, renderer)
+        else:
+            condition = self.condition(renderer)
+            suite(self.suite).picture(out, condition, grouped(rows)[condition], self.trackers)
+
+    def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
+        """Live through one episode with each method; show the observed frame inside the larger view."""
+        rows = {}
+        for tracker in self.trackers:
+            settings = {tracker: (tracker, self.settings[tracker])}
+            episode = (self.suite, self.scenario, self.preset, renderer, seed, self.controller)
+            with opened(Job(*episode, (tracker,), link=link_in(self.suite), repeats=1, settings=settings)) as live:
+                count = min(max(self.frames) + 1, live.loop.episode.frame_count)
+                rows[tracker] = list(replay(live, scale=_SCALE, wanted=self.frames, frame_count=count))
+        caption = (
+            f"Frames {', '.join(map(str, self.frames))}, as in the paper's figure, of seed {seed}. White: what the "
+            "camera sees; what is around it is shown to you alone. Blue: the car. Orange: the estimate. Yellow: the "
+            "particles. An arrow at the border points at what lies beyond."
+        )
+        self.write_figure(out, contact_sheet(rows), seed, renderer, "figure", caption)
