@@ -35,9 +35,9 @@ class Speed:
 
     Measured on one core with shadows, in CPU time of the thread; then frames a second, and the rate of two processes
     over that of one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v1 with a tracker and
-    pictures of 84 × 84: also the rate of four envs of which two step at a time over one at a time, beside two processes that
-    only count, as the limit of the machine, and the time of a reset. Then steps a second of the envs without pictures.
-    Run nothing else meanwhile: other processes on the same cores change the figures.
+    pictures of 84 × 84: also the rate of four envs, two at a time over one at a time, beside two processes that only
+    count, as the limit of the machine, and the time of a reset. Then steps a second of the envs without pictures. Run
+    nothing else meanwhile: other processes on the same cores change the figures.
 
     Attributes:
         scenarios: catalogue ids (default: all that have the preset).

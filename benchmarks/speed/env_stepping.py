@@ -4,10 +4,10 @@ Both are timed in one run, in turns, on the same view, in CPU time of the one th
 rehearsal: see ``benchmarks.speed.rendering``. A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v1`` with
 pictures of 84 × 84 observed on every step: action to command, everything moved, picture with shadows, light and noise,
 ``colour_pf`` with 500 particles, belief, truth of the target and reward. The *bare call* is ``getCameraImage`` of
-TinyRenderer with shadows. Resets are told separately. *Process scaling* is how many times as fast, by the clock, four envs
-in processes of their own step when two may step at a time as when one may; *arithmetic scaling* is the same of
-processes that count instead, which use neither memory nor anything of ours and wait for each other as often: the most
-that the machine allows.
+TinyRenderer with shadows. Resets are told separately. *Process scaling* is how many times as fast,
+by the clock, four envs in processes of their own step when two may step at a time as when one may; *arithmetic scaling*
+is the same of processes that count instead, which use neither memory nor anything of ours and wait for each other as
+often: the most that the machine allows.
 """
 
 from __future__ import annotations
