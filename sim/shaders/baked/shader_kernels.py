@@ -95,13 +95,11 @@ class BakedScratch(NamedTuple):
 
 def new_baked_scratch(width: int) -> BakedScratch:
     """Return scratch for rows of ``width`` pixels."""
-    lines, real, whole = (
-        new_lines(LIGHT_LINES, width),
-        np.empty((3, width), np.float32),
-        np.empty((3, width), np.uint32),
-    )
+    shadow, lines = new_shadow_scratch(width), new_lines(LIGHT_LINES, width)
     x, y, red, green, blue = lines.reshape(LIGHT_LINES, PITCH)[:, :width]
-    return BakedScratch(new_shadow_scratch(width), lines, x, y, red, green, blue, whole[0], *real, whole[1], whole[2])
+    dark, lit, cosine = np.empty((3, width), np.float32)
+    sample, first, last = np.empty((3, width), np.uint32)
+    return BakedScratch(shadow, lines, x, y, red, green, blue, sample, dark, lit, cosine, first, last)
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
