@@ -96,19 +96,12 @@ class DaylightShader:
     def row_light(
         self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> DaylightArrays:
-        """Return the light of the world as it is now in one camera's picture, for the row kernel; see ``shadows``."""
-        return DaylightArrays(*self._light, self.shadows(depth_m, camera, T_world_camera))
-
-    def shadows(
-        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> ShadowArrays:
-        """Return the shadows on what a camera sees now.
+        """Return the light of the world as it is now in one camera's picture, for the row kernel.
 
         Args:
-            depth_m: (H, W); those at every 16th pixel of every 16th row say what region the map must cover, all of them
-                what of it is looked at.
+            depth_m: (H, W).
         """
-        return shadows_in_view(self._caster, depth_m, camera, T_world_camera)
+        return DaylightArrays(*self._light, shadows_in_view(self._caster, depth_m, camera, T_world_camera))
 
 
 def shadows_in_view(
@@ -117,7 +110,12 @@ def shadows_in_view(
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
 ) -> ShadowArrays:
-    """Return the shadows that a caster draws on what a camera sees now, see ``DaylightShader.shadows``."""
+    """Return the shadows that a caster draws on what a camera sees now.
+
+    Args:
+        depth_m: (H, W); those at every 16th pixel of every 16th row say what region the map must cover, all of them
+            what of it is looked at.
+    """
     position_m, R_world_camera = T_world_camera[:3, 3], T_world_camera[:3, :3]
     rays = ray_of_pixel(camera)
     across = caster.axes[:2]

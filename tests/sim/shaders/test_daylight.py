@@ -14,7 +14,6 @@ from sim.render.shadow_tiles import BLOCK, NOTHING, TILE
 from sim.shaders import daylight
 from sim.shaders.colour import linear_to_srgb, srgb_to_linear
 from sim.shaders.daylight import DaylightShader, Sun
-from sim.shaders.daylight_kernels import shade_picture
 from sim.world import World
 from tests.sim.demo_scene import box, build_town, ground, pose
 from tests.sim.ray_casting import RayCaster, away_from_edges
@@ -193,9 +192,7 @@ def test_what_lies_beyond_the_map_is_lit(monkeypatch):
         shader = DaylightShader(world, Sun((0.0, 1.0, 1.0), 1e5, colour_rgb=(1, 1, 1)), 0.0)
         # The map is made to cover the picture's top alone.
         monkeypatch.setattr(daylight, "bounds_across", lambda depth_m, *rest: bounds_across(depth_m[:2], *rest))
-        radiance = np.empty((240, 3, 320), np.float32)
-        shadows = shader.shadows(gbuffer.depth_m, CAMERA, T_world_camera)
-        shade_picture(shader.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
+        radiance = shader.shade(gbuffer, CAMERA, T_world_camera)
     sunny = REFLECTANCE * 1e5 * np.sqrt(0.5) / np.pi
     level = (gbuffer.instance_id == 0) & away_from_edges(gbuffer.instance_id, 2)
     green = radiance[:, 1]
