@@ -5,7 +5,6 @@ import json
 import os
 import re
 import textwrap
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,19 +12,11 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.results import ledger
 from benchmarks.run.records import read, read_blocks
-from benchmarks.suites.frame_out.suite import FRAME_OUT
-from benchmarks.suites.registry import Scene
-from tests import fakes_scenario
 
 FAKES = "fake_knowing,fake_still"
 
 
-@pytest.fixture(autouse=True)
-def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let ``frameout bench frame-out`` run on the world of arithmetic."""
-    name = fakes_scenario.FAKE_TOWN.id
-    fake = replace(FRAME_OUT, scenes=(Scene(name, "frame-out"),), preset="tiny", quick_preset="tiny")
-    monkeypatch.setattr("benchmarks.commands.bench.suite", lambda name: fake)
+pytestmark = pytest.mark.usefixtures("fake_suite")
 
 
 def bench(out: Path, *more: str) -> int:

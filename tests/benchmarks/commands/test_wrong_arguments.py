@@ -13,6 +13,8 @@ from benchmarks.cli import main
 from benchmarks.video.mp4 import Mp4Writer
 from tests.benchmarks.no_room import no_room
 
+pytestmark = pytest.mark.usefixtures("fake_suite")
+
 
 @pytest.mark.parametrize(
     "command", ["list", "bench", "compare", "paper", "render", "report", "speed", "tune", "learn-colours"]
