@@ -176,10 +176,10 @@ def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) 
     for field in dataclasses.fields(Truth):
         value = np.asarray(getattr(truth, field.name))
         if value.dtype.kind in "biuf" and value.shape[:2] != truth.instance_map.shape:
-            expected[field.name] = value[target] if value.shape[:1] == (len(truth.names),) else value
-            unit, coding = meanings(Truth)[field.name].unit, meanings(Truth)[field.name].coding
-            assert unit in INFO[field.name][2].split(", ")
-            assert coding in INFO[field.name][2]
+            meaning, words = meanings(Truth)[field.name], INFO[field.name][2]
+            expected[field.name] = value[target] if meaning.per_object else value
+            assert (meaning.unit in words.split(", ")) == (meaning.unit != "1")
+            assert meaning.coding in words
     assert set(INFO) == set(told) == rest | set(expected)
     for name, value in expected.items():
         assert_equal(told[name], value, name)
