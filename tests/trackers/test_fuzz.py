@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.trackers.fuzz import SEQUENCE_FRAMES, answers, is_stereo
+from tests.trackers.fuzz import SEQUENCE_FRAMES, answers, is_stereo, names
 from tests.trackers.hostile import Sequence, hostile_sequence, tipping_sequence
-from trackers.registry import entries, entry
+from trackers.registry import entry
 
 _SEEDS = (4, 6, 11, 14)
 
@@ -19,7 +19,7 @@ def _sequence(seed: int, stereo: bool) -> Sequence:
     return hostile_sequence(seed, stereo=stereo, frames=SEQUENCE_FRAMES)
 
 
-@pytest.mark.parametrize("name", entries())
+@pytest.mark.parametrize("name", names())
 def test_no_picture_makes_a_tracker_raise(name):
     frames = 0
     for seed in _SEEDS:

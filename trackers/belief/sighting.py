@@ -74,7 +74,7 @@ def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> N
         _see_from(own, said, metres_per_pixel * watched.camera.width_px)
     if estimate.covariance_px is not None:
         said["spread_m"] = metres_per_pixel * float(np.sqrt(0.5 * np.trace(within_reach(estimate.covariance_px))))
-    if estimate.particles_px is not None and watched.sees_ground:
+    if estimate.particles_px is not None and len(estimate.particles_px) > 0 and watched.sees_ground:
         _summarise(said, estimate, watched)
     return sighting
 

@@ -6,12 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.weights import circular_mean
-from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M, GroundCamera
+from trackers.mosaic_graph.ground_camera import CAR_HEIGHT_M, CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.particle_filter import Posterior
 from trackers.types import Estimate
-
-_CAR_HEIGHT_M = 1.5
 
 
 def answer(
@@ -52,5 +50,5 @@ def _box_px(
     c, s = np.cos(heading_rad), np.sin(heading_rad)
     corners = 0.5 * np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * np.array(size_m)
     on_map = corners @ np.array([[c, s], [-s, c]]) + position_m
-    pixels = np.vstack([camera.to_picture(on_map, height_m) for height_m in (0.0, _CAR_HEIGHT_M)])
+    pixels = np.vstack([camera.to_picture(on_map, height_m) for height_m in (0.0, CAR_HEIGHT_M)])
     return np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])

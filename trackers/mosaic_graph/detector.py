@@ -234,9 +234,9 @@ def _spots(
     """Return the places (K, 2), (column, row) at half the size of ``cue``, where it is highest above its
     surroundings.
     """
-    height, width = cue.shape
-    size = max(round(0.5 * width), 1), max(round(0.5 * height), 1)
-    half = cv2.resize(cue, size, interpolation=cv2.INTER_AREA)
+    if min(cue.shape) < 2:
+        return np.empty((0, 2))
+    half = cv2.resize(cue, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     spot = cv2.blur(half, (narrow_px, narrow_px)) - _SURROUNDINGS * cv2.blur(half, (wide_px, wide_px))
     highest = cv2.dilate(spot, np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8))
     row, column = np.nonzero((spot >= highest) & (spot > threshold))

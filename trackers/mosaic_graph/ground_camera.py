@@ -21,8 +21,9 @@ CENTRE_HEIGHT_M = 0.7
 """Height above ground of the middle of a car, to which boxes and truth refer."""
 TYPICAL_LENGTH_M = 4.5
 """Of a car."""
+CAR_HEIGHT_M = 1.5
 _LEAST_CAR_PX, _LARGEST_CAR = 1.0, 4.0
-_LEAST_HEIGHT_M = 1.5
+"""A car of which less can be seen, or that is so many pictures long, is none that can be followed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +81,7 @@ class GroundCamera:
         """
         if not (np.isfinite(self.T_world_camera).all() and np.isfinite(self.bend).all()):
             return False
-        if self.T_world_camera[2, 3] < _LEAST_HEIGHT_M:
+        if self.T_world_camera[2, 3] < CAR_HEIGHT_M:
             return False
         metres_per_pixel = self.metres_per_pixel(pixel)
         largest_px = _LARGEST_CAR * max(self.model.width_px, self.model.height_px)

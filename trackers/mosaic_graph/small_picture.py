@@ -39,4 +39,5 @@ def draw_disc(picture: NDArray[Any], centre: NDArray[np.float64], radius_px: flo
     in or near the picture.
     """
     if np.isfinite(radius_px) and np.isfinite(centre).all() and np.abs(centre).max() < _FAR_PX:
+        radius_px = min(radius_px, _FAR_PX)
         cv2.circle(picture, tuple(np.round(centre).astype(int).tolist()), int(radius_px) + 1, value, -1)

@@ -68,7 +68,7 @@ def mark_errors_px(use_mosaic: bool) -> list[float]:
     frames = film(3, 30, out=(12, 20), decoys=0)
     first = frames[0]
     metres_per_pixel = first.T_world_camera[2, 3] / first.observation.camera.focal_px
-    registration = Registration(first.observation, metres_per_pixel, use_ego=False, use_mosaic=use_mosaic)
+    registration = Registration(first.observation, first.car_px, metres_per_pixel, use_ego=False, use_mosaic=use_mosaic)
     mosaic = Mosaic(2 * metres_per_pixel)
     mosaic.add(registration.first.small_rgb, registration.camera, _ALL_GROUND)
     marks_px = np.array([[150.0, 120.0], [500.0, 100.0], [320.0, 400.0]])
