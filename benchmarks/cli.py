@@ -72,6 +72,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if _ABOUT_AN_ARGUMENT.fullmatch(str(error)) is None:
             raise
         return _refuse(str(error))
+    except ChildProcessError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return _FAILED
     except OSError as error:
         if error.errno not in _NO_ROOM:
             raise

@@ -6,8 +6,6 @@ import importlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from sim.checks import check
-
 if TYPE_CHECKING:
     from scenarios.scenario import Scenario, Survey
 
@@ -62,7 +60,8 @@ def register(entry: Entry) -> None:
     """Add a scenario. Raises ValueError if another has its id."""
     global _ENTRIES
     if entry not in _ENTRIES:
-        check("scenario", entry.id not in names(), "an id that is free", repr(entry.id))
+        if entry.id in names():
+            raise ValueError(f"scenario: expected an id that is free, got {entry.id!r}")
         _ENTRIES = (*_ENTRIES, entry)
 
 

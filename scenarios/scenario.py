@@ -31,7 +31,7 @@ class Frame:
 
     @property
     def camera(self) -> PinholeCamera:
-        """The camera as all truth has it: without the lens's distortion, which is in the picture alone."""
+        """The camera that the tracker watches."""
         return _pinhole(self.observation.camera)
 
     @property
@@ -201,7 +201,10 @@ class Scenario(Protocol):
 
     @property
     def presets(self) -> dict[str, Any]:
-        """Name -> the frozen dataclass that configures an episode."""
+        """Name -> the frozen dataclass that configures an episode.
+
+        It has at least ``summary``, ``closed_loop`` (whether a controller steers), ``width_px`` and ``height_px``.
+        """
         ...
 
     def episode(

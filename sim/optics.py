@@ -35,14 +35,11 @@ class PinholeCamera:
     Attributes:
         width_px, height_px: size of the picture.
         focal_px: focal length in pixels, > 0.
-        radial_distortion: (k1, k2) of the Brown model that the *sensor* applies to the finished picture;
-            truth and geometry here are those of the undistorted picture.
     """
 
     width_px: int
     height_px: int
     focal_px: float
-    radial_distortion: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
     def from_field_of_view(cls, width_px: int, height_px: int, horizontal_rad: float) -> PinholeCamera:

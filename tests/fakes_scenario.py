@@ -257,16 +257,12 @@ class HalfNan(_Fake):
 
 @register("fake_wrong_shape", role="baseline", summary="answers three numbers on frame 20")
 class WrongShape(_Fake):
-    """Answers in another shape."""
-
     def misbehave(self, observation: Observation) -> Estimate:
         return Estimate(np.zeros(3) if self._frame == 20 else self._centre)
 
 
 @register("fake_slow", role="baseline", summary="sleeps on frame 20")
 class Slow(_Fake):
-    """Takes too long."""
-
     def misbehave(self, observation: Observation) -> Estimate:
         if self._frame == 20:
             time.sleep(30.0)
@@ -275,8 +271,6 @@ class Slow(_Fake):
 
 @register("fake_kills", role="baseline", summary="ends its process on frame 20")
 class Kills(_Fake):
-    """Crashes like native code does."""
-
     def misbehave(self, observation: Observation) -> Estimate:
         if self._frame == 20:
             os._exit(3)
@@ -285,18 +279,14 @@ class Kills(_Fake):
 
 @register("fake_spoils", role="baseline", summary="paints on its picture on frame 20")
 class Spoils(_Fake):
-    """Writes into what others are shown, too."""
-
     def misbehave(self, observation: Observation) -> Estimate:
         if self._frame == 20:
             observation.image_rgb[:] = 255
         return Estimate(self._centre)
 
 
-@register("fake_sees", role="baseline", summary="is where it was first, or far off if its picture is not black")
+@register("fake_sees", role="baseline", summary="where it was first, or far off if its picture is not black")
 class Sees(_Fake):
-    """Goes by its picture."""
-
     def misbehave(self, observation: Observation) -> Estimate:
         return Estimate(self._centre + float(observation.image_rgb.max()), self._box)
 

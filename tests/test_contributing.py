@@ -62,7 +62,15 @@ def succeeds(command: str, folder: Path) -> str:
 
 @pytest.mark.parametrize(
     "heading",
-    ["Add a tracker", "Add a controller", "Add a metric", "Add a suite", "Add a street pattern", "Add a vehicle"],
+    [
+        "Add a tracker",
+        "Add a tracker of many targets",
+        "Add a controller",
+        "Add a metric",
+        "Add a suite",
+        "Add a street pattern",
+        "Add a vehicle",
+    ],
 )
 def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     section = [block for block in blocks_of("CONTRIBUTING.md") if block.heading == heading]
@@ -75,6 +83,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     told += "".join(path.read_text() for path in tmp_path.rglob("summary.json"))
     expected = {
         "Add a tracker": '"tracker": "template_match"',
+        "Add a tracker of many targets": '"tracker": "blobs"',
         "Add a controller": '"controller": "keep_above"',
         "Add a metric": '"metric": "jitter_px"',
         "Add a suite": '"suite": "while-seen"',

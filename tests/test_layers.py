@@ -32,7 +32,7 @@ def write_tree(folder: Path, module: str, source: str) -> None:
     files |= {"sim/world.py": "import pybullet\n", "trackers/types.py": "", "trackers/protocols.py": ""}
     files |= {"trackers/registry.py": "", "scenarios/town.py": "import sim.world\nimport trackers.types\n"}
     files |= {"benchmarks/cli.py": "import scenarios.town\nimport trackers.registry\n"}
-    files[module] = source
+    files |= {f"{Path(module).parent}/__init__.py": "", module: source}
     for name, text in files.items():
         path = folder / name
         path.parent.mkdir(exist_ok=True)

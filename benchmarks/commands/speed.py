@@ -25,7 +25,7 @@ from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
 from trackers.atomic_file import write_atomic
 
-_SOAKED_ENVS, _SOAKED_WORKERS = 4, 2
+_SOAKED_ENVS = 4
 _FEWEST_SOAKED_STEPS = 1000
 
 
@@ -35,16 +35,16 @@ class Speed:
 
     Measured on one core with shadows, in CPU time of the thread; then frames a second, and the rate of two processes
     over that of one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v1 with a tracker and
-    pictures of 84 × 84: also the rate of two workers over one with 16 envs (8 GB of memory), beside two processes that
-    only count, as the limit of the machine, and the time of a reset. Then steps a second of the envs without pictures.
-    Run nothing else meanwhile: other processes on the same cores change the figures.
+    pictures of 84 × 84: also the rate of four envs, two at a time over one at a time, beside two processes that only
+    count, as the limit of the machine, and the time of a reset. Then steps a second of the envs without pictures. Run
+    nothing else meanwhile: other processes on the same cores change the figures.
 
     Attributes:
         scenarios: catalogue ids (default: all that have the preset).
         preset: one of the scenarios'; it sets the size of the picture and the scene.
         seeds: towns A to B - 1.
         frames: number of timed frames in each town.
-        soak: instead make so many steps in a vector env with two workers, and print the memory in use.
+        soak: instead make so many steps in four envs side by side, and print the memory in use.
         out: folder for summary.json.
         json: print JSON instead of a table.
     """
@@ -100,7 +100,7 @@ class Speed:
         """Soak, telling how it goes; return 1 if memory grew by more than is allowed."""
         if steps < _FEWEST_SOAKED_STEPS:
             raise ValueError(f"soak: expected a whole number >= {_FEWEST_SOAKED_STEPS}, got {steps}")
-        samples = soak(self.preset, steps, _SOAKED_ENVS, _SOAKED_WORKERS, _print_sample)
+        samples = soak(self.preset, steps, _SOAKED_ENVS, _print_sample)
         grown = growth(samples)
         print(f"mean memory in the last fifth of the steps against the second: {grown:+.1%}")
         return int(grown > LARGEST_GROWTH)
@@ -109,4 +109,4 @@ class Speed:
 def _print_sample(sample: SoakSample) -> None:
     held = " ".join(f"{each:.0f}" for each in sample.rss_mib)
     done = f"{sample.steps} steps, {sample.episodes} episodes, {sample.seconds:.0f} s"
-    print(f"{done}: this process and its workers hold {held} MiB", flush=True)
+    print(f"{done}: this process and those of the envs hold {held} MiB", flush=True)

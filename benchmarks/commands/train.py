@@ -46,7 +46,7 @@ class Train:
         correction_share: the largest correction, as a share of the command's limit.
         reward: weights of the reward's terms, see REFERENCE.md.
         pictures: train with pictures.
-        envs: number of envs (default: 256 without pictures, one per core with them).
+        envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
         episodes: number of episodes planned for training without pictures, about a second each; they are stored.
         starts: first frame of episodes without pictures: episodes (frame 0), or frame-outs (shortly before the target
             is likely to be lost).

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import hashlib
 import json
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -69,9 +69,7 @@ def train(training: Training, out: Path, report: Report) -> Path:
             _learn(model, left, out, learnt_from, report)
         seconds = round(time.perf_counter() - started, 1)
     finally:
-        # Workers that the same Ctrl-C has ended cannot be told to end.
-        with contextlib.suppress(EOFError, ConnectionError):
-            envs.close()
+        envs.close()
     made = {"by": settings, "seconds": seconds} if before is None else {"by": settings}
     return save_policy(policy_of(model, training, made), out / "policy.json")
 
@@ -116,39 +114,20 @@ def _error_model_hash(training: Training) -> str | None:
 def _envs(training: Training, seed: int) -> Any:
     """Return the envs as stable-baselines3 takes them."""
     import gymnasium as gym
-    from stable_baselines3.common.env_util import make_vec_env
-    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+    from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
     from benchmarks.learning.vector_adapter import GymnasiumVecEnv
+    from scenarios.envs.processes import EnvProcesses
 
-    if not training.pictures:
-        envs = gym.make_vec(
-            training.env,
-            num_envs=training.env_count,
-            max_episode_steps=training.episode_steps,
-            pictures=False,
-            starts=training.starts,
-            seeds=range(training.episodes),
-            cache=EPISODES,
-            **training.env_keywords,
-        )
-        return GymnasiumVecEnv(envs, seed, 1.0 - _DISCOUNT)
-    return make_vec_env(
+    keywords = training.env_keywords | {"max_episode_steps": training.episode_steps}
+    if training.pictures:
         # Processes of their own learn the ids by the module's name.
-        f"scenarios:{training.env}",
-        n_envs=training.env_count,
-        seed=seed,
-        wrapper_class=_scaled,
-        env_kwargs=training.env_keywords | {"max_episode_steps": training.episode_steps},
-        vec_env_cls=SubprocVecEnv if training.env_count > 1 else DummyVecEnv,
-    )
-
-
-def _scaled(env: Any) -> Any:
-    """Return an env whose returns are about one, as those of the envs without pictures."""
-    import gymnasium as gym
-
-    return gym.wrappers.TransformReward(env, lambda reward: (1.0 - _DISCOUNT) * float(reward))
+        make = [partial(gym.make, f"scenarios:{training.env}", **keywords)] * training.env_count
+        envs = (EnvProcesses if len(make) > 1 else SyncVectorEnv)(make, autoreset_mode=AutoresetMode.SAME_STEP)
+    else:
+        own = {"starts": training.starts, "seeds": range(training.episodes), "cache": EPISODES}
+        envs = gym.make_vec(training.env, training.env_count, pictures=False, **own, **keywords)
+    return GymnasiumVecEnv(envs, seed, 1.0 - _DISCOUNT)
 
 
 def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:

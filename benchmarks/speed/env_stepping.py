@@ -4,10 +4,10 @@ Both are timed in one run, in turns, on the same view, in CPU time of the one th
 rehearsal: see ``benchmarks.speed.rendering``. A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v1`` with
 pictures of 84 × 84 observed on every step: action to command, everything moved, picture with shadows, light and noise,
 ``colour_pf`` with 500 particles, belief, truth of the target and reward. The *bare call* is ``getCameraImage`` of
-TinyRenderer with shadows. Resets are told separately. *Process scaling* is how many times the steps of a vector env of
-16 with one worker the same with two makes, by the clock; *arithmetic scaling* is the same of processes that count
-instead, which use neither memory nor anything of ours and wait for each other as often: the most that the machine
-allows.
+TinyRenderer with shadows. Resets are told separately. *Process scaling* is how many times as fast,
+by the clock, four envs in processes of their own step when two may step at a time as when one may; *arithmetic scaling*
+is the same of processes that count instead, which use neither memory nor anything of ours and wait for each other as
+often: the most that the machine allows.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from numpy.typing import NDArray
 from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, UNTIMED_FRAMES, bare_calls, entries_of
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.vector_env import FollowVectorEnv
+from scenarios.envs.processes import EnvProcesses
 
 ENV_ID, SCENARIO = catalog.DEFAULT_ENV, catalog.envs()[catalog.DEFAULT_ENV][0]
 SIDE_PX = 84
-_ENVS, _WORKERS = 16, 2
+_ENVS, _WORKERS = 4, 2
 _TURN_STEPS = 10
 _COUNTED = 40_000
 """Numbers that take about two thirds as long as a step of one env."""
@@ -127,7 +127,7 @@ def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list
     return taken_s
 
 
-def _under_way(envs: FollowVectorEnv, seed: int) -> Callable[[], object]:
+def _under_way(envs: EnvProcesses, seed: int) -> Callable[[], object]:
     """Begin the same episode in each of the envs and return what steps them all."""
     envs.reset(options={"episode_seed": seed})
     step = partial(envs.step, np.zeros(envs.action_space.shape or (), dtype=np.float32))
@@ -147,18 +147,18 @@ def _count(numbers: int) -> int:
 def measure_scaling(
     preset: str, seeds: range, steps: int, progress: Callable[[int], None]
 ) -> list[tuple[float, float, float, float]]:
-    """Return wall seconds for each episode: of a vector env's steps with one worker and with two, and of as much
+    """Return wall seconds for each episode: of a vector env's steps, one at a time and two at a time, and of as much
     counting in one process and in two.
 
     Args:
         steps: of all envs, in each episode.
         progress: called with the number of episodes done.
     """
-    keywords = env_keywords(preset)
+    make = [partial(FollowEnv, **env_keywords(preset))] * _ENVS
     taken_s = []
     with (
-        closing(FollowVectorEnv(_ENVS, workers=1, **keywords)) as alone,
-        closing(FollowVectorEnv(_ENVS, workers=_WORKERS, **keywords)) as shared,
+        closing(EnvProcesses(make, max_concurrency=1)) as alone,
+        closing(EnvProcesses(make, max_concurrency=_WORKERS)) as shared,
         # Ctrl-C reaches every process of a terminal; the one that holds the others ends them.
         ProcessPoolExecutor(
             _WORKERS,

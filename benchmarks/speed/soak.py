@@ -7,12 +7,14 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.speed.env_stepping import env_keywords
-from scenarios.envs.vector_env import FollowVectorEnv
+from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.processes import EnvProcesses
 
 LARGEST_GROWTH = 0.05
 _MEBIBYTE = 2**20
@@ -25,7 +27,7 @@ class SoakSample:
     Attributes:
         steps, episodes: since the beginning, all envs together.
         seconds: likewise.
-        rss_mib: resident memory of this process and of every worker, in MiB.
+        rss_mib: resident memory of this process and of every env's, in MiB.
     """
 
     steps: int
@@ -35,7 +37,7 @@ class SoakSample:
 
 
 def soak(
-    preset: str, steps: int, num_envs: int, workers: int, report: Callable[[SoakSample], None], samples: int = 40
+    preset: str, steps: int, num_envs: int, report: Callable[[SoakSample], None], samples: int = 40
 ) -> list[SoakSample]:
     """Step with random actions, resets included, and return how things stood, evenly spread.
 
@@ -47,8 +49,8 @@ def soak(
     every = max(rounds // samples, 1)
     taken: list[SoakSample] = []
     rng = np.random.default_rng(0)
-    with closing(FollowVectorEnv(num_envs, workers=workers, **env_keywords(preset))) as envs:
-        ids = (os.getpid(), *envs.worker_ids)
+    with closing(EnvProcesses([partial(FollowEnv, **env_keywords(preset))] * num_envs)) as envs:
+        ids = (os.getpid(), *(process.pid for process in envs.processes))
         began, episodes = time.perf_counter(), num_envs
         envs.reset(seed=0)
         for k in range(1, rounds + 1):

@@ -1,19 +1,18 @@
-"""What ``gym.make_vec`` calls: rendered envs side by side, or envs without pictures."""
+"""What ``gym.make_vec`` calls unless it is told how to put envs side by side: envs without pictures."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from gymnasium.vector import VectorEnv
+from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from sim.checks import check
 
 
-def follow_vector_env(num_envs: int = 1, *, pictures: bool = True, **keywords: Any) -> VectorEnv:
-    """Return ``FollowVectorEnv``, or, without ``pictures``, ``PicturelessVectorEnv``; keywords are those of each."""
-    if pictures:
-        from scenarios.envs.vector_env import FollowVectorEnv
+def follow_vector_env(num_envs: int = 1, *, pictures: bool = True, **keywords: Any) -> PicturelessVectorEnv:
+    """Return ``PicturelessVectorEnv`` with these keywords.
 
-        return FollowVectorEnv(num_envs, **keywords)
-    # Imported where it is wanted: its kernels take seconds to load.
-    from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
-
+    Raises:
+        ValueError: with ``pictures``: such envs are put side by side by Gymnasium itself.
+    """
+    check("pictures", not pictures, 'False, or vectorization_mode="async" (or "sync") for envs with pictures', pictures)
     return PicturelessVectorEnv(num_envs, **keywords)

@@ -36,6 +36,8 @@ class StereoRig(SingleCamera):
         camera: each of the two.
     """
 
+    _sensor: CameraSensor
+
     def __init__(self, world: World, camera: PinholeCamera, renderer: RendererName, seed: int) -> None:
         self._left_sensor = CameraSensor(SENSOR, generator(seed, "sensor"))
         super().__init__(world, camera, renderer, self._left_sensor)

@@ -95,7 +95,8 @@ def resolve_picture(seen: Visible, base_colour_rgb: NDArray[np.uint8], normal_wo
     width = seen.triangle.shape[1]
     scratch = new_resolve_scratch(width)
     for row in range(seen.triangle.shape[0]):
-        surfaces = resolve_row(seen, row, scratch)
+        surfaces = SurfaceRow(scratch.colour, seen.depth_m[row], seen.instance_id[row], scratch.normal)
+        resolve_row(seen, row, scratch, surfaces)
         for column in range(width):
             texel = surfaces.colour[column]
             base_colour_rgb[row, column, 0] = texel & np.uint32(255)
@@ -106,14 +107,13 @@ def resolve_picture(seen: Visible, base_colour_rgb: NDArray[np.uint8], normal_wo
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def resolve_row(seen: Visible, row: int, scratch: ResolveScratch) -> SurfaceRow:
-    """Return what one row of pixels shows; colour and normal are views of the scratch.
+def resolve_row(seen: Visible, row: int, scratch: ResolveScratch, surfaces: SurfaceRow) -> None:
+    """Write what one row of pixels shows; colour and normal are those of the scratch.
 
     With the planes of ``TriangleTable``: ``depth = 1 / nearness``, ``(u, v) = plane * depth`` and, on faces that
     are not flat, ``n = plane / |plane|``.
     """
     textures, nearness, triangle = seen.textures, seen.nearness[row], seen.triangle[row]
-    surfaces = SurfaceRow(scratch.colour, seen.depth_m[row], seen.instance_id[row], scratch.normal)
     real, whole, firsts = scratch.real, scratch.whole, scratch.firsts
     colour, depth_m, instance_id = surfaces.colour, surfaces.depth_m, surfaces.instance_id
     triangles, planes = seen.table.whole, seen.table.real
@@ -138,7 +138,6 @@ def resolve_row(seen: Visible, row: int, scratch: ResolveScratch) -> SurfaceRow:
         colour[column] = np.uint32(0) if triangle[column] == NOTHING else colour[column]
     for column in range(width):
         instance_id[column] = np.int32(whole[np.uint64(TEXEL_LINES * PITCH) + column])
-    return surfaces
 
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")

@@ -20,7 +20,8 @@ _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
 def row_kernel(**options: Any) -> Callable[[_Kernel], _Kernel]:
     """Return ``numba.njit`` for a kernel that makes no arrays, with more options of it.
 
-    It counts no references to arrays: kernels of rows, short and often called, took a twentieth more time for that.
+    It counts no references to arrays: kernels of rows, short and often called, took a twentieth more time for that. So
+    it must return none either: a caller that counts would release what it never took.
     """
     decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, **_NO_REFERENCE_COUNTING, **options)
     return decorator

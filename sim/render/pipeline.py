@@ -68,7 +68,7 @@ class Sensor(Protocol[_Picture]):
 
         Args:
             radiance: (H, C, W) float32.
-            camera: its lens distorts the picture.
+            camera: that takes it.
             frame: index, >= 0; with the pixel it determines the noise.
             motion: None for a camera at rest.
         """

@@ -113,7 +113,8 @@ def _finish_rows(
     for k in range(rows.shape[0]):
         row = rows[k]
         radiance_row = radiance[k % radiance.shape[0]]
-        surfaces = resolve_row(seen, row, scratch.resolve)
+        surfaces = SurfaceRow(scratch.resolve.colour, seen.depth_m[row], seen.instance_id[row], scratch.resolve.normal)
+        resolve_row(seen, row, scratch.resolve, surfaces)
         light_row(light, row, surfaces, scratch.light, radiance_row)  # type: ignore[name-defined]  # noqa: F821
         develop_row(development, row, scratch.develop, radiance_row)  # type: ignore[name-defined]  # noqa: F821
 

@@ -10,7 +10,7 @@ from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
 from sim.sensors.config import Picture, SensorConfig, SensorSettings
 from sim.sensors.exposure import METER_STEP_PX, luminance_of, metered_radiance, next_exposure, right_exposure
-from sim.sensors.lens import distort, veil
+from sim.sensors.lens import veil
 from sim.sensors.motion_blur import blur_by_motion, needs_blur
 from sim.sensors.noise import Development, develop_row, develop_rows, frame_keys, new_develop_scratch, response
 from sim.sensors.white_balance import channel_gains, next_gains, right_gains
@@ -84,14 +84,13 @@ class CameraSensor:
         """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
         if motion is not None:
             radiance = blur_by_motion(radiance, motion.homography, settings.exposure_s / motion.interval_s)
-        radiance = distort(radiance, camera)
         rows = np.arange(len(radiance))
         return self._develop_rows(radiance, rows, len(rows), metered_radiance(radiance), settings, frame)[0]
 
     def needs_whole(self, camera: PinholeCamera, settings: SensorSettings | None, motion: CameraMotion | None) -> bool:
-        """Return whether it is the first picture, or lens or motion bring light from one pixel to others."""
+        """Return whether it is the first picture, or motion brings light from one pixel to others."""
         settings = self._settings if settings is None else settings
-        if settings is None or camera.radial_distortion != (0.0, 0.0):
+        if settings is None:
             return True
         if motion is None:
             return False

@@ -16,9 +16,7 @@ class SensorConfig:
     """A colour sensor of a small machine-vision camera.
 
     Attributes:
-        mode: ``auto`` (exposure loop) or ``fixed`` (the two ``fixed_`` values always).
         white_balance: ``auto`` (white-balance loop) or ``off`` (red and blue as they come).
-        fixed_exposure_s, fixed_gain: settings of mode ``fixed``.
         shortest_exposure_s, longest_exposure_s: range of the loop; the gain rises only at the longest.
         largest_gain: largest gain of the loop, the smallest is 1.
         mid_grey: linear level in (0, 1) to which the loop brings the mean luminance of the picture.
@@ -34,10 +32,7 @@ class SensorConfig:
         read_noise_e: standard deviation of the read-out, electrons.
     """
 
-    mode: Literal["auto", "fixed"] = "auto"
     white_balance: Literal["auto", "off"] = "off"
-    fixed_exposure_s: float = 1e-3
-    fixed_gain: float = 1.0
     shortest_exposure_s: float = 2e-5
     longest_exposure_s: float = 4e-3
     largest_gain: float = 16.0
@@ -50,16 +45,8 @@ class SensorConfig:
     read_noise_e: float = 7.0
 
     def __post_init__(self) -> None:
-        positive = (
-            "fixed_exposure_s",
-            "fixed_gain",
-            "shortest_exposure_s",
-            "electrons_per_nit_s",
-            "full_well_e",
-        )
-        for name in positive:
+        for name in ("shortest_exposure_s", "electrons_per_nit_s", "full_well_e"):
             check(name, getattr(self, name) > 0, "a number > 0", getattr(self, name))
-        check("mode", self.mode in ("auto", "fixed"), "'auto' or 'fixed'", self.mode)
         check("white_balance", self.white_balance in ("auto", "off"), "'auto' or 'off'", self.white_balance)
         check(
             "longest_exposure_s",

@@ -33,8 +33,6 @@ def right_exposure(config: SensorConfig, luminance_nit: float) -> tuple[float, f
 
     ``mid_grey = luminance * electrons_per_nit_s * exposure * gain / full_well_e``, within the limits.
     """
-    if config.mode == "fixed":
-        return config.fixed_exposure_s, config.fixed_gain
     wanted_s = config.mid_grey * config.full_well_e / (config.electrons_per_nit_s * max(luminance_nit, 1e-9))
     return _split(config, wanted_s)
 
@@ -44,8 +42,6 @@ def next_exposure(config: SensorConfig, exposure_s: float, gain: float, luminanc
 
     With the product p of the two: ``log p' = (1 - adaptation) log p + adaptation log p_right``.
     """
-    if config.mode == "fixed":
-        return exposure_s, gain
     right_s, right_gain = right_exposure(config, luminance_nit)
     product = exposure_s * gain
     return _split(config, product * (right_s * right_gain / product) ** config.adaptation)

@@ -9,8 +9,7 @@ the sun
 
 with illuminances in lux, so the radiance L is a luminance in cd/m² for each of R, G and B. ``lit`` in [0,
 1] is the share of a 2x2 neighbourhood of shadow-map texels that see the sun, weighted bilinearly
-(percentage-closer filtering, Reeves et al. 1987). With a meteorological visibility V, haze mixes in the
-sky's luminance (Koschmieder): ``L t + L_sky (1 - t)``, ``t = exp(-3.912 depth / V)``.
+(percentage-closer filtering, Reeves et al. 1987).
 """
 
 from __future__ import annotations
@@ -63,20 +62,17 @@ class DaylightShader:
         sky_illuminance_lx: float,
         *,
         sky_colour_rgb: tuple[float, float, float] = (0.86, 1.0, 1.3),
-        visibility_m: float | None = None,
     ) -> None:
         """Set the light.
 
         Args:
             sky_illuminance_lx: on level ground, >= 0.
             sky_colour_rgb: relative linear R, G, B.
-            visibility_m: meteorological visibility, > 0; None for clear air.
         """
         direction = np.asarray(sun.direction, dtype=float)
         check("sun.direction", bool(np.linalg.norm(direction) > 0), "a vector of length > 0", sun.direction)
         check("sun.illuminance_lx", sun.illuminance_lx >= 0, "a number >= 0", sun.illuminance_lx)
         check("sky_illuminance_lx", sky_illuminance_lx >= 0, "a number >= 0", sky_illuminance_lx)
-        check("visibility_m", visibility_m is None or visibility_m > 0, "a number > 0 or None", visibility_m)
         towards_sun = direction / np.linalg.norm(direction)
         sun_lx = sun.illuminance_lx * _of_unit_luminance(sun.colour_rgb)
         sky_lx = sky_illuminance_lx * _of_unit_luminance(sky_colour_rgb)
@@ -87,7 +83,6 @@ class DaylightShader:
             sun_lx.astype(np.float32),
             sky_lx.astype(np.float32),
             bounce_lx.astype(np.float32),
-            np.float32(0.0 if visibility_m is None else 3.912 / visibility_m),
         )
 
     def shade(
@@ -101,19 +96,12 @@ class DaylightShader:
     def row_light(
         self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> DaylightArrays:
-        """Return the light of the world as it is now in one camera's picture, for the row kernel; see ``shadows``."""
-        return DaylightArrays(*self._light, self.shadows(depth_m, camera, T_world_camera))
-
-    def shadows(
-        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> ShadowArrays:
-        """Return the shadows on what a camera sees now.
+        """Return the light of the world as it is now in one camera's picture, for the row kernel.
 
         Args:
-            depth_m: (H, W); those at every 16th pixel of every 16th row say what region the map must cover, all of them
-                what of it is looked at.
+            depth_m: (H, W).
         """
-        return shadows_in_view(self._caster, depth_m, camera, T_world_camera)
+        return DaylightArrays(*self._light, shadows_in_view(self._caster, depth_m, camera, T_world_camera))
 
 
 def shadows_in_view(
@@ -122,7 +110,12 @@ def shadows_in_view(
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
 ) -> ShadowArrays:
-    """Return the shadows that a caster draws on what a camera sees now, see ``DaylightShader.shadows``."""
+    """Return the shadows that a caster draws on what a camera sees now.
+
+    Args:
+        depth_m: (H, W); those at every 16th pixel of every 16th row say what region the map must cover, all of them
+            what of it is looked at.
+    """
     position_m, R_world_camera = T_world_camera[:3, 3], T_world_camera[:3, :3]
     rays = ray_of_pixel(camera)
     across = caster.axes[:2]

@@ -54,7 +54,6 @@ class DaylightArrays(NamedTuple):
     Attributes:
         towards_sun: (3,) unit vector.
         sun, sky, bounce: (3,) illuminances in lux, of R, G and B.
-        haze_per_m: extinction, 0 = none.
         shadows: on what the camera sees.
     """
 
@@ -62,7 +61,6 @@ class DaylightArrays(NamedTuple):
     sun: NDArray[np.float32]
     sky: NDArray[np.float32]
     bounce: NDArray[np.float32]
-    haze_per_m: np.float32
     shadows: ShadowArrays
 
 
@@ -279,6 +277,3 @@ def _light_up(
     for k in range(depth_m.shape[0]):
         out = radiance[k] * (sun * lit[k] + level + tilt * normal_z[k])
         radiance[k] = out if depth_m[k] < infinity else sky
-    if light.haze_per_m > ZERO:
-        for k in range(depth_m.shape[0]):
-            radiance[k] = sky + (radiance[k] - sky) * np.exp(-light.haze_per_m * depth_m[k])

@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,24 +16,18 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from benchmarks.cli import main
-from benchmarks.run.guards import GuardedContestant
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.records import read_rows
 from benchmarks.run.replay import replay
 from benchmarks.run.steering import suite_watching
-from benchmarks.suites.judging import take_in
 from benchmarks.suites.registry import Scene, add_scene, suite
-from benchmarks.video.instant import Instant, draw_instant
 from scenarios import catalog
-from scenarios.loop import Loop, ManyFromPictures
+from scenarios.loop import Loop
 from scenarios.truth import check_truth
 from tests.toy_scene import register
 from tests.toy_scene.scenario import CRATE_M, LENS, TOY_YARD, YardEpisode
-from tests.toy_scene.tracker import WarmBodies, WarmParameters
 from trackers.belief.features import FEATURES
-from trackers.follow_one import FollowOne
-from trackers.registry import entry
-from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Track
+from trackers.types import CameraCommand
 
 ROOT = Path(__file__).parents[2]
 MODULES = ("--modules", register.__name__)
@@ -197,7 +190,7 @@ def test_the_env_is_gymnasiums_and_its_features_are_of_the_steered_camera() -> N
     observed, info = env.reset(seed=3, options={"preset": "quick", "episode_seed": 1})
     assert env.action_space.shape == (3,)
     for _ in range(19):
-        observed, reward, terminated, truncated, info = env.step(env.action_space.sample())
+        observed, reward, _, truncated, info = env.step(env.action_space.sample())
         assert observed.shape == (len(FEATURES),)
         assert np.isfinite(observed).all()
         assert np.isfinite(reward)
@@ -221,19 +214,11 @@ def test_pictures_of_one_band_are_observed_too() -> None:
 
 
 def test_the_env_says_that_there_is_no_hard_preset_to_grade() -> None:
-    with pytest.raises(ValueError, match="difficulty: expected None, as toy-yard-v1 has no preset hard, got 0.5"):
+    with pytest.raises(ValueError, match=r"difficulty: expected None, as toy-yard-v1 has no preset hard, got 0.5"):
         gym.make(ENV, difficulty=0.5)
 
 
 # The scene's contracts ------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def episode() -> Iterator[YardEpisode]:
-    """Yield an episode of two crates on a set path."""
-    made = TOY_YARD.episode("quick", 1)
-    yield made
-    made.close()
 
 
 def test_both_cameras_tell_whole_truth_and_pictures_say_what_they_are(episode: YardEpisode) -> None:
@@ -286,131 +271,7 @@ def test_what_is_shown_without_a_controller_fits_the_tracker() -> None:
 # Tracks that are odd, through the guarded loop ------------------------------------------------------------------------
 
 
-def track(identity: int, x: float = 10.0) -> Track:
-    return Track(identity, Estimate(np.array([x, 10.0])))
-
-
-class Says:
-    """A tracker of many that answers as it is told to, frame by frame."""
-
-    def __init__(self, answers: Any) -> None:
-        self._answers = answers
-
-    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
-        self._frame = -1
-
-    def update(self, observation: Observation) -> Any:
-        self._frame += 1
-        return self._answers(self._frame)
-
-
-def lived(episode: YardEpisode, answers: Any) -> tuple[GuardedContestant, list[Any], dict[str, Any]]:
-    """Return the guard, the answers and the scores of a tracker that says what it is told to."""
-    guard = GuardedContestant(ManyFromPictures(Says(answers)), 60.0, follows_many=True)
-    judge = suite("toy-many").judge(episode, TOY_YARD)
-    loop, sheet, said = Loop(episode, [guard]), judge.sheet(), []
-    for _ in loop.frames():
-        take_in(loop, judge, [sheet])
-        said.append(loop.answers[0])
-    scores = {score.metric: score.value for score in sheet.scores(guard.failed_at_frame)}
-    return guard, said, scores
-
-
-def test_repeated_identities_are_a_failure_and_no_track_follows(episode: YardEpisode) -> None:
-    guard, said, scores = lived(episode, lambda k: [track(3), track(3 if k == 5 else 4)])
-    assert guard.failed_at_frame == 5
-    assert guard.reason == "ValueError: identity: expected each once in an answer, got 3 twice"
-    assert [len(tracks) for tracks in said] == [2] * 5 + [0] * 15
-    assert scores["false_tracks"] == pytest.approx(2 * 5 / 20)
-
-
-def test_a_failure_on_the_first_frame_leaves_no_box_behind(episode: YardEpisode) -> None:
-    """The start holds the box of one crate, which a tracker of many is not given."""
-    guard, said, scores = lived(episode, lambda k: 1 / 0)
-    assert guard.failed_at_frame == 0
-    assert said == [()] * 20
-    assert scores["found_rate"] == 0.0
-
-
-def test_one_estimate_is_no_answer_of_a_tracker_of_many(episode: YardEpisode) -> None:
-    guard, said, _ = lived(episode, lambda k: Estimate(np.array([1.0, 2.0])))
-    assert guard.reason == "ValueError: update: expected a sequence of Tracks, got Estimate"
-    assert said == [()] * 20
-
-
-def test_a_track_of_nan_says_nothing_and_is_no_failure(episode: YardEpisode) -> None:
-    guard, said, scores = lived(episode, lambda k: [track(0, np.nan)])
-    # One number that is not finite is half an answer; all NaN is none.
-    assert guard.failed_at_frame == 0
-    guard, said, scores = lived(TOY_YARD.episode("quick", 1), lambda k: [Track(0, Estimate(np.full(2, np.nan)))])
-    assert guard.reason is None
-    assert (scores["found_rate"], scores["false_tracks"]) == (0.0, 0.0)
-    assert all(len(tracks) == 1 for tracks in said)
-
-
-def test_a_thousand_tracks_are_judged_and_drawn(episode: YardEpisode) -> None:
-    guard, said, scores = lived(episode, lambda k: [track(number, number - 450.0) for number in range(1000)])
-    assert guard.reason is None
-    assert [len(tracks) for tracks in said] == [1000] * 20
-    assert scores["false_tracks"] > 990
-    frame = next(Loop(TOY_YARD.episode("quick", 1)).frames())
-    picture = draw_instant(Instant(frame, (0, 1), said[0], frame.observation.image_rgb))
-    assert picture.ndim == 3
-
-
-def test_a_track_that_dies_and_comes_back_is_the_same_one_again(episode: YardEpisode) -> None:
-    """The judge counts no switch, and the adapter of one target goes on."""
-
-    def answers(k: int) -> list[Track]:
-        return [] if 5 <= k < 9 else [Track(7, Estimate(places[k]))]
-
-    frames = list(Loop(TOY_YARD.episode("quick", 1)).frames())
-    places = [frame.truth.position_px[0] for frame in frames]
-    guard, said, scores = lived(episode, answers)
-    assert guard.reason is None
-    assert [len(tracks) for tracks in said] == [1] * 5 + [0] * 4 + [1] * 11
-    assert scores["identity_switches"] == 0.0
-    one = FollowOne(Says(answers))
-    one.initialise(frames[0].observation, frames[0].truth.box_xyxy[0])
-    known = [bool(np.isfinite(one.update(frame.observation).position_px).all()) for frame in frames[1:]]
-    assert known == [True] * 4 + [False] * 4 + [True] * 11
-
-
-def test_identities_are_drawn_beside_their_tracks(episode: YardEpisode) -> None:
-    frame = next(Loop(episode).frames())
-    nothing = np.zeros((720, 960, 3), np.uint8)
-    pictures = [
-        draw_instant(Instant(frame, (), [Track(number, Estimate(np.array([40.0, 30.0])))], nothing))
-        for number in (1, 2, 1)
-    ]
-    assert (pictures[0] == pictures[2]).all()
-    assert (pictures[0] != pictures[1]).any()
-
-
 # The tracker ----------------------------------------------------------------------------------------------------------
-
-
-def test_the_tracker_keeps_identities_over_a_gap_and_gives_none_away_twice(episode: YardEpisode) -> None:
-    frames = list(Loop(episode).frames())
-    tracker = WarmBodies(WarmParameters(), np.random.default_rng(0))
-    tracker.start(episode.start.background, episode.start.camera)
-    background = episode.start.background[0]
-    seen = [tracker.update(frame.observation) for frame in frames[:6]]
-    # Nothing warm for three frames.
-    for frame in frames[6:9]:
-        empty = Observation(background.image_rgb, frame.observation.time_s, background.camera, counts=background.counts)
-        assert tracker.update(empty) == []
-    back = tracker.update(frames[9].observation)
-    assert {each.identity for each in back} == {each.identity for each in seen[-1]} == {0, 1}
-
-
-def test_the_tracker_does_without_background_and_without_counts(episode: YardEpisode) -> None:
-    tracker = WarmBodies(WarmParameters(), np.random.default_rng(0))
-    tracker.start((), episode.start.camera)
-    frame = next(Loop(episode).frames())
-    seen = frame.observation
-    assert len(tracker.update(Observation(seen.image_rgb, 0.0, seen.camera))) == 2
-    assert entry("warm_bodies").follows_many
 
 
 def test_replayed_instants_hold_every_track_and_target() -> None:

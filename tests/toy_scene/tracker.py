@@ -47,7 +47,7 @@ class _Known:
 
 @register("warm_bodies", role="ours", summary="what is warmer than the empty scene, by tracks", suites=("toy-many",))
 class WarmBodies:
-    """See ``trackers.protocols.MultiTracker``. Reads the counts of a thermal camera, its 8 bits where there are none."""
+    """See ``trackers.protocols.MultiTracker``. Reads a thermal camera's counts, its 8 bits where there are none."""
 
     Parameters = WarmParameters
 

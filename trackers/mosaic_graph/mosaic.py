@@ -34,9 +34,9 @@ class Mosaic:
     def __init__(self, cell_m: float) -> None:
         self.cell_m = cell_m
         self.origin_m = np.zeros(2)
-        self.rgb = np.zeros((1, 1, 3), np.uint8)
-        self.count = np.zeros((1, 1), np.uint8)
-        self._mean = np.zeros((1, 1, 3), np.float32)
+        self.rgb = np.zeros((0, 0, 3), np.uint8)
+        self.count = np.zeros((0, 0), np.uint8)
+        self._mean = np.zeros((0, 0, 3), np.float32)
 
     def add(self, small_rgb: NDArray[np.uint8], camera: GroundCamera, weight: NDArray[np.uint8]) -> None:
         """Lay down a picture; nothing of one whose pose, wrong for once, has the horizon in view or is too far off.
@@ -68,8 +68,10 @@ class Mosaic:
         """Return what ``camera`` would see of the mosaic, shrunk by ``SHRINK``: rgb (H, W, 3) and how often
         it was seen (H, W), 0 = never.
         """
-        H = picture_from_cells(camera, self.cell_m, self.origin_m)
         size = small_size(camera.model.width_px, camera.model.height_px)
+        if self.count.size == 0:
+            return np.zeros((*size[::-1], 3), np.uint8), np.zeros(size[::-1], np.uint8)
+        H = picture_from_cells(camera, self.cell_m, self.origin_m)
         rgb = cv2.warpPerspective(self.rgb, H, size, flags=cv2.INTER_LINEAR)
         count = cv2.warpPerspective(self.count, H, size, flags=cv2.INTER_NEAREST)
         return rgb, count

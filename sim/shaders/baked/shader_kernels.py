@@ -95,11 +95,11 @@ class BakedScratch(NamedTuple):
 
 def new_baked_scratch(width: int) -> BakedScratch:
     """Return scratch for rows of ``width`` pixels."""
-    lines = new_lines(LIGHT_LINES, width)
-    darkening, sun_lit, cosine = np.empty((3, width), np.float32)
+    shadow, lines = new_shadow_scratch(width), new_lines(LIGHT_LINES, width)
+    x, y, red, green, blue = lines.reshape(LIGHT_LINES, PITCH)[:, :width]
+    dark, lit, cosine = np.empty((3, width), np.float32)
     sample, first, last = np.empty((3, width), np.uint32)
-    views = lines.reshape(LIGHT_LINES, PITCH)[:, :width]
-    return BakedScratch(new_shadow_scratch(width), lines, *views, sample, darkening, sun_lit, cosine, first, last)  # type: ignore[call-arg]
+    return BakedScratch(shadow, lines, x, y, red, green, blue, sample, dark, lit, cosine, first, last)
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")

@@ -4,12 +4,10 @@ import errno
 import json
 import os
 import re
-import sys
 import textwrap
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from benchmarks.cli import main
@@ -17,9 +15,7 @@ from benchmarks.results import ledger
 from benchmarks.run.records import read, read_blocks
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
-from benchmarks.video.mp4 import Mp4Writer
 from tests import fakes_scenario
-from tests.benchmarks.no_room import no_room
 
 FAKES = "fake_knowing,fake_still"
 
@@ -246,173 +242,3 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
         assert re.search(r"\bhold +blind", text)
     assert main(["list", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["scenarios"][0]["scenario"] == "road-town-v1"
-
-
-@pytest.mark.parametrize(
-    "command", ["list", "bench", "compare", "paper", "render", "report", "speed", "tune", "learn-colours"]
-)
-def test_help_says_something_of_every_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main([command, "--help"])
-    assert stop.value.code == 0
-    out = capsys.readouterr().out
-    assert f"usage: frameout {command}" in out
-    assert "{None}" not in out
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["nix"], "command: expected one of list, bench, .*; got 'nix'"),
-        (["bench", "--nix", "3"], "arguments: expected options of `frameout bench --help`, got '--nix'"),
-        (["bench", "--workers", "two"], "workers: expected a whole number, got 'two'"),
-        (["bench", "--workers", "-2"], "workers: expected a whole number >= 0, got -2"),
-        (["bench", "--limit-s", "long"], "limit-s: expected a number, got 'long'"),
-        (["bench", "--seeds", "5"], "seeds: expected A:B with 0 <= A < B, got '5'"),
-        (["bench", "--seeds=-5:5"], "seeds: expected A:B with 0 <= A < B, got '-5:5'"),
-        (["bench", "--seeds", "5:5"], "seeds: expected A:B with 0 <= A < B, got '5:5'"),
-        (["bench", "--preset", "nix"], "presets: expected one of tiny, tiny-loop; got 'nix'"),
-        (["bench", "--trackers", "nix"], "trackers: expected one of .*colour_pf.*; got 'nix'"),
-        (["bench", "--controllers", "nix"], "controllers: expected one of set-path, .*; got 'nix'"),
-        (["bench", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
-        (["bench", "--modules", "nix"], "modules: expected one that can be imported, got 'nix'"),
-        (["bench", "--out", "/proc/nix"], "out: expected a folder that can be written, got '/proc/nix'"),
-        (["report"], "directory: expected a value, got none"),
-        (["report", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
-        (["paper", "Z9"], "experiment: expected one of A2, A3, B1, B2, B3; got 'Z9'"),
-        (["paper", "A2", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
-        (["render", "nix"], "scenario: expected one of road-town-v1.*; got 'nix'"),
-        (["render", "--preset", "nix"], "preset: expected one of .*; got 'nix'"),
-        (["render", "--seed", "-1"], "seed: expected a whole number >= 0, got -1"),
-        (["render", "--seed", "x"], "seed: expected a whole number, got 'x'"),
-        (["render", "--tracker", "nix"], "tracker: expected one of .*; got 'nix'"),
-        (["render", "--scale", "0.5"], "scale: expected a number >= 1, got 0.5"),
-        (["render", "--scale", "nan"], "scale: expected a number >= 1, got nan"),
-        (
-            ["render", "--scale", "200"],
-            "scale: expected a larger view of at most 16,777,216 pixels, got 12,288,000,000",
-        ),
-        (["render", "--scale", "inf"], "scale: expected a larger view of at most 16,777,216 pixels, got inf"),
-        (["render", "--out", "x.avi"], "out: expected a file that ends in .mp4, got 'x.avi'"),
-        (["render", "--out", "folder.mp4"], "out: expected a file that ends in .mp4, got 'folder.mp4'"),
-        (["render", "--out", "/proc/nix/x.mp4"], "out: expected a folder that can be written, got '/proc/nix'"),
-        (
-            ["tune", "colour_pf", "--seeds", "9999:10001"],
-            "seeds: expected development seeds, below 10000, got '9999:10001'",
-        ),
-        (["tune", "opencv_mil"], "tracker: expected one with tunable parameters, got 'opencv_mil', which has none"),
-        (["tune", "nix"], "tracker: expected one of .*; got 'nix'"),
-        (["tune", "--trials", "0"], "trials: expected a whole number >= 1, got 0"),
-        (
-            ["learn-colours", "--seeds", "10000:10001"],
-            "seeds: expected development seeds, below 10000, got '10000:10001'",
-        ),
-        (
-            # The classes are the town's: no other scenario's colours may take their place.
-            ["learn-colours", "--scenario", "stereo-follow"],
-            "arguments: expected options of `frameout learn-colours --help`, got '--scenario'",
-        ),
-        (
-            ["train", "--fit-model", "9999:10001"],
-            "fit_model: expected development seeds, below 10000, got '9999:10001'",
-        ),
-        (["tune", "--controllers", "centre", "nix"], "controller: expected one of .*; got 'nix'"),
-        (
-            ["tune", "--controllers", "centre", "--preset", "quick", "hard"],
-            "preset: expected one for .*, got quick hard",
-        ),
-        (
-            ["train", "--fit-model", "1:2", "--check-model", "3:4"],
-            "fit_model: expected it without check_model, got '1:2' with it",
-        ),
-        (
-            ["train", "--pictures", "--starts", "frame-outs"],
-            "starts: expected episodes with pictures, which begin on frame 0, got 'frame-outs'",
-        ),
-        (["tune", "--controllers", "centre_as_written"], "controllers: expected one that is used as tuned, got .*"),
-        (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
-        (["speed", "--soak", "7"], "soak: expected a whole number >= 1000, got 7"),
-        (["compare", "a", "b", "--directory", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
-    ],
-)
-def test_what_is_wrong_is_said_in_one_line(
-    words: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "folder.mp4").mkdir()
-    assert main(words) == 2
-    out, err = capsys.readouterr()
-    # A fresh install also says, once, that it compiles.
-    (line,) = (line for line in err.splitlines() if not line.startswith("compiling kernels"))
-    assert out == ""
-    assert re.fullmatch(f"error: {message}.*", line), line
-
-
-def test_without_optuna_tuning_names_the_command_that_installs_it(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "optuna", None)
-    assert main(["tune", "colour_pf"]) == 2
-    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
-    assert "pip install 'frameout[tune]'" in line
-
-
-def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(directory: Path) -> None:
-        raise ValueError("zip() argument 2 is longer than argument 1")
-
-    monkeypatch.setattr("benchmarks.commands.report.write_summary", broken)
-    with pytest.raises(ValueError, match="zip"):
-        main(["report", "/nix"])
-
-
-@pytest.mark.parametrize(
-    ("words", "where", "goes_on"),
-    [
-        (["list"], "list_all.load_modules", False),
-        (["render"], "render.render_episode", False),
-        (["report", "/nix"], "report.write_summary", False),
-        (["bench"], "bench.load_modules", True),
-        (["paper", "A2"], "paper.seed_range", True),
-        (["train"], "train.make_folder", True),
-        (["tune"], "tune.make_folder", True),
-    ],
-)
-def test_stopping_says_how_to_go_on_where_the_command_does(
-    words: list[str],
-    where: str,
-    goes_on: bool,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def stopped(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(f"benchmarks.commands.{where}", stopped)
-    assert main(words) == 130
-    told = "stopped; the same command goes on from here\n" if goes_on else "stopped\n"
-    assert capsys.readouterr().err == told
-
-
-def test_a_video_that_finds_no_room_is_told_in_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def render(scenario: str, out: Path, **_: object) -> Path:
-        pictures = np.random.default_rng(0).integers(0, 255, (30, 64, 64, 3), dtype=np.uint8)
-        with no_room(1000), Mp4Writer(out, 15.0) as video:
-            for picture in pictures:
-                video.write(picture)
-        return out
-
-    monkeypatch.setattr("benchmarks.commands.render.render_episode", render)
-    assert main(["render", "--out", str(tmp_path / "x.mp4")]) == 1
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert re.fullmatch(r"error: .*x\.mp4.*: File too large; what was written before stands\n", err)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_no_command_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([]) == 2
-    assert "frameout bench frame-out --quick" in capsys.readouterr().out
-    assert main(["--help"]) == 0

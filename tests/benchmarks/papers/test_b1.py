@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.papers import b1
-from benchmarks.papers.b1 import CONDITIONS, CURVES, EXPERIMENT, photograph
-from benchmarks.papers.measured import MeasuredExperiment
+from benchmarks.papers.b1 import CONDITIONS, CURVES, EXPERIMENT
+from benchmarks.papers.camera_experiment import CameraExperiment, photograph
+from benchmarks.papers.repeat import findings, repeat
 from benchmarks.run.records import Row, append_block, read_blocks
+from scenarios.paper_sheet.scenario import PAPER_SHEET
 from scenarios.scenario import RendererName
-from scenarios.stereo_follow.scenario import STEREO_FOLLOW
 
 ILLUMINANCES = 9
 
@@ -28,8 +28,8 @@ def test_rows_hold_every_curve_and_claim(block):
     values = {row["metric"]: row["value"] for row in block}
     for condition in CONDITIONS:
         for curve in CURVES:
-            assert len(values[f"{condition.name}_{curve}"]) == ILLUMINANCES
-    for finding in EXPERIMENT.findings(block):
+            assert len(values[f"{condition}_{curve}"]) == ILLUMINANCES
+    for finding in findings(EXPERIMENT, block):
         assert finding.mean == values[finding.claim.metric]
         # It comes out as the paper says.
         assert finding.agrees is not False, finding
@@ -40,7 +40,7 @@ def test_rows_hold_every_curve_and_claim(block):
 
 
 def test_conditions_differ_in_what_the_camera_holds_alone():
-    taken = {condition.name: list(photograph(condition, 3)) for condition in CONDITIONS}
+    taken = {name: list(photograph(EXPERIMENT.preset, 3, **held)) for name, held in CONDITIONS.items()}
     first = taken["I"][0]
     for name, pictures in taken.items():
         np.testing.assert_array_equal(pictures[0].image_rgb, first.image_rgb)
@@ -61,7 +61,7 @@ def test_a_claim_is_judged_by_its_bound(block):
     rows += [row("gain_before_longest_shutter", value, seed) for seed, value in enumerate((0.0, 0.2))]
     others = {claim.metric for claim in EXPERIMENT.claims} - {row["metric"] for row in rows}
     rows += [row(metric, 0.95, 0) for metric in others]
-    found = {each.claim.metric: each for each in EXPERIMENT.findings(rows)}
+    found = {each.claim.metric: each for each in findings(EXPERIMENT, rows)}
     assert found["I_change_follows"].mean == pytest.approx(0.89)
     assert not found["I_change_follows"].agrees
     assert (found["I_change_follows"].ci_low, found["I_change_follows"].ci_high) == pytest.approx((0.8, 0.98))
@@ -74,10 +74,10 @@ def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In smaller pictures, which PyBullet's renderer draws sooner."""
-    small = replace(STEREO_FOLLOW.presets[EXPERIMENT.preset], width_px=160, height_px=120)
-    monkeypatch.setitem(STEREO_FOLLOW.presets, EXPERIMENT.preset, small)
+    small = replace(PAPER_SHEET.presets[EXPERIMENT.preset], width_px=160, height_px=120)
+    monkeypatch.setitem(PAPER_SHEET.presets, EXPERIMENT.preset, small)
     for renderer in ("raster", "pybullet"):
-        b1.run(tmp_path, range(1), renderer, 1)
+        repeat(EXPERIMENT, tmp_path, range(1), renderer, 1)
     assert "paper.html" in capsys.readouterr().out
     assert {key.renderer for key in read_blocks(tmp_path)} == {"raster", "pybullet"}
     page = (tmp_path / "paper.html").read_text()
@@ -94,27 +94,37 @@ def test_a_stopped_run_goes_on_and_what_other_code_made_is_made_again(
 ) -> None:
     measured = []
 
-    def block_of(self: MeasuredExperiment, seed: int, renderer: RendererName) -> list[Row]:
+    def block_of(self: CameraExperiment, seed: int, renderer: RendererName) -> list[Row]:
         measured.append(seed)
         return [{**row, "seed": seed, "renderer": renderer} for row in block]
 
-    monkeypatch.setattr(MeasuredExperiment, "block", block_of)
+    monkeypatch.setattr(CameraExperiment, "block", block_of)
     append_block(tmp_path, [{**row, "seed": 5} for row in block])
     append_block(tmp_path, [{**row, "seed": 6, "versions": {"experiment": "older"}} for row in block])
-    rows = EXPERIMENT.run(tmp_path, range(4, 8), "raster", 1)
+    told: list[tuple[int, int]] = []
+    (moved,) = EXPERIMENT.run(tmp_path, range(4, 8), "raster", 1, lambda done, of: told.append((done, of)))
+    assert "were moved to" in moved
     assert measured == [4, 6, 7]
-    assert sorted({row["seed"] for row in rows}) == [4, 5, 6, 7]
+    assert told == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    assert sorted({row["seed"] for row in EXPERIMENT.rows_in(tmp_path)}) == [4, 5, 6, 7]
+
+
+def test_a_folder_with_other_seeds_is_refused_and_left_alone(tmp_path: Path, block: list[Row]) -> None:
+    append_block(tmp_path, [{**row, "seed": 9} for row in block])
+    before = (tmp_path / "records.jsonl").read_bytes()
+    with pytest.raises(ValueError, match=r"out: expected a folder with no seeds but 3:4, .*, which holds seed 9"):
+        EXPERIMENT.run(tmp_path, range(3, 4), "raster", 1, lambda done, of: None)
+    assert (tmp_path / "records.jsonl").read_bytes() == before
 
 
 @pytest.mark.parametrize(
-    ("stranger", "came"),
-    [({"suite": "frame-out", "preset": "standard"}, "frame-out standard, seed 3"), ({"seed": 9}, "paper-b1, seed 9")],
+    "stranger", [{"suite": "frame-out"}, {"preset": "standard"}, {"scenario": "stereo-follow-v1"}, {"controller": "x"}]
 )
-def test_a_folder_with_other_rows_is_refused_and_left_alone(
-    tmp_path: Path, block: list[Row], stranger: Row, came: str
+def test_rows_of_something_else_stay_in_the_folder_and_count_for_nothing(
+    tmp_path: Path, block: list[Row], stranger: Row
 ) -> None:
-    append_block(tmp_path, [{**row, **stranger} for row in block])
-    before = (tmp_path / "records.jsonl").read_bytes()
-    with pytest.raises(ValueError, match=rf"out: expected a folder with no rows but rows of paper B1 .*{came}"):
-        EXPERIMENT.run(tmp_path, range(3, 4), "raster", 1)
-    assert (tmp_path / "records.jsonl").read_bytes() == before
+    for rows in ([{**row, **stranger} for row in block], block):
+        append_block(tmp_path, rows)
+    assert EXPERIMENT.run(tmp_path, range(3, 4), "raster", 1, lambda done, of: None) == []
+    assert len(read_blocks(tmp_path)) == 2
+    assert EXPERIMENT.rows_in(tmp_path) == block

@@ -10,15 +10,17 @@ import numpy as np
 import pytest
 
 from benchmarks.papers import b2
-from benchmarks.papers.sheet_pictures import SheetPicture
+from benchmarks.papers.b2 import EXPERIMENT
+from benchmarks.papers.camera_experiment import SheetPicture
+from benchmarks.papers.repeat import findings, repeat
 from benchmarks.run.records import read_blocks
-from scenarios.stereo_follow.scenario import STEREO_FOLLOW
+from scenarios.paper_sheet.scenario import PAPER_SHEET
 from trackers.types import CameraRegisters
 
 _SHUTTERS = [200] * 12 + list(range(200, 320, 4)) + list(range(320, 200, -4))
 
 
-def _pictures(seed: int, renderer: str = "raster") -> Iterator[SheetPicture]:
+def _pictures(preset: str, seed: int, renderer: str = "raster") -> Iterator[SheetPicture]:
     """A sheet that is vivid while the exposure rises and pale while it falls."""
     before = _SHUTTERS[0]
     for shutter in _SHUTTERS:
@@ -30,14 +32,14 @@ def _pictures(seed: int, renderer: str = "raster") -> Iterator[SheetPicture]:
 
 @pytest.fixture
 def drawn_drive(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(b2, "drive", _pictures)
+    monkeypatch.setattr(b2, "photograph", _pictures)
     monkeypatch.setattr(b2, "_CEILING_LIGHT_FRAMES", 60)
     monkeypatch.setattr(b2, "_SHOWN_FRAMES", (0, 10, 20, 25, 30, 40, 50, 60))
 
 
 @pytest.mark.usefixtures("drawn_drive")
 def test_vivid_where_the_trend_is_positive_is_a_gain():
-    values = b2.measure(0, "raster")
+    values = EXPERIMENT.measure(0, "raster")
     trend, saturation = (np.array(values[name]) for name in ("trend", "saturation"))
     assert set(np.round(saturation, 2)) == {0.8, 0.1}
     expected = saturation[trend > 0].mean() - saturation[trend < 0].mean()
@@ -49,11 +51,11 @@ def test_vivid_where_the_trend_is_positive_is_a_gain():
 
 @pytest.mark.usefixtures("drawn_drive")
 def test_a_run_leaves_rows_plots_pictures_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    b2.run(tmp_path, range(2), "raster", 1)
+    repeat(EXPERIMENT, tmp_path, range(2), "raster", 1)
     assert "paper.html" in capsys.readouterr().out
     assert [key.seed for key in read_blocks(tmp_path)] == [0, 1]
     page = (tmp_path / "paper.html").read_text()
-    for claim in b2.EXPERIMENT.claims:
+    for claim in EXPERIMENT.claims:
         assert claim.words in page
     assert page.count("<svg") == 2
     assert (tmp_path / "pictures" / "paper-b2-raster.jpg").is_file()
@@ -61,7 +63,7 @@ def test_a_run_leaves_rows_plots_pictures_and_page(tmp_path: Path, capsys: pytes
 
 def test_a_drive_comes_out_as_the_paper_says(monkeypatch: pytest.MonkeyPatch) -> None:
     """In smaller pictures, which take a quarter of the time."""
-    small = replace(STEREO_FOLLOW.presets[b2.EXPERIMENT.preset], width_px=160, height_px=120)
-    monkeypatch.setitem(STEREO_FOLLOW.presets, b2.EXPERIMENT.preset, small)
-    for finding in b2.EXPERIMENT.findings(b2.EXPERIMENT.block(0, "raster")):
+    small = replace(PAPER_SHEET.presets[EXPERIMENT.preset], width_px=160, height_px=120)
+    monkeypatch.setitem(PAPER_SHEET.presets, EXPERIMENT.preset, small)
+    for finding in findings(EXPERIMENT, EXPERIMENT.block(0, "raster")):
         assert finding.agrees is not False, finding

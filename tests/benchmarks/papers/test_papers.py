@@ -4,40 +4,53 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import cv2
 import pytest
 
-from benchmarks.papers import a2, a3
+from benchmarks.cli import main
+from benchmarks.commands import paper
+from benchmarks.papers import a2, a3, b1, b2, b3
 from benchmarks.papers.experiment import PaperExperiment
-from benchmarks.papers.repeat import findings
+from benchmarks.papers.repeat import findings, repeat
+from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.run.contestants import entrants
+from benchmarks.run.records import Row, append_block
 from benchmarks.suites.registry import suite
 from scenarios import catalog
 from trackers import registry
 from trackers.controllers.catalogue import controllers
 
 EXPERIMENTS = (a2.EXPERIMENT, a3.EXPERIMENT)
+ALL = (*EXPERIMENTS, b1.EXPERIMENT, b2.EXPERIMENT, b3.EXPERIMENT)
 
 
-@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda each: each.name)
-def test_an_experiment_names_what_exists(experiment: PaperExperiment) -> None:
-    preset = catalog.scenario("road-town").presets[experiment.preset]
+def row(experiment: TrackerExperiment, tracker: str, metric: str, value: float, seed: int = 0, **more: Any) -> Row:
+    """A row of an experiment."""
+    heading = {name: getattr(experiment, name) for name in ("suite", "scenario", "preset", "controller")}
+    ending = {"renderer": "raster", "seed": seed, "weight": 1.0, "frame_out": None}
+    return {**heading, "tracker": tracker, "metric": metric, "value": value, **ending, **more}
+
+
+@pytest.mark.parametrize("experiment", [*EXPERIMENTS, b3.EXPERIMENT], ids=lambda each: each.name)
+def test_an_experiment_names_what_exists(experiment: TrackerExperiment) -> None:
+    preset = catalog.scenario(experiment.scenario).presets[experiment.preset]
+    assert experiment.scenario in catalog.names()
     assert preset.closed_loop == (experiment.controller is not None)
     assert experiment.controller is None or experiment.controller in controllers("helicopter")
-    assert max(experiment.frames) < preset.frame_count
+    assert max(experiment.frames, default=0) < preset.frame_count
     for tracker in experiment.trackers:
         assert entrants()[tracker].role == "as-written"
     for claim in experiment.claims:
         assert claim.tracker in experiment.trackers
-        assert suite("frame-out").metric(claim.metric).unit == "fraction"
+        assert suite(experiment.suite).metric(claim.metric).unit == "fraction"
         assert 0 < claim.level < 1
 
 
 @pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda each: each.name)
 def test_methods_are_set_as_they_were_written_whatever_tuning_found(
-    experiment: PaperExperiment, monkeypatch: pytest.MonkeyPatch
+    experiment: TrackerExperiment, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(registry, "tuned_values", lambda name: {"colour_sharpness": 99.0})
     for name, values in experiment.settings.items():
@@ -68,35 +81,59 @@ def test_frames_and_bounds_are_those_of_paper_and_issue() -> None:
     ],
 )
 def test_a_claim_is_judged_by_its_bound(mean: float | None, metric: str, agrees: bool) -> None:
-    entry = {"preset": "paper-a3", "tracker": "background_pf", "metric": metric, "mean": mean}
-    entry |= {"renderer": "raster", "unit": "fraction", "ci_low": 0.1, "ci_high": 0.9, "n": 50}
-    strangers = [{**entry, "preset": "standard"}, {**entry, "tracker": "colour_pf"}]
-    found = {each.claim.metric: each for each in findings(a3.EXPERIMENT, [*strangers, entry])}
+    kind = metric.split("_")[0]
+    rows = [row(a3.EXPERIMENT, "background_pf", "frames", 1.0)]
+    for seed in range(100 if mean is not None else 0):
+        kept = float(seed < round(100 * mean))
+        rows.append(row(a3.EXPERIMENT, "background_pf", "kept", kept, seed, frame_out={"kind": kind}))
+        rows.append(row(a3.EXPERIMENT, "colour_pf", "kept", 1.0 - kept, seed, frame_out={"kind": kind}))
+    found = {each.claim.metric: each for each in findings(a3.EXPERIMENT, rows)}
     assert found[metric].agrees == agrees
-    assert found[metric].interval == "10.0 … 90.0"
+    assert found[metric].mean == (mean if mean is None else pytest.approx(mean))
     # Of the other claim nothing is known: that is said, and is no agreement.
     (other,) = found.keys() - {metric}
     assert (found[other].value, found[other].episodes, found[other].agrees) == ("–", 0, False)
 
 
 def test_both_renderers_are_shown_where_both_were_run() -> None:
-    entry = {"preset": "paper-a2", "tracker": "colour_pf", "metric": "kept_run_rate", "mean": 0.1}
-    entry |= {"unit": "fraction", "ci_low": 0.0, "ci_high": 0.2, "n": 50}
-    found = findings(a2.EXPERIMENT, [{**entry, "renderer": name} for name in ("raster", "pybullet")])
+    renderers = ("raster", "pybullet")
+    rows = [row(a2.EXPERIMENT, "colour_pf", "run_kept", 1.0, seed, renderer=r) for r in renderers for seed in range(5)]
+    found = findings(a2.EXPERIMENT, rows)
     assert [(each.claim.tracker, each.renderer, each.episodes) for each in found] == [
-        ("colour_pf", "raster", 50),
-        ("colour_pf", "pybullet", 50),
+        ("colour_pf", "raster", 5),
+        ("colour_pf", "pybullet", 5),
         ("road_shape_pf", "raster", 0),
         ("road_shape_pf", "pybullet", 0),
     ]
 
 
-@pytest.mark.parametrize("paper", [a2, a3], ids=lambda module: module.EXPERIMENT.name)
-def test_a_run_leaves_rows_figure_and_page(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], paper: ModuleType
+def test_rows_of_something_else_in_the_folder_count_for_nothing(tmp_path: Path) -> None:
+    mine = row(a2.EXPERIMENT, "colour_pf", "frames", 80.0)
+    for more in ({"suite": "paper"}, {"scenario": "x-v1"}, {"preset": "standard"}, {"controller": None}, {}):
+        append_block(tmp_path, [{**mine, **more}])
+    append_block(tmp_path, [{**mine, "renderer": "pybullet"}])
+    assert [(each["renderer"], each["value"]) for each in a2.EXPERIMENT.rows_in(tmp_path)] == [
+        ("pybullet", 80.0),
+        ("raster", 80.0),
+    ]
+
+
+@pytest.mark.parametrize("experiment", ALL, ids=lambda each: each.name)
+def test_the_command_repeats_it_with_its_own_seeds(
+    experiment: PaperExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    experiment = paper.EXPERIMENT
-    paper.run(tmp_path, range(1), "raster", 0)
+    asked = []
+    monkeypatch.setattr(paper, "repeat", lambda *given: asked.append(given))
+    assert main(["paper", experiment.name, "--out", str(tmp_path), "--workers", "1"]) == 0
+    count = 10 if experiment is b3.EXPERIMENT else 50
+    assert asked == [(experiment, tmp_path, range(10_000, 10_000 + count), "raster", 1)]
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda each: each.name)
+def test_a_run_leaves_rows_figure_and_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], experiment: TrackerExperiment
+) -> None:
+    repeat(experiment, tmp_path, range(1), "raster", 0)
     printed = capsys.readouterr().out
     assert "paper.html" in printed
     rows = [json.loads(line) for line in (tmp_path / "records.jsonl").read_text().splitlines()]

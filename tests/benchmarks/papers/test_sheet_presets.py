@@ -1,4 +1,4 @@
-"""The presets whose target is a sheet go through every command that takes a preset of ``stereo-follow``."""
+"""The scenario whose target is a sheet goes through every command, and trackers are benchmarked on it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.cli import main
 from benchmarks.run.records import read_blocks
-from scenarios.stereo_follow.scenario import STEREO_FOLLOW
+from scenarios.paper_sheet.scenario import PAPER_SHEET
 from trackers import registry
 from trackers.baselines.single_target import MilParameters
 from trackers.types import Estimate, Observation
@@ -23,7 +23,7 @@ TRACKERS = ("stereo_people", "stereo_wb_shutter_gain", "opencv_mil")
 def preset(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """A preset, made short."""
     short = {"paper-b1": {"illuminances_lx": (609.0, 19.0) * 4}, "paper-b2": {"frame_count": 24}}[request.param]
-    monkeypatch.setitem(STEREO_FOLLOW.presets, request.param, replace(STEREO_FOLLOW.presets[request.param], **short))
+    monkeypatch.setitem(PAPER_SHEET.presets, request.param, replace(PAPER_SHEET.presets[request.param], **short))
     return request.param
 
 
@@ -58,7 +58,7 @@ def test_trackers_are_benchmarked_on_it(
     assert "error" not in capsys.readouterr().err
     blocks = read_blocks(tmp_path)
     assert {key.tracker for key in blocks} == {*TRACKERS, still}
-    frames = STEREO_FOLLOW.presets[preset].frame_count
+    frames = PAPER_SHEET.presets[preset].frame_count
     for rows in blocks.values():
         told = {row["metric"]: row["value"] for row in rows}
         assert told["visible_fraction_by_frame"] == pytest.approx([1.0] * frames, abs=0.01)
@@ -78,7 +78,7 @@ def test_nobody_steers_in_it(preset: str, tmp_path: Path, capsys: pytest.Capture
 
 def test_it_is_listed_and_can_be_watched(preset: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list"]) == 0
-    assert preset in capsys.readouterr().out.split("stereo-follow-v1")[1].split("suites")[0]
+    assert preset in capsys.readouterr().out.split("paper-sheet-v1")[1].split("suites")[0]
     out = tmp_path / "sheet.mp4"
-    assert main(["render", "stereo-follow", "--preset", preset, "--frames", "3", "--out", str(out)]) == 0
+    assert main(["render", "paper-sheet", "--preset", preset, "--frames", "3", "--out", str(out)]) == 0
     assert out.is_file()

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gymnasium.vector import SyncVectorEnv
 
 from benchmarks.speed import env_stepping as env_speed
 from benchmarks.speed import soak
 from benchmarks.speed.env_stepping import measure_env, measure_env_steps, measure_scaling, seconds_in_turns
 from benchmarks.speed.rendering import UNTIMED_FRAMES
 from benchmarks.speed.soak import SoakSample, growth
-from scenarios.envs.vector_env import FollowVectorEnv
 from tests import fakes_scenario
 from tests.fakes_scenario import FakeEpisode, NoParameters, Still
 
@@ -78,18 +78,18 @@ def test_more_steps_than_an_episode_has_are_refused():
         measure_env_steps("tiny", 0, longest + 1)
 
 
-def in_this_process(wanted: list[int]) -> Callable[..., FollowVectorEnv]:
-    """Return what makes vector envs without workers, and notes how many were wanted."""
+def in_this_process(wanted: list[int]) -> Callable[..., SyncVectorEnv]:
+    """Return what makes a vector env without processes, and notes how many envs were to step at a time."""
 
-    def make(count: int, **keywords: Any) -> FollowVectorEnv:
-        wanted.append(keywords["workers"])
-        return FollowVectorEnv(count, **keywords | {"workers": 0})
+    def make(envs: list[Any], max_concurrency: int) -> SyncVectorEnv:
+        wanted.append(max_concurrency)
+        return SyncVectorEnv(envs)
 
     return make
 
 
 def test_the_entries_are_those_of_a_summary(monkeypatch):
-    monkeypatch.setattr(env_speed, "FollowVectorEnv", in_this_process([]))
+    monkeypatch.setattr(env_speed, "EnvProcesses", in_this_process([]))
     monkeypatch.setattr(env_speed, "seconds_in_turns", lambda actors, times: [4.0, 2.0, 9.0, 3.0])
     done = []
     entries = measure_env("tiny", range(2), 8, lambda part, of: done.append((part, of)))
@@ -132,25 +132,25 @@ def test_resets_do_not_count_as_steps(monkeypatch):
         reset(self, *arguments, **options)
 
     monkeypatch.setattr(FakeEpisode, "__init__", slow)
-    workers: list[int] = []
-    monkeypatch.setattr(env_speed, "FollowVectorEnv", in_this_process(workers))
+    at_a_time: list[int] = []
+    monkeypatch.setattr(env_speed, "EnvProcesses", in_this_process(at_a_time))
     monkeypatch.setattr(env_speed, "_COUNTED", 10)
     done: list[int] = []
     told = measure_scaling("tiny", range(2), 3, done.append)
-    assert workers == [1, 2]
+    assert at_a_time == [1, 2]
     assert done == [0, 1, 2], "a rehearsal, and each episode"
     assert len(told) == 2
-    assert all(0.0 < seconds < 16 * 0.02 for episode in told for seconds in episode[:2])
+    assert all(0.0 < seconds < 4 * 0.02 for episode in told for seconds in episode[:2])
 
 
 def test_a_soak_goes_through_episodes_and_weighs_every_process():
     told: list[SoakSample] = []
-    samples = soak.soak("tiny", 2 * 3 * FRAMES, 2, 1, told.append, samples=10)
+    samples = soak.soak("tiny", 2 * 3 * FRAMES, 2, told.append, samples=10)
     assert told == samples
     assert samples[-1].steps == 2 * 3 * FRAMES
     # A step of every episode is its reset, which is the step after its last.
     assert samples[-1].episodes == 2 * 4
-    assert all(len(each.rss_mib) == 2 and min(each.rss_mib) > 20 for each in samples)
+    assert all(len(each.rss_mib) == 3 and min(each.rss_mib) > 20 for each in samples)
 
 
 def test_growth_is_what_stays_of_it():

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
 from scenarios import catalog
+from scenarios.envs.follow_env import FollowEnv
 from scenarios.stereo_follow.robot import ROBOT
 from tests.fakes_scenario import FAKE_TOWN, Knowing, NoParameters
 
@@ -34,3 +36,13 @@ def keywords(**others: Any) -> dict[str, Any]:
 def knowing() -> Knowing:
     """Return a tracker that knows the circle."""
     return Knowing(NoParameters(), np.random.default_rng(0))
+
+
+def make(env_id: str = IDS[0], **others: Any) -> FollowEnv:
+    env = gym.make(env_id, **keywords(**others)).unwrapped
+    assert isinstance(env, FollowEnv)
+    return env
+
+
+def fresh(tracker: type) -> Any:
+    return tracker(NoParameters(), np.random.default_rng(0))

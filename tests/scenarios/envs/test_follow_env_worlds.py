@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gymnasium.vector import SyncVectorEnv
 
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.vector_env import FollowVectorEnv
 from tests.scenarios.envs.compared import assert_same
 from trackers.types import CameraCommand
 
@@ -66,7 +66,7 @@ def test_a_checker_is_content(env_id):
 
 
 def test_two_worlds_in_one_process_do_not_disturb_each_other(capfd):
-    envs = FollowVectorEnv(2, workers=0, **keywords("frameout/RoadTownFollow-v1"))
+    envs = SyncVectorEnv([lambda: FollowEnv(**keywords("frameout/RoadTownFollow-v1"))] * 2)
     single = FollowEnv(**keywords("frameout/RoadTownFollow-v1"))
     both = [envs.reset(seed=3)[0]]
     alone = [single.reset(seed=4)[0]]

@@ -69,7 +69,7 @@ def test_both_renderers_show_the_same_building(world):
 @pytest.fixture(scope="module")
 def some() -> list[Frame]:
     """Every 20th frame of a drive in small pictures, until it is well round the corner."""
-    preset = replace(scenario("stereo-follow").presets["paper-b2"], width_px=160, height_px=120)
+    preset = replace(scenario("paper-sheet").presets["paper-b2"], width_px=160, height_px=120)
     with closing(SheetEpisode(preset.scene(3), 3, "raster")) as episode:
         return [frame for frame in (episode.step() for _ in range(620)) if frame.truth.frame % 20 == 0]
 

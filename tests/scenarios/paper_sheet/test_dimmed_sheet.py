@@ -14,7 +14,7 @@ from scenarios.paper_sheet.episode import SheetEpisode
 from scenarios.paper_sheet.sheet import region_of_sheet
 from scenarios.scenario import Frame, RendererName
 
-PRESET = scenario("stereo-follow").presets["paper-b1"]
+PRESET = scenario("paper-sheet").presets["paper-b1"]
 SEED = 7
 
 

@@ -13,18 +13,19 @@ from scenarios.paper_sheet.episode import SheetEpisode
 from scenarios.paper_sheet.sheet import SHEET_M
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.camera import BASELINE_M, LONGEST_EXPOSURE_S
-from scenarios.stereo_follow.truth import PeopleTruth
+from scenarios.stereo_follow.truth import StereoTruth
+from scenarios.truth import check_truth
 from sim.optics import project
 from trackers.types import CameraCommand
 
-STEREO_FOLLOW = scenario("stereo-follow")
+PAPER_SHEET = scenario("paper-sheet")
 PRESETS = ("paper-b1", "paper-b2")
 FRAMES = 5
 
 
 def lived(preset: str, seed: int, frames: int = FRAMES) -> tuple[np.ndarray, list[Frame]]:
     """Return the first box and the first frames."""
-    with closing(STEREO_FOLLOW.episode(preset, seed)) as episode:
+    with closing(PAPER_SHEET.episode(preset, seed)) as episode:
         return episode.start.box_xyxy, [episode.step() for _ in range(frames)]
 
 
@@ -41,7 +42,7 @@ def _flat(value) -> list[np.ndarray]:
 
 def test_episodes_are_a_function_of_the_seed_alone(first):
     preset, box, frames = first
-    with closing(STEREO_FOLLOW.episode(preset, 3)) as again:
+    with closing(PAPER_SHEET.episode(preset, 3)) as again:
         np.testing.assert_array_equal(again.start.box_xyxy, box)
         for one in frames:
             other = again.step()
@@ -55,9 +56,9 @@ def test_episodes_are_a_function_of_the_seed_alone(first):
 def test_the_papers_count_of_pictures():
     counts = {}
     for preset in PRESETS:
-        with closing(STEREO_FOLLOW.episode(preset, 0)) as episode:
+        with closing(PAPER_SHEET.episode(preset, 0)) as episode:
             counts[preset] = episode.frame_count
-            assert episode.frame_count == STEREO_FOLLOW.presets[preset].frame_count
+            assert episode.frame_count == PAPER_SHEET.presets[preset].frame_count
     assert counts == {"paper-b1": 9, "paper-b2": 947}
 
 
@@ -65,14 +66,15 @@ def test_the_sheet_is_drawn_where_truth_says(first):
     _, box, frames = first
     for frame in frames:
         t = frame.truth
-        assert isinstance(t, PeopleTruth)
+        assert isinstance(t, StereoTruth)
+        check_truth(t)
         rows, columns = np.nonzero(t.instance_map == t.instance_id[0])
         np.testing.assert_allclose(
             t.box_xyxy[0], [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1], atol=1.0
         )
         np.testing.assert_allclose(t.box_xyxy[0], box, atol=1e-3)
         assert t.visible_fraction[0] > 0.99
-        assert t.state.tolist() == ["in"]
+        assert (t.names, t.state) == (("target",), ["in"])
         np.testing.assert_allclose(t.position_px[0], [columns.mean() + 0.5, rows.mean() + 0.5], atol=3.0)
         # As large as it is so far away.
         away_m = t.depth_m[rows, columns].mean()
@@ -110,7 +112,7 @@ def test_observation_and_truth_tell_the_same_settings_and_share_no_memory(first)
 
 def test_the_larger_view_holds_the_picture_in_its_middle(first):
     preset, _, _ = first
-    with closing(STEREO_FOLLOW.episode(preset, 3)) as episode:
+    with closing(PAPER_SHEET.episode(preset, 3)) as episode:
         seen = episode.step().observation.image_rgb
         larger = episode.larger_view(1.5)
     assert larger.shape == (1.5 * seen.shape[0], 1.5 * seen.shape[1], 3)
@@ -124,15 +126,15 @@ def test_the_larger_view_holds_the_picture_in_its_middle(first):
 def test_nobody_steers(first):
     preset, _, _ = first
     with pytest.raises(ValueError, match=f"closed_loop: expected None or False, since {preset} follows .*, got True"):
-        STEREO_FOLLOW.episode(preset, 0, closed_loop=True)
-    with closing(STEREO_FOLLOW.episode(preset, 0)) as episode:
+        PAPER_SHEET.episode(preset, 0, closed_loop=True)
+    with closing(PAPER_SHEET.episode(preset, 0)) as episode:
         with pytest.raises(ValueError, match="command: expected None, since this episode follows a set path"):
             episode.step(CameraCommand(forward_mps=1.0, yaw_rate_rad_s=0.0))
         assert isinstance(episode, SheetEpisode)
 
 
 def test_after_the_last_frame_there_is_none():
-    with closing(STEREO_FOLLOW.episode("paper-b1", 0)) as episode:
+    with closing(PAPER_SHEET.episode("paper-b1", 0)) as episode:
         for _ in range(episode.frame_count):
             episode.step()
         with pytest.raises(StopIteration, match="episode: expected at most 9 steps"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,8 +11,8 @@ from scipy import stats
 from sim.optics import PinholeCamera
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig, SensorSettings
-from sim.sensors.exposure import luminance_of, metered_radiance, next_exposure, right_exposure
-from sim.sensors.lens import distort, scatter_row, veil
+from sim.sensors.exposure import luminance_of, metered_radiance, right_exposure
+from sim.sensors.lens import scatter_row, veil
 from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import CODES, frame_keys, normal_deviates
 from sim.shaders.colour import srgb_to_linear
@@ -67,10 +66,10 @@ def test_no_frame_repeats_another_ones_noise_shifted(key, frame):
 @pytest.mark.parametrize("gain", [1.0, 4.0])
 @pytest.mark.parametrize("share", [0.01, 0.1, 0.3])
 def test_noise_is_that_of_photons_and_read_out(share, gain):
-    config = SensorConfig(mode="fixed", fixed_gain=gain)
+    config, settings_used = SensorConfig(), SensorSettings(1e-3, gain)
     electrons = share * config.full_well_e / gain
-    luminance_nit = electrons / (config.electrons_per_nit_s * config.fixed_exposure_s)
-    image = _sensor(mode="fixed", fixed_gain=gain).expose(_even(luminance_nit), CAMERA, 3).image_rgb
+    luminance_nit = electrons / (config.electrons_per_nit_s * settings_used.exposure_s)
+    image = _sensor().develop(_even(luminance_nit), CAMERA, 3, settings_used).image_rgb
     linear = srgb_to_linear(image / 255.0)
     # What the code cannot tell apart is uniform over its width; its slope turns codes into electrons.
     code_e = np.interp(share, srgb_to_linear(np.arange(256) / 255), np.gradient(srgb_to_linear(np.arange(256) / 255)))
@@ -120,12 +119,6 @@ def test_gain_rises_only_at_the_longest_exposure_and_both_have_limits():
     assert right_exposure(config, 0.0)[1] == config.largest_gain
 
 
-def test_fixed_settings_stay():
-    config = SensorConfig(mode="fixed", fixed_exposure_s=2e-4, fixed_gain=3.0)
-    assert right_exposure(config, 5.0) == (2e-4, 3.0)
-    assert next_exposure(config, 2e-4, 3.0, 1e5) == (2e-4, 3.0)
-
-
 def test_settings_in_use_come_with_the_picture():
     sensor = _sensor()
     first = sensor.expose(_even(4000.0), CAMERA, 0)
@@ -149,7 +142,7 @@ def test_tone_curve_is_srgb():
 
 
 def test_bright_light_saturates():
-    assert (_sensor(mode="fixed").expose(_even(1e9), CAMERA, 0).image_rgb == 255).all()
+    assert (_sensor().develop(_even(1e9), CAMERA, 0, SensorSettings(1e-3, 1.0)).image_rgb == 255).all()
 
 
 def _point(width: int = 320, height: int = 240) -> np.ndarray:
@@ -201,29 +194,10 @@ def test_scattered_light_is_kept_and_lies_evenly_on_what_is_dark():
     assert (veil(metered_radiance(radiance), 0.0) == 0).all()
 
 
-@pytest.mark.parametrize("k", [(-0.2, 0.05), (0.15, 0.0)])
-def test_lens_distortion_is_opencvs(k):
-    camera = PinholeCamera(320, 240, 300.0, radial_distortion=k)
-    rng = np.random.default_rng(0)
-    plane = cv2.GaussianBlur(rng.uniform(0, 100, (240, 320)).astype(np.float32), (0, 0), 6)
-    bent = distort(np.repeat(plane[:, None], 3, axis=1), camera)
-    # OpenCV undoes the distortion, with pixel centres at whole numbers.
-    K = camera.intrinsic_matrix - [[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]]
-    straight = cv2.undistort(bent[:, 1], K, np.array([*k, 0, 0]))
-    np.testing.assert_allclose(straight[40:-40, 50:-50], plane[40:-40, 50:-50], atol=0.15)
-    assert np.abs(bent[:, 0] - plane).max() > 1.0
-
-
-def test_a_lens_without_distortion_changes_nothing():
-    radiance = _point()
-    assert distort(radiance, CAMERA) is radiance
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"mode": "manual"}, "mode: expected 'auto' or 'fixed', got manual"),
-        ({"fixed_exposure_s": 0.0}, "fixed_exposure_s: expected a number > 0, got 0.0"),
+        ({"shortest_exposure_s": 0.0}, "shortest_exposure_s: expected a number > 0, got 0.0"),
         ({"longest_exposure_s": 1e-9}, "longest_exposure_s: expected at least shortest_exposure_s"),
         ({"largest_gain": 0.5}, "largest_gain: expected a number >= 1, got 0.5"),
         ({"mid_grey": 1.0}, r"mid_grey: expected a number in \(0, 1\), got 1.0"),

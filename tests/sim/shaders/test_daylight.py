@@ -14,7 +14,6 @@ from sim.render.shadow_tiles import BLOCK, NOTHING, TILE
 from sim.shaders import daylight
 from sim.shaders.colour import linear_to_srgb, srgb_to_linear
 from sim.shaders.daylight import DaylightShader, Sun
-from sim.shaders.daylight_kernels import shade_picture
 from sim.world import World
 from tests.sim.demo_scene import box, build_town, ground, pose
 from tests.sim.ray_casting import RayCaster, away_from_edges
@@ -115,21 +114,6 @@ def test_a_sun_below_the_horizon_lights_nothing_level(town):
     assert (radiance.transpose(0, 2, 1)[gbuffer.instance_id == 0] == 0).all()
 
 
-def test_haze_turns_far_things_into_sky():
-    level = look_down_pose(np.array([0, 0, 20.0]), 0.0, np.pi / 2, 0.0)
-    with World() as world:
-        world.add(ground(8000.0, GREY), np.eye(4), name="ground", category="ground")
-        gbuffer = Raster(world).gbuffer(CAMERA, level)
-        sun = Sun(_direction(40), 8e4)
-        clear = DaylightShader(world, sun, 1.5e4).shade(gbuffer, CAMERA, level)
-        hazy = DaylightShader(world, sun, 1.5e4, visibility_m=1000.0).shade(gbuffer, CAMERA, level)
-    sky = clear[0, :, 0]
-    np.testing.assert_array_equal(hazy[0, :, 0], sky)
-    row = int(np.flatnonzero(gbuffer.depth_m[:, 160] < 1000.0)[0])
-    through = np.exp(-3.912 * gbuffer.depth_m[row, 160] / 1000.0)
-    np.testing.assert_allclose(hazy[row, :, 160], sky + (clear[row, :, 160] - sky) * through, rtol=1e-3)
-
-
 def test_a_view_is_lit_alike_whatever_was_seen_before(town):
     sun = Sun(SUNS["low"], 1e5)
     raster, shader = Raster(town), DaylightShader(town, sun, 1e4)
@@ -208,9 +192,7 @@ def test_what_lies_beyond_the_map_is_lit(monkeypatch):
         shader = DaylightShader(world, Sun((0.0, 1.0, 1.0), 1e5, colour_rgb=(1, 1, 1)), 0.0)
         # The map is made to cover the picture's top alone.
         monkeypatch.setattr(daylight, "bounds_across", lambda depth_m, *rest: bounds_across(depth_m[:2], *rest))
-        radiance = np.empty((240, 3, 320), np.float32)
-        shadows = shader.shadows(gbuffer.depth_m, CAMERA, T_world_camera)
-        shade_picture(shader.light, shadows, gbuffer.base_colour_rgb, gbuffer.depth_m, gbuffer.normal_world, radiance)
+        radiance = shader.shade(gbuffer, CAMERA, T_world_camera)
     sunny = REFLECTANCE * 1e5 * np.sqrt(0.5) / np.pi
     level = (gbuffer.instance_id == 0) & away_from_edges(gbuffer.instance_id, 2)
     green = radiance[:, 1]

@@ -295,8 +295,3 @@ def test_what_is_wrong_is_said_in_one_line(
     (line,) = (line for line in err.splitlines() if not line.startswith("compiling kernels"))
     assert re.fullmatch(f"error: {message}.*", line), line
     assert not (tmp_path / "out").exists()
-
-
-def test_other_suites_know_no_link(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "stereo", "--link", "noisy", "--out", str(tmp_path)]) == 2
-    assert "link: expected prompt, since suite stereo knows no other, got 'noisy'" in capsys.readouterr().err
