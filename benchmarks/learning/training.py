@@ -114,7 +114,7 @@ def _error_model_hash(training: Training) -> str | None:
 def _envs(training: Training, seed: int) -> Any:
     """Return the envs as stable-baselines3 takes them."""
     import gymnasium as gym
-    from gymnasium.vector import AutoresetMode, SyncVectorEnv
+    from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
     from benchmarks.learning.vector_adapter import GymnasiumVecEnv
     from scenarios.envs.processes import EnvProcesses
@@ -123,9 +123,10 @@ def _envs(training: Training, seed: int) -> Any:
     if training.pictures:
         # Processes of their own learn the ids by the module's name.
         make = [partial(gym.make, f"scenarios:{training.env}", **keywords)] * training.env_count
-        envs = (EnvProcesses if len(make) > 1 else SyncVectorEnv)(make, autoreset_mode=AutoresetMode.SAME_STEP)
+        kind = EnvProcesses if len(make) > 1 else SyncVectorEnv
+        envs: VectorEnv[Any, Any, Any] = kind(make, autoreset_mode=AutoresetMode.SAME_STEP)
     else:
-        own = {"starts": training.starts, "seeds": range(training.episodes), "cache": EPISODES}
+        own: dict[str, Any] = {"starts": training.starts, "seeds": range(training.episodes), "cache": EPISODES}
         envs = gym.make_vec(training.env, training.env_count, pictures=False, **own, **keywords)
     return GymnasiumVecEnv(envs, seed, 1.0 - _DISCOUNT)
 

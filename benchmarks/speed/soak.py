@@ -50,7 +50,7 @@ def soak(
     taken: list[SoakSample] = []
     rng = np.random.default_rng(0)
     with closing(EnvProcesses([partial(FollowEnv, **env_keywords(preset))] * num_envs)) as envs:
-        ids = (os.getpid(), *(process.pid for process in envs.processes))
+        ids = (os.getpid(), *(process.pid or 0 for process in envs.processes))
         began, episodes = time.perf_counter(), num_envs
         envs.reset(seed=0)
         for k in range(1, rounds + 1):

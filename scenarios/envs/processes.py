@@ -46,7 +46,7 @@ class EnvProcesses(AsyncVectorEnv[Any, Any]):
         with _deaths_told():
             return super().step(actions)
 
-    def close_extras(self, **_: Any) -> None:
+    def close_extras(self, timeout: float | None = None, terminate: bool = False) -> None:
         """End the processes and their worlds; Gymnasium's waits for answers, which Ctrl-C or a death may have lost."""
         for process in self.processes:
             process.kill()
