@@ -51,7 +51,7 @@ def check_posterior(estimate: Estimate) -> None:
 
 def is_stereo(entry: TrackerEntry) -> list[bool]:
     """Return for each suite of a tracker whether its observations are pairs."""
-    return [suite == "stereo" for suite in entry.suites]
+    return [suite == "stereo" for suite in entry.suites or ("the default",)]
 
 
 def _fuzz(entry: TrackerEntry, frames: int) -> int:
