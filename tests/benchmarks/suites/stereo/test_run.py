@@ -168,7 +168,7 @@ def test_trackers_of_another_suite_are_refused(tmp_path: Path, change: dict[str,
 
 
 def test_a_scenario_that_tells_another_truth_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(TypeError, match=r"truth: expected PeopleTruth, .* got RoadTruth"):
+    with pytest.raises(TypeError, match=r"truth: expected StereoTruth, .* got RoadTruth"):
         run(replace(TINY, scenario="fake-town", modules=("tests.fakes_scenario",)), tmp_path)
     with pytest.raises(TypeError, match="truth: expected RoadTruth"):
         told_by(fake_follow.FAKE_FOLLOW.episode("tiny", 0).step().truth, RoadTruth)
