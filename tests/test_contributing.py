@@ -93,6 +93,12 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     assert re.search(expected[heading], told)
 
 
+def test_the_scene_that_contributing_shows_runs_in_a_checkout(tmp_path: Path) -> None:
+    (command,) = commands("CONTRIBUTING.md", "checkout")
+    succeeds(command.replace("results/toy", str(tmp_path / "toy")), ROOT)
+    assert '"metric": "found_rate"' in (tmp_path / "toy" / "summary.json").read_text()
+
+
 def test_commands_of_the_readme_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In this process, which has loaded what they need; those of CONTRIBUTING register things and get their own."""
     monkeypatch.chdir(tmp_path)

@@ -10,27 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.suites.registry import suites
+from benchmarks.suites import registry as suite_registry
 from scenarios import catalog
+from trackers import registry as tracker_registry
+from trackers.controllers import catalogue
 
 ROOT = Path(__file__).parents[1]
-OWN_ROOMS = (
-    "scenarios/road_town",
-    "scenarios/stereo_follow",
-    "scenarios/paper_sheet",
-    "benchmarks/suites/frame_out",
-    "benchmarks/suites/stereo",
-    "benchmarks/suites/follow",
-    "benchmarks/papers",
-    "trackers/paper_a",
-    "trackers/paper_b",
-    "trackers/mosaic_graph",
-    "trackers/stereo_people",
-    "trackers/baselines",
-    "trackers/blind",
-    "trackers/controllers",
-)
-"""Of a scene or a suite, of a paper, of trackers and controllers that are made for one."""
 GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "policy", "policy_file"))
 """Modules in these rooms that serve all of their kind."""
 LISTS = {
@@ -42,6 +27,19 @@ LISTS = {
 """The one list of each registry."""
 
 
+SCENES = tuple(entry for entry in catalog.entries() if entry.place.startswith("scenarios."))
+SUITES = suite_registry._MODULES
+"""Ours alone: other tests register scenes and suites of theirs."""
+
+
+def own_rooms() -> tuple[str, ...]:
+    """Return the folders and modules of a scene or a suite, of the papers, of trackers and controllers made for one."""
+    scenes = [entry.place.partition(":")[0] for entry in SCENES]
+    modules = [*scenes, *SUITES.values(), *tracker_registry._MODULES, *catalogue._MODULES]
+    paths = [Path(*module.split(".")) for module in modules]
+    return "benchmarks/papers/", *{f"{path.parent}/" if len(path.parts) > 2 else f"{path}.py" for path in paths}
+
+
 @cache
 def patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
     """Return what matches names in identifiers and modules, and what matches them in strings.
@@ -49,14 +47,13 @@ def patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
     ``road-town`` in any spelling is a name wherever it stands; a suite that is called by a plain word (``follow``) is
     named by a module of its room, and by a string that holds nothing else or sets it off by a path or a command.
     """
-    scenarios = [catalog.scenario(name) for name in catalog.names()]
+    scenarios = [catalog.scenario(entry.id) for entry in SCENES]
     names = {catalog.unversioned(each.id) for each in scenarios} | {each.carrier.name for each in scenarios}
-    names |= {name for name in suites() if "-" in name}
-    names |= {Path(room).name.replace("_", "-") for room in OWN_ROOMS if room.startswith("scenarios/")}
+    names |= {name for name in SUITES if "-" in name}
     spelt = {form for name in names for form in (name, name.replace("-", "_"), name.replace("-", " "))}
     spelt |= {form.upper() for form in spelt}
     capital = "|".join(name.title().replace("-", "") for name in names)
-    plain = "|".join(name for name in suites() if "-" not in name)
+    plain = "|".join(name for name in SUITES if "-" not in name)
     anywhere = rf"(?<![A-Za-z])(?:{'|'.join(spelt)})(?![a-z])|(?:{capital})(?![a-z])|\bsuites\.(?:{plain})\b"
     alone = rf"(?:^|/|\b(?:suite|bench|compare) )(?:{plain})(?:$|/| )"
     return re.compile(anywhere), re.compile(f"{anywhere}|{alone}")
@@ -112,14 +109,13 @@ def named_in(place: str, source: str) -> list[str]:
 def general_modules() -> list[str]:
     packages = ("sim", "trackers", "scenarios", "benchmarks")
     places = [path.relative_to(ROOT).as_posix() for name in packages for path in sorted((ROOT / name).rglob("*.py"))]
-    own = tuple(f"{room}/" for room in OWN_ROOMS)
-    return [place for place in places if place in GENERAL or not place.startswith(own)]
+    return [place for place in places if place in GENERAL or not place.startswith(own_rooms())]
 
 
 def test_general_rooms_name_no_scene_no_suite_and_no_carrier() -> None:
     places = general_modules()
     assert set(LISTS) | set(GENERAL) <= set(places)
-    assert all((ROOT / room).is_dir() for room in OWN_ROOMS)
+    assert all((ROOT / room).exists() for room in own_rooms())
     found = [line for place in places for line in named_in(place, (ROOT / place).read_text())]
     assert not found, "\n".join(found)
 

@@ -56,7 +56,7 @@ def names() -> list[str]:
 
 def is_stereo(entry: TrackerEntry) -> list[bool]:
     """Return for each suite of a tracker whether its observations are pairs."""
-    return [suite == "stereo" for suite in entry.suites]
+    return [suite == "stereo" for suite in entry.suites or ("the default",)]
 
 
 def _fuzz(entry: TrackerEntry, frames: int) -> int:

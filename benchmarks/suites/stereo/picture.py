@@ -14,7 +14,7 @@ from benchmarks.report.pictures import made_from, remove_picture, write_picture
 from benchmarks.run.jobs import Job, job_of, opened
 from benchmarks.run.records import Row
 from benchmarks.run.replay import made_by_this_code, replay
-from benchmarks.suites.registry import Condition, event_of
+from benchmarks.suites.registry import Condition
 from benchmarks.suites.stereo.drawing import describe_person
 from benchmarks.suites.stereo.instant import draw_left_and_plan
 from benchmarks.suites.stereo.metrics.people_events import OCCLUSION
@@ -62,7 +62,7 @@ def show_event(
 
 def _first_event(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:
     """Return seed and attributes of the event to look at."""
-    told = [(row["seed"], event, row["metric"]) for row in rows if (event := event_of(row)) is not None]
+    told = [(row["seed"], event, row["metric"]) for row in rows if (event := row["event"]) is not None]
     hidden = [
         (seed, event)
         for seed, event, metric in told

@@ -14,7 +14,6 @@ from benchmarks.report.palette import BETTER, GRID, INK, QUIET, WORSE
 from benchmarks.report.plots import drawn_as, new_figure, svg
 from benchmarks.run.records import Row
 from benchmarks.scores.runs import runs
-from benchmarks.suites.registry import event_of
 from benchmarks.suites.stereo.metrics.people import Outcome
 
 _LOOKS: dict[str, tuple[str, tuple[Outcome, ...]]] = {
@@ -44,7 +43,7 @@ class Strip:
 def strip_of(rows: Sequence[Row]) -> Strip:
     """Return the strip of one tracker in one episode."""
     series = {row["metric"]: row["value"] for row in rows if row["metric"].endswith("_by_frame")}
-    events = [event for row in rows if (event := event_of(row)) is not None and event["light"]]
+    events = [event for row in rows if (event := row["event"]) is not None and event["light"]]
     return Strip(
         outcome=np.array(series["outcome_by_frame"], dtype=np.int64),
         visible_fraction=np.array(series["visible_fraction_by_frame"], dtype=float),

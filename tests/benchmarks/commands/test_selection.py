@@ -12,6 +12,7 @@ from benchmarks.suites.follow.suite import FOLLOW
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.stereo.suite import STEREO
 from scenarios import catalog
+from trackers import registry
 from trackers.controllers.catalogue import controllers
 
 STANDARD = ("standard",)
@@ -69,3 +70,9 @@ def test_a_suite_made_of_another_has_trackers_of_its_own() -> None:
     """As CONTRIBUTING makes one: the name is new, and nobody has entered for it yet."""
     (party,) = parties(replace(FRAME_OUT, name="while-seen"), (), STANDARD, (), (), variants=True)
     assert party.trackers == ()
+
+
+def test_a_tracker_that_names_no_suite_is_of_the_default_one() -> None:
+    unnamed = [name for name, entry in registry.entries().items() if not entry.suites]
+    assert "colour_pf" in unnamed
+    assert {entrants()[name].suites for name in unnamed} == {("frame-out",)}

@@ -1,0 +1,78 @@
+"""``frameout list``: what a scenario's survey measures is kept beside what others' measured, and shown in its words."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.cli import main
+from benchmarks.commands import list_all
+from scenarios import catalog
+from scenarios.road_town.survey import FRAME_OUTS, Held
+from tests import fakes_scenario
+
+FAKE = "fake-town-v1"
+
+
+class CountsFrames:
+    """See ``scenarios.scenario.Survey``."""
+
+    columns = ("all frames",)
+
+    def measure(self, preset: fakes_scenario.FakeTown, seeds: range) -> dict[str, Any]:
+        return {"frames": preset.frame_count * len(seeds)}
+
+    def cells(self, held: dict[str, Any]) -> tuple[str, ...]:
+        return (f"{held['frames']} in all",)
+
+
+SURVEY = CountsFrames()
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the file of contents, and let the fake town be all that there is."""
+    (entry,) = (entry for entry in catalog.entries() if entry.id == FAKE)
+    monkeypatch.setattr(catalog, "_ENTRIES", (dataclasses.replace(entry, survey=f"{__name__}:SURVEY"),))
+    monkeypatch.setattr(list_all, "_CONTENTS", tmp_path / "contents.json")
+    return tmp_path / "contents.json"
+
+
+def test_what_is_measured_is_kept_and_shown(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list"]) == 0
+    assert "contents not measured yet" in capsys.readouterr().out
+    kept.write_text(json.dumps({"another-v1": {"holds": {}}}))
+    assert main(["list", "--measure", "--seeds", "0:3"]) == 0
+    out = capsys.readouterr().out
+    assert "all frames" in out
+    assert "measured over episodes 0:3" in " ".join(out.split())
+    assert "another version" not in out
+    presets = catalog.scenario(FAKE).presets
+    for configuration in presets.values():
+        assert f"{3 * configuration.frame_count} in all" in out
+    contents = json.loads(kept.read_text())
+    assert contents["another-v1"] == {"holds": {}}
+    assert set(contents[FAKE]["holds"]) == set(presets)
+    kept.write_text(json.dumps({FAKE: {**contents[FAKE], "code": "other"}}))
+    assert main(["list"]) == 0
+    assert "with another version of the code" in " ".join(capsys.readouterr().out.split())
+
+
+def test_frame_outs_are_told_in_a_cell_each() -> None:
+    held = Held(2, 100, 1.5, 1, 10, 20.5, 30, 0.25, 1.0, 0.4)
+    cells = FRAME_OUTS.cells(dataclasses.asdict(held))
+    assert cells == ("1.5 (≥ 1)", "10 / 20.5 / 30", "25%", "100%")
+    assert len(cells) == len(FRAME_OUTS.columns)
+
+
+def test_what_is_kept_with_the_code_is_what_surveys_return() -> None:
+    contents = json.loads(list_all._CONTENTS.read_text())
+    for name, kept in contents.items():
+        assert set(kept["holds"]) == set(catalog.scenario(name).presets)
+        measured = catalog.survey(name)
+        assert measured is not None
+        assert all(len(measured.cells(held)) == len(measured.columns) for held in kept["holds"].values())
