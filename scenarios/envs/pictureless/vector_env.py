@@ -21,6 +21,7 @@ from scenarios.envs.pictureless.laws import Law, law_of
 from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
 from scenarios.envs.reward import TERMS
 from scenarios.envs.settings import FollowSettings
+from scenarios.envs.truth_info import COMMANDS
 from scenarios.scenario import World
 from sim.checks import check
 from trackers.belief.features import FEATURES, features_of
@@ -220,7 +221,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             "length_px": lives["length_px"].copy(),
             "position_px": lives["target_px"].copy(),
             "error_px": np.where(known, error_px, np.nan),
-            "command": lives["obeyed"].copy(),
+            # Only the first commands are those of a carrier that moves as a whole.
+            "command": np.pad(lives["obeyed"], ((0, 0), (0, len(COMMANDS) - lives["obeyed"].shape[1]))),
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from benchmarks.cli import main
 from benchmarks.commands.selection import parties
 from benchmarks.run.contestants import entrants
 from benchmarks.suites.follow.suite import FOLLOW
@@ -76,3 +78,8 @@ def test_a_tracker_that_names_no_suite_is_of_the_default_one() -> None:
     unnamed = [name for name, entry in registry.entries().items() if not entry.suites]
     assert "colour_pf" in unnamed
     assert {entrants()[name].suites for name in unnamed} == {("frame-out",)}
+
+
+def test_other_suites_know_no_link(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "stereo", "--link", "noisy", "--out", str(tmp_path)]) == 2
+    assert "link: expected prompt, since suite stereo knows no other, got 'noisy'" in capsys.readouterr().err

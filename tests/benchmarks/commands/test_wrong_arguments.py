@@ -141,7 +141,7 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatc
         (["render"], "render.render_episode", False),
         (["report", "/nix"], "report.write_summary", False),
         (["bench"], "bench.load_modules", True),
-        (["paper", "A2"], "paper.seed_range", True),
+        (["paper", "A2"], "paper.repeat", True),
         (["train"], "train.make_folder", True),
         (["tune"], "tune.make_folder", True),
     ],
@@ -182,10 +182,5 @@ def test_a_video_that_finds_no_room_is_told_in_one_line(
 
 def test_no_command_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 2
-    assert "frameout bench frame-out --quick" in capsys.readouterr().out
+    assert "frameout bench --quick" in capsys.readouterr().out
     assert main(["--help"]) == 0
-
-
-def test_other_suites_know_no_link(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "stereo", "--link", "noisy", "--out", str(tmp_path)]) == 2
-    assert "link: expected prompt, since suite stereo knows no other, got 'noisy'" in capsys.readouterr().err
