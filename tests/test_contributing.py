@@ -127,7 +127,8 @@ def test_python_in_the_readme_runs(tmp_path: Path) -> None:
             pytest.importorskip("stable_baselines3")
         (tmp_path / "look.py").write_text(text)
         told.append(succeeds("python look.py", tmp_path))
-    with_sb3, without_pictures, loop = told
+    with_sb3, side_by_side, without_pictures, loop = told
+    assert side_by_side == ""
     assert re.fullmatch(r"(True|False) [01]\.\d\n", with_sb3)
     assert 0.0 <= float(without_pictures) <= 1.0
     assert loop.startswith("(240, 320, 3) in")
