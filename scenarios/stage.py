@@ -23,7 +23,7 @@ class Stage(ABC):
 
     Attributes:
         world: the bodies, where they are now; for other renderers to draw.
-        tells_all: whether truth is told of more than the target.
+        frame_count, rate_hz, closed_loop: see ``Episode``.
     """
 
     def __init__(self, world: World, rig: Rig, *, frame_count: int, rate_hz: float, closed_loop: bool) -> None:
