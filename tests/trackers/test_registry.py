@@ -1,0 +1,81 @@
+"""The registry: names, roles, parameters, variants, and trackers of many targets that are asked to follow one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from trackers import registry
+from trackers.follow_one import FollowOne
+from trackers.registry import entry, register, register_variant, tunable
+from trackers.types import CameraModel, Observation, Track
+
+
+@dataclass(frozen=True)
+class _Parameters:
+    gate_px: float = tunable(8.0, 2.0, 30.0)
+    least_px: int = 4
+
+
+class _Many:
+    Parameters = _Parameters
+
+    def __init__(self, parameters: _Parameters, rng: np.random.Generator) -> None:
+        self.parameters = parameters
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        """See ``MultiTracker``."""
+
+    def update(self, observation: Observation) -> Sequence[Track]:
+        """See ``MultiTracker``."""
+        return ()
+
+
+@pytest.fixture(autouse=True)
+def _as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    registry.entries()
+    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+
+
+def test_a_tracker_of_many_targets_follows_one_where_one_is_asked_for() -> None:
+    register("many", role="ours", summary="many targets")(_Many)
+    rng = np.random.default_rng(0)
+    assert entry("many").follows_many
+    assert isinstance(entry("many").create(rng), _Many)
+    assert isinstance(entry("many").create_for_one(rng), FollowOne)
+
+
+def test_a_tracker_of_one_target_is_handed_out_as_it_is() -> None:
+    hold = entry("hold")
+    assert not hold.follows_many
+    assert type(hold.create_for_one(np.random.default_rng(0))) is type(hold.create(np.random.default_rng(0)))
+
+
+def test_a_variant_has_its_overrides_and_is_written_with_them() -> None:
+    register("many", role="ours", summary="many targets")(_Many)
+    register_variant("many_wide", "many", summary="a wide gate", gate_px=20.0)
+    assert entry("many_wide").role == "variant"
+    assert entry("many_wide").parameters() == _Parameters(gate_px=20.0)
+    assert entry("many_wide").parameters(least_px=9) == _Parameters(gate_px=20.0, least_px=9)
+    assert entry("many_wide").written() == {"gate_px": 20.0}
+    assert entry("many").written() == {"gate_px": 8.0}
+
+
+def test_what_cannot_be_registered_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match="tracker: the name 'hold' is taken"):
+        register("hold", role="ours", summary="")(_Many)
+    with pytest.raises(ValueError, match=r"role: expected one of .*; got 'best'"):
+        register("many", role="best", summary="")(_Many)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="Parameters: expected a dataclass of this name in class object, got none"):
+        register("many", role="ours", summary="")(object)
+    assert "many" not in registry.entries()
+
+
+def test_an_unknown_name_and_an_unknown_parameter_are_named() -> None:
+    with pytest.raises(ValueError, match=r"tracker: expected one of hold, .*; got 'hodl'"):
+        entry("hodl")
+    with pytest.raises(ValueError, match=r"hold\.gate_px: expected one of .*, got an unknown parameter"):
+        entry("hold").parameters(gate_px=3.0)
