@@ -84,9 +84,13 @@ def scenario(name: str) -> Scenario:
     """Return a scenario by id; without a version (``road-town``) the latest.
 
     Raises:
-        ValueError: for an unknown name; lists the known ones.
+        ValueError: for an unknown name; lists the known ones. For a scenario with another id than its entry.
     """
-    return _loaded(_entry(name).place)
+    entry = _entry(name)
+    found: Scenario = _loaded(entry.place)
+    if found.id != entry.id:
+        raise ValueError(f"scenario: expected {entry.place} to have its entry's id {entry.id!r}, got {found.id!r}")
+    return found
 
 
 def survey(name: str) -> Survey | None:

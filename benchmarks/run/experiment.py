@@ -204,7 +204,10 @@ def check_renderer(name: str) -> RendererName:
 
 def check_names(experiment: Experiment) -> None:
     """Raise ValueError, naming the parameter, what was expected and what came, for what does not exist."""
-    presets = catalog.scenario(experiment.scenario).presets
+    scenario = catalog.scenario(experiment.scenario)
+    if suite(experiment.suite).judges_controllers and not scenario.carrier.axes:
+        raise ValueError(f"scenario: expected one with a camera that can be steered, got {scenario.id!r}")
+    presets = scenario.presets
     known = {
         "presets": (experiment.presets, tuple(presets)),
         "controllers": (_registered(experiment), controllers_of(experiment.suite, experiment.scenario)),

@@ -27,7 +27,7 @@ from scenarios import catalog
 from scenarios.command_link import episode_link, link_named
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Episode, Frame, RendererName
-from scenarios.truth import Truth, TruthExtent
+from scenarios.truth import Truth, TruthExtent, check_truth
 from trackers.controllers import catalogue
 
 
@@ -188,7 +188,9 @@ def run_job(job: Job) -> JobResult:
     with note_at(job.note_file) as note, opened(job, judging.truth, note) as live:
         judge = judging.judge(live.loop.episode, catalog.scenario(job.scenario))
         sheets = [judge.sheet() for _ in live.watchers]
-        for _ in live.frames():
+        for frame in live.frames():
+            if frame.truth.frame == 0:
+                check_truth(frame.truth)
             take_in(live.loop, judge, sheets)
     seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
     return _result(live, sheets, seconds)

@@ -16,8 +16,10 @@ def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str,
     """Return (attribute, metric, comparison, p after Holm) for all attributes and metrics both contestants
     have rows of. All rows are of one suite, which says what its events are divided by.
     """
-    words = suite(first[0]["suite"]).events
-    whole = [("whole episodes", metric, paired(first, second, metric)) for metric in words.episodes]
+    judged = suite(first[0]["suite"])
+    words = judged.events
+    of_episodes = words.episodes or (() if words.tests else tuple(map(judged.metric, judged.compared)))
+    whole = [("whole episodes", metric, paired(first, second, metric)) for metric in of_episodes]
     found = [(name, metric, comparison) for name, metric, comparison in whole if comparison is not None]
     for attribute, is_one in words.tests.items():
         mine, others = (_about(rows, is_one) for rows in (first, second))

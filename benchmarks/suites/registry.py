@@ -115,7 +115,8 @@ class EventWords:
             event's attributes are of it.
         compared: metrics of single events in which they are compared.
         describe: takes all events of a condition to one line: how many there are and of what kind.
-        episodes: metrics of whole episodes in which two are compared besides.
+        episodes: metrics of whole episodes in which two are compared besides; () = where nothing divides events, those
+            in which the suite compares.
     """
 
     name: str
@@ -124,6 +125,9 @@ class EventWords:
     compared: tuple[Metric, ...]
     describe: Callable[[Sequence[dict[str, Any]]], str]
     episodes: tuple[Metric, ...] = ()
+
+
+NO_EVENTS = EventWords("events", "event", {}, (), lambda events: "no events")
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,9 +191,9 @@ class Suite:
     headline: tuple[str, ...]
     compared: tuple[str, ...]
     tuned_for: Mapping[str, float]
-    events: EventWords
     silence: str
-    figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]]
+    events: EventWords = NO_EVENTS
+    figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]] = lambda rows, styles: []
     picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = no_picture
     facts: Facts | None = None
     references: tuple[Entrant, ...] = ()
@@ -239,9 +243,11 @@ class Suite:
 
 
 def register_suite(new: Suite) -> None:
-    """Make a suite known under its name. Raises ValueError if it is taken."""
+    """Make a suite known under its name. Raises ValueError if it is taken, or for a metric that the suite has not."""
     if new.name in _SUITES:
         raise ValueError(f"suite: the name {new.name!r} is taken")
+    for name in (*new.headline, *new.compared, *new.tuned_for):
+        new.metric(name)
     _SUITES[new.name] = new
 
 

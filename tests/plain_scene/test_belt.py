@@ -1,0 +1,70 @@
+"""The example of CONTRIBUTING is a sound scene: its truth holds, it repeats to the byte, its suite needs no events."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import gymnasium as gym
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from benchmarks.cli import main
+from benchmarks.suites.registry import Scene, add_scene, register_suite, suite
+from scenarios import catalog
+from scenarios.loop import Loop
+from scenarios.truth import check_truth
+from tests.plain_scene import belt
+
+MODULES = ("--modules", belt.__name__, "--preset", "quick", "--seeds", "0:1")
+
+
+def test_the_target_leaves_and_comes_back_and_repeats_to_the_byte() -> None:
+    runs = []
+    for _ in range(2):
+        episode = belt.CONVEYOR.episode("quick", 3)
+        runs.append(list(Loop(episode).frames()))
+        episode.close()
+    for frame, again in zip(*runs, strict=True):
+        check_truth(frame.truth)
+        assert frame.observation.image_rgb.tobytes() == again.observation.image_rgb.tobytes()
+    states = [str(frame.truth.state[0]) for frame in runs[0]]
+    assert states[0] == states[-1] == "in"
+    assert states.count("out") > 5
+
+
+def test_contestants_of_a_suite_without_events_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "belt", *MODULES, "--workers", "0", "--out", str(tmp_path)]) == 0
+    assert "outside error (px)" in capsys.readouterr().out
+    assert main(["compare", "hold", "colour_pf", "--modules", belt.__name__, "--directory", str(tmp_path)]) == 0
+    assert "outside_error_px" in capsys.readouterr().out
+
+
+def test_a_camera_at_rest_has_an_env_with_nothing_to_command_and_no_controllers_to_compare(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    env = gym.make("frameout/Conveyor-v1", preset="quick")
+    check_env(env.unwrapped, skip_render_check=True)
+    assert env.action_space.shape == (0,)
+    env.close()
+    if not suite("follow").is_about("conveyor"):
+        add_scene("follow", Scene("conveyor", trackers_of="frame-out"))
+    assert main(["bench", "follow", "--scenario", "conveyor", *MODULES, "--out", str(tmp_path)]) == 2
+    expected = "scenario: expected one with a camera that can be steered, got 'conveyor-v1'"
+    assert expected in capsys.readouterr().err
+
+
+def test_a_truth_that_is_not_what_it_says_ends_the_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(belt, "visible_fraction", lambda *seen: 3.0)
+    assert main(["bench", "belt", *MODULES, "--workers", "0", "--out", str(tmp_path)]) == 2
+    assert "visible_fraction: expected numbers from 0 to 1, got 3 to 3" in capsys.readouterr().err
+
+
+def test_names_that_do_not_fit_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ValueError, match="metric: expected one of outside_error_px; got 'found'"):
+        register_suite(replace(suite("belt"), name="odd", headline=("found",)))
+    monkeypatch.setattr(catalog, "_ENTRIES", (catalog.Entry("other-v1", f"{belt.__name__}:CONVEYOR"),))
+    with pytest.raises(ValueError, match=r"CONVEYOR to have its entry's id 'other-v1', got 'conveyor-v1'"):
+        catalog.scenario("other")
