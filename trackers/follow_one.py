@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.estimate_check import check_tracks
 from trackers.protocols import MultiTracker
 from trackers.types import Estimate, Observation, Track
 
@@ -35,6 +36,7 @@ class FollowOne:
     def update(self, observation: Observation) -> Estimate:
         """See ``Tracker``."""
         tracks = self._tracker.update(observation)
+        check_tracks(tracks)
         if self._identity is None:
             self._identity = self._identity_in_box(tracks)
         found = (track.estimate for track in tracks if track.identity == self._identity)

@@ -16,8 +16,11 @@ from benchmarks.run.guards import GuardedContestant
 from benchmarks.scores.pooling import pooled
 from benchmarks.scores.statistics import Comparison, bootstrap_interval
 from benchmarks.suites.registry import Metric, Suite, suites
-from scenarios.envs.reward import TERMS, Reward
+from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.reward import Reward
+from scenarios.envs.settings import FollowSettings
 from scenarios.envs.truth_info import INFO
+from scenarios.truth import Truth
 from trackers.belief import features as belief_features
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -38,8 +41,10 @@ def reference_page() -> str:
         statistics=(pooled, bootstrap_interval, Comparison),
         features=belief_features,
         reward=Reward,
-        weights={term: asdict(Reward())[term] for term in TERMS},
+        weights=asdict(Reward()),
         info=INFO,
+        truth=Truth,
+        env=(FollowEnv, FollowSettings),
         runs=published_runs(),
     )
 

@@ -11,7 +11,6 @@ from benchmarks.suites.registry import Metric, Suite
 
 Entry = dict[str, Any]
 
-_IDEAL = {"coverage_50": 0.5, "coverage_90": 0.9, "coverage_95": 0.95, "nees": 2.0}
 """Metrics that are right at a value: more is not better. NEES of two dimensions has the mean 2."""
 UNRANKED_ROLES = ("blind", "oracle")
 """References, not competitors: never the best."""
@@ -120,10 +119,9 @@ def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], ev
 
 def column_of(metric: Metric) -> Column:
     """Return the head of a metric's column."""
-    ideal = _IDEAL.get(metric.name)
     goal = {"higher": "↑", "lower": "↓"}[metric.better]
-    if ideal is not None:
-        goal = f"→ {100 * ideal:g}" if metric.unit == "fraction" else f"→ {ideal:g}"
+    if metric.ideal is not None:
+        goal = f"→ {100 * metric.ideal if metric.unit == 'fraction' else metric.ideal:g}"
     if "_per_" in metric.name:
         return Column(metric.name.replace("_", " "), "", goal, metric.summary)
     words = [_WRITTEN_OUT.get(word, word) for word in metric.name.split("_")]
@@ -156,8 +154,8 @@ def _top(metric: Metric, entries: Sequence[Entry]) -> float:
 def _rank(metric: Metric, entry: Entry | None) -> float:
     if entry is None or entry["mean"] is None:
         return float("inf")
-    if metric.name in _IDEAL:
-        return abs(entry["mean"] - _IDEAL[metric.name])
+    if metric.ideal is not None:
+        return abs(entry["mean"] - metric.ideal)
     return -entry["mean"] if metric.better == "higher" else entry["mean"]
 
 

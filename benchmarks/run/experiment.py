@@ -21,6 +21,7 @@ from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.scenario import RendererName
+from trackers import registry
 from trackers.controllers import catalogue
 
 SET_PATH = "set-path"
@@ -256,6 +257,9 @@ def _check_trackers(experiment: Experiment) -> None:
         if name not in expected:
             whose = f", which is of suite {', '.join(everyone[name].suites)}" if name in everyone else ""
             raise ValueError(f"trackers: expected one of {', '.join(expected)}; got {name!r}{whose}")
+        known = registry.entries().get(name)
+        if judged.follows_many and known is not None and not known.follows_many:
+            raise ValueError(f"trackers: expected ones of many targets, with a method start; got {name!r}")
 
 
 def _key(job: Job, tracker: str) -> BlockKey:

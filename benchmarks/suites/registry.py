@@ -67,6 +67,7 @@ class Metric:
         statistic: how rows become one number, see ``benchmarks.scores.pooling``.
         kind: only rows of events of this kind, or of which this attribute is true; None = all.
         horizon_frames: a restricted mean counts no more than this; never = this.
+        ideal: the right value, of a metric that can be too low and too high, e.g. a coverage.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Metric:
     statistic: Statistic = "mean"
     kind: str | None = None
     horizon_frames: int = 60
+    ideal: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

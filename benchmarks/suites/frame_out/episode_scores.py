@@ -61,7 +61,7 @@ def score_episode(
             scores.append(Score("locked_on_wrong_car", float(judged.locked_on_other), event=frame_out))
         scores += recovery.time_scores(frame_out, on_target, closed_loop=closed_loop)
         scores += _errors_while_out(frame_out, error_m)
-    scores += _offscreen_scores(truth, estimate, error_m)
+    scores += offscreen_scores(truth, estimate, error_m)
     scores += _in_view_scores(truth, estimate, on_target, failed_at_frame)
     scores.append(Score("run_kept", float(all(kept)) if kept else None))
     silent = np.isnan(estimate.position_px).any(axis=1)
@@ -80,14 +80,18 @@ def _errors_while_out(frame_out: FrameOut, error_m: NDArray[np.float64]) -> Iter
     yield Score("offscreen_error_by_frame_m", by_frame_m.tolist(), event=frame_out)
 
 
-def _offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDArray[np.float64]) -> Iterator[Score]:
+def offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDArray[np.float64]) -> Iterator[Score]:
+    """Yield errors and calibration on the frames on which the target is ``out``, weighted by their number.
+
+    A tracker that gives a posterior on any frame of the episode has missed on frames without one: no region holds the
+    truth, and NEES is 100, which is also the most that any frame counts. Of a tracker that gives none all is null.
+    """
     out = truth.state == "out"
     frames = float(out.sum())
     if frames == 0:
         return
     yield Score("offscreen_error_m", float(error_m[out].mean()), frames)
     yield Score("offscreen_error_car_lengths", float(error_m[out].mean()) / truth.car_length_m, frames)
-    # One that gave a posterior on any frame of the episode has missed where it gives none.
     judged = bool(estimate.has_posterior.any())
     weight = frames if judged else 0.0
     level = estimate.credible_level[out]

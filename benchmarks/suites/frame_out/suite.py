@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from benchmarks.scores import in_view, long_term, view_time
-from benchmarks.scores.recovery import Recovery
+from benchmarks.scores.recovery import Recovery, judge_recovery, time_scores
 from benchmarks.scores.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
-from benchmarks.suites.frame_out.episode_scores import NEES_CAP
+from benchmarks.suites.frame_out.episode_scores import NEES_CAP, offscreen_scores
 from benchmarks.suites.frame_out.events import EVENTS
 from benchmarks.suites.frame_out.figures import figures
 from benchmarks.suites.frame_out.judge import FrameOutJudge
@@ -18,6 +18,12 @@ from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
 def _rate(name: str, summary: str, row: str, kind: str | None = None) -> Metric:
     return Metric(name, summary, "fraction", "higher", (row,), kind=kind)
+
+
+def _coverage(share: float) -> Metric:
+    name = f"coverage_{100 * share:g}"
+    words = f"frames outside whose truth lies in the posterior's {100 * share:g} % region ({share:g} is right)"
+    return Metric(name, words, "fraction", "higher", (name,), ideal=share)
 
 
 def _error(name: str, summary: str, row: str, unit: str = "m") -> Metric:
@@ -88,19 +94,14 @@ FRAME_OUT = Suite(
             "car lengths",
         ),
         _error("reentry_error_m", "error on the last frame outside", "reentry_error_m"),
-        _rate(
-            "coverage_50",
-            "frames outside whose truth lies in the posterior's 50 % region (0.5 is right)",
-            "coverage_50",
-        ),
-        _rate("coverage_90", "in its 90 % region (0.9 is right)", "coverage_90"),
-        _rate("coverage_95", "in its 95 % region (0.95 is right)", "coverage_95"),
+        *(_coverage(share) for share in (0.5, 0.9, 0.95)),
         Metric(
             "nees",
             f"normalised error squared of the posterior outside, of a frame at most {NEES_CAP:g} (2 is right)",
             "1",
             "lower",
             ("nees",),
+            ideal=2.0,
         ),
         _rate("in_view_tpr", "frames in view on which the tracker says so and is on the car", "in_view_tpr"),
         _rate("in_view_tnr", "frames out of view on which the tracker says so", "in_view_tnr"),
@@ -161,6 +162,8 @@ FRAME_OUT = Suite(
     definitions={
         FrameOut: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
         Recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
+        judge_recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept"),
+        time_scores: ("recovery_frames", "watched_frames"),
         localisation.on_object: ("recovered", "kept", "locked_on_wrong_car", "in_view_tpr"),
         offscreen.ground_error_m: (
             "offscreen_error_30_m",
@@ -169,6 +172,7 @@ FRAME_OUT = Suite(
             "offscreen_error_car_lengths",
             "reentry_error_m",
         ),
+        offscreen_scores: ("offscreen_error_m", "coverage_50", "coverage_90", "coverage_95", "nees"),
         posterior.Calibration: ("coverage_50", "coverage_90", "coverage_95", "nees"),
         posterior.coverage: ("coverage_50", "coverage_90", "coverage_95"),
         in_view.present_and_absent: ("in_view_tpr", "in_view_tnr", "centre_error_px", "success_auc"),
