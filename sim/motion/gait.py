@@ -29,7 +29,7 @@ USUAL_STRIDE = 0.82
 """Share of stature of the stride at 1.3 m/s, whose angles the numbers below are."""
 
 _REACH = 0.9988
-"""Greatest distance from hip to ankle, of that of a straight leg: the knee keeps 6° (Winter: 4° to 5°)."""
+"""Greatest distance from hip to ankle over that of a straight leg: the knee keeps 6° (Winter: 4° to 5°)."""
 _REACH_SAMPLES = 32
 _BOB = 0.0093
 """Amplitude of the pelvis' way up and down at usual speed, share of stature."""
