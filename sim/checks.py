@@ -1,4 +1,4 @@
-"""Checks of what a user configures."""
+"""Checks of configured values."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 
 def check(name: str, good: bool, expected: str, got: object) -> None:
-    """Raise ValueError that names the parameter, what was expected and what came, unless ``good``."""
+    """Raise ValueError with the parameter, the expected and the actual value, unless ``good``."""
     if not good:
         raise ValueError(f"{name}: expected {expected}, got {got}")
 
 
 def check_types(configuration: Any) -> None:
-    """Raise ValueError for a field of a dataclass whose value is not of the type it is annotated with.
+    """Raise ValueError for a field of a dataclass whose value is not of the annotated type.
 
-    Numbers may be NumPy's and have to be finite; a list may stand for a tuple.
+    NumPy's numbers and lists in place of tuples are accepted; numbers must be finite.
     """
     kinds = get_type_hints(type(configuration))
     for field in dataclasses.fields(configuration):
@@ -28,7 +28,7 @@ def check_types(configuration: Any) -> None:
 
 
 def check_within(configuration: Any, names: str, low: float, high: float = math.inf, *, above: bool = False) -> None:
-    """Raise ValueError for a named field that lies outside [low, high], or is ``low`` where all has to be above it.
+    """Raise ValueError for a named field outside [low, high], or outside (low, high] if ``above``.
 
     A field may be a range, two numbers in ascending order.
     """

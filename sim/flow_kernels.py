@@ -2,7 +2,7 @@
 
 A (3, 4) matrix ``[A | t]`` takes a surface point, given as its pixel and nearness ``(u, v, 1, 1 / depth)`` now, to
 ``q`` with pixel ``(q_x, q_y) / q_w`` at the other instant. With ``D = A - I`` and ``r = D (u, v, 1) + t / depth``
-(so ``q = (u, v, 1) + r``), what moves is computed by itself and keeps its digits in 32 bits:
+(so ``q = (u, v, 1) + r``), the displacement is computed without cancellation in 32 bits:
 
     flow = (r_x - u r_w, r_y - v r_w) / (1 + r_w)
 """
@@ -30,8 +30,8 @@ def flow_picture(
 
     Args:
         at_rest: ``[D | t]`` (3, 4) of bodies that did not move.
-        moved: (B,) which bodies did.
-        matrices: (B, 3, 4) their ``[D | t]``.
+        moved: (B,) whether each body moved.
+        matrices: (B, 3, 4), ``[D | t]`` of those that did.
     """
     width = depth_m.shape[1]
     x_flow, y_flow = np.empty(width, np.float32), np.empty(width, np.float32)

@@ -1,4 +1,4 @@
-"""What there is to see, straight from geometry, with no light in it."""
+"""Visible surfaces of a view, from geometry alone, without light."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SKY = -1
 
 
 class GBuffer(NamedTuple):
-    """One view of a world, per pixel. Both renderers make the same one.
+    """Visible surface of each pixel; both renderers return this.
 
     Attributes:
         base_colour_rgb: (H, W, 3) uint8, unlit surface colour (sRGB encoded); 0 where there is no body.

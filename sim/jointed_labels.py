@@ -1,4 +1,4 @@
-"""Labels of bodies made of several rigid parts, people: the same truths as ``sim.labels`` gives of one body."""
+"""Labels of bodies made of several rigid parts (people), as ``sim.labels`` for single bodies."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class JointedShape(NamedTuple):
 
 
 _SEARCHED = 64
-"""Pixels that are looked through at once for parts of bodies."""
+"""Pixels searched at once for parts of bodies."""
 NEAREST_M = 0.15
-"""Before the camera; what is nearer, or behind it, would be as large as one likes in the unbounded picture."""
+"""Least depth before the camera: nearer vertices have no bounded projection."""
 
 
 @dataclass(frozen=True, slots=True)
 class SeenBody:
-    """What is seen of one body.
+    """Visible part of one body.
 
     Attributes:
         box_xyxy: (4,) around all its vertices in the unbounded picture; NaN if one is nearer than ``NEAREST_M``.
@@ -70,7 +70,7 @@ def seen_body(
     hiders: NDArray[np.int64],
     pixel_offset: float = 0.5,
 ) -> SeenBody:
-    """Return what is seen of a body in a picture.
+    """Return the visible part of a body in a picture.
 
     Args:
         part_poses: (P, 4, 4), T_world_part.
@@ -177,7 +177,7 @@ def _count(
         counts[0] += total
         if row < 0 or row >= height:
             continue
-        # Neighbours mostly show the same: the wanted ids are gone through once for all of them.
+        # Neighbours mostly show the same body: the wanted ids are searched once for all of them.
         column = left
         while column < right:
             seen, count = instance_map[row, column], 0

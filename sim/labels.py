@@ -1,6 +1,6 @@
 """Truth computed from geometry and G-buffer after the picture is drawn: boxes, visibility, flow, ground motion.
 
-Nothing here looks at light; both renderers give the same labels up to their sampling of pixels.
+Labels do not depend on light; both renderers give the same ones up to their sampling of pixels.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sim.optics import PinholeCamera, invert_pose
 
 
 class SeenSurfaces(Protocol):
-    """What labels need of a picture: a ``GBuffer`` has it, and so has a ``Capture``."""
+    """Maps of a picture that labels need; ``GBuffer`` and ``Capture`` have them."""
 
     @property
     def depth_m(self) -> NDArray[np.float32]:
@@ -60,7 +60,7 @@ class Outline(NamedTuple):
 
 
 def outline(meshes: Sequence[TexturedMesh]) -> Outline:
-    """Return what ``amodal_boxes`` needs of bodies: a tenth of a car's vertices."""
+    """Return the vertices that ``amodal_boxes`` needs, a tenth of a car's."""
     parts = [_outermost(mesh) for mesh in meshes]
     return Outline(np.concatenate(parts), np.cumsum([0] + [len(part) for part in parts]))
 
@@ -126,7 +126,7 @@ def visible_fraction(
 
 
 _OF_GROUND = [0, 1, 3]
-"""Columns of a pose that tell where points on the ground z = 0 are."""
+"""Columns of a pose that act on points of the ground z = 0."""
 
 
 def ground_homography(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 
 class CameraMotion(NamedTuple):
-    """How a camera moves on to its next picture.
+    """Motion of a camera from one picture to the next.
 
     Attributes:
         homography: (3, 3) from this picture's pixels to the next one's.

@@ -1,4 +1,4 @@
-"""Poses of what stands on level ground, and rotations."""
+"""Poses on level ground, and rotations."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 
 def pose_on_ground(x_m: float, y_m: float, yaw_rad: float) -> NDArray[np.float64]:
-    """Return the pose (4, 4) of a thing that stands on the ground."""
+    """Return the pose (4, 4) of an object on the ground."""
     c, s = np.cos(yaw_rad), np.sin(yaw_rad)
     return np.array([[c, -s, 0, x_m], [s, c, 0, y_m], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
 
 def rotation_by(turn_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation (3, 3) by a rotation vector (3,): about its direction, by its length.
+    """Return the rotation matrix (3, 3) of a rotation vector (3,).
 
-    By way of the unit quaternion ``(sin(a / 2) v / a, cos(a / 2))``, as SciPy's ``Rotation.from_rotvec(v).as_matrix()``
-    to the last bit, in a fifth of its time: instruments turn a pose for every picture.
+    From the unit quaternion ``(sin(a / 2) v / a, cos(a / 2))``: bit-equal to SciPy's
+    ``Rotation.from_rotvec(v).as_matrix()`` in a fifth of the time, as instruments rotate a pose for every picture.
     """
     x, y, z = turn_rad.tolist()
     angle = math.sqrt(x * x + y * y + z * z)

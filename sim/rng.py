@@ -1,7 +1,7 @@
 """Named, independent random generators, all drawn from one episode seed.
 
-Every random thing in an episode takes a generator from here; nothing draws from a default one. A new
-consumer of randomness gets a new name, so that adding it changes no other stream.
+All random numbers of an episode come from these generators, none from a default one. A new use of randomness gets a
+new name, so that it changes no other stream.
 """
 
 from __future__ import annotations

@@ -38,9 +38,9 @@ with _without_greeting():
 
 
 class _LentList:
-    """A list of numbers or points for PyBullet, which never lets go of the lists it is given nor of those in them.
+    """A reused list of numbers or points for PyBullet, which never frees the lists passed to it.
 
-    So it is given the same ones every time, filled anew: a worker that builds town after town would grow by 25 MB each.
+    With new lists a worker would grow by 25 MB with each town.
     """
 
     def __init__(self) -> None:
@@ -67,11 +67,11 @@ class Body:
     """One rigid body of a world.
 
     Attributes:
-        index: its instance id in every picture, = its place in ``World.bodies``.
+        index: in ``World.bodies``, and instance id in every picture.
         name: for people, e.g. ``"target"``.
         category: ``ground``, ``building``, ``tree``, ``kerb``, ``vehicle`` …
         mesh: its shape.
-        movable: False for what never changes its pose (renderers may cache it).
+        movable: if False, the pose never changes, and renderers may cache the body.
     """
 
     index: int
@@ -84,8 +84,8 @@ class Body:
 class World:
     """Bodies and their poses. Use as a context manager, or call ``close``.
 
-    PyBullet holds every body's shape and pose. Only its own renderer needs textures, which go through files, and where
-    bodies are now, which takes longer than to work it out; so both are handed over when ``camera_image`` is called.
+    PyBullet holds every body's shape. Only its own renderer needs textures, passed as files, and the present poses:
+    ``camera_image`` passes them, as that is slow.
     """
 
     def __init__(self) -> None:
@@ -132,13 +132,13 @@ class World:
         return body
 
     def move(self, body: Body, T_world_body: NDArray[np.float64]) -> None:
-        """Put a movable body somewhere else."""
+        """Set the pose (4, 4) of a movable body."""
         _require_movable(body)
         self._poses[body.index] = T_world_body
         self._moved.add(body.index)
 
     def move_all(self, bodies: Sequence[Body], T_world_body: NDArray[np.float64]) -> None:
-        """Put movable bodies somewhere else, all at once: poses are (B, 4, 4)."""
+        """Set the poses (B, 4, 4) of movable bodies."""
         for body in bodies:
             _require_movable(body)
         indices = [body.index for body in bodies]
@@ -197,7 +197,7 @@ class World:
         )
 
     def close(self) -> None:
-        """Free PyBullet's memory. The world is of no use afterwards."""
+        """Free PyBullet's memory; the world is unusable afterwards."""
         if self._client >= 0:
             pybullet.disconnect(self._client)
             self._client = -1
@@ -211,7 +211,7 @@ class World:
         self.close()
 
     def hand_over(self) -> None:
-        """Let PyBullet know the textures, and where bodies are now; ``camera_image`` does so too."""
+        """Pass textures and present poses to PyBullet; ``camera_image`` calls this."""
         for index in self._moved:
             position, quaternion = _to_bullet(self._poses[index])
             pybullet.resetBasePositionAndOrientation(
@@ -242,7 +242,7 @@ def _require_movable(body: Body) -> None:
 def _to_bullet(T: NDArray[np.float64]) -> tuple[list[float], list[float]]:
     """Return position and PyBullet's (x, y, z, w) quaternion of a pose.
 
-    In plain floats: for so few numbers arrays cost ten times as much, and every mover comes here for every picture.
+    In plain floats: arrays of so few numbers take ten times as long, for every mover in every picture.
     """
     (a, b, c, x), (d, e, f, y), (g, h, i, z) = np.asarray(T, dtype=float)[:3].tolist()
     trace = a + e + i
@@ -268,8 +268,7 @@ def _opengl_view(T_world_camera: NDArray[np.float64]) -> list[float]:
 def _opengl_projection(camera: PinholeCamera, near_m: float, far_m: float, pixel_offset: float) -> list[float]:
     """Return OpenGL's column-major projection matrix.
 
-    TinyRenderer samples a pixel at its bottom left corner, so the picture is shifted to bring the wanted
-    point there.
+    TinyRenderer samples a pixel at its bottom left corner; the picture is shifted by the wanted offset from there.
     """
     x = 2.0 * camera.focal_px / camera.width_px
     y = 2.0 * camera.focal_px / camera.height_px

@@ -1,4 +1,4 @@
-"""Parts that cars are put together from: bodies, cabins, wheels, mirrors, in the colours of a car palette."""
+"""Parts of cars: bodies, cabins, wheels, mirrors, in the colours of a car palette."""
 
 from __future__ import annotations
 

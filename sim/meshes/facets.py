@@ -1,4 +1,4 @@
-"""Building flat-shaded meshes out of coloured polygons, boxes and lofts."""
+"""Construction of flat-shaded meshes from coloured polygons, boxes and lofts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _Row = list[float]
 
 
 class Facets:
-    """A mesh in the making: flat faces, each with its own vertices.
+    """Builder of a mesh of flat faces, each with its own vertices.
 
     Wherever a method takes ``uv`` it may be (2,), one colour for the whole face (the centre of a palette's swatch),
     or one row (n, 2) for each corner.
@@ -29,7 +29,7 @@ class Facets:
     def polygon(self, corners_m: ArrayLike, uv: ArrayLike) -> None:
         """Add one plane convex polygon (n, 3), its corners counter-clockwise seen from outside.
 
-        Corners that coincide with the one before them are left out; what has no area is not added.
+        Corners that coincide with the one before and polygons without area are left out.
         """
         corners: list[_Row] = np.asarray(corners_m, dtype=float).tolist()
         self._add_polygon(corners, _rows(uv, len(corners)))
@@ -104,7 +104,7 @@ class Facets:
             self.polygon(rings[-1], last_uv)
 
     def mesh(self, texture: Texture) -> TexturedMesh:
-        """Return what was added so far."""
+        """Return the mesh of all faces so far."""
         return TexturedMesh(
             np.array(self._vertices_m, dtype=float).astype(np.float32),
             np.array(self._normals, dtype=float).astype(np.float32),
@@ -129,7 +129,7 @@ def _twice_area(corners_m: list[_Row]) -> list[float]:
         x, y, z = np.array(corners_m).T
         after = np.arange(1 - len(corners_m), 1)
         return [y @ z[after] - z @ y[after], z @ x[after] - x @ z[after], x @ y[after] - y @ x[after]]
-    # Nearly all have four corners. Summed in the order of the products above: shapes stay the same to the last bit.
+    # Nearly all have four corners. The order of the sum is that of the products above, so that the bits are equal.
     (x0, y0, z0), (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = corners_m
     return [
         ((y0 * z1 + y2 * z3) + (y1 * z2 + y3 * z0)) - ((z0 * y1 + z2 * y3) + (z1 * y2 + z3 * y0)),

@@ -1,4 +1,4 @@
-"""The land: a town's square ground, the fields around it, and kerbs."""
+"""Meshes of a town's square ground, the fields around it, and kerbs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CELLS = 8
 """Quads along a square's side: small enough triangles for clipping at the near plane."""
 
 KERB_TOLERANCE_M = 0.03
-"""How far a kerb may stray from its polyline, to save triangles."""
+"""Greatest deviation of a kerb from its polyline, to save triangles."""
 
 
 def ground(extent_m: float, texture: Texture) -> TexturedMesh:

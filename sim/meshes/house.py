@@ -33,7 +33,7 @@ def house(
             ridge lies along the longer side; flat ones have a parapet.
         roof: one of ``ROOFS``.
         wall_rgb, roof_rgb: sRGB 0-255.
-        rng: decides pitch, windows, chimneys, dormers and what else stands on the roof.
+        rng: of pitch, windows, chimneys, dormers and other things on the roof.
 
     Raises:
         ValueError: if a size or the roof is impossible.
@@ -60,7 +60,7 @@ def house(
 
 
 def _fall(pitch_deg: tuple[float, float], width: float, rng: np.random.Generator) -> float:
-    """Draw how many metres a roof falls for each metre."""
+    """Draw a roof's fall in metres per metre."""
     return min(float(np.tan(np.radians(rng.uniform(*pitch_deg)))), 2.0 * HIGHEST_ROOF_M / width)
 
 
@@ -76,7 +76,7 @@ def _add_walls(facets: Facets, length: float, width: float, eaves: float) -> Non
 
 
 def _add_flat_roof(facets: Facets, length: float, width: float, eaves: float, rng: np.random.Generator) -> None:
-    """Add a parapet around a deck, and what stands on it."""
+    """Add a deck with a parapet, and the things on it."""
     x, y = 0.5 * length, 0.5 * width
     # Inset and height: foot and outer edge of the parapet, its inner edge, the deck.
     steps = ((-0.03, eaves - 0.1), (-0.03, eaves + PARAPET_M), (0.3, eaves + PARAPET_M), (0.3, eaves + 0.05))

@@ -1,4 +1,4 @@
-"""People as rigid parts in clothes, to be put at the poses of ``sim.motion.gait``."""
+"""Meshes of people: rigid, clothed parts for the poses of ``sim.motion.gait``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people wear and how they look, painted: one texture a person, with a patch for every part."""
+"""Textures of people: clothes, face and hair, with a patch for every part."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _cloth(
         + 0.045 * _noise(shape, *folds, rng)
         + 0.03 * _noise(shape, 2.5 * folds[0], 2.5 * folds[1], rng)
     )
-    # Black cloth is not black: what it throws back varies like that of any other.
+    # Black cloth still reflects light, with the same relative variation.
     return np.maximum(np.array(rgb, dtype=float), 14.0) * light[..., None]
 
 
@@ -242,7 +242,7 @@ def _head(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) ->
 
 
 def _features(around: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what is lighter or darker in a face: eye sockets, the sides of the nose, what is under nose and lip."""
+    """Return the shading of a face: eye sockets, the sides of the nose, below nose and lip."""
     sockets = np.exp(-(((np.abs(around) - 0.36) / 0.24) ** 2) - ((z - 0.084) / 0.008) ** 2)
     nostrils = np.exp(-((around / 0.17) ** 4) - ((z - 0.0565) / 0.0026) ** 2)
     chin = np.exp(-((around / 0.3) ** 2) - ((z - 0.0395) / 0.0025) ** 2)

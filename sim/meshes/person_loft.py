@@ -1,4 +1,4 @@
-"""Smooth closed shapes lofted over rounded cross sections, the way limbs are made."""
+"""Smooth closed shapes lofted over rounded cross sections, such as limbs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How one person differs from another."""
+"""Size, colours and clothes of a person."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class PersonLook:
         """Check sizes and words.
 
         Raises:
-            ValueError: for what a person cannot have.
+            ValueError: for an impossible size or an unknown word.
         """
         skeleton(self.stature_m, self.build)
         for name in ("skin", "hair", "cap", "top", "legwear", "shoes", "backpack"):

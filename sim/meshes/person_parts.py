@@ -1,4 +1,4 @@
-"""The shapes of a person's parts: limbs, trunk, head, shoes and what they wear, as shares of stature.
+"""The shapes of a person's clothed parts: limbs, trunk, head, shoes, as shares of stature.
 
 Every shape stands in the frame of its part (see ``sim.motion.skeleton``). Ends are rounded and reach beyond the joints,
 so that nothing gapes where they bend. Lengths are those of the skeleton; breadths and depths are chosen by eye for

@@ -1,4 +1,4 @@
-"""What stands and lies on roofs: chimneys, roof lights, solar panels, dormers, boxes on flat roofs."""
+"""Things on roofs: chimneys, roof lights, solar panels, dormers, boxes on flat roofs."""
 
 from __future__ import annotations
 

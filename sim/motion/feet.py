@@ -1,4 +1,4 @@
-"""Where the feet of a walking person are: on the ground rolling over heel, ball and tip, in the air swinging on."""
+"""Places of a walking person's feet: rolling over heel, ball and tip on the ground, swinging in the air."""
 
 from __future__ import annotations
 
@@ -79,11 +79,11 @@ def _greater(a: float, b: float, softness: float) -> float:
 
 @njit(cache=True)
 def ankle_at(bones: Skeleton, share: float, stride: float, size: float) -> tuple[float, float, float, float]:
-    """Return x and z of an ankle in the person's frame, how far the foot has rolled ahead of where its flat sole was
-    or will be, and the pitch of its sole.
+    """Return x and z of an ankle in the person's frame, the rolled distance from the place of the flat sole, and the
+    pitch of the sole.
 
-    On the ground: rolling on a ground that goes back by a stride a stride. In the air: a cubic with the same places and
-    velocities at both ends, and as high as the lowest point of the sole needs.
+    On the ground: rolling, while the ground moves back by one stride length per stride. In the air: a cubic that joins
+    places and velocities at both ends, as high as the lowest point of the sole requires.
 
     Args:
         share: of the leg's stride since its heel met the ground, in [0, 1].

@@ -1,9 +1,9 @@
-"""How people walk: poses of all parts of a body at a phase of the stride, at any speed from standing still.
+"""Gait of people: poses of all parts of a body at a phase of the stride, at any speed from standing still.
 
-The feet come first. While a foot is on the ground its sole rolls over heel, ball and tip without sliding, however fast
-the person goes; in the air it swings on. Pelvis and trunk follow the speed, and hips and knees are what joins the two
-(two bones, one plane). So nothing slides, and the angles of hip, knee and ankle are those of the literature within
-some degrees (Winter, "The biomechanics and motor control of human gait", 1991, natural cadence), not exactly.
+The feet are placed first. A foot on the ground rolls over heel, ball and tip without sliding at any speed; in the air
+it swings. Pelvis and trunk follow the speed; thigh and shin connect hip and foot in one plane. So no foot slides, and
+the angles of hip, knee and ankle agree within some degrees with the literature (Winter, "The biomechanics and motor
+control of human gait", 1991, natural cadence).
 
 Phases are those of the left leg: 0 is the contact of its heel, the right one's comes half a stride later.
 """
@@ -22,14 +22,14 @@ from sim.render.compilation import announce_compilation
 WALK_RATIO_M = 0.0064 * 60.0
 """Step length over steps a second: 0.0064 m per step/min at all usual speeds (Sekiya and Nagasaki 1998)."""
 USUAL_STATURE_M = 1.72
-"""Of the people in that study; strides grow with stature."""
+"""Stature of the people in that study; strides are proportional to it."""
 LONGEST_STRIDE = 1.05
-"""Share of stature that no stride is longer than."""
+"""Longest stride, share of stature."""
 USUAL_STRIDE = 0.82
 """Share of stature of the stride at 1.3 m/s, whose angles the numbers below are."""
 
 _REACH = 0.9988
-"""Greatest distance from hip to ankle, of that of a straight leg: the knee keeps 6° (Winter: 4° to 5°)."""
+"""Greatest distance from hip to ankle over that of a straight leg: the knee keeps 6° (Winter: 4° to 5°)."""
 _REACH_SAMPLES = 32
 _BOB = 0.0093
 """Amplitude of the pelvis' way up and down at usual speed, share of stature."""
@@ -51,7 +51,7 @@ def stride_length_m(stature_m: float, speed_mps: float) -> float:
 
 
 def phase_rate_radps(stature_m: float, speed_mps: float) -> float:
-    """Return how fast the phase goes on: ``2 pi speed / stride_length_m``; 0 when standing still."""
+    """Return the rate of the phase: ``2 pi speed / stride_length_m``; 0 when standing still."""
     stride_m = stride_length_m(stature_m, speed_mps)
     return 2.0 * np.pi * speed_mps / stride_m if stride_m > 0.0 else 0.0
 
@@ -61,8 +61,8 @@ def part_poses(
 ) -> NDArray[np.float64]:
     """Return T_world_part (P, 4, 4) of a walking person's parts, in the order of ``PART_NAMES``.
 
-    At speed 0 the person stands, whatever the phase. A stance foot stands still on the ground while the person goes
-    straight on at ``speed_mps`` with the phase going on at ``phase_rate_radps``.
+    At speed 0 the person stands, whatever the phase. A stance foot stays in place while the person moves straight on at
+    ``speed_mps`` and the phase advances at ``phase_rate_radps``.
 
     Args:
         T_world_person: (4, 4) on the ground under the pelvis, x ahead, y left, z up.
@@ -79,7 +79,7 @@ def part_poses(
 
 @njit(cache=True)
 def _pelvis_motion(bones: Skeleton, share: float, size: float) -> tuple[float, float, float, float]:
-    """Return the pelvis' way to the left and up from its mean, and its turns about z and x, radians.
+    """Return the pelvis' offset to the left and up from its mean, and its rotations about z and x, radians.
 
     Up and down by 3 cm twice a stride, lowest while both feet are on the ground; 2 cm to the side of the foot that
     stands; the hip of the leading leg 4° forward; the hip of the swinging leg 3.5° down. (Sizes and phases at usual
@@ -108,7 +108,7 @@ def _turned(about_x: float, about_y: float, about_z: float) -> NDArray[np.float6
 
 @njit(cache=True)
 def _pelvis_height(bones: Skeleton, stride: float, size: float) -> float:
-    """Return the greatest mean height of the pelvis at which the left leg reaches its foot all the stride."""
+    """Return the greatest mean height of the pelvis at which the left leg reaches its foot at every phase."""
     reach = _REACH * (bones.thigh + bones.shin)
     height = 10.0
     for k in range(_REACH_SAMPLES):
@@ -123,7 +123,7 @@ def _pelvis_height(bones: Skeleton, stride: float, size: float) -> float:
 
 @njit(cache=True)
 def _put(poses: NDArray[np.float64], part: int, R: NDArray[np.float64], place: NDArray[np.float64]) -> None:
-    """Write one pose; the last row is there."""
+    """Write one pose except its last row."""
     for i in range(3):
         poses[part, i, 3] = place[i]
         for j in range(3):

@@ -1,4 +1,4 @@
-"""What is seen in each pixel, given its nearest triangle: the second half of the rasteriser."""
+"""Attributes of each pixel from its nearest triangle: the second half of the rasteriser."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from sim.render.visibility import (
 )
 
 LEVEL_BLOCK = 128
-"""The mip level is chosen once for so many neighbouring pixels of a row and triangle."""
+"""Neighbouring pixels of a row and triangle that share a mip level."""
 SHORT = 64
-"""Runs below this number of pixels are over before vector code has started."""
+"""Runs below this number of pixels are too short for vector code."""
 
 
 class Visible(NamedTuple):
@@ -49,7 +49,7 @@ class Visible(NamedTuple):
 
 
 class SurfaceRow(NamedTuple):
-    """What the W pixels of one row show.
+    """Surfaces of the W pixels of one row.
 
     Attributes:
         colour: (W,) uint32 base colours, ``R | G << 8 | B << 16``; 0 where there is nothing.
@@ -108,7 +108,7 @@ def resolve_picture(seen: Visible, base_colour_rgb: NDArray[np.uint8], normal_wo
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def resolve_row(seen: Visible, row: int, scratch: ResolveScratch, surfaces: SurfaceRow) -> None:
-    """Write what one row of pixels shows; colour and normal are those of the scratch.
+    """Write the surfaces of one row of pixels; colour and normal are those of the scratch.
 
     With the planes of ``TriangleTable``: ``depth = 1 / nearness``, ``(u, v) = plane * depth`` and, on faces that
     are not flat, ``n = plane / |plane|``.

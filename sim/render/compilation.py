@@ -1,4 +1,4 @@
-"""Says when a wait is the compiler's: kernels are compiled at their first use in an installation, then kept on disk."""
+"""Compilation of kernels at their first use in an installation; compiled forms are kept on disk."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
 def row_kernel(**options: Any) -> Callable[[_Kernel], _Kernel]:
     """Return ``numba.njit`` for a kernel that makes no arrays, with more options of it.
 
-    It counts no references to arrays: kernels of rows, short and often called, took a twentieth more time for that. So
-    it must return none either: a caller that counts would release what it never took.
+    It counts no references to arrays, which saves a twentieth of the time of short kernels. So it must not return an
+    array either: a caller that counts would release a reference that was never taken.
     """
     decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, **_NO_REFERENCE_COUNTING, **options)
     return decorator
@@ -31,7 +31,7 @@ def row_kernel(**options: Any) -> Callable[[_Kernel], _Kernel]:
 def announce_compilation(kernel: Callable[..., Any]) -> None:
     """Print one line on stderr, once a process, if ``kernel`` (a numba function) has no compiled form on disk.
 
-    Asked again about the same kernel it does nothing: it is asked before every picture.
+    Later calls with the same kernel do nothing, as it is called before every picture.
     """
     global _announced
     forget_stale_kernels(_PACKAGE)
@@ -44,12 +44,12 @@ def announce_compilation(kernel: Callable[..., Any]) -> None:
 def forget_stale_kernels(package: Path, caller: Any = None) -> None:
     """Remove compiled kernels that are older than any source file of the package; once a process.
 
-    numba compiles a kernel anew when its own file has changed, but not when one that it calls has, in another file.
-    Kernels that numba keeps elsewhere than beside the sources (``NUMBA_CACHE_DIR``) are not looked at.
+    numba recompiles a kernel when its own file has changed, but not when the file of a kernel that it calls has.
+    Kernels that numba does not keep beside the sources (``NUMBA_CACHE_DIR``) are ignored.
 
     Args:
-        caller: a numba function outside the package that calls its kernels: only compiled forms of it are removed,
-            wherever they are, and subpackages are not looked at.
+        caller: a numba function outside the package that calls its kernels: only its compiled forms are removed,
+            wherever they are; subpackages are ignored.
     """
     sources = package.rglob("*.py") if caller is None else package.glob("*.py")
     newest = max(source.stat().st_mtime for source in sources)
@@ -65,6 +65,6 @@ def _is_compiled(kernel: Any) -> bool:
 
 
 def _indices(kernel: Any) -> Iterator[Path]:
-    """Yield the index files that numba keeps of a function's compiled forms."""
+    """Yield numba's index files of a function's compiled forms."""
     source = Path(kernel.py_func.__code__.co_filename)
     return Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__qualname__}-*.nbi")

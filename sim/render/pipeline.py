@@ -1,9 +1,8 @@
 """From world to finished picture: renderer, shader and sensor in one call.
 
 The stages are those of ``Renderer.gbuffer``, ``Shader.shade`` and ``Sensor.expose``, with the same kernels. With
-``raster``, a ``RowShader`` and a ``RowSensor``, each row goes through all of them while it is in the processor's
-nearest memory, and the stages' whole pictures are never written; only a sensor that needs the whole radiance first
-waits for it.
+``raster``, a ``RowShader`` and a ``RowSensor``, each row passes through all stages while it is in the processor's
+cache, and the stages' whole pictures are never written, unless the sensor needs the whole radiance first.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ _Picture = TypeVar("_Picture", covariant=True)
 
 
 class Shader(Protocol):
-    """Lights what is seen of one world."""
+    """Lights views of one world."""
 
     def shade(
         self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
@@ -35,10 +34,10 @@ class Shader(Protocol):
 
 
 class RowShader(Shader, Protocol):
-    """One that lights row by row.
+    """A shader that lights row by row.
 
     Attributes:
-        lighting: the stage that does.
+        lighting: its stage.
     """
 
     lighting: RowStage
@@ -55,7 +54,7 @@ class RowShader(Shader, Protocol):
 
 
 class Sensor(Protocol[_Picture]):
-    """Makes pictures of radiance, which has as many channels as the shader's."""
+    """Makes pictures of radiance with as many channels as the shader's."""
 
     def expose(
         self,
@@ -68,7 +67,7 @@ class Sensor(Protocol[_Picture]):
 
         Args:
             radiance: (H, C, W) float32.
-            camera: that takes it.
+            camera: that takes the picture.
             frame: index, >= 0; with the pixel it determines the noise.
             motion: None for a camera at rest.
         """
@@ -82,16 +81,16 @@ class Sensor(Protocol[_Picture]):
         settings: Any,
         motion: CameraMotion | None = None,
     ) -> _Picture:
-        """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
+        """Take a picture with given settings; the loops stay as they are. Arguments as for ``expose``."""
         ...
 
 
 class RowSensor(Sensor[_Picture], Protocol[_Picture]):
-    """One that develops row by row.
+    """A sensor that develops row by row.
 
     Attributes:
-        developing: the stage that does.
-        metered_row_step: every so many rows one is lit first, for ``develop_first`` to see.
+        developing: its stage.
+        metered_row_step: distance of the rows that are lit first, for ``develop_first``.
     """
 
     developing: RowStage
@@ -114,14 +113,14 @@ class RowSensor(Sensor[_Picture], Protocol[_Picture]):
             settings: None for the sensor's own, whose loops then take one step.
 
         Returns:
-            the picture with these rows, and the NamedTuple by which the stage's kernel writes the others into it.
+            the picture with these rows, and the NamedTuple with which the stage's kernel adds the others.
         """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Capture(Generic[_Picture]):
-    """A finished picture and what is seen in it; see ``GBuffer`` for the two maps.
+    """A finished picture and its visible surfaces; see ``GBuffer`` for the two maps.
 
     Attributes:
         depth_m: (H, W) float32.
@@ -149,8 +148,8 @@ def capture(
     Arguments as for ``Sensor.expose``.
 
     Args:
-        settings: to take the picture with, and the sensor's loops stay as they are: how the second camera of a stereo
-            pair follows the first one's.
+        settings: of the picture, with which the sensor's loops stay as they are: for the second camera of a stereo
+            pair.
     """
     if isinstance(renderer, Raster) and _lights_rows(shader) and _develops_rows(sensor):
         return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings, motion)
@@ -160,7 +159,7 @@ def capture(
     return Capture(picture, gbuffer.depth_m, gbuffer.instance_id)
 
 
-# Asked of every picture: a protocol that is checked at run time takes a hundred times as long.
+# Checking the protocol at run time, for every picture, would take a hundred times as long.
 def _lights_rows(shader: Shader) -> TypeGuard[RowShader]:
     return hasattr(shader, "lighting")
 
@@ -202,7 +201,7 @@ def _capture_by_rows(
         finish_rows(seen, np.arange(height), shader.lighting, light, film)
         picture = _photograph(sensor, film, camera, frame, settings, motion)
         return Capture(picture, seen.depth_m, seen.instance_id)
-    # The rows that the light meter looks at come first: what of their light is scattered falls on all the others too.
+    # The metered rows come first: their scattered light falls on all others.
     metered_rows, other_rows = _metered_and_other_rows(height, sensor.metered_row_step)
     film = sensor.film(len(metered_rows), width)
     finish_rows(seen, metered_rows, shader.lighting, light, film)
@@ -213,6 +212,6 @@ def _capture_by_rows(
 
 @cache
 def _metered_and_other_rows(height: int, step: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of a picture that the light meter looks at, and all others; to be read only."""
+    """Return the metered rows of a picture, and all others; read only."""
     is_metered = np.arange(height) % step == 0
     return np.flatnonzero(is_metered), np.flatnonzero(~is_metered)

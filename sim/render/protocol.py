@@ -21,7 +21,7 @@ class Renderer(Protocol):
     def gbuffer(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
     ) -> GBuffer:
-        """Return what there is to see, in fresh arrays.
+        """Return the visible surfaces, in fresh arrays.
 
         Args:
             T_world_camera: (4, 4) rigid pose.

@@ -17,9 +17,8 @@ _FAR_M = 2000.0
 class PybulletRenderer:
     """Draws a world with PyBullet.
 
-    Colours are unlit and each pixel shows one texel (PyBullet does not interpolate). PyBullet gives no
-    normals: they are derived from depth, as the normal of the surface through a pixel and its neighbours of
-    the same body, and so are those of the faces, never smoothed, and uncertain on edges.
+    Colours are unlit and each pixel shows one texel (PyBullet does not interpolate). Normals are derived from the depth
+    of a pixel and its neighbours of the same body. So they are never smoothed, and uncertain on edges.
     """
 
     def __init__(self, world: World) -> None:
@@ -55,8 +54,7 @@ def normals_from_depth(
     """Write ``n ~ dP/dcolumn x dP/drow`` with ``P = depth * ray_of_pixel @ (column, row, 1)``, turned to
     the camera.
 
-    A pixel whose neighbours are all other bodies' gets the direction to the camera; one that shows nothing
-    gets 0.
+    A pixel without neighbours of its body gets the direction to the camera; one without a body gets 0.
     """
     along, down, normal = np.empty(3), np.empty(3), np.empty(3)
     for row in range(depth_m.shape[0]):
@@ -99,8 +97,8 @@ def _slope(
 ) -> bool:
     """Write the change of P by one step; False if neither neighbour belongs to the same body.
 
-    Of two neighbours whose slopes in depth differ by more than a fifth of a pixel's width on the surface,
-    there is an edge between them, and the flatter side counts; otherwise the mean of both.
+    The result is the mean slope of both sides. If they differ by more than a fifth of a pixel's width on the surface,
+    there is an edge, and the flatter side counts.
     """
     here = _point(depth_m, ray_of_pixel, row, column)
     body = instance_id[row, column]

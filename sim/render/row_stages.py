@@ -1,7 +1,7 @@
 """The fast path of rendering: rows of pixels, each taken through all stages by one kernel.
 
-A shader supplies the stage that lights a row, a sensor the one that develops it. The compiled form of each pair that is
-used is kept in a file of its own: a file that names types of modules that are not there could not be read.
+A shader supplies the stage that lights a row, a sensor the one that develops it. The compiled form of each pair has a
+file of its own, as a file with types of a missing module cannot be read.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class RowStage:
         kernel: a ``row_kernel``. A shader's writes the radiance (C, W) float32 of a row: ``(light, row, surfaces,
             scratch, radiance)``, where ``light`` is what ``row_light`` returns and ``surfaces`` a ``SurfaceRow``. A
             sensor's writes the picture: ``(development, row, scratch, radiance)``, see ``RowSensor.develop_first``.
-        new_scratch: returns a NamedTuple of arrays that the kernel works in, for rows of W pixels.
+        new_scratch: returns a NamedTuple of the kernel's scratch arrays, for rows of W pixels.
     """
 
     kernel: Callable[..., Any]
@@ -85,13 +85,13 @@ def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer, channels: in
 
 @lru_cache(maxsize=16)
 def _scratch(stage: RowStage, width: int) -> Any:
-    """Return the same arrays every time, as fresh memory costs a tenth of a millisecond."""
+    """Return the scratch of a stage, allocated once: fresh memory costs a tenth of a millisecond."""
     return stage.new_scratch(width)
 
 
 @cache
 def _bound(function: FunctionType, **kernels: Any) -> Any:
-    """Return the compiled form of a function in which these kernels stand for the global names that it calls."""
+    """Return the compiled form of a function with these kernels bound to its global names."""
     bound = FunctionType(function.__code__, {**function.__globals__, **kernels}, function.__name__)
     names = [f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}" for kernel in kernels.values()]
     bound.__qualname__ = ".".join([function.__qualname__, *names])

@@ -1,9 +1,9 @@
-"""Rows of pixels as runs: neighbours that show the same thing, for loops that become vector code.
+"""Runs of neighbouring pixels of a row that show the same body or triangle, for loops in vector code.
 
-A loop over a run is over before vector code of the usual kind has started. So run loops work on whole blocks of
-``LANES`` pixels and write beyond the end of the run, where the next run writes later. The arrays that they write to are
-lines of one *line buffer*: line n begins at ``n * PITCH``. The fixed distance tells the compiler that lines do not
-overlap, and leaves space behind the last column.
+Runs are too short for ordinary vector code. So run loops process whole blocks of ``LANES`` pixels and write beyond the
+end of the run, where the next run writes later. Their arrays are lines of one *line buffer*: line n begins at
+``n * PITCH``. From the fixed distance the compiler knows that lines do not overlap; it leaves space behind the last
+column.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from sim.render.compilation import row_kernel
 
 LANES = 16
 _SEARCHED = 32
-"""Pixels that are compared at once for whether a run begins in them."""
+"""Pixels searched at once for the first one of a run."""
 WIDEST = 4096
 """Columns of the widest picture."""
 PITCH = WIDEST + 5 * LANES
-"""No power of two, at which all lines would fall on the same part of the processor's nearest memory."""
+"""No power of two, with which all lines would map to the same part of the processor's cache."""
 
 
 @njit(cache=True)
@@ -63,7 +63,7 @@ def _find_firsts(
 ) -> np.uint64:
     """Write the columns from start to end that begin a run behind the ``count`` known ones; return how many are known.
 
-    Without branches: what no processor can foresee costs it more than a write too many.
+    Without branches: a mispredicted one costs more than a needless write.
     """
     for column in range(start, end):
         firsts[count] = np.uint32(column)

@@ -1,11 +1,11 @@
-"""Looking up the colours of one row of pixels in textures.
+"""Look-up of the colours of one row of pixels in textures.
 
 Texels lie in tiles of 4x4, one cache line each: texel (i, j) of a mip level is number
 ``(i // 4) * row_pitch + (i % 4) * 4 + (j // 4) * 16 + j % 4``, the sum of a part of its row and one of its column. Each
 level has its last row and column twice, so that a texel's right and lower neighbours always exist.
 
-Loops over pixels that compute, fetch and mix stand apart, so that the first and the last become vector code. Between
-them lie the lines of a line buffer (``sim.render.runs``): the four texels, their weights across and down.
+Loops that compute, fetch and mix are separate, so that the first and the last become vector code. They communicate by
+lines of a line buffer (``sim.render.runs``): the four texels, their weights across and down.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ HALVES, HALF = np.uint32(0x00800080), np.uint32(0x8000)
 EIGHT = np.uint32(8)
 TEXEL_LINES = 6
 LEVEL_0_UP_TO = np.float32(2.0)
-"""Texels that a pixel may cover before the next mip level is taken."""
+"""Texels per pixel above which the next mip level is used."""
 
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
@@ -46,7 +46,7 @@ def number_texels(
     between that and the centre of its last; a position at a centre shows that texel alone.
 
     Args:
-        half: 1/2, or 0 for palettes: of these the texel that the position lies in is shown alone.
+        half: 1/2, or 0 for palettes, which show the texel at the position alone.
         begin, row_pitch: where the mip level begins in the pool, and its row pitch.
         depth_m, texel: line buffers, see ``sim.render.runs``.
     """
@@ -74,8 +74,8 @@ def number_texels(
 def fetch_row(texels: NDArray[np.uint32], texel: NDArray[np.uint32], colour: NDArray[np.uint32]) -> None:
     """Write the interpolated colours (W,) of a row of pixels, packed like texels.
 
-    The weights of the four texels around a position are in 1/256, and their sum is exactly 256. Two channels are summed
-    at once, and one; every step is kept to 32 bits.
+    The weights of the four texels around a position are in 1/256, and their sum is exactly 256. Two channels share one
+    sum, the third has its own; every step fits into 32 bits.
 
     Args:
         texels: all packed texels.

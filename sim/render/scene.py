@@ -1,4 +1,4 @@
-"""A world's shapes as flat arrays, the form in which kernels read them."""
+"""A world's shapes as flat arrays for kernels."""
 
 from __future__ import annotations
 
@@ -47,13 +47,11 @@ class SceneArrays(NamedTuple):
 
 
 CHUNK = 24
-"""Faces that are looked at together: whether any of them can be seen."""
+"""Faces that are culled together."""
 
 
 def pack_scene(world: World) -> tuple[SceneArrays, TexturePool]:
-    """Return the shapes and textures of all bodies of ``world`` as they are now (poses are not part of
-    it).
-    """
+    """Return the present shapes and textures of all bodies of ``world``, without poses."""
     meshes = [body.mesh for body in world.bodies]
     textures = list(dict.fromkeys(mesh.texture for mesh in meshes))
     index_of = {texture: index for index, texture in enumerate(textures)}

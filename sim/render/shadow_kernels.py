@@ -1,4 +1,4 @@
-"""The kernels of ``sim.render.shadow_map``: what of a map is looked at, and drawing that."""
+"""The kernels of ``sim.render.shadow_map``: the part of a map that a view looks up, and its drawing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from sim.render.triangles import project_body, row_span, set_up_triangle
 _SQUARE_PX = 8
 """Side of the squares of pixels whose texels are found together."""
 _MARGIN = 2.0
-"""Texels; the shader takes the next one, too, and computes with single precision."""
+"""Texels; the shader also reads the next one, and computes with single precision."""
 
 
 @njit(cache=True)
@@ -34,13 +34,13 @@ def bounds_across(
     low_m: NDArray[np.float64],
     high_m: NDArray[np.float64],
 ) -> None:
-    """Write the bounds (2,) across the light of the surfaces that are seen nearer than ``reach_m``.
+    """Write the bounds (2,), perpendicular to the light, of the surfaces nearer than ``reach_m``.
 
     Args:
         depth_m: (H, W) of every ``step_px``-th pixel of every ``step_px``-th row.
-        from_pixel: (2, 4): ``depth * from_pixel[:, :3] @ (x, y, 1) + from_pixel[:, 3]`` is where across the light the
-            surface at pixel (x, y) lies.
-        low_m, high_m: not finite where nothing is near enough.
+        from_pixel: (2, 4): ``depth * from_pixel[:, :3] @ (x, y, 1) + from_pixel[:, 3]`` is the place, perpendicular to
+            the light, of the surface at pixel (x, y).
+        low_m, high_m: written; not finite if nothing is near enough.
     """
     low_m[:], high_m[:] = np.inf, -np.inf
     for row in range(depth_m.shape[0]):
@@ -56,15 +56,15 @@ def bounds_across(
 
 @njit(cache=True)
 def find_tiles(depth_m: NDArray[np.float32], from_pixel: NDArray[np.float64], wanted: NDArray[np.bool_]) -> None:
-    """Set the tiles (n, n) of a map whose texels a picture's shading looks up, and some around them.
+    """Set the tiles (n, n) of a map that the shading of a picture looks up, and some around them.
 
     A square of pixels that lie between two depths looks up no texel beyond the four products of the least and greatest
     depth with the least and greatest ray.
 
     Args:
         depth_m: (H, W).
-        from_pixel: (2, 4): ``depth * from_pixel[:, :3] @ (x, y, 1) + from_pixel[:, 3]`` is the column and row of the
-            map where the surface at pixel coordinates (x, y) lies.
+        from_pixel: (2, 4): ``depth * from_pixel[:, :3] @ (x, y, 1) + from_pixel[:, 3]`` is the map's column and row of
+            the surface at pixel coordinates (x, y).
     """
     wanted[:] = False
     bounds = np.empty((2, 2), np.int64)
@@ -105,11 +105,11 @@ def draw_tiles(
     wanted: NDArray[np.bool_],
     map_so_far: MapArrays,
 ) -> None:
-    """Complete a map where it is wanted, and bring the movers' shadows in it up to date.
+    """Draw the missing tiles of a map among the wanted ones, and update the movers' shadows.
 
     Args:
         poses: (B, 4, 4) of all bodies.
-        fixed, movers: those that cast shadows.
+        fixed, movers: indices of the bodies that cast shadows.
         projected: scratch for the vertices of the largest body.
         wanted: (n, n) tiles.
     """

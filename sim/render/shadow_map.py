@@ -1,9 +1,9 @@
-"""Shadow maps: how high, towards the sun, the nearest surface lies, drawn by the rasteriser's own kernels.
+"""Shadow maps: height towards the sun of the highest surface, drawn by the rasteriser's own kernels.
 
-A map covers a square *region* of the plane square to the sun. Regions come from a fixed lattice (sides in
-powers of sqrt 2, centres a sixth of a side apart), so which region a view gets depends on the view alone and
-never on the views before it, while neighbouring views mostly share one: bodies that never move are drawn once
-for a region and kept. A view looks at a part of its region alone, so that is drawn tile by tile as it is wanted.
+A map covers a square *region* of the plane perpendicular to the sun. Regions come from a fixed lattice (sides in powers
+of sqrt 2, centres a sixth of a side apart). So the region of a view does not depend on earlier views, and neighbouring
+views mostly share one: its fixed bodies are drawn once and kept. A view needs a part of its region only, so tiles are
+drawn when they are first needed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sim.world import World
 
 _CENTRES_PER_SIDE = 6
 _REGIONS_KEPT = 3
-"""Eight megabytes each. A flight over a town draws a tenth of its regions twice; with six kept, none to speak of."""
+"""Regions kept, of eight megabytes each. A flight over a town draws a tenth of its regions twice; with six, few."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class ShadowMap:
         height_m: (N, N) float32 along the direction towards the sun; ``NOTHING`` where there is no caster, and in
             the outermost texels. Valid until the next map is made, as is the next array.
         highest_m: (N / BLOCK, N / BLOCK) float32, the greatest height in each block of texels and the first row and
-            column of the next ones: what is not lower there is lit without looking further.
+            column of the next ones: surfaces at least as high are lit.
         light_view: (4, 4) from the world to ``(column, row, 1, height)``.
         texel_m: side of a texel.
     """
@@ -55,12 +55,12 @@ def light_axes(sun_direction: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """What is kept of a region.
+    """A region that is kept.
 
     Attributes:
         light_view, texel_m: see ``ShadowMap``.
         in_map: (3, 4), the rows of ``light_view`` for column, row and height.
-        arrays: what is drawn of it.
+        arrays: its map.
     """
 
     light_view: NDArray[np.float64]
@@ -79,11 +79,11 @@ class ShadowCaster:
     def __init__(
         self, world: World, sun_direction: NDArray[np.float64], size: int = 1024, *, movers_only: bool = False
     ) -> None:
-        """Set what is drawn.
+        """Set the bodies to draw.
 
         Args:
             size: side of a map in texels, a multiple of ``BLOCK``.
-            movers_only: what never moves casts no shadow either.
+            movers_only: whether fixed bodies cast no shadow either.
         """
         if size < BLOCK or size % BLOCK:
             raise ValueError(f"size: expected a positive multiple of {BLOCK}, got {size}")
@@ -95,7 +95,7 @@ class ShadowCaster:
         self._kept: OrderedDict[tuple[int, int, int], Region] = OrderedDict()
 
     def region(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> Region:
-        """Return the region between two corners, as far as it is drawn.
+        """Return the region around two corners, with the tiles drawn so far.
 
         Args:
             low_m, high_m: (2,) along the first two of ``axes``.
@@ -108,10 +108,10 @@ class ShadowCaster:
         return self._kept[key]
 
     def draw(self, region: Region, wanted: NDArray[np.bool_]) -> ShadowMap:
-        """Return the map of a region that was just asked for, with all bodies where they are now.
+        """Return the map of the latest region, with all bodies at their present poses.
 
         Args:
-            wanted: (n, n) tiles that are looked at, see ``find_tiles``; the map holds in these alone.
+            wanted: (n, n) tiles to look up, see ``find_tiles``; the map is valid in these only.
         """
         arrays, view, movers = region.arrays, region.light_view, self._movers
         draw_tiles(self._scene, self._world.poses, view, self._fixed, movers, self._projected, wanted, arrays)
@@ -120,7 +120,7 @@ class ShadowCaster:
     def _key(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> tuple[int, int, int]:
         # The lattice may miss the middle by half a step on either side; the outermost texels are empty.
         usable = 1.0 - 1.0 / _CENTRES_PER_SIDE - 4.0 / self._size
-        # In plain floats: for so few numbers arrays take five times as long, and every picture comes here.
+        # In plain floats: arrays of so few numbers take five times as long, for every picture.
         (low_x, low_y), (high_x, high_y) = low_m.tolist(), high_m.tolist()
         needed_m = max(high_x - low_x, high_y - low_y, 1.0) / usable
         level = int(np.ceil(2.0 * np.log2(needed_m)))

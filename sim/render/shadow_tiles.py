@@ -1,4 +1,4 @@
-"""Shadow maps by tiles: what of a map is drawn, and the greatest heights of its blocks."""
+"""Tiles of shadow maps: which of them are drawn, and the greatest heights of blocks."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from numba import njit
 from numpy.typing import NDArray
 
 BLOCK = 16
-"""Side of the blocks of texels whose greatest height is known; a power of two, which the shader makes use of."""
+"""Side of the blocks of texels whose greatest height is kept; a power of two, as the shader requires."""
 TILE = 2 * BLOCK
-"""Side of the tiles of texels that are drawn when they are first looked at."""
+"""Side of the tiles of texels, each drawn when it is first needed."""
 NOTHING = np.float32(-1e30)
-"""Height in a texel that no caster covers."""
+"""Height in a texel without a caster."""
 
 
 class MapArrays(NamedTuple):
-    """A map of N x N texels, drawn where it was wanted.
+    """A map of N x N texels, drawn in part.
 
     Attributes:
         fixed_m: (N, N) float32 heights of what never moves.
         height_m: (N, N) float32 heights of all.
         highest_m: (N / BLOCK, N / BLOCK) float32, the greatest height in each block of texels and the first row and
             column of the next ones.
-        drawn: (n, n) bool, the tiles in which all this holds; the last ones may be cut.
-        changed: (M, 4) boxes of what movers cover.
-        poses_drawn: (M, 4, 4) where they were then.
+        drawn: (n, n) bool, the tiles in which these are valid; the last ones may be cut.
+        changed: (M, 4) boxes that movers cover.
+        poses_drawn: (M, 4, 4) of the movers.
         is_current: (1,) False before the first drawing.
     """
 
@@ -42,7 +42,7 @@ class MapArrays(NamedTuple):
 def new_map(size: int, mover_count: int) -> MapArrays:
     """Return a map of ``size`` x ``size`` texels in which nothing is drawn."""
     tiles, blocks = -(-size // TILE), size // BLOCK
-    # Zeros are memory that is handed out when it is first written to: most of a map never is.
+    # Memory of zeros is allocated at the first write: most of a map never is written.
     return MapArrays(
         np.zeros((size, size), np.float32),
         np.zeros((size, size), np.float32),
@@ -55,13 +55,13 @@ def new_map(size: int, mover_count: int) -> MapArrays:
 
 
 def forget(drawn_map: MapArrays) -> None:
-    """Make a new map of an old one."""
+    """Reset a map."""
     drawn_map.drawn[:], drawn_map.is_current[:], drawn_map.changed[:] = False, False, 0
 
 
 @njit(cache=True)
 def new_tiles(wanted: NDArray[np.bool_], drawn: NDArray[np.bool_], new: NDArray[np.bool_]) -> bool:
-    """Set the tiles to be drawn, if any is: those next to the wanted ones too, which will be wanted soon."""
+    """Set the tiles to draw: if one is missing, also the neighbours of the wanted ones, which are needed soon."""
     tiles = wanted.shape[0]
     missing = False
     for i in range(tiles):

@@ -1,4 +1,4 @@
-"""All textures of a world in one flat pool of packed texels, with their mip levels."""
+"""Textures of a world in one flat pool of packed texels, with their mip levels."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from sim.mesh import Texture
 
 
 class TexturePool(NamedTuple):
-    """Textures as the kernels read them. T textures, at most L mip levels each.
+    """Textures as arrays for kernels: T textures, at most L mip levels each.
 
     Attributes:
         texels: (N,) uint32, ``R | G << 8 | B << 16``, all levels of all textures one after the other, each in
             tiles of 4x4 texels (see ``sim.render.sampling``).
-        where: (T, L, 2) int32, where a level begins in ``texels``, and from a row of its tiles to the next.
+        where: (T, L, 2) int32, first texel of a level in ``texels``, and texels from a row of its tiles to the next.
         scale: (T, L, 2) float32, width and height of a level in those of level 0.
         last: (T, L, 2) float32, number of a level's last column and row.
         level_count: (T,) int32; 1 for textures that are not smooth.
@@ -73,12 +73,12 @@ def _level_sizes(texture: Texture) -> list[tuple[int, int]]:
 
 
 def _texel_count(height: int, width: int) -> int:
-    """Return how many texels a level takes up with what fills its last tiles."""
+    """Return the number of texels of a level, including those that fill its last tiles."""
     return 16 * (height // 4 + 1) * (width // 4 + 1)
 
 
 def _write_mip_chain(texture: Texture, sizes: list[tuple[int, int]], texels: NDArray[np.uint32]) -> None:
-    """Write all levels to the start of ``texels``, one by one: those of a town take up a hundred megabytes."""
+    """Write all levels to the start of ``texels``, one by one: together those of a town have a hundred megabytes."""
     level = np.ascontiguousarray(texture.rgb)
     for rows, columns in sizes:
         if level.shape[:2] != (rows, columns):

@@ -1,4 +1,4 @@
-"""From triangles of the world to the rows and columns of a picture that they cover.
+"""Rows and columns of a picture that triangles of the world cover.
 
 One description serves a perspective picture and an orthographic map. A (4, 4) *view matrix* takes a
 homogeneous world point to ``(q_x, q_y, q_w, g)``. Its pixel is ``(q_x, q_y) / q_w`` and its *nearness* ``g
@@ -9,9 +9,8 @@ greater nearness hides the other.
 A triangle with corners ``q_0, q_1, q_2`` (x, y, w) covers pixel ``d = (column, row, 1)`` where all three
 edge functions ``e_i(d) = (q_j x q_k) . d / det`` are >= 0, with ``det = q_0 . (q_1 x q_2)``; there ``sum_i
 a_i e_i(d)`` is ``a / q_w`` for any attribute ``a`` that is linear on the triangle (Olano and Greer,
-"Triangle scan conversion using 2D homogeneous coordinates", 1997). So all that follows is linear in column
-and row, and triangles that reach behind the camera need
-no clipping into new ones: the near plane is a fourth edge.
+"Triangle scan conversion using 2D homogeneous coordinates", 1997). So all attributes are linear in column
+and row, and triangles that reach behind the camera are not clipped: the near plane is a fourth edge.
 """
 
 from __future__ import annotations
@@ -115,7 +114,7 @@ def chunk_may_show(
             size, sign = float(width), -1.0
         elif side == 3:
             size, sign = float(height), -1.0
-        # Rounding may not leave out what touches a side.
+        # Rounding must not cull a box that touches a side.
         value = sign * matrix[axis, 3] + size * matrix[2, 3] - (near if side == 4 else 0.0)
         reach = 1e-6 * (1.0 + abs(value))
         for k in range(3):
@@ -162,8 +161,8 @@ def set_up_triangle(
             making a view costs more than the arithmetic.)
 
     Returns:
-        first row, row after the last, number of edges (3 or 4). No rows, and nothing of use written, if the triangle
-        is turned away, before the near plane or between two rows.
+        first row, row after the last, number of edges (3 or 4). No rows, and undefined results, if the triangle faces
+        away, or lies before the near plane or between two rows.
         (``det < 0`` where counter-clockwise corners are seen as such with y down.)
     """
     x0, y0, w0 = q[first, 0], q[first, 1], q[first, 2]
@@ -180,7 +179,7 @@ def set_up_triangle(
         return 0, 0, 0
     top_row, last_row = 0, height
     if not before:
-        # Rows first: most small triangles lie between two of them, and need no more.
+        # Rows first: most small triangles lie between two of them.
         top = min(y0 / w0, y1 / w1, y2 / w2)
         bottom = max(y0 / w0, y1 / w1, y2 / w2)
         if not (top < height and bottom >= 0.0):

@@ -1,4 +1,4 @@
-"""View matrices: from the world to pixels and nearness, as ``sim.render.triangles`` defines them."""
+"""View matrices from the world to pixels and nearness, as defined in ``sim.render.triangles``."""
 
 from __future__ import annotations
 

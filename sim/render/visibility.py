@@ -1,4 +1,4 @@
-"""Which triangle is nearest in each pixel: the first half of the rasteriser. See ``sim.render.triangles``."""
+"""Nearest triangle of each pixel: the first half of the rasteriser. See ``sim.render.triangles``."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from sim.render.triangles import (
 )
 
 NEAR_M = 0.2
-"""Nothing nearer to a camera than this is drawn."""
+"""Least depth that is drawn."""
 
 NOTHING = 0
 """Row of the ``TriangleTable`` of pixels that show no body."""
 
 SHORT = 24
-"""Spans below this number of pixels are over before vector code has started."""
+"""Spans below this number of pixels are too short for vector code."""
 
 
 BODY, TEXTURE, IS_SMOOTH, IS_FLAT = range(4)
@@ -37,9 +37,9 @@ U, V, NX, NY, NZ, TEXEL_DENSITY = 0, 3, 6, 9, 12, 15
 
 
 class TriangleTable(NamedTuple):
-    """Triangles that may be seen in one picture, with what is linear on them as planes (per column, per row, constant).
+    """Triangles that may be visible, with their linear attributes as planes (per column, per row, constant).
 
-    Row ``NOTHING`` stands for where no body is. What is looked up together lies together.
+    Row ``NOTHING`` is that of pixels without a body. Values that are read together are stored together.
 
     Attributes:
         whole: (N, 4) int32: body; texture; whether it is smooth; whether the face is flat, all its corners having the
@@ -78,7 +78,7 @@ def draw_picture(
         poses: T_world_body (B, 4, 4).
         view: the view matrix of a camera.
         projected: scratch for the vertices of the largest body.
-        table: written: the triangles that may be seen.
+        table: written: the triangles that may be visible.
         nearness: (H, W), written: 1 / depth, 0 where there is nothing.
         triangle: (H, W), written: row of ``table``.
 
@@ -126,8 +126,8 @@ def _draw_triangle(
     nearness: NDArray[np.float32],
     triangle: NDArray[np.int32],
 ) -> bool:
-    """Where the triangle's nearness ``sum_i e_i`` (g = 1) exceeds ``nearness``, put it there, and ``index`` into
-    ``triangle``. Return whether it may be nearest in any pixel.
+    """Write a triangle's nearness ``sum_i e_i`` (g = 1) and its ``index`` where it exceeds ``nearness``. Return whether
+    it may be nearest in any pixel.
     """
     width = nearness.shape[1]
     new = np.int32(index)
@@ -193,7 +193,7 @@ def _write_attributes(
     table: TriangleTable,
     index: int,
 ) -> None:
-    """Write the planes ``sum_i a_i e_i`` of texture position and normal, and what else the table holds."""
+    """Write a row of the table, with the planes ``sum_i a_i e_i`` of texture position and normal."""
     whole, real = table.whole[index], table.real[index]
     t = scene.texture[body]
     width, height = textures.last[t, 0, 0] + 1.0, textures.last[t, 0, 1] + 1.0

@@ -1,4 +1,4 @@
-"""The camera's sensor: radiance in, picture and the settings in use out."""
+"""The camera's sensor, from radiance to the picture and its settings."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ from sim.sensors.white_balance import channel_gains, next_gains, right_gains
 
 
 class CameraSensor:
-    """A sensor with its loops of exposure and white balance. Before the first picture it has been on for a while: both
-    are right. A ``RowSensor``, see ``sim.render.pipeline``.
+    """A sensor with loops of exposure and white balance, both settled at the first picture.
+
+    A ``RowSensor``, see ``sim.render.pipeline``.
     """
 
     developing = RowStage(develop_row, new_develop_scratch)
@@ -33,7 +34,7 @@ class CameraSensor:
         self._exposure_held = self._white_balance_held = False
 
     def hold(self, *, exposure: bool, white_balance: bool) -> None:
-        """Let exposure (time and gain) or white balance stay as they are from now on, or follow the light again."""
+        """Hold exposure (time and gain) or white balance from now on, or let them follow the light again."""
         self._exposure_held, self._white_balance_held = exposure, white_balance
 
     def expose(
@@ -52,11 +53,11 @@ class CameraSensor:
 
     @property
     def settings(self) -> SensorSettings | None:
-        """Settings of the picture now to be taken; None before the first."""
+        """Settings of the next picture; None before the first."""
         return self._settings
 
     def settings_for(self, metered: NDArray[np.float64]) -> SensorSettings:
-        """Return the settings of the picture now to be taken; its mean radiance (3,) matters only for the first."""
+        """Return the settings of the next picture; its mean radiance (3,) determines those of the first."""
         if self._settings is None:
             gains = right_gains(self.config, metered)
             exposure = right_exposure(self.config, channel_gains(*gains)[1] * luminance_of(metered))
@@ -64,7 +65,7 @@ class CameraSensor:
         return self._settings
 
     def step(self, metered: NDArray[np.float64]) -> None:
-        """Let the loops take one step from a picture of this mean radiance (3,)."""
+        """Advance the loops by one step, with a picture of this mean radiance (3,)."""
         now = self.settings_for(metered)
         exposure, gains = (now.exposure_s, now.gain), (now.red_gain, now.blue_gain)
         if not self._exposure_held:
@@ -81,7 +82,7 @@ class CameraSensor:
         settings: SensorSettings,
         motion: CameraMotion | None = None,
     ) -> Picture:
-        """Take a picture with given settings; changes nothing. Arguments as for ``expose``."""
+        """Take a picture with given settings; the loops stay as they are. Arguments as for ``expose``."""
         if motion is not None:
             radiance = blur_by_motion(radiance, motion.homography, settings.exposure_s / motion.interval_s)
         rows = np.arange(len(radiance))
@@ -122,7 +123,7 @@ class CameraSensor:
         settings: SensorSettings,
         frame: int,
     ) -> tuple[Picture, Development]:
-        """Return a picture with these rows developed, and what becomes of the others; its mean radiance is (3,)."""
+        """Return a picture with these rows developed, and the input for the others; its mean radiance is (3,)."""
         share, image_rgb = self.config.veiling_glare, np.empty((height, radiance.shape[2], 3), np.uint8)
         answer, keys = response(self.config, settings), frame_keys(self._key, frame)
         development = Development(np.float32(share), veil(metered, share), answer, keys, image_rgb)
@@ -131,7 +132,7 @@ class CameraSensor:
         return Picture(image_rgb, settings), development
 
     def film(self, rows: int, width: int) -> NDArray[np.float32]:
-        """Return scratch for a radiance (rows, 3, width): the same every time, as fresh memory costs a millisecond."""
+        """Return scratch for a radiance (rows, 3, width), allocated once: fresh memory costs a millisecond."""
         if self._film.shape != (rows, 3, width):
             self._film = np.empty((rows, 3, width), np.float32)
         return self._film

@@ -1,4 +1,4 @@
-"""How a camera's sensor is built and set."""
+"""Configuration and settings of a camera's sensor."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ class SensorConfig:
     """A colour sensor of a small machine-vision camera.
 
     Attributes:
-        white_balance: ``auto`` (white-balance loop) or ``off`` (red and blue as they come).
+        white_balance: ``auto`` (white-balance loop) or ``off`` (gains of 1).
         shortest_exposure_s, longest_exposure_s: range of the loop; the gain rises only at the longest.
         largest_gain: largest gain of the loop, the smallest is 1.
         mid_grey: linear level in (0, 1) to which the loop brings the mean luminance of the picture.
         largest_colour_gain: red and blue are multiplied by no more than this, and by no less than its inverse.
         adaptation: share in (0, 1] of the (logarithmic) way to the right exposure and white balance done from one
             frame to the next.
-        veiling_glare: share in [0, 1) of all light that lens and housing scatter evenly over the picture: what makes
-            colours pale against the light.
+        veiling_glare: share in [0, 1) of all light that lens and housing scatter evenly over the picture, which makes
+            colours pale in back light.
         electrons_per_nit_s: electrons in a pixel per cd/m² and second of exposure; 900 is about that of a 3.45 µm
             pixel behind a lens at f/2.8.
         full_well_e: electrons at which a pixel is full; at gain g the picture is white at ``full_well_e /
@@ -80,7 +80,7 @@ class SensorSettings:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """What the sensor gives.
+    """Output of the sensor.
 
     Attributes:
         image_rgb: (H, W, 3) uint8, sRGB encoded.

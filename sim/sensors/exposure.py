@@ -1,4 +1,4 @@
-"""The automatic exposure: what exposure time and gain bring a picture to mid grey."""
+"""Automatic exposure: exposure time and gain that bring a picture to mid grey."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def metered_radiance(radiance: NDArray[np.float32], row_step: int = METER_STEP_P
     """Return the mean (3,) in cd/m² of each channel of a radiance picture (H, 3, W).
 
     Args:
-        row_step: 1 if ``radiance`` has only the rows that the meter looks at.
+        row_step: 1 if ``radiance`` has only the metered rows.
     """
     seen = radiance[::row_step, :, ::METER_STEP_PX]
     mean: NDArray[np.float64] = seen.mean(axis=(0, 2), dtype=float)

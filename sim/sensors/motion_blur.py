@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 SMALLEST_BLUR_PX = 0.5
 MOST_TAPS = 24
 BLOCK = 32
-"""Neighbouring pixels of a row that are taken to move alike."""
+"""Neighbouring pixels of a row with one common motion."""
 
 
 def needs_blur(width: int, height: int, motion: NDArray[np.float64], exposure_share: float) -> bool:
@@ -43,7 +43,7 @@ def blur_by_motion(
 
 
 def _blur_length_px(width: int, height: int, motion: NDArray[np.float64], exposure_share: float) -> float:
-    """Return how far the corner that moves most moves during the exposure."""
+    """Return the largest motion of a corner during the exposure."""
     (a, b, c), (d, e, f), (g, h, i) = motion.tolist()
     length_px = 0.0
     for x, y in ((0, 0), (width, 0), (0, height), (width, height)):
@@ -65,7 +65,7 @@ def _average_along(
 ) -> None:
     """Add up ``taps`` bilinear samples at the middles of equal pieces of the path of each block's middle.
 
-    Beyond its borders the picture goes on as at the border.
+    Outside the picture its border is repeated.
     """
     height, width = radiance.shape[0], radiance.shape[2]
     padded = np.empty((4, BLOCK + 1), np.float32)

@@ -1,4 +1,4 @@
-"""The automatic white balance: what gains of red and blue make a picture grey on average."""
+"""Automatic white balance: gains of red and blue that make a picture grey on average."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ _DARKEST_NIT = 1e-9
 
 
 def channel_gains(red_gain: float, blue_gain: float) -> tuple[float, float, float]:
-    """Return what red, green and blue are multiplied by: none by less than 1, or what is too bright for all three would
-    not be white.
-    """
+    """Return the factors (3,) of red, green and blue, all >= 1: with less, overexposed surfaces would not be white."""
     least = min(red_gain, 1.0, blue_gain)
     return red_gain / least, 1.0 / least, blue_gain / least
 
@@ -21,7 +19,7 @@ def channel_gains(red_gain: float, blue_gain: float) -> tuple[float, float, floa
 def right_gains(config: SensorConfig, radiance: NDArray[np.float64]) -> tuple[float, float]:
     """Return gains of red and blue that make a mean radiance (3,) grey, ``G / R`` and ``G / B``, within the limits.
 
-    The grey world (Buchsbaum 1980): what a camera sees is taken to be grey on average, its colour to be the light's.
+    Grey world (Buchsbaum 1980): the mean colour of a picture is taken for that of the light.
     """
     if config.white_balance == "off":
         return 1.0, 1.0

@@ -1,4 +1,4 @@
-"""From encoded surface colours to linear ones."""
+"""Conversion between encoded and linear colours."""
 
 from __future__ import annotations
 

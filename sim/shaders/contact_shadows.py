@@ -1,7 +1,7 @@
-"""Where something stands on the ground it takes light from it: contact shadows, from spheres along each body.
+"""Contact shadows of bodies on the ground, from spheres along each body.
 
-A sphere of radius r, its centre h above a place on level ground and d away, takes ``r² h / d³`` of what an evenly
-bright half sphere would give: the cosine times the solid angle, over pi. What several spheres leave is multiplied.
+A sphere of radius r, its centre h above a place on level ground and d away, blocks the share ``r² h / d³`` of the light
+of a uniform half sphere: the cosine times the solid angle, over pi. The remaining shares of spheres are multiplied.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _MOST_SPHERES = 4
 
 
 class ContactShadows:
-    """Keeps a map of the light that moving bodies leave on the ground."""
+    """Keeps a map of the share of light that moving bodies leave on the ground."""
 
     def __init__(self, world: World, grid: Grid) -> None:
         low_m = grid.first_m - 0.5 * grid.steps_m
@@ -41,7 +41,7 @@ class ContactShadows:
     def columns(
         self, heights_m: NDArray[np.float64], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> NDArray[np.int32]:
-        """Return in which columns of each row of a picture the ground may be darkened: first, after the last (H, 2).
+        """Return the columns (H, 2), first and after the last, of each row where the ground may be darkened.
 
         Args:
             heights_m: (2,), the lowest and the highest ground.
@@ -52,7 +52,7 @@ class ContactShadows:
         return within
 
     def move(self, poses: NDArray[np.float64]) -> None:
-        """Draw the map anew for poses (B, 4, 4) of all bodies."""
+        """Update the map for poses (B, 4, 4) of all bodies."""
         _draw(
             poses,
             self._owner,
@@ -65,7 +65,7 @@ class ContactShadows:
 
 
 def _spheres(mesh: TexturedMesh) -> list[tuple[NDArray[np.float64], float]]:
-    """Return centres (3,) and radii of spheres that stand for a body: in a line along its longest axis."""
+    """Return centres (3,) and radii of spheres along a body's longest axis that approximate it."""
     low_m, high_m = mesh.vertices_m.min(axis=0).astype(float), mesh.vertices_m.max(axis=0).astype(float)
     half_m = 0.5 * (high_m - low_m)
     longest = int(half_m.argmax())
@@ -86,7 +86,7 @@ def _columns_of(
     width: int,
     within: NDArray[np.int32],
 ) -> None:
-    """Write the columns of each row (H, 2) that lie about what spheres darkened: in the picture, the box around it.
+    """Write the columns of each row (H, 2) of the box around the darkened ground in the picture.
 
     Args:
         changed: see ``_draw``.
@@ -101,7 +101,7 @@ def _columns_of(
             continue
         left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
         for corner in range(8):
-            # Light is mixed from samples on both sides: one more of them.
+            # One more sample, as light is interpolated from both sides.
             x = origin_m[0] + STEP_M * (changed[n, 2] - 1 if corner % 2 == 0 else changed[n, 3])
             y = origin_m[1] + STEP_M * (changed[n, 0] - 1 if corner % 4 < 2 else changed[n, 1])
             z = heights_m[corner // 4]
@@ -135,7 +135,7 @@ def _draw(
     changed: NDArray[np.int64],
     left: NDArray[np.float32],
 ) -> None:
-    """Write what N spheres leave of the light.
+    """Write the share of light that N spheres leave.
 
     Args:
         origin_m: (3,) x and y of the first sample, height of the ground.

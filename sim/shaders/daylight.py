@@ -1,4 +1,4 @@
-"""Daylight: a sun that casts shadows, and the sky and the lit ground around as ambient light.
+"""Daylight: a sun that casts shadows, with the sky and the lit ground as ambient light.
 
 For a surface with reflectance ``rho`` (linear base colour), normal ``n`` and the direction ``l`` towards
 the sun
@@ -41,7 +41,7 @@ class Sun:
 
     Attributes:
         direction: from the scene towards the sun, world frame; any length > 0.
-        illuminance_lx: on a surface square to it, >= 0.
+        illuminance_lx: on a surface perpendicular to it, >= 0.
         colour_rgb: relative linear R, G, B.
     """
 
@@ -96,7 +96,7 @@ class DaylightShader:
     def row_light(
         self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> DaylightArrays:
-        """Return the light of the world as it is now in one camera's picture, for the row kernel.
+        """Return the present light in one camera's picture, for the row kernel.
 
         Args:
             depth_m: (H, W).
@@ -110,11 +110,10 @@ def shadows_in_view(
     camera: PinholeCamera,
     T_world_camera: NDArray[np.float64],
 ) -> ShadowArrays:
-    """Return the shadows that a caster draws on what a camera sees now.
+    """Return the shadows in a camera's present view.
 
     Args:
-        depth_m: (H, W); those at every 16th pixel of every 16th row say what region the map must cover, all of them
-            what of it is looked at.
+        depth_m: (H, W); every 16th pixel of every 16th row determines the region of the map, all pixels its tiles.
     """
     position_m, R_world_camera = T_world_camera[:3, 3], T_world_camera[:3, :3]
     rays = ray_of_pixel(camera)

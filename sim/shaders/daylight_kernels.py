@@ -1,6 +1,6 @@
 """The kernels of ``sim.shaders.daylight``, a row of pixels at a time.
 
-Loops that compute, fetch and mix stand apart, so that the first and the last become vector code.
+Loops that compute, fetch and mix are separate, so that the first and the last become vector code.
 """
 
 from __future__ import annotations
@@ -49,12 +49,12 @@ class ShadowArrays(NamedTuple):
 
 
 class DaylightArrays(NamedTuple):
-    """Light in one picture as the kernels read it, all float32.
+    """Light in one picture as arrays for kernels, all float32.
 
     Attributes:
         towards_sun: (3,) unit vector.
         sun, sky, bounce: (3,) illuminances in lux, of R, G and B.
-        shadows: on what the camera sees.
+        shadows: in the camera's view.
     """
 
     towards_sun: NDArray[np.float32]
@@ -123,7 +123,7 @@ def reflectance_row(colour: NDArray[np.uint32], shift: np.uint32, reflectance: N
 def reflect_row(
     colour: NDArray[np.uint32], shift: np.uint32, light: NDArray[np.float32], radiance: NDArray[np.float32]
 ) -> None:
-    """Write what surfaces of one channel of packed sRGB colours throw back of light."""
+    """Write the light reflected by surfaces of one channel of packed sRGB colours."""
     mask, scale = _mask_and_scale(shift)
     for k in range(colour.shape[0]):
         radiance[k] = light[k] * _reflectance(colour[k], mask, scale)
@@ -131,9 +131,9 @@ def reflect_row(
 
 @row_kernel(forceinline=True)
 def _mask_and_scale(shift: np.uint32) -> tuple[np.uint32, np.float32]:
-    """Return what leaves one channel of a packed colour, and what brings that to 0-255.
+    """Return the mask of one channel of a packed colour, and the factor that scales it to 0-255.
 
-    Shifting the colours instead would make 64-bit numbers of them, of which half as many fit into a vector.
+    Shifts would yield 64-bit numbers, of which half as many fit into a vector.
     """
     return np.uint32(BYTE << shift), ONE / np.float32(np.int32(np.uint32(1) << shift))
 
@@ -176,7 +176,7 @@ def _light_coordinate(
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDArray[np.float32]) -> None:
-    """Add what a lit surface itself may rise by within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``."""
+    """Add the rise of a lit surface itself within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``."""
     for k in range(cosine.shape[0]):
         c = max(cosine[k], FLATTEST)
         height[k] += texel_m * (np.float32(1.5) * np.sqrt(max(ONE - c * c, ZERO)) / c + np.float32(0.75))
@@ -229,10 +229,10 @@ def shadow_row(
 ) -> None:
     """Multiply ``lit`` (N,) by the share of sun rays that arrive where ``max(0, n . l)`` is ``cosine``.
 
-    The map's outermost texels are never covered, so what lies outside is lit.
+    The map's outermost texels are never covered, so places outside are lit.
 
     Args:
-        first_column: of the N that ``depth_m``, ``cosine`` and ``lit`` are given of.
+        first_column: of the N columns of ``depth_m``, ``cosine`` and ``lit``.
         scratch: for rows of N pixels or more.
     """
     s, t, height, corners = scratch.column, scratch.row, scratch.height, scratch.corners

@@ -1,4 +1,4 @@
-"""Light of lamps and bright areas: G-buffer in, radiance out."""
+"""Shader of lamps and bright areas, from G-buffer to radiance."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from sim.shaders.colour import srgb_to_linear
 
 _LINEAR = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
 _NEAREST_M = 0.05
-"""A lamp is no point: shorter distances to it count as this."""
+"""Least distance to a lamp, which has a size."""
 _PATCH_M = 0.6
-"""A bright area shines as patches with sides of at most this."""
+"""Longest side of the patches of a bright area."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lamp:
-    """A small lamp that shines alike in all directions.
+    """A small lamp of equal intensity in all directions.
 
     Attributes:
         position_m: (x, y, z), world frame.
-        flux_lm: luminous flux, >= 0: ``flux / 4 pi`` candela to every side.
+        flux_lm: luminous flux, >= 0: ``flux / 4 pi`` candela in every direction.
         temperature_k: colour temperature, see ``black_body_rgb``.
     """
 
@@ -41,10 +41,10 @@ class Lamp:
 
 @dataclass(frozen=True, slots=True)
 class BrightArea:
-    """A window, an open door or a ceiling light: a rectangle that is equally bright from everywhere before it.
+    """A window, an open door or a ceiling light: a rectangle of equal luminance in all directions before it.
 
     Attributes:
-        instance_id: of the body that shows it; drawn with its luminance whatever its base colour.
+        instance_id: of its body, which is drawn with the luminance whatever its base colour.
         corner_m, side_a_m, side_b_m: one corner and two sides (3,), world frame; it faces ``side_a x side_b``.
         luminance_nit: >= 0.
         temperature_k: colour temperature, see ``black_body_rgb``.
@@ -60,11 +60,11 @@ class BrightArea:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What is around a place and not drawn: a closed room that throws light back.
+    """Surroundings that are not drawn: a closed room that reflects light.
 
     Attributes:
         surface_m2: of its walls, floor and ceiling together.
-        reflectance: mean share of light thrown back, in [0, 1).
+        reflectance: mean share of light reflected, in [0, 1).
     """
 
     surface_m2: float
@@ -72,7 +72,7 @@ class Surroundings:
 
 
 class Sources(NamedTuple):
-    """Small sources as the kernels read them.
+    """Small sources as arrays for kernels.
 
     Attributes:
         positions_m: (N, 3).
@@ -90,7 +90,7 @@ class Sources(NamedTuple):
 
 
 class LampShader:
-    """Lights G-buffers by lamps and bright areas. What stands in the way of light is not looked for: no shadows."""
+    """Lights G-buffers by lamps and bright areas, without shadows."""
 
     def __init__(self, lamps: Sequence[Lamp], surroundings: Surroundings, areas: Sequence[BrightArea] = ()) -> None:
         """Set the light.
@@ -117,12 +117,12 @@ class LampShader:
             self._own_nit[area.instance_id] = area.luminance_nit * black_body_rgb(area.temperature_k)
 
     def illuminance_lx(self, points_m: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what falls on surfaces at points (N, 3) with unit normals (N, 3): (N, 3) lux of R, G and B.
+        """Return the illuminance (N, 3), lux of R, G and B, of surfaces at points (N, 3) with unit normals (N, 3).
 
         ``E = sum of I cos / d²`` over lamps, ``I = flux / (4 pi)``; over patches of area A and luminance L ``sum of
-        L A cos' cos / (d² + cos'^4 A / pi)``: straight before a patch right however near, elsewhere within 4 % from the
-        length of its side away, nearer beside its edge too little by up to a third. And what the surroundings throw
-        back, everywhere the same, as in an integrating sphere: ``flux rho / (surface (1 - rho))``.
+        L A cos' cos / (d² + cos'^4 A / pi)``: exact on the axis of a patch, elsewhere within 4 % from the length of its
+        side on, and nearer up to a third too low beside its edge. To this the surroundings add a uniform reflection, as
+        in an integrating sphere: ``flux rho / (surface (1 - rho))``.
         """
         result = np.empty((len(points_m), 3))
         _illuminate(points_m.astype(float), normals.astype(float), self._sources, self._indirect_lx, result)
@@ -133,7 +133,7 @@ class LampShader:
     ) -> NDArray[np.float32]:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at pixel centres.
 
-        ``L = rho E / pi``; 0 where there is no surface; that of bright areas is their own.
+        ``L = rho E / pi``; 0 without a surface; bright areas have their own.
         """
         announce_compilation(_shade)
         corner, right, down = (
@@ -187,7 +187,7 @@ def _illuminance(
     sources: Sources,
     total: NDArray[np.float64],
 ) -> None:
-    """Add to ``total`` (3,) what comes straight from the sources, see ``LampShader.illuminance_lx``."""
+    """Add to ``total`` (3,) the direct light of the sources, see ``LampShader.illuminance_lx``."""
     for source in range(sources.positions_m.shape[0]):
         arriving = arriving_per_m2(point, normal, sources, source)
         if arriving > 0.0:
@@ -197,7 +197,7 @@ def _illuminance(
 
 @njit(cache=True)
 def arriving_per_m2(point: NDArray[np.float64], normal: NDArray[np.floating], sources: Sources, source: int) -> float:
-    """Return the lux on a surface for each candela of a source, see ``LampShader.illuminance_lx``."""
+    """Return the lux on a surface per candela of a source, see ``LampShader.illuminance_lx``."""
     squared, along, ahead = 0.0, 0.0, 0.0
     for k in range(3):
         towards = sources.positions_m[source, k] - point[k]

@@ -1,4 +1,4 @@
-"""From the particles on the map to what a tracker says: pixels of the present picture."""
+"""Conversion of the particles on the map to an estimate in pixels of the present picture."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def answer(
 ) -> Estimate:
     """Return the estimate of a car of ``size_m`` (length, width) at ``position_m`` (2,) on the map.
 
-    The probability of being in view is the weight of the particles whose place the picture shows: what was
-    looked for there and not found has already taken their weight.
+    The probability of being in view is the weight of the particles inside the picture: a missing detection there has
+    already reduced it.
     """
     states, weights = posterior.states, posterior.weights
     heading_rad = circular_mean(states[:, rp.HEADING], weights)
     particles_px = camera.to_picture(states[:, : rp.Y + 1], CENTRE_HEIGHT_M)
-    # A tilted camera has particles at its back; they are nowhere in the picture's plane.
+    # Particles behind a tilted camera have no pixel.
     ahead = np.isfinite(particles_px).all(axis=1)
     size_px = np.array([camera.model.width_px, camera.model.height_px])
     inside = ahead & (particles_px >= 0).all(axis=1) & (particles_px <= size_px).all(axis=1)

@@ -1,4 +1,4 @@
-"""What colours tell the target from everything around it."""
+"""Colours that distinguish the target from its surroundings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def smooth_counts(counts: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return colour counts (CELLS,) as a density that sums to one, each colour spread over its neighbours."""
     cube = counts.reshape(SIDE, SIDE, SIDE)
     for _ in range(3):
-        # Blur along the last axis, then turn the cube so that each axis has its turn.
+        # Blur along the last axis, then rotate the axes.
         flat = cv2.GaussianBlur(cube.reshape(SIDE * SIDE, SIDE), (7, 1), _SMOOTHING_CELLS)
         cube = np.ascontiguousarray(flat.reshape(SIDE, SIDE, SIDE).transpose(2, 0, 1))
     return cube.ravel() / max(float(cube.sum()), 1e-9)
@@ -33,17 +33,17 @@ class ColourModel:
         self._table = np.zeros(CELLS, np.float32)
 
     def learn_target(self, rgb: NDArray[np.uint8], weight: NDArray[np.float32]) -> None:
-        """Take the pixels of ``rgb`` (H, W, 3) as the target's, by ``weight`` (H, W)."""
+        """Count the pixels of ``rgb`` (H, W, 3) as the target's, with ``weight`` (H, W)."""
         self._target *= _FORGETTING
         count_colours(self._target, rgb, weight, 1)
 
     def learn_rest(self, rgb: NDArray[np.uint8], weight: NDArray[np.float32]) -> None:
-        """Take the pixels of a whole picture as not the target's, by ``weight`` (H, W)."""
+        """Count the pixels of a whole picture as the background's, with ``weight`` (H, W)."""
         self._rest *= 0.8
         count_colours(self._rest, rgb, weight, 3)
 
     def refresh(self) -> None:
-        """Bring ``log_ratio`` up to what was learnt."""
+        """Recompute ``log_ratio`` from the counts."""
         target, rest = smooth_counts(self._target), smooth_counts(self._rest)
         self._table = np.clip(np.log((target + _FLOOR) / (rest + _FLOOR)), -_CLIP, _CLIP).astype(np.float32)
 

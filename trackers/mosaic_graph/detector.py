@@ -1,6 +1,4 @@
-"""Where in the picture the target may be: colour, motion, shape and size, over the whole picture and where
-it is expected.
-"""
+"""Detection of candidates by colour, motion, shape and size, at expected places and over the whole picture."""
 
 from __future__ import annotations
 
@@ -31,12 +29,12 @@ _COLOUR_STANDS_OUT, _MOTION_STANDS_OUT, _MOVED_CAP = 0.3, 8.0, 50
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Something that may be the target.
+    """A box in the picture that may be the target.
 
     Attributes:
-        position_m: (2,) its centre on the map.
-        axis_rad: its axis on the map; known up to half a turn.
-        log_ratio: log p(seen | target) / p(seen | something else).
+        position_m: (2,) centre on the map.
+        axis_rad: axis on the map, up to half a turn.
+        log_ratio: log p(measures | target) / p(measures | something else).
         measures: (MEASURES,) of ``trackers.mosaic_graph.kernels.oriented_box``.
     """
 
@@ -47,12 +45,12 @@ class Candidate:
 
     @property
     def covered(self) -> float:
-        """Share of it that lies within the picture."""
+        """Share of the box inside the picture."""
         return float(self.measures[ob.COVERED])
 
     @property
     def is_whole(self) -> bool:
-        """Whether nearly all of it does: what the border cuts is measured too far inside, and askew."""
+        """Whether nearly all of it is inside: a box cut by the border is measured too far inside, and turned."""
         return self.covered > _WHOLE
 
 
@@ -62,8 +60,8 @@ class Cues:
 
     Attributes:
         log_ratio: (H, W) of colour.
-        difference: (H, W) uint8, largest difference from the mosaic over the colours, ``UNKNOWN`` where it
-            was not seen often enough to tell.
+        difference: (H, W) uint8, largest difference from the mosaic over the colours, ``UNKNOWN`` where the mosaic has
+            seen too few pictures.
     """
 
     log_ratio: NDArray[np.float32]
@@ -71,12 +69,10 @@ class Cues:
 
 
 class Detector:
-    """Finds candidates; learns the target's colours and its look from above."""
+    """Finds candidates; learns the target's colours and its template."""
 
     def __init__(self, size_m: tuple[float, float], candidates: int) -> None:
-        """Begin for a target of ``size_m`` (length, width); find at most ``candidates`` beside those asked
-        for.
-        """
+        """Begin for a target of ``size_m`` (length, width) with up to ``candidates`` beside the expected ones."""
         self._size_m = size_m
         self._half_size_m = 0.5 * np.array(size_m)
         self._candidates = candidates
@@ -95,27 +91,22 @@ class Detector:
     def search(
         self, registered: Registered, cues: Cues, expected_m: list[tuple[NDArray[np.float64], float]]
     ) -> list[Candidate]:
-        """Return candidates: one for each place and heading expected (if in the picture), then others from
-        all over it.
-        """
-        camera = registered.camera
+        """Return distinct candidates: near expected places (2,) and headings, then over the whole picture."""
+        boxes = [
+            self.measure(registered, cues, position_m, heading_rad + _TURNS_RAD, _REACH_PX)
+            for position_m, heading_rad in expected_m
+        ]
+        boxes += [self._measure_spot(registered, cues, pixel) for pixel in self._peaks(cues, registered.camera)]
         found: list[Candidate] = []
-        for position_m, heading_rad in expected_m:
-            candidate = self.measure(registered, cues, position_m, heading_rad + _TURNS_RAD, _REACH_PX)
-            if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
-                found.append(candidate)
-        for pixel in self._peaks(cues, camera):
-            candidate = self._measure_spot(registered, cues, pixel)
-            if candidate is not None and _is_new(candidate, found, self._half_size_m[0]):
-                found.append(candidate)
+        for box in boxes:
+            if box is not None and _is_new(box, found, self._half_size_m[0]):
+                found.append(box)
         return found
 
     def learn(
         self, registered: Registered, position_m: NDArray[np.float64], axis_rad: float, shape_rate: float
     ) -> None:
-        """Take what is at a place on the map for the target: its colours, and its shape by ``shape_rate``
-        (1 = it alone).
-        """
+        """Learn the target's colours at a place (2,) on the map, and its template by ``shape_rate`` (1 replaces it)."""
         centre, jacobian = place(registered.camera, position_m)
         if not np.isfinite(jacobian).all():
             return
@@ -142,26 +133,17 @@ class Detector:
         """Return the best box near a place on the map, or None if it lies outside the picture.
 
         Args:
-            headings_rad: (K,) on the map, to be tried.
-            reach_px: how far from the place to look, in pixels of the small picture.
+            headings_rad: (K,) on the map, to try.
+            reach_px: greatest distance from the place along each axis, in pixels of the small picture.
         """
         centre, jacobian = place(registered.camera, position_m)
         height, width = cues.difference.shape
         inside = -4 < centre[0] < width + 4 and -4 < centre[1] < height + 4
         if not (inside and np.isfinite(jacobian).all()):
             return None
-        centre, heading, measures = ob.fit_box(
-            registered.small_rgb,
-            cues.log_ratio,
-            cues.difference,
-            self._template,
-            centre,
-            jacobian,
-            self._half_size_m,
-            headings_rad,
-            reach_px,
-            _ALIGN,
-        )
+        pictures = (registered.small_rgb, cues.log_ratio, cues.difference, self._template)
+        search = (self._half_size_m, headings_rad, reach_px, _ALIGN)
+        centre, heading, measures = ob.fit_box(*pictures, centre, jacobian, *search)
         if measures[ob.COVERED] < 0.4:
             return None
         place_m = registered.camera.to_map(to_full(centre)[None], CENTRE_HEIGHT_M)[0]
@@ -172,7 +154,7 @@ class Detector:
     def measure_at(
         self, registered: Registered, cues: Cues, position_m: NDArray[np.float64], axis_rad: float
     ) -> Candidate:
-        """Return the box at just this place and axis."""
+        """Return the box at exactly this place and axis."""
         centre, jacobian = place(registered.camera, position_m)
         along, across = ob.half_axes(jacobian, self._half_size_m, axis_rad)
         pictures = (registered.small_rgb, cues.log_ratio, cues.difference, self._template)
@@ -181,13 +163,11 @@ class Detector:
 
     @staticmethod
     def merit(candidate: Candidate) -> float:
-        """Return how well a box lies on what it is laid on: what ``measure`` makes greatest."""
+        """Return how well a box is aligned with the car: the value that ``measure`` maximises."""
         return float(_ALIGN @ candidate.measures)
 
     def learn_rest(self, registered: Registered, target_m: NDArray[np.float64] | None) -> None:
-        """Take the whole picture, without the surroundings of the target (2,) if it is in it, for what the
-        target is not.
-        """
+        """Learn the background's colours from the whole picture, except around the target (2,) if it is visible."""
         weight = np.ones(registered.small_rgb.shape[:2], np.float32)
         if target_m is not None:
             centre, jacobian = place(registered.camera, target_m)
@@ -198,14 +178,12 @@ class Detector:
         self.colours.refresh()
 
     def _measure_spot(self, registered: Registered, cues: Cues, pixel: NDArray[np.float64]) -> Candidate | None:
-        """Return the best box at a spot of the shrunk picture, begun along the spot's own axis and across
-        it.
-        """
+        """Return the best box at a spot of the shrunk picture, starting along and across the spot's axis."""
         radius_px = 0.65 * self._size_m[0] / (SHRINK * registered.camera.metres_per_pixel())
         centre, angle = ob.spot_axis(cues.log_ratio, cues.difference, pixel, radius_px, _DIFFERENCE_WORTH)
         position_m = registered.camera.to_map(to_full(centre)[None], CENTRE_HEIGHT_M)[0]
         _, jacobian = place(registered.camera, position_m)
-        # At the horizon a pixel shows no place, or one without extent.
+        # At the horizon the Jacobian is undefined or singular.
         if not (np.isfinite(jacobian).all() and abs(np.linalg.det(jacobian)) > _LEAST_EXTENT):
             return None
         along = np.linalg.inv(jacobian) @ np.array([np.cos(angle), np.sin(angle)])
@@ -213,9 +191,7 @@ class Detector:
         return self.measure(registered, cues, position_m, axis_rad + _SPOT_TURNS_RAD, _SPOT_REACH_PX)
 
     def _peaks(self, cues: Cues, camera: GroundCamera) -> NDArray[np.float64]:
-        """Return the pixels (K, 2) of the shrunk picture around which a car-sized spot stands out, in
-        colour or by not being part of the background.
-        """
+        """Return the pixels (K, 2) of the shrunk picture where a car-sized spot stands out, in colour or motion."""
         pixels_per_metre = 0.5 / (SHRINK * camera.metres_per_pixel())
         narrow_px = 2 * max(1, int(0.5 * self._size_m[1] * pixels_per_metre)) + 1
         wide_px = 2 * int(0.8 * self._size_m[0] * pixels_per_metre) + 1
@@ -231,9 +207,7 @@ class Detector:
 def _spots(
     cue: NDArray[np.float32], narrow_px: int, wide_px: int, radius_px: int, threshold: float, most: int
 ) -> NDArray[np.float64]:
-    """Return the places (K, 2), (column, row) at half the size of ``cue``, where it is highest above its
-    surroundings.
-    """
+    """Return the places (K, 2), (column, row) at half the size of ``cue``, of its highest local contrasts."""
     if min(cue.shape) < 2:
         return np.empty((0, 2))
     half = cv2.resize(cue, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
@@ -249,9 +223,7 @@ def _is_new(candidate: Candidate, found: list[Candidate], radius_m: float) -> bo
 
 
 def place(camera: GroundCamera, position_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the index (2,) in the shrunk picture of a car's middle, and its derivative (2, 2) by the map
-    position.
-    """
+    """Return the index (2,) of a car's middle in the shrunk picture, and its derivative (2, 2) by map position."""
     around = position_m + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     pixels = to_small(camera.to_picture(around, CENTRE_HEIGHT_M))
     return pixels[0], np.column_stack([pixels[1] - pixels[0], pixels[2] - pixels[0]])

@@ -1,6 +1,4 @@
-"""What the first picture and the target's box in it tell: how it lies, its colours, its shape, how far it
-stands out.
-"""
+"""Start on the first picture: the target's axis, colours, template and contrast from its box."""
 
 from __future__ import annotations
 
@@ -23,9 +21,7 @@ def apparent_length_px(box_xyxy: NDArray[np.float64]) -> float:
 
 
 def look_first(detector: Detector, registered: Registered, box_xyxy: NDArray[np.float64], length_m: float) -> Candidate:
-    """Teach ``detector`` the target inside a box (4,) of the first picture; return it, its axis known up to
-    half a turn.
-    """
+    """Train ``detector`` on the target inside a box (4,) of the first picture; return the target as a candidate."""
     camera = registered.camera
     start_m = camera.to_map(0.5 * (box_xyxy[None, :2] + box_xyxy[None, 2:]), CENTRE_HEIGHT_M)[0]
     axes_rad = _axes_rad(registered, start_m, box_xyxy)
@@ -34,8 +30,7 @@ def look_first(detector: Detector, registered: Registered, box_xyxy: NDArray[np.
     detector.learn_rest(registered, start_m)
     contrast = _contrast(registered, start_m, length_m)
     cues = Cues(detector.colours.log_ratio(registered.small_rgb), contrast)
-    # The box tells the place; only the axis is to be found. Free to move, the best fit would take in the
-    # car's shadow.
+    # The place is known from the box: a fit of it would include the car's shadow.
     trials = (axes_rad[:, None] + _SPREAD_RAD).ravel()
     found = max((detector.measure_at(registered, cues, start_m, axis) for axis in trials), key=detector.merit)
     detector.learn(registered, start_m, found.axis_rad, shape_rate=1.0)
@@ -43,25 +38,19 @@ def look_first(detector: Detector, registered: Registered, box_xyxy: NDArray[np.
     return found
 
 
-def _length_parts_px(box_xyxy: NDArray[np.float64]) -> tuple[float, float]:
-    """Return L |cos| and L |sin| of a car of length L and width r L in an upright box W x H.
+def _length_parts_px(box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (2,) L |cos| and L |sin| of a car of length L and width r L in an upright box W x H.
 
     ``W = L (|cos| + r |sin|)``, ``H = L (|sin| + r |cos|)``.
     """
-    width, height = box_xyxy[2:] - box_xyxy[:2]
-    scale = 1.0 - WIDTH_TO_LENGTH**2
-    return (
-        max(float(width - WIDTH_TO_LENGTH * height) / scale, 0.0),
-        max(float(height - WIDTH_TO_LENGTH * width) / scale, 0.0),
-    )
+    size_px = box_xyxy[2:] - box_xyxy[:2]
+    return np.maximum((size_px - WIDTH_TO_LENGTH * size_px[::-1]) / (1.0 - WIDTH_TO_LENGTH**2), 0.0)
 
 
 def _axes_rad(
     registered: Registered, start_m: NDArray[np.float64], box_xyxy: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the two axes (2,) on the map along which the car may lie: an upright box does not tell left
-    from right.
-    """
+    """Return the two axes (2,) on the map along which the car may lie: an upright box has a mirrored solution."""
     across_px, down_px = _length_parts_px(box_xyxy)
     map_from_picture = np.linalg.inv(place(registered.camera, start_m)[1])
     directions = map_from_picture @ np.array([[across_px, across_px], [down_px, -down_px]])
@@ -69,7 +58,7 @@ def _axes_rad(
 
 
 def _contrast(registered: Registered, start_m: NDArray[np.float64], length_m: float) -> NDArray[np.uint8]:
-    """Return how far each pixel (H, W) differs from the ground around the car, largest over the colours."""
+    """Return the largest difference over the colours of each pixel (H, W) from the ground around the car."""
     centre, jacobian = place(registered.camera, start_m)
     length_px = length_m * float(np.sqrt(abs(np.linalg.det(jacobian))))
     rows, columns = np.indices(registered.small_rgb.shape[:2])

@@ -1,10 +1,9 @@
 """A camera over flat ground: its pose, and the homographies between the ground map and the picture.
 
-The *map* is the plane on which everything is kept: metres, x and y of the first camera's own world. Where
-nothing is measured on board, that world supposes the first view straight down. If it was not, the map is a
-projective picture of the true ground: ``g = m / (1 - a x - b y)`` (to first order in the tilt, ``(a, b) =
-tilt / height``). ``bend = (a, b)`` is one constant of the flight, learnt while flying, and makes the fit
-exact for any first view.
+The *map* is the ground plane in metres, with x and y of the first camera's world. Without a measured pose the first
+view is assumed to be straight down. If it was tilted, the map is a projective image of the true ground:
+``g = m / (1 - a x - b y)``, to first order ``(a, b) = tilt / height``. ``bend = (a, b)`` is constant during a flight;
+its estimate makes the fit exact for any first view.
 """
 
 from __future__ import annotations
@@ -18,12 +17,12 @@ from trackers.mosaic_graph.kernels.planar_pose import apply_homography, robust_n
 from trackers.types import CameraModel
 
 CENTRE_HEIGHT_M = 0.7
-"""Height above ground of the middle of a car, to which boxes and truth refer."""
+"""Height above ground of the middle of a car, the reference point of boxes and truth."""
 TYPICAL_LENGTH_M = 4.5
 """Of a car."""
 CAR_HEIGHT_M = 1.5
 _LEAST_CAR_PX, _LARGEST_CAR = 1.0, 4.0
-"""A car of which less can be seen, or that is so many pictures long, is none that can be followed."""
+"""Shortest car that can be followed, in pixels, and longest, in sides of the picture."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +41,7 @@ class GroundCamera:
     _computed: dict[tuple[str, float], NDArray[np.float64]] = field(default_factory=dict, init=False, repr=False)
 
     def H_picture_map(self, height_m: float = 0.0) -> NDArray[np.float64]:
-        """Return the homography (3, 3) that takes map points, lifted to ``height_m``, to pixels."""
+        """Return the homography (3, 3) from map points, raised to ``height_m``, to pixels."""
         H = self._computed.get(("picture", height_m))
         if H is None:
             R, C = self.T_world_camera[:3, :3], self.T_world_camera[:3, 3]
@@ -51,7 +50,7 @@ class GroundCamera:
         return H
 
     def H_map_picture(self, height_m: float = 0.0) -> NDArray[np.float64]:
-        """Return its inverse (3, 3), with a positive denominator in front of the camera."""
+        """Return the inverse homography (3, 3), with a positive denominator in front of the camera."""
         H = self._computed.get(("map", height_m))
         if H is None:
             H = np.asarray(np.linalg.inv(self.H_picture_map(height_m)), dtype=np.float64)
@@ -65,9 +64,7 @@ class GroundCamera:
         return apply_homography(self.H_picture_map(height_m), np.ascontiguousarray(map_m, dtype=float))
 
     def to_map(self, pixels: NDArray[np.float64], height_m: float = 0.0) -> NDArray[np.float64]:
-        """Return map points (N, 2) seen at pixels (N, 2) if they lie ``height_m`` above ground; NaN above
-        the horizon.
-        """
+        """Return map points (N, 2) at ``height_m`` above ground seen at pixels (N, 2); NaN above the horizon."""
         return apply_homography(self.H_map_picture(height_m), np.ascontiguousarray(pixels, dtype=float))
 
     def footprint_m(self) -> NDArray[np.float64]:
@@ -76,8 +73,9 @@ class GroundCamera:
         return self.to_map(np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]))
 
     def shows_ground(self, pixel: NDArray[np.float64] | None = None) -> bool:
-        """Return whether a pixel (2,), the middle one if none is given, shows ground on which a car could be made out:
-        not the sky, nothing at the horizon, nothing from below the roofs of cars; and that the pose is a pose at all.
+        """Return whether a pixel (2,), by default the middle one, shows ground on which a car has a visible size.
+
+        False for a pose that is not finite or below the roofs of cars, and at or above the horizon.
         """
         if not (np.isfinite(self.T_world_camera).all() and np.isfinite(self.bend).all()):
             return False
@@ -88,14 +86,14 @@ class GroundCamera:
         return _LEAST_CAR_PX * metres_per_pixel < TYPICAL_LENGTH_M < largest_px * metres_per_pixel
 
     def metres_per_pixel(self, pixel: NDArray[np.float64] | None = None) -> float:
-        """Return the ground covered by a pixel (2,), the middle one if none is given; NaN above the horizon."""
+        """Return the side of the ground covered by a pixel (2,), by default the middle one; NaN above the horizon."""
         centre = np.array([0.5 * self.model.width_px, 0.5 * self.model.height_px]) if pixel is None else pixel
         across = self.to_map(centre + np.array([[-5.0, 0.0], [5.0, 0.0], [0.0, -5.0], [0.0, 5.0]]))
         return float(np.sqrt(np.linalg.norm(across[1] - across[0]) * np.linalg.norm(across[3] - across[2])) / 10.0)
 
     def moved(self, step: NDArray[np.float64]) -> GroundCamera:
-        """Return the camera turned by ``step[:3]`` (rad, in its own frame), shifted by ``step[3:6]`` (m,
-        world) and with ``step[6:8]`` added to the bend (1 / m).
+        """Return the camera rotated by ``step[:3]`` (rad, own frame), shifted by ``step[3:6]`` (m, world), and with
+        ``step[6:8]`` (1 / m) added to the bend.
         """
         T = self.T_world_camera.copy()
         T[:3, :3] = T[:3, :3] @ rotation_matrix(step[:3])
@@ -132,7 +130,7 @@ class Fit:
     Attributes:
         camera: the fitted camera.
         information: (8, 8) of the data at the fit, in the order of ``GroundCamera.moved``.
-        support: sum of the robust weights: how many points agree.
+        support: sum of the robust weights, the effective number of points.
     """
 
     camera: GroundCamera
@@ -147,11 +145,10 @@ def fit_pose(
     prior_information: NDArray[np.float64],
     scales_px: tuple[float, ...],
 ) -> Fit:
-    """Fit pose and bend so that ``map_m`` (N, 2) appear at ``pixels`` (N, 2), robustly.
+    """Fit pose and bend robustly, so that ``map_m`` (N, 2) appear at ``pixels`` (N, 2).
 
-    Gauss-Newton from ``camera``, which is also the mean of a Gaussian prior with ``prior_information`` (8,
-    8); the robust scale goes through ``scales_px``, coarse to fine, so that houses (which stand above the
-    plane) and cars lose their say.
+    Gauss-Newton from ``camera``, which is also the mean of a Gaussian prior with ``prior_information`` (8, 8). The
+    robust scale decreases through ``scales_px``, which removes houses (above the plane) and cars.
     """
     moved_so_far = np.zeros(8)
     start = camera
@@ -160,21 +157,19 @@ def fit_pose(
         step = np.asarray(np.linalg.solve(A + prior_information, b - prior_information @ moved_so_far), np.float64)
         moved_so_far = moved_so_far + step
         camera = camera.moved(step)
-    # Successive small turns do not add up exactly; the prior's pull only needs their sum.
+    # Small rotations do not add up exactly, but the prior needs only their sum.
     return Fit(replace(camera, bend=start.bend + moved_so_far[6:8]), A, support)
 
 
 def looking_down(model: CameraModel, metres_per_pixel: float) -> GroundCamera:
-    """Return a camera that looks straight down on the map's origin, the picture's right along the map's x
-    axis.
-    """
+    """Return a camera that looks straight down on the map's origin, its x axis along that of the map."""
     T = np.diag([1.0, -1.0, -1.0, 1.0])
     T[2, 3] = model.focal_px * metres_per_pixel
     return GroundCamera(model, T, np.zeros(2))
 
 
 def rotation_matrix(rotation_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation (3, 3) about ``rotation_rad`` (3,) by its length (Rodrigues)."""
+    """Return the rotation matrix (3, 3) of a rotation vector (3,), by Rodrigues' formula."""
     angle = float(np.linalg.norm(rotation_rad))
     W = sum(rotation_rad[axis] * _cross_matrix(axis) for axis in range(3))
     if angle < 1e-12:

@@ -1,4 +1,4 @@
-"""The ground as it has been seen so far, stitched into one growing picture."""
+"""Mosaic of the ground: all pictures so far, stitched into one growing picture."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _GROW_CELLS = 256
 _SLOWEST_RATE = 0.06
 _WIDEST_VIEW_M = 400.0
 _MOST_CELLS, _LONGEST_SIDE_CELLS = 2**25, 2**15 - 1
-"""Half a gigabyte; OpenCV warps nothing that is longer."""
+"""Half a gigabyte, and the longest side that OpenCV can warp."""
 _SUDDEN_LEVELS, _SUDDEN_WEIGHT = 30, 70
 
 
 class Mosaic:
-    """Running mean of what was seen at every cell of the ground.
+    """Running mean of the colours seen at every cell of the ground.
 
     Cell (row i, column j) covers the map from ``origin_m + cell_m * (j, i)`` to one cell further in x and y.
 
@@ -28,7 +28,7 @@ class Mosaic:
         cell_m: side of a cell.
         origin_m: (2,) map position of the corner of cell (0, 0).
         rgb: (H, W, 3) uint8.
-        count: (H, W) uint8, how often each cell was seen (255 = at least that often); 0 = never.
+        count: (H, W) uint8, pictures that showed each cell; 255 = that many or more.
     """
 
     def __init__(self, cell_m: float) -> None:
@@ -39,15 +39,15 @@ class Mosaic:
         self._mean = np.zeros((0, 0, 3), np.float32)
 
     def add(self, small_rgb: NDArray[np.uint8], camera: GroundCamera, weight: NDArray[np.uint8]) -> None:
-        """Lay down a picture; nothing of one whose pose, wrong for once, has the horizon in view or is too far off.
+        """Add a picture, except one whose erroneous pose has the horizon in view or is too far off.
 
         Args:
             small_rgb: (H, W, 3), shrunk by ``SHRINK``.
             camera: of the picture at full size.
-            weight: (H, W) 1-255, how far each pixel shows the standing ground (cars do not).
+            weight: (H, W) 1-255, see ``standing_ground``.
         """
         corners_m = camera.footprint_m()
-        # Not a number above the horizon.
+        # Corners above the horizon are NaN.
         if not np.ptp(corners_m, axis=0).max() < _WIDEST_VIEW_M:
             return
         window = self._window(corners_m)
@@ -58,16 +58,14 @@ class Mosaic:
         size = (right - left, bottom - top)
         patch = cv2.warpPerspective(small_rgb, H, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
         inside = weight.copy()
-        # The outermost pixels would blend with the black beyond the border.
+        # The outermost pixels are mixed with the black beyond the border.
         inside[[0, -1], :] = inside[:, [0, -1]] = 0
         patch_weight = cv2.warpPerspective(inside, H, size, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP)
         cells = slice(top, bottom), slice(left, right)
         blend_into(self._mean[cells], self.rgb[cells], self.count[cells], patch, patch_weight, _SLOWEST_RATE)
 
     def render(self, camera: GroundCamera) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return what ``camera`` would see of the mosaic, shrunk by ``SHRINK``: rgb (H, W, 3) and how often
-        it was seen (H, W), 0 = never.
-        """
+        """Return the mosaic as ``camera`` would see it, shrunk by ``SHRINK``: rgb (H, W, 3) and count (H, W)."""
         size = small_size(camera.model.width_px, camera.model.height_px)
         if self.count.size == 0:
             return np.zeros((*size[::-1], 3), np.uint8), np.zeros(size[::-1], np.uint8)
@@ -77,12 +75,13 @@ class Mosaic:
         return rgb, count
 
     def cells_of(self, map_m: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return (column, row) (N, 2) of the cells that hold map points (N, 2); may lie outside the mosaic."""
+        """Return (column, row) (N, 2) of the cells of map points (N, 2), which may lie outside the mosaic."""
         return np.floor((map_m - self.origin_m) / self.cell_m).astype(np.int64)
 
     def _window(self, corners_m: NDArray[np.float64]) -> tuple[list[int], list[int]] | None:
-        """Return the first (column, row) that map points lie in and the one beyond the last, after growing the mosaic
-        to hold them; None if it would become too large.
+        """Grow the mosaic to hold map points (N, 2); return their first (column, row) and the one after the last.
+
+        Return None if the mosaic would become too large.
         """
         low = np.floor((corners_m.min(axis=0) - self.origin_m) / self.cell_m).astype(int)
         high = np.ceil((corners_m.max(axis=0) - self.origin_m) / self.cell_m).astype(int) + 1
@@ -111,11 +110,11 @@ def standing_ground(
     target_m: NDArray[np.float64] | None,
     length_m: float,
 ) -> NDArray[np.uint8]:
-    """Return how far each pixel (H, W) of a shrunk picture is to be taken for standing ground, 1-255: what
-    changed suddenly less, the target hardly.
+    """Return the weight (H, W) 1-255 of each pixel of a shrunk picture as static ground: 70 where it changed suddenly,
+    1 on the target.
 
     Args:
-        difference: (H, W) from the mosaic, ``UNKNOWN`` where that cannot be told; None = unknown everywhere.
+        difference: (H, W) from the mosaic, or ``UNKNOWN``; None = unknown everywhere.
         target_m: (2,) place of the target on the map, of ``length_m``; None = not in the picture.
     """
     width, height = small_size(camera.model.width_px, camera.model.height_px)
@@ -129,9 +128,8 @@ def standing_ground(
 
 
 def picture_from_cells(camera: GroundCamera, cell_m: float, origin_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the homography (3, 3) from indices (column, row) of a grid on the map, whose first cell begins
-    at ``origin_m``, to indices of the picture shrunk by ``SHRINK`` (OpenCV's reading: whole numbers are
-    centres).
+    """Return the homography (3, 3) from indices (column, row) of a grid on the map, with its corner at ``origin_m``, to
+    those of the picture shrunk by ``SHRINK``. In both, whole numbers are centres, as in OpenCV.
     """
     map_from_cells = np.array(
         [[cell_m, 0.0, origin_m[0] + 0.5 * cell_m], [0.0, cell_m, origin_m[1] + 0.5 * cell_m], [0.0, 0.0, 1.0]]

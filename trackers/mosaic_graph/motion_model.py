@@ -1,8 +1,8 @@
-"""How the target moves and what a picture says of it: the model given to the package's particle loop."""
+"""Motion model and likelihood of the particle filter."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ class Birth:
 
     Attributes:
         position_m (2,), heading_rad, speed_mps: of the car seen there.
-        log_prior: log of the probability that it is the target, by all but the present picture.
+        log_prior: log-probability that it is the target, before the present picture.
     """
 
     position_m: NDArray[np.float64]
@@ -36,16 +36,16 @@ class Birth:
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """What the filter is told of one picture.
+    """Input of the filter for one picture.
 
     Attributes:
-        dt_s: time since the last one.
+        dt_s: time since the previous picture.
         camera: of this picture; None if it shows no ground.
-        roads: as believed now.
-        roads_are_new: whether they were drawn anew since the last instant.
+        roads: present estimate.
+        roads_are_new: whether they were redrawn since the previous picture.
         candidates_m (J, 2), axes_rad (J,), log_ratios (J,): see ``detection_log_weights``.
-        vague_m: (J,) standard deviation of the candidates beside that of any detection.
-        births: see there.
+        vague_m: (J,) standard deviation of each candidate, in addition to that of any detection.
+        births: places of new particles.
     """
 
     dt_s: float
@@ -59,53 +59,46 @@ class Instant:
     births: tuple[Birth, ...]
 
 
+@dataclass(eq=False)
 class CarModel:
-    """Particles are states of ``trackers.mosaic_graph.kernels.road_motion``."""
+    """Model of a car whose states are those of ``trackers.mosaic_graph.kernels.road_motion``.
 
-    def __init__(
-        self,
-        start_m: NDArray[np.float64],
-        axis_rad: float,
-        habits: rm.Habits,
-        *,
-        born_share: float,
-        detection_probability: float,
-        miss_counts: bool,
-        detection_deviation_m: float,
-        border_m: float,
-    ) -> None:
-        """Begin with a car at ``start_m`` (2,) of unknown speed, heading along ``axis_rad`` or against it.
+    Attributes:
+        start_m: (2,) place at the start; the speed is unknown.
+        axis_rad: axis at the start; the heading is one of its two directions.
+        habits: of the driver.
+        born_share: share of the particles replaced while there are births.
+        detection_probability: that a target in full view is found in a picture, given that it was missed in the one
+            before.
+        miss_counts: if False, a missing detection gives no information.
+        detection_deviation_m: standard deviation of a detection.
+        border_m: distance to the picture's border below which a detection becomes less probable.
+    """
 
-        Args:
-            born_share: share of the particles that is given to births while there are any.
-            detection_probability: that a target in full view is found in a picture, given that it was
-                missed in the one before.
-            miss_counts: False takes a miss for no information.
-            detection_deviation_m: standard deviation of a detection.
-            border_m: distance from the picture's border within which a target is not counted on to be found.
-        """
-        self._start_m, self._axis_rad, self._habits = start_m, axis_rad, habits
-        self._born_share = born_share
-        self._detection_probability = detection_probability
-        self._miss_counts = miss_counts
-        self._detection_deviation_m = detection_deviation_m
-        self._border_m = border_m
-        self._driven_s = _CRUISE_PRIOR_S
+    start_m: NDArray[np.float64]
+    axis_rad: float
+    habits: rm.Habits
+    born_share: float
+    detection_probability: float
+    miss_counts: bool
+    detection_deviation_m: float
+    border_m: float
+    _driven_s: float = field(default=_CRUISE_PRIOR_S, init=False)
 
     def learn_speed(self, speed_mps: float, dt_s: float) -> None:
-        """Let the speed wished for follow the target's own habit: the mean of its speeds in free driving."""
+        """Move the mean desired speed towards the mean of the target's speeds in free driving."""
         if speed_mps < _FREE_DRIVING_MPS:
             return
         self._driven_s += dt_s
-        mean = self._habits.cruise_mps
-        self._habits = self._habits._replace(cruise_mps=mean + dt_s / self._driven_s * (speed_mps - mean))
+        mean = self.habits.cruise_mps
+        self.habits = self.habits._replace(cruise_mps=mean + dt_s / self._driven_s * (speed_mps - mean))
 
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Draw states (N, COLUMNS)."""
         states = np.zeros((count, rp.COLUMNS))
-        states[:, rp.X : rp.Y + 1] = self._start_m + rng.normal(0, 0.2, (count, 2))
+        states[:, rp.X : rp.Y + 1] = self.start_m + rng.normal(0, 0.2, (count, 2))
         ahead = rng.random(count) < 0.5
-        states[:, rp.HEADING] = self._axis_rad + np.pi * ahead + rng.normal(0, 0.3, count)
+        states[:, rp.HEADING] = self.axis_rad + np.pi * ahead + rng.normal(0, 0.3, count)
         states[:, rp.SPEED] = rng.uniform(0, 14.0, count)
         states[:, rp.CRUISE] = np.maximum(states[:, rp.SPEED], self._draw_cruise(count, rng))
         states[:, rp.CHOICE], states[:, rp.BOUND] = -1, np.nan
@@ -113,56 +106,56 @@ class CarModel:
         return states
 
     def predict(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Drive all states on; some make room for births."""
+        """Move all states on; replace some by births."""
         states = states.copy()
         states[:, rp.LOG_PRIOR] = 0.0
         count = len(states)
         if observed.roads_are_new:
             self._associate_anew(states, observed.roads, rng)
         rm.drive(
-            states, observed.roads, self._habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 7))
+            states, observed.roads, self.habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 7))
         )
         if observed.births:
             self._give_birth(states, observed, rng)
         return states
 
     def log_weights(self, states: NDArray[np.float64], observed: Instant) -> NDArray[np.float64]:
-        """Return log-weights (N,): what the picture says, and the prior of those just born."""
+        """Return log-weights (N,): the picture's log-likelihood, and the log-prior of newborn particles."""
         positions = np.ascontiguousarray(states[:, : rp.Y + 1])
         spacing_m = _spacing_m(positions)
         return states[:, rp.LOG_PRIOR] + detection_log_weights(
             positions,
             np.ascontiguousarray(states[:, rp.HEADING]),
             self.detectable(positions, observed.camera),
-            self._miss_counts,
+            self.miss_counts,
             observed.candidates_m,
             observed.axes_rad,
             observed.log_ratios,
-            np.hypot(np.hypot(self._detection_deviation_m, spacing_m), observed.vague_m),
+            np.hypot(np.hypot(self.detection_deviation_m, spacing_m), observed.vague_m),
             float(np.hypot(_AXIS_DEVIATION_RAD, _AXIS_SPACING_RAD_PER_M * spacing_m)),
         )
 
     def detectable(self, positions_m: NDArray[np.float64], camera: GroundCamera | None) -> NDArray[np.float64]:
-        """Return the probability (N,) that a target at each position would have been found."""
+        """Return the probability (N,) of a detection of a target at each position (N, 2)."""
         if camera is None:
             return np.zeros(len(positions_m))
         pixels = camera.to_picture(positions_m)
         size = np.array([camera.model.width_px, camera.model.height_px])
         inside_px = np.minimum(pixels, size - pixels).min(axis=1)
-        inside = np.nan_to_num(inside_px, nan=-1.0) * camera.metres_per_pixel() / self._border_m
-        return self._detection_probability * np.clip(inside, 0.0, 1.0)
+        inside = np.nan_to_num(inside_px, nan=-1.0) * camera.metres_per_pixel() / self.border_m
+        return self.detection_probability * np.clip(inside, 0.0, 1.0)
 
     def _associate_anew(self, states: NDArray[np.float64], roads: Roads, rng: np.random.Generator) -> None:
-        """Find the place on roads that were drawn anew of every state that is on one. Who was off the road stays so."""
+        """Associate every state on a road with the redrawn roads, in place; states off the road stay free."""
         on_road = states[:, rp.ON_ROAD] > 0
         driving = states[on_road]
         rp.associate(driving, roads, rng.random(len(driving)))
         states[on_road] = driving
 
     def _give_birth(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> None:
-        """Put births in the place of states drawn at random: resampling leaves them in order."""
-        each = max(1, int(self._born_share * len(states) / len(observed.births)))
-        victims = rng.permutation(len(states))
+        """Replace randomly chosen states by births: resampling leaves the states in order."""
+        each = max(1, int(self.born_share * len(states) / len(observed.births)))
+        replaced = rng.permutation(len(states))
         share = each / len(states)
         for k, birth in enumerate(observed.births):
             born = np.zeros((each, rp.COLUMNS))
@@ -179,15 +172,16 @@ class CarModel:
             born[:, rp.CHOICE], born[:, rp.BOUND] = -1, np.nan
             born[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, each)
             rp.associate(born, observed.roads, rng.random(each))
-            states[victims[k * each : (k + 1) * each]] = born
+            states[replaced[k * each : (k + 1) * each]] = born
 
     def _draw_cruise(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        return rng.normal(self._habits.cruise_mps, self._habits.cruise_spread_mps, count)
+        return rng.normal(self.habits.cruise_mps, self.habits.cruise_spread_mps, count)
 
 
 def _spacing_m(positions_m: NDArray[np.float64]) -> float:
-    """Return how far apart particles (N, 2) are: each stands for its neighbourhood, and where they are thinly
-    spread hardly one lies as near to the target as a detection is good. ``sqrt(2 pi sqrt(det cov) / N)``.
+    """Return the mean spacing ``sqrt(2 pi sqrt(det cov) / N)`` of particles (N, 2).
+
+    It is added to the detection's error: where particles are sparse, the nearest one is further from the target.
     """
     if len(positions_m) < 2:
         return 0.0

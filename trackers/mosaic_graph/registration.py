@@ -1,6 +1,4 @@
-"""Where each picture lies on the ground: frame to frame first, then against the mosaic, which does not
-drift.
-"""
+"""Registration of each picture on the ground: frame to frame first, then to the mosaic, which does not drift."""
 
 from __future__ import annotations
 
@@ -22,8 +20,7 @@ _FRAME_SCALES_PX = (16.0, 8.0, 4.0, 3.0)
 _MOSAIC_SCALES_PX = (3.0, 2.0, 1.5)
 _FIRST_TILT_RAD = 0.12
 _MEASURED_TILT_RAD = 0.015
-# Consecutive pictures see the same corners with the same errors: their evidence on the bend is far from
-# independent.
+# Consecutive pictures share corners and errors: their information on the bend is far from independent.
 _BEND_LEARNING = 0.02
 _CHAIN_TRUST = 0.1
 _GAIN_STEP, _GAIN_PIXELS = 6, 100
@@ -31,13 +28,13 @@ _GAIN_STEP, _GAIN_PIXELS = 6, 100
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """A picture in its place.
+    """A registered picture.
 
     Attributes:
         camera: pose of the camera on the map.
         small_rgb: (H, W, 3) the picture shrunk by ``SHRINK``, as bright as the mosaic.
-        background_rgb: (H, W, 3) what the mosaic held of the same view before.
-        seen: (H, W) how often the mosaic had seen each pixel's ground before.
+        background_rgb: (H, W, 3) the same view of the mosaic before this picture.
+        seen: (H, W) earlier pictures of each pixel's ground.
     """
 
     camera: GroundCamera
@@ -47,7 +44,7 @@ class Registered:
 
 
 class Registration:
-    """Finds the pose of every picture over the ground."""
+    """Estimates the pose of every picture over the ground."""
 
     def __init__(
         self,
@@ -61,9 +58,9 @@ class Registration:
         """Begin with the first picture.
 
         Args:
-            target_px: (2,) the target in it.
-            metres_per_pixel: guess for its middle; not needed if its pose was measured and ``use_ego``.
-            use_mosaic: False chains frame to frame only.
+            target_px: (2,) place of the target.
+            metres_per_pixel: guess in its middle, for a picture without a usable measured pose.
+            use_mosaic: if False, pictures are chained frame to frame only.
         """
         self._use_ego, self._use_mosaic = use_ego, use_mosaic
         self._ego = self._measured(observation)
@@ -84,8 +81,10 @@ class Registration:
         self.first = Registered(self.camera, small_rgb, black, black[..., 0])
 
     def register(self, observation: Observation, mosaic: Mosaic) -> Registered | None:
-        """Return the next picture in its place over ``mosaic``, which holds the pictures before it; None if it shows no
-        ground, by its corners or, without these, as measured. The next one is then placed by the last that did.
+        """Return the next picture, registered to ``mosaic`` of the earlier ones; None if it shows no ground.
+
+        Whether it does follows from its corners, or from the measured pose if these are too few. After None the next
+        picture is registered to the latest one that shows ground.
         """
         ego = self._measured(observation)
         predicted = self._predict(ego)
@@ -114,14 +113,12 @@ class Registration:
         return Registered(fit.camera, adapted_rgb, background_rgb, seen)
 
     def _measured(self, observation: Observation) -> EgoPose | None:
-        """Return the measured pose; None if it is not to be used, or shows no ground and so is wrong or of no use."""
+        """Return the measured pose; None if it is not used, or shows no ground."""
         ego = observation.ego if self._use_ego else None
         return ego if ego is not None and _posed(observation.camera, ego).shows_ground() else None
 
     def _predict(self, ego: EgoPose | None) -> GroundCamera:
-        """Return the camera moved as measured on board since the last picture: slow errors of the
-        instruments cancel.
-        """
+        """Return the camera moved by the measured motion since the last picture, in which slow errors cancel."""
         before = self._ego
         if before is None or ego is None:
             return self.camera
@@ -131,7 +128,7 @@ class Registration:
         return replace(self.camera, T_world_camera=T)
 
     def _prior(self) -> NDArray[np.float64]:
-        """Return the information (8, 8) of the prediction: weak on the pose, all that is known on the bend."""
+        """Return the information (8, 8) of the prediction: little on the pose, all so far on the bend."""
         prior = np.diag([0.2**-2] * 3 + [5.0**-2] * 3 + [0.0] * 2)
         prior[6:, 6:] = self._bend_information
         return prior
@@ -139,9 +136,7 @@ class Registration:
     def _follow_corners(
         self, grey: NDArray[np.uint8], predicted: GroundCamera
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return last picture's corners that were found again: full-size pixels now (N, 2), and map
-        positions (N, 2).
-        """
+        """Return the last picture's corners found again: full-size pixels (N, 2) and map positions (N, 2)."""
         map_m = self.camera.to_map(to_full(self._corners))
         guess = to_small(predicted.to_picture(map_m)).astype(np.float32)
         found, matched = _track(self._grey, grey, self._corners, guess, levels=3)
@@ -159,8 +154,8 @@ def _posed(model: CameraModel, ego: EgoPose) -> GroundCamera:
 
 
 def _gain(rgb: NDArray[np.uint8], background_rgb: NDArray[np.uint8], seen: NDArray[np.uint8], before: float) -> float:
-    """Return the factor that makes a picture as bright as the mosaic: the median over pixels seen before,
-    or the last one where those are few.
+    """Return the factor from a picture's brightness to the mosaic's, the median over pixels seen before; ``before`` if
+    these are below 100.
     """
     step = (slice(None, None, _GAIN_STEP), slice(None, None, _GAIN_STEP))
     picture, background = rgb[step][..., 1].astype(np.float64), background_rgb[step][..., 1].astype(np.float64)
@@ -177,8 +172,8 @@ def _match_to_mosaic(
     seen: NDArray[np.uint8],
     camera: GroundCamera,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Find the picture's ``corners`` (N, 2) in the mosaic as ``camera`` sees it; return pixels and map
-    positions of those found.
+    """Find ``corners`` (N, 2) of the picture in ``camera``'s view of the mosaic; return the pixels (M, 2) and map
+    positions (M, 2) of those found.
     """
     small = to_small(corners)
     column, row = np.round(small).astype(int).T
@@ -186,8 +181,6 @@ def _match_to_mosaic(
     inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
     inside[inside] = seen[row[inside], column[inside]] > 1
     small = small[inside].astype(np.float32)
-    if len(small) == 0:
-        return np.empty((0, 2)), np.empty((0, 2))
     background = cv2.cvtColor(background_rgb, cv2.COLOR_RGB2GRAY)
     found, matched = _track(grey, background, small, small.copy(), levels=1)
     return to_full(small[matched]), camera.to_map(to_full(found[matched]))
@@ -200,7 +193,7 @@ def _track(
     guess: NDArray[np.float32],
     levels: int,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Pyramidal Lucas-Kanade; return positions (N, 2) in ``after`` and which of them were found."""
+    """Return positions (N, 2) of points in ``after`` by pyramidal Lucas-Kanade, and whether each was found."""
     if len(points) == 0:
         return points, np.zeros(0, bool)
     found, status, _ = cv2.calcOpticalFlowPyrLK(

@@ -1,13 +1,16 @@
-"""A graph of centre lines out of the raw lines of a skeleton: crossings joined and put in their middle, spurs cut, dead
-ends connected, streets carried on into what was not seen.
+"""Construction of the graph of centre lines from the raw lines of a skeleton.
+
+Crossings are joined and centred, spurs cut, dead ends connected, streets extended into unseen ground.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.cluster.hierarchy import DisjointSet
 
 from trackers.mosaic_graph.kernels.roads import SPACING_M, RoadGraph
 from trackers.mosaic_graph.road_sketch import CROSSING_M, Line, RoadSketch, direction, even, length_m, smoothed
@@ -26,13 +29,13 @@ _ARM_POINTS, _SAME_WAY_COSINE = 25, 0.64
 _LOOKED_AT, _MOSTLY = slice(7, 14), 0.6
 
 Unseen = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
-"""Tells of map points (n, 2) which of them (n,) no picture has shown."""
+"""Returns which map points (n, 2) no picture has shown: (n,)."""
 
 
 def build_graph(lines_m: list[Line], unseen: Unseen) -> RoadGraph:
     """Return the graph of raw lines (each (n, 2) map points) that share end points where they meet.
 
-    ``unseen`` says where streets may go on although no line was drawn: see ``branch``.
+    For ``unseen`` see ``branch``.
     """
     sketch = RoadSketch(lines_m)
     contract(sketch)
@@ -49,25 +52,25 @@ def build_graph(lines_m: list[Line], unseen: Unseen) -> RoadGraph:
 
 
 def contract(sketch: RoadSketch) -> None:
-    """Join stops that a short line connects: a crossing of wide roads has several, near each other."""
+    """Join nodes that a short line connects: a skeleton has several at a crossing of wide roads."""
     degree = sketch.degrees()
-    parent = {node: node for node in degree}
+    crossings = DisjointSet(degree)
     inner = [degree[s] > 1 and degree[e] > 1 and length_m(p) < CROSSING_M for s, e, p in sketch.edges]
     for (start, end, _), short in zip(sketch.edges, inner, strict=True):
         if short:
-            parent[_root(parent, start)] = _root(parent, end)
-    places: dict[int, list[NDArray[np.float64]]] = {}
+            crossings.merge(start, end)
+    places: defaultdict[int, list[NDArray[np.float64]]] = defaultdict(list)
     for start, end, points in sketch.edges:
-        places.setdefault(_root(parent, start), []).append(points[0])
-        places.setdefault(_root(parent, end), []).append(points[-1])
+        places[crossings[start]].append(points[0])
+        places[crossings[end]].append(points[-1])
     centres = {node: np.mean(members, axis=0) for node, members in places.items()}
     kept = [edge for edge, short in zip(sketch.edges, inner, strict=True) if not short]
-    joined = [(_root(parent, start), _root(parent, end), points) for start, end, points in kept]
+    joined = [(crossings[start], crossings[end], points) for start, end, points in kept]
     sketch.edges = [(s, e, np.vstack([centres[s], points[1:-1], centres[e]])) for s, e, points in joined]
 
 
 def cut_spurs(sketch: RoadSketch) -> None:
-    """Drop short dead ends, and rings too small to be streets."""
+    """Drop short dead ends and small rings."""
     degree = sketch.degrees()
 
     def kept(start: int, end: int, points: Line) -> bool:
@@ -78,19 +81,18 @@ def cut_spurs(sketch: RoadSketch) -> None:
 
 
 def drop_islands(sketch: RoadSketch) -> None:
-    """Drop what is short and not connected to anything: grey roofs, not streets."""
-    parent = {node: node for edge in sketch.edges for node in edge[:2]}
+    """Drop short connected parts: grey roofs."""
+    islands = DisjointSet(sketch.degrees())
     for start, end, _ in sketch.edges:
-        parent[_root(parent, start)] = _root(parent, end)
-    total_m: dict[int, float] = {}
+        islands.merge(start, end)
+    total_m: defaultdict[int, float] = defaultdict(float)
     for start, _, points in sketch.edges:
-        island = _root(parent, start)
-        total_m[island] = total_m.get(island, 0.0) + length_m(points)
-    sketch.edges = [edge for edge in sketch.edges if total_m[_root(parent, edge[0])] >= _ISLAND_M]
+        total_m[islands[start]] += length_m(points)
+    sketch.edges = [edge for edge in sketch.edges if total_m[islands[edge[0]]] >= _ISLAND_M]
 
 
 def merge_chains(sketch: RoadSketch) -> None:
-    """Make one edge of two that meet where nothing else does."""
+    """Join two edges that meet at a node of degree two."""
     for node, count in sketch.degrees().items():
         if count != 2:
             continue
@@ -104,9 +106,7 @@ def merge_chains(sketch: RoadSketch) -> None:
 
 
 def straighten_ends(sketch: RoadSketch) -> None:
-    """Let dead ends run straight on over their last metres: where what was seen ends, a skeleton runs into a corner of
-    it.
-    """
+    """Straighten the last metres of dead ends: at the border of the seen ground a skeleton bends into a corner."""
     for node, count in sketch.degrees().items():
         for arm in sketch.arms(node) if count == 1 else ():
             if len(arm.points) <= _FRAYED_POINTS + _TANGENT_POINTS:
@@ -118,12 +118,10 @@ def straighten_ends(sketch: RoadSketch) -> None:
 
 
 def extend(sketch: RoadSketch) -> None:
-    """Draw dead ends straight on to a road that they meet within ``_EXTENSION_M``. Others stay dead: where they lead
-    was not seen.
-    """
+    """Extend dead ends straight to the first road within ``_EXTENSION_M``; others stay."""
     for node, count in sketch.degrees().items():
         arms = sketch.arms(node)
-        # Another dead end may have been drawn on to this one meanwhile.
+        # An earlier extension may have reached this end.
         if count != 1 or len(arms) != 1 or length_m(arms[0].points) < _SHORTEST_TO_EXTEND_M:
             continue
         outward = -direction(arms[0].points, 0, _TANGENT_POINTS)
@@ -132,7 +130,7 @@ def extend(sketch: RoadSketch) -> None:
 
 
 def _connect(sketch: RoadSketch, node: int, ray: Line, own: int) -> None:
-    """Add ``ray`` as an edge from ``node`` up to where it meets another road (not ``own``) first, if it does."""
+    """Add ``ray`` as an edge from ``node`` to the first road it meets (except ``own``), if there is one."""
     target = -1
     for k, (start, end, points) in enumerate(sketch.edges):
         if k == own or node in (start, end):
@@ -146,11 +144,11 @@ def _connect(sketch: RoadSketch, node: int, ray: Line, own: int) -> None:
 
 
 def centre_crossings(sketch: RoadSketch) -> None:
-    """Move every crossing to where its streets, as they run from 6 to 16 m away from it, would meet.
+    """Move every crossing to the intersection of its streets, as they run 6 to 16 m away from it.
 
-    A skeleton is drawn towards the mouth of a side street, and smoothing rounds it off. The point with the least sum of
-    squared distances from the streets' lines solves ``sum (I - u u^T) x = sum (I - u u^T) p``. Where the streets are
-    nearly parallel, too short to tell, or would meet more than 6 m away, the crossing stays.
+    A skeleton deviates towards the mouth of a side street, and smoothing rounds it off. The point with the least sum of
+    squared distances to the streets' lines solves ``sum (I - u u^T) x = sum (I - u u^T) p``. The crossing stays if the
+    streets are nearly parallel, too short, or intersect more than 6 m away.
     """
     for node, count in sketch.degrees().items():
         if count < 2:
@@ -170,14 +168,15 @@ def centre_crossings(sketch: RoadSketch) -> None:
         if np.linalg.norm(middle - arms[0].points[0]) > _NEAR_POINTS * SPACING_M:
             continue
         for end in arms:
-            # A ring's other end was moved just now.
+            # Moving one end of a ring changes the points of the other.
             arm = next(a for a in sketch.arms(node) if (a.edge, a.ends_here) == (end.edge, end.ends_here))
             sketch.replace(arm, even(np.vstack([middle, arm.points[min(_NEAR_POINTS, len(arm.points) - 1) :]])))
 
 
 def branch(sketch: RoadSketch, unseen: Unseen) -> None:
-    """Let every street go on straight over a crossing, where no other does, into what was not seen: of a crossing at
-    the border of what was seen, not all streets were.
+    """Extend every street straight over a crossing into unseen ground, unless another street leads there.
+
+    At the border of the seen ground some streets of a crossing are not drawn yet.
     """
     for node, count in sketch.degrees().items():
         if count < 3:
@@ -193,10 +192,3 @@ def branch(sketch: RoadSketch, unseen: Unseen) -> None:
                 end = _LOOKED_AT.stop + int(shown[0]) if len(shown) else len(ray)
                 sketch.edges.append((node, sketch.new_node(), ray[:end]))
                 ways.append(-way)
-
-
-def _root(parent: dict[int, int], node: int) -> int:
-    """Return the node that stands for all those joined with ``node`` (union-find)."""
-    while parent[node] != node:
-        node = parent[node]
-    return node

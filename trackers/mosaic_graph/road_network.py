@@ -1,11 +1,10 @@
-"""Where the roads are: colours learnt where the target drove, found again all over the mosaic, thinned to a
-graph.
-"""
+"""Roads in the mosaic: colours learnt where the target drove, classified over the mosaic, thinned to a graph."""
 
 from __future__ import annotations
 
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import cv2
 import numpy as np
@@ -13,10 +12,11 @@ from numpy.typing import NDArray
 
 from trackers.mosaic_graph.colour_model import smooth_counts
 from trackers.mosaic_graph.kernels.colour_table import CELLS, count_colours, look_up
-from trackers.mosaic_graph.kernels.roads import NO_ROADS, RoadGraph, Roads
+from trackers.mosaic_graph.kernels.roads import RoadGraph, Roads
 from trackers.mosaic_graph.kernels.skeleton import thin, trace_lines
 from trackers.mosaic_graph.mosaic import Mosaic
 from trackers.mosaic_graph.road_graph import build_graph
+from trackers.mosaic_graph.road_sketch import RoadSketch
 from trackers.mosaic_graph.small_picture import draw_disc
 
 _GRID_M = 0.5
@@ -29,34 +29,34 @@ _CONTINUED_M = 5.0
 _NEAREST_REACH_M = 12.0
 _SAMPLE_RADIUS_M = 1.3
 _OFTEN_SEEN = 5
-# Streets are of one colour but not worn alike: what was driven over counts also for brighter and darker asphalt.
+# Asphalt differs in wear: the colours driven over are also counted brighter and darker.
 _WEAR = np.linspace(-0.33, 0.33, 7)
 _WEAR_DEVIATION = 0.2
 
 
 class RoadFinder:
-    """Learns the colour of the road from where the target drove, and draws ``Roads``s."""
+    """Learns the colours of roads where the target drove; draws ``Roads``."""
 
     def __init__(self) -> None:
         self._driven_m: list[NDArray[np.float64]] = []
 
     @property
     def has_learnt(self) -> bool:
-        """Whether any ground is known to be road."""
+        """Whether any ground has been learnt as road."""
         return len(self._driven_m) > 0
 
     def learn(self, driven_m: NDArray[np.float64]) -> None:
-        """Take the ground around a map point (2,) that the target has driven over, and left, as road."""
+        """Learn the ground around a map point (2,), which the target has left, as road."""
         self._driven_m.append(driven_m)
 
     def _probability(
         self, mosaic: Mosaic, low: NDArray[np.int64], high: NDArray[np.int64]
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
         """Return the probability of road (H, W) on a grid of 0.5 m over the mosaic's cells (column, row) from ``low``
-        to below ``high``, where it was seen (H, W), and the grid's origin (2,) on the map.
+        to below ``high``, whether each cell was seen (H, W), and the grid's origin (2,) on the map.
 
-        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled so that the middle one of the pixels driven
-        over has 1; 0 where nothing was seen.
+        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled to 1 at the median of the pixels driven over; 0 for
+        unseen cells.
         """
         cells = slice(low[1], high[1]), slice(low[0], high[0])
         size = tuple(np.maximum(((high - low) * mosaic.cell_m / _GRID_M).astype(int), 4).tolist())
@@ -75,12 +75,12 @@ class RoadFinder:
         share = np.cumsum(driven[order]) / max(float(driven.sum()), 1.0)
         typical = ratio[order[min(int(np.searchsorted(share, _TYPICAL_QUANTILE)), CELLS - 1)]]
         table = np.minimum(ratio / max(float(typical), 1e-9), 1.0)
-        # Cells at the edge of what was seen are mixed with nothing.
+        # Cells at the edge of the seen ground are mixed with black.
         seen = cv2.erode((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
         return look_up(table.astype(np.float32), rgb) * seen, seen, origin_m
 
     def _driven_cells(self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return the cells (H, W) that were driven over, but not those seen only while the target hid them."""
+        """Return the cells (H, W) that the target drove over and that were seen often enough without it."""
         driven = np.zeros(count.shape, np.uint8)
         for point_m in self._driven_m:
             draw_disc(driven, np.floor((point_m - origin_m) / _GRID_M), _SAMPLE_RADIUS_M / _GRID_M - 1, 1)
@@ -102,7 +102,7 @@ class RoadFinder:
 
 
 def _unseen(seen: NDArray[np.bool_], origin_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which map points (n, 2) lie where nothing was seen, of a grid (H, W) that begins at ``origin_m``."""
+    """Return whether each map point (n, 2) is unseen on a grid (H, W) that begins at ``origin_m`` (2,)."""
     cells = np.floor((points_m - origin_m) / _GRID_M).astype(int)
     inside = ((cells >= 0) & (cells < seen.shape[::-1])).all(axis=1)
     result = np.ones(len(points_m), np.bool_)
@@ -111,22 +111,27 @@ def _unseen(seen: NDArray[np.bool_], origin_m: NDArray[np.float64], points_m: ND
 
 
 def _continued(probability: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return the probability (H, W) carried on a little way into the unseen, each cell taking that of the
-    nearest seen one: a side street of which only the mouth was seen then reaches out of the crossing.
+    """Return the probability (H, W), extended by 5 m into unseen cells, each with the value of the nearest seen one.
+
+    A side street of which only the mouth was seen then reaches out of the crossing.
     """
-    unseen = np.where(seen, 0, 255).astype(np.uint8)
+    nearest, distance = _nearest(probability, seen)
+    return np.where(distance * _GRID_M < _CONTINUED_M, nearest, 0.0).astype(np.float32)
+
+
+def _nearest(values: NDArray[Any], known: NDArray[np.bool_]) -> tuple[NDArray[Any], NDArray[np.float32]]:
+    """Return the value (H, W) of the known cell nearest to each cell, and the distance (H, W) to it in cells."""
+    unknown = np.where(known, 0, 255).astype(np.uint8)
     distance, label = cv2.distanceTransformWithLabels(
-        unseen, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+        unknown, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
-    value_of_label = np.zeros(int(label.max()) + 1, np.float32)
-    value_of_label[label[seen]] = probability[seen]
-    return np.where(distance * _GRID_M < _CONTINUED_M, value_of_label[label], 0.0).astype(np.float32)
+    value_of_label = np.zeros(int(label.max()) + 1, values.dtype)
+    value_of_label[label[known]] = values[known]
+    return value_of_label[label], distance
 
 
 def _road_mask(probability: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return where a car's width of road is (H, W): lines and small spots closed, what is narrower than a
-    lane opened away.
-    """
+    """Return the mask (H, W) of road: gaps such as lane markings closed, parts narrower than a lane removed."""
     mask = (cv2.GaussianBlur(probability, (0, 0), 0.8 / _GRID_M) > _ROAD_PROBABILITY).astype(np.uint8)
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(_CLOSING_M))
     mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(_NARROWEST_M))
@@ -140,24 +145,18 @@ def _disc(diameter_m: float) -> NDArray[np.uint8]:
 
 
 def roads_about(graph: RoadGraph, centre_m: NDArray[np.float64]) -> Roads:
-    """Return a graph with its nearest points to the cells about ``centre_m`` (2,), up to 12 m away from it."""
+    """Return a graph with a grid around ``centre_m`` (2,) of its nearest points, up to 12 m away from them."""
     cell_m = 1.0
     reach_m = _REACH_M + 60.0
     side = int(2 * reach_m / cell_m)
     origin_m = centre_m - reach_m
-    nearest = np.full((side, side), -1, np.int32)
-    roads = Roads(graph, origin_m, cell_m, nearest)
     cells = np.floor((graph.points_m - origin_m) / cell_m).astype(int)
     inside = ((cells >= 0) & (cells < side)).all(axis=1)
-    if not inside.any():
-        return roads
-    free = np.full((side, side), 255, np.uint8)
-    free[cells[inside, 1], cells[inside, 0]] = 0
-    distance, labels = cv2.distanceTransformWithLabels(
-        free, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    index_of_label = np.full(len(graph.points_m) + 1, -1, np.int32)
-    index_of_label[labels[cells[inside, 1], cells[inside, 0]]] = np.flatnonzero(inside)
-    near = distance < _NEAREST_REACH_M / cell_m
-    nearest[near] = index_of_label[labels[near]]
-    return roads
+    points = np.full((side, side), -1, np.int32)
+    points[cells[inside, 1], cells[inside, 0]] = np.flatnonzero(inside)
+    nearest, distance = _nearest(points, points >= 0)
+    nearest[distance >= _NEAREST_REACH_M / cell_m] = -1
+    return Roads(graph, origin_m, cell_m, nearest)
+
+
+NO_ROADS = Roads(RoadSketch([]).finished(), np.zeros(2), 1.0, np.full((1, 1), -1, np.int32))

@@ -1,7 +1,8 @@
-"""Streets while they are being put in order: lines between nodes that can still be joined, cut and moved."""
+"""Editable graph of streets: lines between nodes that can be joined, cut and moved."""
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +19,12 @@ Line = NDArray[np.float64]
 
 
 class Arm(NamedTuple):
-    """An edge as it leaves a node.
+    """An edge as seen from one of its nodes.
 
     Attributes:
-        edge: which one.
-        ends_here: whether the edge ends in the node, instead of starting there.
-        points: (n, 2) from the node on.
+        edge: index.
+        ends_here: whether the edge ends at the node, instead of starting there.
+        points: (n, 2), starting at the node.
     """
 
     edge: int
@@ -32,10 +33,10 @@ class Arm(NamedTuple):
 
 
 class RoadSketch:
-    """Nodes and edges between them.
+    """Edges between numbered nodes.
 
     Attributes:
-        edges: start node, end node, points (n, 2).
+        edges: start node, end node and points (n, 2) of each.
     """
 
     def __init__(self, lines_m: list[Line]) -> None:
@@ -50,20 +51,16 @@ class RoadSketch:
         return self._nodes.setdefault((float(point_m[0]), float(point_m[1])), len(self._nodes))
 
     def new_node(self) -> int:
-        """Return a node that no edge has yet."""
+        """Return the number of a new node."""
         self._next_node += 1
         return self._next_node - 1
 
-    def degrees(self) -> dict[int, int]:
-        """Return how many ends of edges meet in each node."""
-        degree: dict[int, int] = {}
-        for start, end, _ in self.edges:
-            degree[start] = degree.get(start, 0) + 1
-            degree[end] = degree.get(end, 0) + 1
-        return degree
+    def degrees(self) -> Counter[int]:
+        """Return the number of edges' ends at each node."""
+        return Counter(node for edge in self.edges for node in edge[:2])
 
     def arms(self, node: int) -> list[Arm]:
-        """Return the edges that meet in a node."""
+        """Return the edges at a node."""
         found = []
         for k, (start, end, points) in enumerate(self.edges):
             if start == node:
@@ -73,14 +70,12 @@ class RoadSketch:
         return found
 
     def replace(self, arm: Arm, points: Line) -> None:
-        """Give an arm's edge other points (n, 2), from the node on."""
+        """Replace the points of an arm's edge by (n, 2), starting at the node."""
         start, end, _ = self.edges[arm.edge]
         self.edges[arm.edge] = (start, end, points[::-1] if arm.ends_here else points)
 
     def split(self, edge: int, near_m: NDArray[np.float64]) -> tuple[int, NDArray[np.float64]]:
-        """Return a node, and where it is, on an edge next to ``near_m``: one of its ends, or a new one that cuts it in
-        two.
-        """
+        """Return a node on an edge near ``near_m`` (2,), and its place (2,): an end, or a new node that splits it."""
         start, end, points = self.edges[edge]
         index = int(np.linalg.norm(points - near_m, axis=1).argmin())
         margin = int(CROSSING_M / SPACING_M)
@@ -94,7 +89,7 @@ class RoadSketch:
         return node, points[index]
 
     def finished(self) -> RoadGraph:
-        """Return the graph with its nodes numbered from 0."""
+        """Return the graph as arrays, with nodes numbered from 0."""
         edges = [edge for edge in self.edges if len(edge[2]) > 1]
         number: dict[int, int] = {}
         ends = [[number.setdefault(node, len(number)) for node in edge[:2]] for edge in edges]
@@ -128,16 +123,16 @@ def direction(points: Line, from_point: int, to_point: int) -> NDArray[np.float6
 
 
 def even(points: Line) -> Line:
-    """Return a line with its points ``SPACING_M`` or a little less apart; its ends stay where they are."""
+    """Return a line with points at most ``SPACING_M`` apart and the same ends."""
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     wanted = np.linspace(0.0, arc[-1], max(int(np.ceil(arc[-1] / SPACING_M)) + 1, 2))
     return np.column_stack([np.interp(wanted, arc, points[:, axis]) for axis in range(2)])
 
 
 def smoothed(points: Line) -> Line:
-    """Return a line, ``even``, without the stairs in it; its ends stay where they are."""
+    """Return a line, ``even`` and smoothed by a Gaussian of 4 m, with the same ends."""
     line = even(points)
-    # Point-symmetric continuation at both ends keeps the ends themselves in place.
+    # Point-symmetric padding keeps the ends in place.
     pad = min(len(line) - 1, int(3 * _SMOOTHING_M / SPACING_M))
     before, after = 2 * line[0] - line[pad:0:-1], 2 * line[-1] - line[-2 : -2 - pad : -1]
     long = gaussian_filter1d(np.vstack([before, line, after]), _SMOOTHING_M / SPACING_M, axis=0, mode="nearest")

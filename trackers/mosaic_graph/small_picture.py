@@ -1,4 +1,4 @@
-"""Pictures are laid down and searched at half their size: how to get there and back."""
+"""Pictures at half size, in which the tracker works, and conversion of their coordinates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SHRINK = 2
-"""Small pictures have 1 / SHRINK of the resolution."""
+"""Full resolution over that of the small picture."""
 _FAR_PX = 10_000
 
 
@@ -20,23 +20,23 @@ def shrink(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def small_size(width_px: int, height_px: int) -> tuple[int, int]:
-    """Return width and height of a picture once it is shrunk, at least one pixel each."""
+    """Return width and height of the shrunk picture, at least one pixel each."""
     return max(width_px // SHRINK, 1), max(height_px // SHRINK, 1)
 
 
 def to_full(small: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Take OpenCV's indices in the small picture (whole numbers are centres) to pixels of the full one."""
+    """Convert OpenCV's indices in the small picture (whole numbers are centres) to pixels of the full one."""
     return (small.astype(np.float64) + 0.5) * SHRINK
 
 
 def to_small(full: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Take pixels of the full picture to OpenCV's indices in the small one."""
+    """Convert pixels of the full picture to OpenCV's indices in the small one."""
     return full / SHRINK - 0.5
 
 
 def draw_disc(picture: NDArray[Any], centre: NDArray[np.float64], radius_px: float, value: float) -> None:
-    """Set the pixels of ``picture`` (H, W) within ``radius_px`` of ``centre`` (2,), in place; none if it is not a place
-    in or near the picture.
+    """Set the pixels of ``picture`` (H, W) within ``radius_px`` of ``centre`` (2,), in place; none if the centre is not
+    finite or far outside.
     """
     if np.isfinite(radius_px) and np.isfinite(centre).all() and np.abs(centre).max() < _FAR_PX:
         radius_px = min(radius_px, _FAR_PX)

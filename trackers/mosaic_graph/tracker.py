@@ -1,4 +1,4 @@
-"""Our tracker: a ground mosaic, the road graph drawn from it, and particles that drive on it, seen or unseen."""
+"""``mosaic_graph_pf``, our own: a ground mosaic, its road graph, and particles that move on it, in view or not."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ from trackers.mosaic_graph.first_look import WIDTH_TO_LENGTH, apparent_length_px
 from trackers.mosaic_graph.ground_camera import TYPICAL_LENGTH_M, GroundCamera
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
-from trackers.mosaic_graph.kernels.roads import NO_ROADS
 from trackers.mosaic_graph.mosaic import Mosaic, standing_ground
 from trackers.mosaic_graph.motion_model import Birth, CarModel, Instant
 from trackers.mosaic_graph.registration import Registered, Registration
-from trackers.mosaic_graph.road_network import RoadFinder
+from trackers.mosaic_graph.road_network import NO_ROADS, RoadFinder
 from trackers.mosaic_graph.sightings import Sighting, Sightings
 from trackers.mosaic_graph.small_picture import SHRINK
 from trackers.particle_filter import ParticleFilter, Posterior
@@ -45,12 +44,12 @@ class MosaicGraphParameters:
     """Parameters of ``mosaic_graph_pf``; the ``use_`` ones switch parts off, for ablation.
 
     Attributes:
-        particles: number of them.
-        candidates: places looked at over the whole picture, beside those expected.
-        detection_probability: chance that a target in full view is found, given the picture before missed it.
+        particles: number of particles.
+        candidates: number of boxes from the whole picture, in addition to the expected places.
+        detection_probability: of a target in full view, given that it was missed in the picture before.
         detection_deviation_m: standard deviation of a detection.
-        surprise: prior probability that the target is where no particle is, when it was not seen for long.
-        renewal: prior probability, each picture, that it moves as no particle does.
+        surprise: prior probability that the target is where no particle is, after a long time out of view.
+        renewal: prior probability in each picture that it moves as no particle does.
         urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, curve_spread_per_m,
             unseen_turns_per_m: see ``Habits``.
     """
@@ -82,7 +81,7 @@ class MosaicGraphParameters:
     summary="ground mosaic, road graph drawn from it, particles that move on it; re-detection in the whole picture",
 )
 class MosaicGraphParticleFilter:
-    """Follows a car by keeping the ground still: everything lives in map coordinates of the mosaic."""
+    """Tracks a car in coordinates of the ground, which the mosaic defines."""
 
     Parameters = MosaicGraphParameters
 
@@ -91,7 +90,7 @@ class MosaicGraphParticleFilter:
         self._rng = rng
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """Begin the mosaic with the first picture and the particles inside the box."""
+        """Start the mosaic with the first picture, and the particles in the box."""
         p = self._p
         box_size(box_xyxy)
         model = observation.camera
@@ -149,7 +148,7 @@ class MosaicGraphParticleFilter:
         return answer(registered.camera, posterior, position_m, self._size_m)
 
     def _drive_on(self, dt_s: float) -> Estimate:
-        """Let the particles drive on, by a picture that shows no ground: where they are in it cannot be said."""
+        """Predict the particles for a picture without ground; the estimate has no position in it."""
         self._sightings.update([], dt_s)
         self._filter.step(self._instant(dt_s, None, False))
         self._target, self._held_frames = None, 0
@@ -158,28 +157,14 @@ class MosaicGraphParticleFilter:
     def _model(self, start_m: NDArray[np.float64], axis_rad: float) -> CarModel:
         p = self._p
         habits = rm.Habits(
-            lateral_acceleration=2.2,
-            braking=3.0,
-            acceleration=1.8,
-            cruise_mps=9.0,
             cruise_spread_mps=p.cruise_spread_mps,
             cruise_rate=p.cruise_rate,
             urge_spread=p.urge_spread_mps2,
-            urge_rate=0.7,
-            speed_noise=p.speed_noise,
-            heading_noise=0.06,
             curve_spread_per_m=p.curve_spread_per_m,
-            curve_rate=0.5,
             unseen_turns_per_m=p.unseen_turns_per_m,
-            position_noise=0.15,
+            speed_noise=p.speed_noise,
             leave_rate=p.leave_rate,
-            return_rate=0.5,
-            halt_share=0.2,
-            halt_s=1.5,
             turn_weight=p.turn_weight,
-            lane_m=1.75,
-            lane_rate=1.0,
-            rethink_rate=1.0,
         )
         return CarModel(
             start_m,
@@ -193,7 +178,7 @@ class MosaicGraphParticleFilter:
         )
 
     def _expected(self, dt_s: float) -> list[tuple[NDArray[np.float64], float]]:
-        """Return where to look closely: at the mean of particles that agree, at sightings; if lost, at some more."""
+        """Return expected places (2,) and headings: of the mean particle, of sightings; if lost, of some particles."""
         states = self._filter.states
         places = self._sightings.expected(dt_s)
         if np.linalg.norm(states[:, : rp.Y + 1].std(axis=0)) < _LOCK_RADIUS_M:
@@ -220,7 +205,7 @@ class MosaicGraphParticleFilter:
         )
 
     def _births(self, seen: list[Sighting]) -> tuple[Birth, ...]:
-        """Return births on the target's own sighting, and on others that may be it."""
+        """Return births on the target's sighting, and on others that may be the target."""
         births = []
         if self._target in seen and self._target.candidate.is_whole:
             births.append(renewal(self._target, self._mean_heading(), self._p.renewal))
@@ -234,7 +219,7 @@ class MosaicGraphParticleFilter:
         return circular_mean(headings_rad, np.full(len(headings_rad), 1.0 / len(headings_rad)))
 
     def _draw_roads(self) -> bool:
-        """Draw the roads anew where it is time to; return whether that was done."""
+        """Redraw the roads on every tenth picture; return whether they were redrawn."""
         if not self._p.use_roads or self._frame % _REDRAW_FRAMES != 5:
             return False
         states = self._filter.states
@@ -248,7 +233,7 @@ class MosaicGraphParticleFilter:
         return True
 
     def _locked(self, posterior: Posterior, position_m: NDArray[np.float64]) -> Sighting | None:
-        """Return the sighting that the particles gather around, if they do."""
+        """Return the sighting around which the particles concentrate, if there is one."""
         offset = posterior.states[:, : rp.Y + 1] - position_m
         near = np.hypot(offset[:, 0], offset[:, 1]) < _LOCK_RADIUS_M
         if posterior.weights[near].sum() < _LOCK_MASS:

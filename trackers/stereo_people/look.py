@@ -1,15 +1,13 @@
-"""How a person looks, apart from the light: colours of the parts of his body, and what light can do to them.
+"""Appearance of a person, separate from the light: colours of the parts of the body.
 
 A look is the logarithm of linear R, G and B of five parts, from head to shins. Light and the camera's settings
-multiply colours, so a change of either *adds* the same three numbers to all five parts (von Kries). A Kalman filter
-whose process noise is such a common shift then does what is wanted by itself: while the light is steady colours are
-compared as they are; after a change, until the new light is learnt, only what is left of them when the common shift is
-taken out: the top against the trousers against the hair.
+multiply colours, so a change of either *adds* the same three numbers to all five parts (von Kries). That common shift
+is the main process noise of a Kalman filter: while the light is steady, colours are compared directly; after a change,
+until the filter has learnt the new light, only differences between the parts count.
 """
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,9 +18,9 @@ PARTS = ((0.89, 1.02), (0.66, 0.83), (0.53, 0.66), (0.32, 0.48), (0.08, 0.28))
 SIZE = 3 * len(PARTS)
 _LEAST_PIXELS = 12
 _PIXELS_ALIKE = 25.0
-"""So many neighbouring pixels tell as much as one: folds and shading are alike in them."""
+"""Neighbouring pixels that count as one independent measurement: they share folds and shading."""
 _DARK = 0.004
-"""Added to linear levels before their logarithm: below it a picture is noise."""
+"""Added to linear levels before the logarithm: darker levels are noise."""
 _FAR_OFF, _ODD_FRAMES, _MOST_ODD = 3.0, 8, 2
 _PART_LEFT_OUT = 3.0
 _EVERY_PART = np.tile(np.eye(3), (len(PARTS), 1))
@@ -34,15 +32,15 @@ _LOG_LEVEL = np.log(np.where(_CODES <= 0.04045, _CODES / 12.92, ((_CODES + 0.055
 
 @dataclass(frozen=True)
 class LookParameters:
-    """What changes how a person looks, standard deviations of natural logarithms.
+    """Variation of a person's look: standard deviations of natural logarithms.
 
     Attributes:
-        brightness, colour, from_above: a frame's change of the light on him: of all, of each channel by itself, of the
-            upper parts against the lower ones.
-        own: a frame's change of each part by itself: he turns, an arm swings.
-        shift_error: of a change of the whole picture's level, what of it may not be his.
-        part_noise: of one look at a part, however many pixels it has.
-        unlike_people: how much people's clothes differ.
+        brightness, colour, from_above: change of the light on the person in one frame: common to all values, of each
+            channel, of the upper parts against the lower ones.
+        own: change of each value in one frame, as the person turns or swings an arm.
+        shift_error: share of a change of the whole picture's level that may not apply to the person.
+        part_noise: least error of a part's colour, however many pixels it has.
+        unlike_people: of clothes between people.
     """
 
     brightness: float = 0.08
@@ -56,10 +54,10 @@ class LookParameters:
 
 @dataclass(frozen=True)
 class Look:
-    """One look at a person.
+    """A person's look, measured on one frame.
 
     Attributes:
-        log_rgb: (15,) medians of the parts, NaN where too little is seen. variance: (15,) of their errors.
+        log_rgb: (15,) medians of the parts, NaN where too few pixels are visible. variance: (15,) of their errors.
     """
 
     log_rgb: NDArray[np.float64]
@@ -67,7 +65,7 @@ class Look:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """(15,) what is seen."""
+        """(15,) whether each value is measured."""
         return np.isfinite(self.log_rgb)
 
 
@@ -87,8 +85,8 @@ def look_at(
     """Return the look of a person.
 
     Args:
-        levels: (H, W, 3), see ``log_levels``. heights_m: (H, W) over the ground.
-        pixels: (N,) his own, indices of the flattened pictures.
+        levels: (H, W, 3), see ``log_levels``. heights_m: (H, W) above the ground.
+        pixels: (N,) of the person, indices into the flattened pictures. height_m: of the person.
     """
     own, share = levels.reshape(-1, 3)[pixels], heights_m.ravel()[pixels] / height_m
     log_rgb, variance = np.full((len(PARTS), 3), np.nan), np.full((len(PARTS), 3), np.inf)
@@ -102,26 +100,22 @@ def look_at(
 
 
 class LookModel:
-    """What is known of a person's look: mean (15,) and covariance (15, 15)."""
+    """Estimates a person's look: mean (15,) and covariance (15, 15)."""
 
     def __init__(self, look: Look, parameters: LookParameters) -> None:
         self._parameters = parameters
         self._odd_frames = np.zeros(len(PARTS), dtype=np.int64)
-        self._anybody = population_covariance(parameters)
-        self.mean, self.covariance = population_mean(look), self._anybody
+        self._population = population_covariance(parameters)
+        self.mean, self.covariance = population_mean(look), self._population
         self.correct(look)
 
-    def copy(self) -> LookModel:
-        """Return the same knowledge, to go on by itself."""
-        return copy(self)
-
     def predict(self, shift: NDArray[np.float64], loosened: float, *, is_lost: bool) -> None:
-        """Go on by a frame.
+        """Advance the estimate by one frame.
 
         Args:
-            shift: (3,) by which the whole picture's logarithmic level has changed.
-            loosened: further standard deviation of the light on him: by what the camera reports.
-            is_lost: he has not been seen for a while: he has turned as far as he can, only the light goes on changing.
+            shift: (3,) change of the whole picture's logarithmic level.
+            loosened: additional standard deviation of the light on the person, from the camera's registers.
+            is_lost: the person has been out of sight for a while: only the light can change the look further.
         """
         p = self._parameters
         self.mean = self.mean + _EVERY_PART @ shift
@@ -133,8 +127,10 @@ class LookModel:
             self.covariance = self.covariance + p.from_above**2 * _FROM_ABOVE @ _FROM_ABOVE.T + p.own**2 * np.eye(SIZE)
 
     def correct(self, look: Look) -> None:
-        """Take in a look. A part far off what was expected is not his, or half of it is not: it is left out; if that
-        lasts, it was not as well known as was thought.
+        """Update the estimate with a look.
+
+        Up to two parts far from the expected colours are left out, as they may show something else. From the eighth
+        such frame in a row on a part is used, with a larger covariance.
         """
         known = look.known
         residual = np.zeros(SIZE)
@@ -142,7 +138,7 @@ class LookModel:
         expected = np.diag(self.covariance) + np.where(known, look.variance, np.inf)
         is_far = (residual**2 > _FAR_OFF**2 * expected).reshape(-1, 3).any(axis=1)
         self._odd_frames = np.where(is_far, self._odd_frames + 1, 0)
-        # When most of him is unlike himself there is nothing left to tell which part is not his.
+        # If more parts are far off, it is unknown which of them show something else.
         left_out = is_far & (self._odd_frames < _ODD_FRAMES) & (is_far.sum() <= _MOST_ODD)
         known = known & ~np.repeat(left_out, 3)
         if not known.any():
@@ -156,9 +152,9 @@ class LookModel:
         self.covariance = 0.5 * (self.covariance + self.covariance.T)
 
     def likeness(self, look: Look) -> float:
-        """Return the log-likelihood ratio of a look: of this person to anybody.
+        """Return the log-likelihood ratio of a look: of this person to the population.
 
-        One part may be somebody else's, or what is behind him: the ratio without it counts, less what that costs.
+        One part may show another person or the background: it may be left out, at a cost of 3.
         """
         known = look.known
         if not known.any():
@@ -174,21 +170,21 @@ class LookModel:
 
     def _ratio(self, look: Look, known: NDArray[np.bool_]) -> float:
         noise = np.diag(look.variance[known])
-        anybody = self._anybody[np.ix_(known, known)] + noise
-        return _log_density(look.log_rgb[known] - self.mean[known], self.covariance[np.ix_(known, known)] + noise) - (
-            _log_density(look.log_rgb[known] - population_mean(look)[known], anybody)
+        own, population = (each[np.ix_(known, known)] + noise for each in (self.covariance, self._population))
+        return _log_density(look.log_rgb[known] - self.mean[known], own) - (
+            _log_density(look.log_rgb[known] - population_mean(look)[known], population)
         )
 
 
 def population_mean(look: Look) -> NDArray[np.float64]:
-    """Return the mean look (15,) of anybody under the light of a look: grey, as bright as he is."""
+    """Return the population's mean look (15,) under the light of a look: grey, as bright as the look."""
     known = look.known
     level = float(np.mean(look.log_rgb[known])) if known.any() else -2.0
     return np.full(SIZE, level)
 
 
 def population_covariance(parameters: LookParameters) -> NDArray[np.float64]:
-    """Return how anybody's look differs (15, 15): parts in brightness, and a third as much in colour."""
+    """Return the covariance (15, 15) of looks between people: of parts in brightness, a third of it in colour."""
     part = parameters.unlike_people**2 * np.ones((3, 3)) + (parameters.unlike_people / 3.0) ** 2 * np.eye(3)
     return np.kron(np.eye(len(PARTS)), part) + 0.25 * _BRIGHTER @ _BRIGHTER.T + 0.02 * _EVERY_PART @ _EVERY_PART.T
 

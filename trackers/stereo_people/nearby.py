@@ -1,4 +1,4 @@
-"""What is seen of a person where he is expected, though it is no candidate by itself: half hidden, beside a wall."""
+"""Detection of a half-hidden person at the expected place, where the points are too few for a candidate."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _LEAST_POINTS = 60
 def points_of_body(
     points_m: NDArray[np.float32], expected_m: NDArray[np.float64], taken: Sequence[NDArray[np.int64]]
 ) -> NDArray[np.int64] | None:
-    """Return indices (N,) of the points (H, W, 3) about a place (2,) of the robot's frame; None if there are few.
+    """Return indices (N,) of the points (H, W, 3) around a place (2,) in the robot's frame; None if below 60.
 
-    A few steps of mean shift: the middle of the points within 0.35 m, again and again.
+    Three steps of mean shift with a radius of 0.35 m.
 
     Args:
-        taken: points of others.
+        taken: indices of points that belong to other people.
     """
     flat = points_m.reshape(-1, 3)
     with np.errstate(invalid="ignore"):

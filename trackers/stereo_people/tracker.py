@@ -1,4 +1,4 @@
-"""``stereo_people``, our own: everybody in sight is followed by odometry and by looks apart from the light."""
+"""``stereo_people``, our own: tracks all visible people by place in the frame of odometry, height and look."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ _HIDDEN = 0.95
 _LEAST_WANTED = -0.5
 _GLIMPSE_S = 0.3
 _APART_M = 0.8
-_SURE_S, _DISBELIEVED_S = 3.0, 0.7
+_SURE_S, _UNDONE_S = 3.0, 0.7
 _EXPECTED_S, _FAR_AWAY = 1.0, 8.0
-_MOST_TOLD, _CLEARLY = 2.0, 8.0
-"""One frame tells little: what speaks for somebody is summed up, no frame for more than this, until it is clear."""
+_FRAME_MOST, _CLEARLY = 2.0, 8.0
+"""Log-likelihood ratios that another track is the target: greatest of one frame, and sum at which it is accepted."""
 _FULL_REGISTERS = np.array([1023.0, 1023.0])
 
 
 @dataclass(frozen=True)
 class StereoPeopleParameters:
-    """Settings.
+    """Parameters of ``stereo_people``; the ``use_`` ones switch parts off, for ablation.
 
     Attributes:
-        use_light: False: looks are compared as they are, whatever the light does.
-        use_odometry: False: places are those relative to the robot, as in the paper.
-        use_others: False: nobody but the target is followed.
-        use_nearby: False: only what is a candidate by itself is seen, not what is left of one where he is expected.
+        use_light: if False, the light is taken to be constant.
+        use_odometry: if False, places are relative to the robot, as in the paper.
+        use_others: if False, only the target is tracked.
+        use_nearby: if False, a half-hidden person who is no candidate is not looked for.
         acceleration_mps2, look_weight: see ``TrackParameters``.
-        register_weight: how much a change of the camera's gains of red and blue, shares of their range, loosens looks.
-        recognised: log-likelihood ratio from which somebody who has just come into sight is the target, who was lost.
-        impatience_per_s: by how much less will do for every second that he is lost after the first.
-        fastest_mps: nobody comes back further off than this allows.
-        answered_m: standard deviation of a predicted place up to which it is the answer.
-        answered_s: how long it is.
-        camera_height_m: of the level camera, where no pose is measured.
+        register_weight: deviation of looks per change of the camera's red and blue gains, as shares of their range.
+        recognised: log-likelihood ratio above which a person who comes into sight is the lost target.
+        impatience_per_s: decrease of that threshold for every second after the first without the target.
+        fastest_mps: greatest speed at which a lost target is expected to move.
+        answered_m: standard deviation of a predicted place up to which it is answered.
+        answered_s: time without a sighting up to which it is answered.
+        camera_height_m: of the level camera, if no pose is measured.
     """
 
     use_light: bool = True
@@ -72,7 +72,7 @@ class StereoPeopleParameters:
     suites=("stereo",),
 )
 class StereoPeople:
-    """Follows the target and everybody else in sight, so that who is somebody else is not taken for him."""
+    """Tracks the target and all other visible people, so that none of these is mistaken for the target."""
 
     Parameters = StereoPeopleParameters
 
@@ -86,7 +86,7 @@ class StereoPeople:
         self._matcher = StereoMatcher()
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """Start on the candidate in the box, or on what lies in its middle."""
+        """Start on the candidate in the box, or on the box itself if there is none."""
         p = self._parameters
         baseline_m(observation.camera)
         self._registers = camera_registers(observation)
@@ -102,13 +102,13 @@ class StereoPeople:
             sighting = self._scene.in_box(box_xyxy)
         self._target = Track(sighting, self._time_s, self._tracks_parameters)
         self._others: list[Track] = []
-        self._doubted: Track | None = None
+        self._replaced: Track | None = None
         if view is not None and p.use_others:
             others = [self._scene.whole(view, candidate) for candidate in view.candidates if candidate is not first]
             self._others = [Track(sighting, self._time_s, self._tracks_parameters) for sighting in others]
 
     def update(self, observation: Observation) -> Estimate:
-        """Take in the next pair and say where the target is, seen or expected."""
+        """Take in the next pair; return the target's measured or predicted place."""
         registers = camera_registers(observation, self._registers)
         levels = log_levels(self._matcher.smaller(observation.image_rgb))
         self._predict(observation, registers, levels)
@@ -123,24 +123,24 @@ class StereoPeople:
         p = self._parameters
         shift, loosened = np.zeros(3), 0.0
         if p.use_light:
-            # Most of a picture is walls and ground: what changes all of it is the light, or the camera's answer to it.
+            # Most of a picture is walls and ground: its median changes with the light and the camera's settings alone.
             shift = np.median((levels - self._scene.levels).reshape(-1, 3), axis=0)
             change = np.array([registers.red - self._registers.red, registers.blue - self._registers.blue])
             loosened = p.register_weight * float(np.abs(change / _FULL_REGISTERS).sum())
-        doubted = [] if self._doubted is None else [self._doubted]
-        for track in (self._target, *doubted, *self._others):
+        replaced = [] if self._replaced is None else [self._replaced]
+        for track in (self._target, *replaced, *self._others):
             track.predict(seconds, shift, loosened)
 
     def _take_in(self, view: StereoView) -> None:
         sightings = [self._scene.whole(view, candidate) for candidate in view.candidates]
-        # Who was lost for long may be anywhere: whoever is there is not he for that alone.
+        # A target lost for long may be anywhere: its predicted place says nothing any more.
         is_lost = self._unconfirmed_s() > self._parameters.answered_s
         found = associate(self._others if is_lost else [self._target, *self._others], sightings)
         found = [None, *found] if is_lost else found
         for track, index in zip((self._target, *self._others), found, strict=True):
             if index is not None:
                 track.correct(sightings[index], self._time_s)
-                if found[0] is not None and self._doubted is None and self._apart_m(track) > _APART_M:
+                if found[0] is not None and self._replaced is None and self._away_m(track.filter.place_m) > _APART_M:
                     track.count_beside()
         self._settle()
         if found[0] is None and self._parameters.use_nearby:
@@ -157,7 +157,7 @@ class StereoPeople:
             self._recognise_among(sightings)
 
     def _look_nearby(self, view: StereoView, taken: list[NDArray[np.int64]]) -> None:
-        """Correct the target by what is seen where he is expected though it is no candidate: a part of him."""
+        """Update the target with a visible part of the body at the expected place, though it is no candidate."""
         if self._unconfirmed_s() > self._parameters.answered_s:
             return
         expected_m = self._scene.to_robot(self._target.filter.place_m)
@@ -169,11 +169,11 @@ class StereoPeople:
             self._target.correct_by_part(sighting)
 
     def _unconfirmed_s(self) -> float:
-        """Return for how long the target has not been seen whole."""
+        """Return the time since the target was last seen whole."""
         return max(self._time_s - self._target.confirmed_s, 0.0)
 
     def _recognise(self) -> None:
-        """Take somebody who came into sight after the target was lost for him, if he looks like it and can be there."""
+        """Take another track for the lost target, if it looks like the target and is within reach."""
         scores = [
             (self._resemblance(track), track)
             for track in self._others
@@ -184,60 +184,59 @@ class StereoPeople:
         best, track = max(scores, key=lambda pair: pair[0])
         if best > self._wanted():
             self._others.remove(track)
-            self._believe(track)
+            self._switch_to(track)
 
     def _resemblance(self, track: Track) -> float:
-        """Return what speaks for his being the target rather than who he has been: place and look, after a while the
-        look alone.
+        """Return the log-likelihood ratio that a track is the target, by place, look and height; after a second without
+        the target by look and height alone.
         """
         score, unconfirmed_s = self._target.score(track.latest), self._unconfirmed_s()
         if not np.isfinite(score) or unconfirmed_s > _EXPECTED_S:
             score = self._target.appearance(track.latest) - _FAR_AWAY * (unconfirmed_s <= _EXPECTED_S)
-        return score - track.still_himself()
+        return score - track.other_evidence()
 
-    def _believe(self, track: Track) -> None:
-        """Take somebody for the target, with the target's look; who was lost is kept until it is sure."""
-        lost = self._doubted or self._target
-        track.take_for(lost)
-        self._target, self._doubted, self._believed_at_s = track, lost, self._time_s
+    def _switch_to(self, track: Track) -> None:
+        """Make a track the target's, with the target's look; keep the lost track until the switch is confirmed."""
+        lost = self._replaced or self._target
+        track.continue_lost(lost)
+        self._target, self._replaced, self._switched_at_s = track, lost, self._time_s
         for other in (track, *self._others):
             other.favour = 0.0
 
     def _settle(self) -> None:
-        """Be sure of whoever was believed to be the target for seconds; believe it no more if he was lost soon."""
-        if self._doubted is None:
+        """Confirm the latest switch after three seconds; before, undo it if that track is lost, or switch again."""
+        if self._replaced is None:
             return
-        own = self._doubted.appearance(self._target.latest)
+        own = self._replaced.appearance(self._target.latest)
         for track in self._others:
             if track.unseen_s == 0.0:
-                better = self._doubted.appearance(track.latest) - track.still_himself() - own
-                track.favour = max(track.favour + float(np.clip(better, -_MOST_TOLD, _MOST_TOLD)), -_CLEARLY)
+                better = self._replaced.appearance(track.latest) - track.other_evidence() - own
+                track.favour = max(track.favour + float(np.clip(better, -_FRAME_MOST, _FRAME_MOST)), -_CLEARLY)
         best = max(self._others, key=lambda track: track.favour, default=self._target)
         if best.favour > _CLEARLY:
             self._others[self._others.index(best)] = self._target
-            self._believe(best)
-        elif self._unconfirmed_s() > _DISBELIEVED_S:
-            self._target, self._doubted = self._doubted, None
-        elif self._time_s - self._believed_at_s > _SURE_S:
-            self._doubted = None
+            self._switch_to(best)
+        elif self._unconfirmed_s() > _UNDONE_S:
+            self._target, self._replaced = self._replaced, None
+        elif self._time_s - self._switched_at_s > _SURE_S:
+            self._replaced = None
 
-    def _apart_m(self, track: Track) -> float:
-        return float(np.hypot(*(track.filter.place_m - self._target.filter.place_m)))
+    def _away_m(self, place_m: NDArray[np.float64]) -> float:
+        return float(np.hypot(*(place_m - self._target.filter.place_m)))
 
     def _recognise_among(self, sightings: list[Sighting]) -> None:
         reachable = [sighting for sighting in sightings if self._reachable(sighting.place_m)]
         scores = [self._target.appearance(sighting) for sighting in reachable]
         if scores and max(scores) > self._wanted():
-            self._believe(Track(reachable[int(np.argmax(scores))], self._time_s, self._tracks_parameters))
+            self._switch_to(Track(reachable[int(np.argmax(scores))], self._time_s, self._tracks_parameters))
 
     def _wanted(self) -> float:
-        """Return the log-likelihood ratio that is enough: the longer he is lost, the likelier he is in sight."""
+        """Return the log-likelihood ratio required of a lost target; it falls with the time since the last sighting."""
         p = self._parameters
         return max(p.recognised - p.impatience_per_s * max(self._unconfirmed_s() - 1.0, 0.0), _LEAST_WANTED)
 
     def _reachable(self, place_m: NDArray[np.float64]) -> bool:
-        away_m = float(np.hypot(*(place_m - self._target.filter.place_m)))
-        return away_m <= 0.7 + self._parameters.fastest_mps * self._unconfirmed_s()
+        return self._away_m(place_m) <= 0.7 + self._parameters.fastest_mps * self._unconfirmed_s()
 
     def _answer(self, observation: Observation, view: StereoView | None) -> Estimate:
         p, target = self._parameters, self._target

@@ -1,8 +1,9 @@
-"""Everybody who is seen, followed at once: who is explained by somebody else is not the target."""
+"""Tracks of all visible people, and the joint assignment of sightings to them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,31 +16,31 @@ from trackers.stereo_people.look import Look, LookModel, LookParameters
 _GATE = 16.0
 """Greatest squared Mahalanobis distance of a place."""
 _PART_NOISE = 3.0
-"""The middle of a part is so much further off than that of the whole, in standard deviations."""
+"""Error of the middle of a part of a body over that of the whole."""
 _TURNED_S = 0.5
 _HEIGHT_OFF = -2.0
-"""A lintel or the sky above a head can make anybody taller: a height counts against him by no more."""
+"""Lower bound of a height's log-likelihood ratio: a lintel or the sky above a head makes a person taller."""
 _UNLIKE, _UNLIKE_FRAMES = -6.0, 6
-"""Who looks so unlike himself is half hidden by somebody; only if it lasts he has changed."""
+"""A person who looks this different is half hidden, unless it lasts for so many frames."""
 _UNLIKEST = -5.0
-"""Light and half-hidden bodies can make anybody look unlike himself: a look counts against him by no more."""
+"""Lower bound of a look's log-likelihood ratio: light and occluders can change any look."""
 _BESIDE_FRAMES, _CONTINUED = 8, 1.0
-"""Who was seen beside the target on so many frames is somebody else, and likelier to be so still than not."""
+"""After so many frames beside the target a track is another person; log-likelihood ratio that it still is."""
 _ROOM_M2 = 40.0
-"""Somebody new may be anywhere in so much room."""
+"""Area in which a new person may appear."""
 
 
 @dataclass(frozen=True)
 class TrackParameters:
-    """How people move and are seen.
+    """Motion and measurement of people.
 
     Attributes:
         acceleration_mps2: standard deviation of the acceleration.
         place_noise_m, place_noise_per_m2: of a measured place: at the camera, and growing with the distance squared.
         height_noise_m: of a measured height.
-        look_weight: how much a look's log-likelihood counts; its parts' errors are not independent.
-        kept_s: how long somebody is expected who is not seen.
-        look: how people look.
+        look_weight: weight of a look's log-likelihood, as its parts' errors are not independent.
+        kept_s: time after which a track without a sighting is dropped.
+        look: variation of looks.
     """
 
     acceleration_mps2: float = 1.5
@@ -53,11 +54,11 @@ class TrackParameters:
 
 @dataclass(frozen=True)
 class Sighting:
-    """Somebody seen on one frame.
+    """A person seen on one frame.
 
     Attributes:
         place_m: (2,) in the frame of odometry. distance_m: from the camera.
-        height_m: NaN where the top is not seen. look: colours.
+        height_m: NaN where the head is not visible. look: colours.
     """
 
     place_m: NDArray[np.float64]
@@ -70,9 +71,9 @@ class Track:
     """One person over time.
 
     Attributes:
-        filter: place and velocity. look: what is known of his look. height_m: mean of what was measured.
-        unseen_s: since he was seen last. confirmed_s: time he was seen whole last. latest: that sighting.
-        favour: what speaks for his being the target rather than who is believed to be he, summed over frames.
+        filter: place and velocity. look: estimated look. height_m: mean of the measured heights.
+        unseen_s: time since the last sighting. confirmed_s: time of the last sighting of the whole body. latest: that
+            sighting. favour: log-likelihood ratio of being the target, to the present one, summed over frames.
     """
 
     def __init__(self, sighting: Sighting, time_s: float, parameters: TrackParameters) -> None:
@@ -86,7 +87,7 @@ class Track:
         self._unlike = 0
 
     def predict(self, seconds: float, shift: NDArray[np.float64], loosened: float) -> None:
-        """Go on by a frame."""
+        """Advance the track by one frame; ``shift`` and ``loosened`` as in ``LookModel.predict``."""
         self.filter.predict(seconds)
         self.look.predict(shift, loosened, is_lost=self.unseen_s > _TURNED_S)
         if self._look_beside is not None:
@@ -94,7 +95,7 @@ class Track:
         self.unseen_s += seconds
 
     def correct(self, sighting: Sighting, time_s: float) -> None:
-        """Take in a sighting of the whole person."""
+        """Update the track with a sighting of the whole body."""
         self._correct_place(sighting, self._noise_m(sighting))
         self.confirmed_s, self.latest = time_s, sighting
         self._unlike = self._unlike + 1 if self.look.likeness(sighting.look) < _UNLIKE else 0
@@ -107,7 +108,7 @@ class Track:
             self.height_m = before_m + (sighting.height_m - before_m) / min(self._heights, 30)
 
     def correct_by_part(self, sighting: Sighting) -> None:
-        """Take in a sighting of a part of him: it says about where he is, not how he looks."""
+        """Update the place, not the look, with a sighting of a part of the body."""
         self._correct_place(sighting, _PART_NOISE * self._noise_m(sighting))
 
     def _correct_place(self, sighting: Sighting, noise_m: float) -> None:
@@ -115,7 +116,7 @@ class Track:
         self.unseen_s = 0.0
 
     def score(self, sighting: Sighting) -> float:
-        """Return the log-likelihood ratio of a sighting: of this person to somebody new; -inf too far off."""
+        """Return the log-likelihood ratio of a sighting: of this person to a new one; -inf outside the gate."""
         covariance = self.filter.innovation(self._noise_m(sighting))
         away_m = sighting.place_m - self.filter.place_m
         squared = float(away_m @ np.linalg.solve(covariance, away_m))
@@ -124,32 +125,29 @@ class Track:
         place = -0.5 * squared - 0.5 * np.log(np.linalg.det(2 * np.pi * covariance)) + np.log(_ROOM_M2)
         return float(place) + self.appearance(sighting)
 
-    def take_for(self, lost: Track) -> None:
-        """Hold him for somebody who was lost: what is known of that one's look and height is his now."""
-        self.look, self.height_m, self._heights = lost.look.copy(), lost.height_m, lost._heights
+    def continue_lost(self, lost: Track) -> None:
+        """Continue a lost track: take over its look and height."""
+        self.look, self.height_m, self._heights = copy(lost.look), lost.height_m, lost._heights
 
     def count_beside(self) -> None:
-        """Take note that he was seen at the same time as the target: how he looks now is how somebody else looks."""
+        """Count a frame on which this person and the target are visible together; keep the look of such a frame."""
         self._beside_frames += 1
         if self._beside_frames >= _BESIDE_FRAMES:
-            self._look_beside = self.look.copy()
+            self._look_beside = copy(self.look)
 
-    def still_himself(self) -> float:
-        """Return what speaks for his being still who was seen beside the target: 0 if nobody was, or hardly."""
+    def other_evidence(self) -> float:
+        """Return the log-likelihood ratio of still being the person seen beside the target; 0 if there was none."""
         if self._look_beside is None:
             return 0.0
-        return max(self._appearance(self.latest, self._look_beside), 0.0) + _CONTINUED
+        return max(self.appearance(self.latest, self._look_beside), 0.0) + _CONTINUED
 
-    def appearance(self, sighting: Sighting) -> float:
-        """Return what look and height say of its being this person, a log-likelihood ratio."""
-        return self._appearance(sighting, self.look)
-
-    def _appearance(self, sighting: Sighting, look: LookModel) -> float:
+    def appearance(self, sighting: Sighting, look: LookModel | None = None) -> float:
+        """Return the log-likelihood ratio of a sighting's look and height; ``look`` replaces the track's own."""
         p = self._parameters
-        total = max(p.look_weight * look.likeness(sighting.look), _UNLIKEST)
+        total = max(p.look_weight * (look or self.look).likeness(sighting.look), _UNLIKEST)
         if np.isfinite(sighting.height_m) and np.isfinite(self.height_m):
             off = (sighting.height_m - self.height_m) / (1.4 * p.height_noise_m)
-            # Anybody's height varies by some 0.1 m.
+            # Heights of the population vary by some 0.1 m.
             total += max(-0.5 * off**2 + 0.4, _HEIGHT_OFF)
         return total
 
@@ -159,7 +157,7 @@ class Track:
 
 
 def associate(tracks: Sequence[Track], sightings: Sequence[Sighting]) -> list[int | None]:
-    """Return which sighting is each track's, None where none is: the greatest sum of scores, none of them negative."""
+    """Return the index of each track's sighting, None for none, with the greatest sum of scores above zero."""
     if not tracks or not sightings:
         return [None] * len(tracks)
     scores = np.array([[track.score(sighting) for sighting in sightings] for track in tracks])

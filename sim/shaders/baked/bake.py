@@ -1,10 +1,9 @@
-"""Light worked out beforehand for what never moves: with shadows, and thrown from wall to wall.
+"""Baked light of fixed surfaces, with shadows and reflections between walls.
 
-Sources come in named *groups*, each switched or dimmed as one. For every group at its full strength there is a map of
-illuminance on each panel and a grid of ambient cubes (``light_grid``) for what is no panel. What falls on a panel
-straight from the sources is worked out at every sample of its map; what the panels throw back, which changes less
-from place to place, between coarse patches (``radiosity``). The sun's own light is not in the maps, which
-are too coarse for the edges of its shadows: where it shines there is a finer map of the share that arrives.
+Sources come in named *groups*, each switched or dimmed as one. For every group at full strength there is a map of
+illuminance on each panel and a grid of ambient cubes (``light_grid``) for other bodies. Direct light on a panel is
+computed at every sample of its map, the smoother reflected light between coarse patches (``radiosity``). The maps are
+too coarse for the edges of the sun's shadows: direct sunlight has finer maps of the share that arrives.
 """
 
 from __future__ import annotations
@@ -35,14 +34,14 @@ _FEW_DIRECTIONS, _MANY_DIRECTIONS = sphere_directions(256)[128:], sphere_directi
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A rectangle that never moves: it gets light, throws it back and stands in its way, from both sides.
+    """A fixed rectangle that receives, reflects and blocks light, from both sides.
 
-    Where another panel stands on it or meets it in the middle, it is better two panels: light and shadow would run on
+    Where another panel stands on it or meets it in the middle, use two panels: otherwise light and shadow continue
     beneath for a quarter of a metre.
 
     Attributes:
-        instance_id: of the body that shows this rectangle and nothing else; -1 for one that is only in the way, such as
-            the side of a box.
+        instance_id: of the body that consists of this rectangle; -1 for one that only blocks light, such as the side of
+            a box.
         corner_m, side_a_m, side_b_m: one corner and two sides (3,), world frame; it faces ``side_a x side_b``.
         reflectance_rgb: linear, in [0, 1).
     """
@@ -59,7 +58,7 @@ class Sky:
     """The sky, a little paler and brighter towards the horizon.
 
     Attributes:
-        luminance_nit: mean, >= 0: level ground in the open gets ``pi`` times as many lux.
+        luminance_nit: mean, >= 0: open level ground receives ``pi`` times as many lux.
         colour_rgb: relative linear R, G, B.
     """
 
@@ -78,15 +77,14 @@ Source = Lamp | BrightArea | Sun | Sky
 
 @dataclass(frozen=True, slots=True)
 class BakedLight:
-    """Light of G groups at full strength on R panels and on the way between them.
+    """Light of G groups at full strength on R panels and in the space between them.
 
     Attributes:
         panels: R. groups: their sources, by name and in order.
         geometry: of the panels. obstacles: of panels and bright areas.
-        where: lattice of the maps. maps_lx: (G, T, 3) float32, without the sun's own light.
-        grid: of the cubes. cubes_lx: (G, P, 6, 3) float32, illuminance of their sides; the sun's own light is not in
-            them either.
-        sun: None where none shines. sky: (2, 3), see ``sky_levels``; sky_group: number of its group, -1 for none.
+        where: lattice of the maps. maps_lx: (G, T, 3) float32, without direct sunlight.
+        grid: of the cubes. cubes_lx: (G, P, 6, 3) float32, illuminance of their sides, without direct sunlight.
+        sun: None for no sun. sky: (2, 3), see ``sky_levels``; sky_group: number of its group, -1 for none.
     """
 
     panels: tuple[Panel, ...]
@@ -109,7 +107,7 @@ def mean_reflectance(texture: Texture) -> NDArray[np.float64]:
 
 
 def bake_light(panels: Sequence[Panel], lights: Mapping[str, Sequence[Source]]) -> BakedLight:
-    """Work out the light of groups of sources on panels and between them.
+    """Bake the light of groups of sources on panels and between them.
 
     Args:
         lights: the sources of each group; one sun and one sky at most in all.
@@ -166,10 +164,10 @@ def bake_light(panels: Sequence[Panel], lights: Mapping[str, Sequence[Source]]) 
 def _sky_light(
     geometry: Geometry, obstacles: Rectangles, sky: NDArray[np.float64], where: Lattice
 ) -> NDArray[np.float32]:
-    """Return what comes straight from the sky (T, 3).
+    """Return the direct light (T, 3) of the sky.
 
-    Where little of it is seen, through a door, few directions would shine in as so many lamps: many are looked in
-    there, at coarse samples alone.
+    Where little of it is visible, as through a door, few directions would act as so many lamps: there many are used, at
+    coarse samples only.
     """
     light, share = [], []
     coarse = lattice(geometry, _PATCH_M)
@@ -195,7 +193,7 @@ def _thrown_back(
     where: Lattice,
     straight_lx: NDArray[np.float32],
 ) -> NDArray[np.float32]:
-    """Return what panels of a reflectance (R, C) throw on each other (T, C), lit by ``straight_lx`` (T, C)."""
+    """Return the reflected light (T, C) between panels of reflectance (R, C) under direct light (T, C)."""
     patches = cut(geometry, _PATCH_M)
     arriving_lx = mean_over_patches(where, patches, straight_lx)
     leaving_lx = thrown_back(factors_between(obstacles, patches), reflectance[patches.owner], arriving_lx)

@@ -1,4 +1,4 @@
-"""Light on runs of pixels of one row that show no panel: other bodies, and the sky.
+"""Light on runs of pixels without a panel: of other bodies, and of the sky.
 
 Pixels are those from ``first`` up to, not including, ``last`` of the row's arrays (W,).
 """
@@ -25,7 +25,7 @@ def body_run(
     blue: NDArray[np.float32],
 ) -> None:
     """Write ``sum of n_k² E_side(k)`` of pixels of a body."""
-    cube = cubes[body]  # Taken out of the loop, so that it chooses between two numbers each and becomes vector code.
+    cube = cubes[body]  # Loaded before the loop, which then selects between two numbers each and becomes vector code.
     r0, r1, r2, r3, r4, r5 = cube[0, 0], cube[1, 0], cube[2, 0], cube[3, 0], cube[4, 0], cube[5, 0]
     g0, g1, g2, g3, g4, g5 = cube[0, 1], cube[1, 1], cube[2, 1], cube[3, 1], cube[4, 1], cube[5, 1]
     b0, b1, b2, b3, b4, b5 = cube[0, 2], cube[1, 2], cube[2, 2], cube[3, 2], cube[4, 2], cube[5, 2]
@@ -48,7 +48,7 @@ def sun_on_body(
     cosine: NDArray[np.float32],
     sun_lit: NDArray[np.float32],
 ) -> None:
-    """Write ``max(0, n . l)`` of pixels of a body, and that times the share of the sun that arrives."""
+    """Write ``max(0, n . l)`` of pixels of a body, and its product with the share of the sun that arrives."""
     for k in range(first, last):
         along = normal[0, k] * towards_sun[0] + normal[1, k] * towards_sun[1] + normal[2, k] * towards_sun[2]
         cosine[k] = max(along, ZERO)

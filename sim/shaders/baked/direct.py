@@ -1,4 +1,4 @@
-"""Light that comes straight from its sources, with what stands in its way."""
+"""Direct light of sources, with shadows."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from sim.shaders.baked.rays import Rectangles, blocked
 from sim.shaders.lamps import Sources, arriving_per_m2
 
 _BEFORE_SOURCE = 1.0 - 1e-3
-"""Rays to a source end so far on their way: a bright area stands in no light of its own."""
+"""Share of the way to a source that a ray checks: a bright area does not block its own light."""
 _FARTHEST = 1e6
 MUCH_SKY = 0.3
-"""Where less of the sky than this is in view, it takes many directions to find it."""
+"""Visible share of the sky below which many directions are used."""
 SKY_PALENESS = np.array([0.7, 0.5, 0.3])
-"""How much brighter than at the zenith R, G and B are at the horizon, as a share of the sky's mean."""
+"""Rise of R, G and B from the zenith to the horizon, as a share of the sky's mean."""
 
 
 def sky_levels(radiance: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -39,7 +39,7 @@ def add_lamps(
     is_open: NDArray[np.bool_],
     light_lx: NDArray[np.float32],
 ) -> None:
-    """Add what comes straight from lamps and bright areas, see ``LampShader.illuminance_lx``.
+    """Add the direct light of lamps and bright areas, see ``LampShader.illuminance_lx``.
 
     Args:
         group: (S,) of each source.
@@ -59,7 +59,7 @@ def add_lamps(
 
 @njit(cache=True)
 def reaches(obstacles: Rectangles, point_m: NDArray[np.float64], source_m: NDArray[np.float64]) -> bool:
-    """Return whether light gets from a source (3,) to a point (3,)."""
+    """Return whether light reaches a point (3,) from a source (3,)."""
     x, y, z = point_m[0], point_m[1], point_m[2]
     return not blocked(obstacles, x, y, z, source_m[0] - x, source_m[1] - y, source_m[2] - z, _BEFORE_SOURCE)
 
@@ -76,12 +76,12 @@ def sky_light(
     is_open: NDArray[np.bool_],
     light_lx: NDArray[np.float32],
 ) -> NDArray[np.float32]:
-    """Write what comes straight from the sky (N, 3), and return the share (N,) of it that is in view.
+    """Write the direct light (N, 3) of the sky; return its visible share (N,).
 
-    ``E = (2 pi / K) sum of L cos`` over directions that nothing stands in, spread evenly over the half sphere above.
+    ``E = (2 pi / K) sum of L cos`` over unblocked directions, spread evenly over the upper half sphere.
 
     Args:
-        few: (K, 3) directions, enough where much of the sky is seen. many: (K', 3), instead where little is.
+        few: (K, 3) directions. many: (K', 3) directions where little of the sky is visible.
     """
     share = np.zeros(points_m.shape[0], np.float32)
     for n in range(points_m.shape[0]):
@@ -127,7 +127,7 @@ def sun_share(
     offsets_m: NDArray[np.float64],
     share: NDArray[np.float32],
 ) -> None:
-    """Write the share (N,) of places ``points_m + offsets_m`` (N, 3), (K, 3) that see the sun."""
+    """Write the share (N,) of the K places ``points_m + offsets_m``, (N, 3) and (K, 3), that see the sun."""
     dx, dy, dz = towards_sun[0], towards_sun[1], towards_sun[2]
     for n in range(points_m.shape[0]):
         seen = 0

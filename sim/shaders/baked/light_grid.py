@@ -1,4 +1,4 @@
-"""Light for what moves: a grid of ambient cubes over the ground that people walk on.
+"""Light for moving bodies: a grid of ambient cubes over the ground that people walk on.
 
 An ambient cube is the illuminance of surfaces that face the six ways along the axes; what falls on any other surface is
 ``sum of n_k² E_side(k)`` over the three sides that it faces (McTaggart, "Half-Life 2 / Valve Source shading", 2004).
@@ -33,7 +33,7 @@ class Grid(NamedTuple):
     Attributes:
         first_m: (2,) x and y of the first. steps_m: (2,) along x and y.
         heights_m: (Z,) in the world. columns, rows: X, Y.
-        is_open: (Y * X,) bool, there is ground below and no wall around. Cube (i, j, k) is number ``(i X + j) Z + k``.
+        is_open: (Y * X,) bool, with ground below and no wall around. Cube (i, j, k) is number ``(i X + j) Z + k``.
     """
 
     first_m: NDArray[np.float64]
@@ -45,7 +45,7 @@ class Grid(NamedTuple):
 
 
 class Reflecting(NamedTuple):
-    """What the rays of cubes see.
+    """Radiances that the rays of cubes see.
 
     Attributes:
         where: lattice of ``leaving``, on the first rectangles; the others reflect nothing.
@@ -104,9 +104,9 @@ def gather(
     places_m: NDArray[np.float64],
     is_open: NDArray[np.bool_],
 ) -> NDArray[np.float32]:
-    """Return the cubes (P, 6, C) in lux of those places (P, 3) that are in the open, 0 elsewhere."""
+    """Return the cubes (P, 6, C) in lux at open places (P, 3), 0 elsewhere."""
     weights = np.maximum(_RAYS @ SIDES.T, 0.0)
-    # Alike light from everywhere must give E = pi L on every side.
+    # Uniform light must give E = pi L on every side.
     weights *= np.pi / weights.sum(axis=0)
     cubes = np.zeros((len(places_m), 6, seen.leaving.shape[1]), np.float32)
     _gather(obstacles, sources, group, seen, places_m, is_open, _RAYS, weights, SIDES, cubes)
@@ -126,7 +126,7 @@ def _gather(
     sides: NDArray[np.float64],
     cubes: NDArray[np.float32],
 ) -> None:
-    """``gather``, with what each direction (K, 3) weighs (K, 6) on each side."""
+    """``gather``, with the weights (K, 6) of directions (K, 3) on each side."""
     channels = cubes.shape[2]
     radiance, distances = np.empty(channels), np.empty(obstacles.offset.shape[0], np.float32)
     for p in range(places_m.shape[0]):
@@ -165,7 +165,7 @@ def light_up_places(
     places_m: NDArray[np.float64],
     result: NDArray[np.float32],
 ) -> None:
-    """Write the cubes (N, 6, 3) at places (N, 3): interpolated between those around that no wall hides.
+    """Write the cubes (N, 6, 3) at places (N, 3), interpolated between their neighbours except behind walls.
 
     Args:
         cubes: (P, 6, 3).

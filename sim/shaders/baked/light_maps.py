@@ -1,7 +1,6 @@
-"""Maps of light on rectangles: a lattice of samples on each, from edge to edge, with bilinear light in between.
+"""Maps of light on rectangles: a lattice of samples from edge to edge, with bilinear interpolation.
 
-Samples lie on the edges themselves and not half a step within, so that light goes on without a seam where one rectangle
-ends and the next one begins.
+Samples lie on the edges and not half a step inside, so that there is no seam between adjacent rectangles.
 """
 
 from __future__ import annotations
@@ -15,13 +14,13 @@ from numpy.typing import NDArray
 from sim.shaders.baked.rays import OFF_SURFACE_M, Rectangles, count_backs, sphere_directions
 
 _INSET_M = 0.02
-"""Samples on an edge are taken so far within it: what stands on the edge is not in their way."""
+"""Distance inside the rectangle of samples on its edge: objects on the edge do not block their light."""
 _DIRECTIONS = sphere_directions(32)
 _MOST_BACKS = 0.25
 
 
 class Geometry(NamedTuple):
-    """R rectangles in the world: corner, the sides that begin there, unit normal; (R, 3) each."""
+    """R rectangles in the world: corner, the two sides from it, unit normal; (R, 3) each."""
 
     corner_m: NDArray[np.float64]
     side_a_m: NDArray[np.float64]
@@ -30,7 +29,7 @@ class Geometry(NamedTuple):
 
 
 class Lattice(NamedTuple):
-    """Where samples of R rectangles lie in one list.
+    """Places of the samples of R rectangles in one list.
 
     Attributes:
         first: (R,) int32, of each rectangle; its samples follow row by row, along side a within a row.
@@ -45,7 +44,7 @@ class Lattice(NamedTuple):
 
 
 def lattice(geometry: Geometry, step_m: float) -> Lattice:
-    """Return lattices whose samples are ``step_m`` apart at most."""
+    """Return lattices with samples at most ``step_m`` apart."""
     columns, rows = (
         np.maximum(np.ceil(np.linalg.norm(side, axis=1) / step_m - 1e-9).astype(np.int32) + 1, 2)
         for side in (geometry.side_a_m, geometry.side_b_m)
@@ -55,7 +54,7 @@ def lattice(geometry: Geometry, step_m: float) -> Lattice:
 
 
 def sample_points(geometry: Geometry, r: int, columns: int, rows: int) -> NDArray[np.float64]:
-    """Return the places (rows * columns, 3) of a rectangle's samples, a little before it."""
+    """Return the places (rows * columns, 3) of a rectangle's samples, slightly before its surface."""
     side_a_m, side_b_m = geometry.side_a_m[r], geometry.side_b_m[r]
     u, v = (
         np.clip(np.linspace(0.0, 1.0, count), inset, 1.0 - inset)
@@ -79,7 +78,7 @@ def samples(geometry: Geometry, where: Lattice) -> tuple[NDArray[np.float64], ND
 def in_the_open(
     obstacles: Rectangles, points_m: NDArray[np.float64], normals: NDArray[np.float64], owner: NDArray[np.int32]
 ) -> NDArray[np.bool_]:
-    """Return which samples (T,) are in the open, and not inside a wall or behind what hangs on it."""
+    """Return whether each sample (T,) is open: not inside a wall or behind an object on it."""
     return count_backs(obstacles, points_m, normals, owner, _DIRECTIONS) <= _MOST_BACKS
 
 
@@ -90,7 +89,7 @@ def _inset(side_m: NDArray[np.float64]) -> float:
 
 @njit(cache=True)
 def fill_hidden(where: Lattice, is_open: NDArray[np.bool_], values: NDArray[np.float32]) -> None:
-    """Give samples that are not in the open the mean of their neighbours that are, going outwards from these.
+    """Set samples that are not open to the mean of their open neighbours, outwards from these.
 
     Args:
         values: (T, C), changed.
@@ -132,7 +131,7 @@ def add_between(
     values: NDArray[np.float32],
     result: NDArray[np.float64],
 ) -> None:
-    """Add to ``result`` (C,) ``weight`` times what the samples (T, C) of rectangle r say of its point (u, v)."""
+    """Add to ``result`` (C,) ``weight`` times the samples (T, C) of rectangle r, interpolated at (u, v)."""
     columns, rows = where.columns[r], where.rows[r]
     x, y = u * (columns - 1), v * (rows - 1)
     j, i = min(int(x), columns - 2), min(int(y), rows - 2)

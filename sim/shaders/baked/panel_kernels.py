@@ -1,4 +1,4 @@
-"""Looking up maps of light on panels, for runs of pixels of one row that show the same panel.
+"""Look-up of maps of light on panels, for runs of pixels of one row on one panel.
 
 Pixels are those from ``first`` up to, not including, ``last`` of the row's arrays (W,).
 """
@@ -30,7 +30,7 @@ def place_run(
     x: NDArray[np.float32],
     y: NDArray[np.float32],
 ) -> None:
-    """Write where on a panel pixels lie: the number of the sample before, and how far it is on to the next ones.
+    """Write the places of pixels on a panel: number of the sample before, and fractions towards the next ones.
 
     Args:
         place: see ``BakedArrays``.
@@ -63,7 +63,7 @@ def mix_light(
 ) -> None:
     """Write the bilinear light ``level + x across + y (down + x twist)`` between four samples each.
 
-    Near panels many neighbouring pixels lie between the same four, which are looked up once.
+    On near panels many neighbouring pixels share these four, which are read once.
 
     Args:
         lines: line buffer of x, y, red, green and blue, see ``sim.render.runs``.

@@ -1,13 +1,12 @@
-"""Light that is thrown back and forth between rectangles.
+"""Reflection of light between rectangles.
 
-Rectangles are cut into patches. With E what falls on a patch straight from the sources, rho its reflectance and
-``F_ij`` the share of what patch i gets that comes from j if everything around were alike (its form factor), what leaves
-a patch is
+Rectangles are cut into patches. With the direct illuminance E of a patch, its reflectance rho and the form factor
+``F_ij``, the share of patch j in the light on patch i under uniform surroundings, the light that leaves a patch is
 
     B_i = rho_i (E_i + sum_j F_ij B_j)
 
-(Goral et al., "Modeling the interaction of light between diffuse surfaces", 1984), solved by putting it in again and
-again. At any other place ``sum_j F_j B_j`` arrives.
+(Goral et al., "Modeling the interaction of light between diffuse surfaces", 1984), solved by fixed-point iteration.
+At any other place ``sum_j F_j B_j`` arrives.
 """
 
 from __future__ import annotations
@@ -22,15 +21,15 @@ from sim.shaders.baked.light_maps import Geometry, Lattice, add_between
 from sim.shaders.baked.rays import OFF_SURFACE_M, Rectangles, blocked
 
 _NEAR = 4.0
-"""Patches nearer than this times their larger side are taken as rectangles, others as points."""
+"""Distance over the larger side of a patch below which it is a rectangle, and above a point."""
 _MUCH = 2e-4
 _MOST_ROUNDS = 60
 _GOOD_ENOUGH = 1e-3
 
 
 class Patches(NamedTuple):
-    """N pieces of rectangles: middle, a little before the surface, normal, two half sides (N, 3); rectangle (N,); u and
-    v of the middle there (N, 2); shares of the rectangle's sides (N, 2).
+    """N pieces of rectangles: middle, slightly before the surface, normal, two half sides (N, 3); rectangle (N,); u and
+    v of the middle on it (N, 2); shares of its sides (N, 2).
     """
 
     middle_m: NDArray[np.float64]
@@ -64,7 +63,7 @@ def cut(geometry: Geometry, side_m: float) -> Patches:
 def thrown_back(
     factors: NDArray[np.float32], reflectance: NDArray[np.float32], arriving_lx: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return what leaves patches (N, C) that get ``arriving_lx`` (N, C) straight from the sources.
+    """Return the light (N, C) that leaves patches with direct light ``arriving_lx`` (N, C).
 
     Args:
         factors: (N, N). reflectance: (N, C).
@@ -81,7 +80,7 @@ def thrown_back(
 
 @njit(cache=True)
 def mean_over_patches(where: Lattice, patches: Patches, values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the mean (N, C) over each patch of what is sampled (T, C), from 4 x 4 places on it."""
+    """Return the mean (N, C) over each patch of samples (T, C), from 4 x 4 places on it."""
     result = np.empty((patches.owner.shape[0], values.shape[1]), np.float32)
     total = np.empty(values.shape[1])
     for n in range(patches.owner.shape[0]):
@@ -122,12 +121,12 @@ def arriving_at(
     normals: NDArray[np.float64],
     owner: NDArray[np.int32],
 ) -> NDArray[np.float32]:
-    """Return what patches throw (T, C) on points (T, 3) of surfaces ``normals[owner]``.
+    """Return the light (T, C) of patches on points (T, 3) of surfaces with ``normals[owner]``.
 
     Args:
         leaving_lx: (N, C).
-        weight: (N,) how bright each patch is, 1 at most. One of which much comes is looked for in four places: through
-            a door, patches would shine in as so many lamps.
+        weight: (N,) relative brightness of each patch, at most 1. Patches of large contributions are sampled at four
+            places: through a door, whole patches would act as so many lamps.
     """
     result = np.zeros((points_m.shape[0], leaving_lx.shape[1]), np.float32)
     scratch, target = np.empty((2, 6, 3)), np.empty(3)
@@ -153,7 +152,7 @@ def arriving_at(
 
 @njit(cache=True)
 def _face_each_other(patches: Patches, i: int, j: int) -> bool:
-    """Return whether some of each patch is before the other, and not just in its plane."""
+    """Return whether a part of each patch lies before the other, and not only in its plane."""
     there, back = 0.0, 0.0
     reach_i, reach_j = 0.0, 0.0
     for k in range(3):
@@ -178,7 +177,7 @@ def _hidden(obstacles: Rectangles, a: NDArray[np.float64], b: NDArray[np.float64
 def _factor(
     point: NDArray[np.float64], normal: NDArray[np.float64], patches: Patches, j: int, scratch: NDArray[np.float64]
 ) -> float:
-    """Return the form factor of patch j from a point: ``A cos cos' / (pi d²)``, or exactly where it is near."""
+    """Return the form factor of patch j from a point: ``A cos cos' / (pi d²)``, or exactly if it is near."""
     squared, along, ahead, size_a, size_b = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
         towards = patches.middle_m[j, k] - point[k]
@@ -198,7 +197,7 @@ def _factor(
 def _exact_factor(
     point: NDArray[np.float64], normal: NDArray[np.float64], patches: Patches, j: int, scratch: NDArray[np.float64]
 ) -> float:
-    """Return Lambert's (1760) form factor of what of a rectangle is above the horizon of a point.
+    """Return Lambert's (1760) form factor of the part of a rectangle above the horizon of a point.
 
     ``F = 1 / (2 pi) sum over edges of angle(r, r') n . (r x r') / |r x r'|`` with r, r' from the point to an edge's
     ends.
@@ -223,7 +222,7 @@ def _exact_factor(
 
 @njit(cache=True)
 def _above_horizon(corners: NDArray[np.float64], normal: NDArray[np.float64], above: NDArray[np.float64]) -> int:
-    """Write the corners (<= 5, 3) of the part with ``n . r >= 0`` of a rectangle, and return how many there are."""
+    """Write the corners (<= 5, 3) of the part with ``n . r >= 0`` of a rectangle; return their number."""
     count = 0
     for c in range(4):
         here, there = corners[c], corners[(c + 1) % 4]

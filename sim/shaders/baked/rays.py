@@ -1,8 +1,8 @@
-"""Rays against rectangles, for light that is worked out beforehand.
+"""Intersection of rays and rectangles, for baked light.
 
 A ray ``origin + t direction`` meets the plane of a rectangle at ``t = (offset - n . origin) / (n . direction)``, and
-the rectangle itself if the point's shares u and v of its two sides are in [0, 1]. All rectangles are asked, without a
-branch, so that sixteen of them are asked at once: for a hundred that is quicker than any tree.
+the rectangle itself if the point's shares u and v of its two sides are in [0, 1]. All rectangles are tested without
+branches, sixteen at once: for a hundred that is faster than a tree.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 OFF_SURFACE_M = 0.003
-"""Rays from a surface begin so far before it, and end so far before the surface they go to."""
+"""Distance before its surfaces at which a ray starts and ends."""
 _BACK_BEHIND = 0.002
-"""Of two rectangles back to back in one place, each way the front is met first: by this share of a direction."""
+"""Share of a direction by which fronts are nearer than backs, for two rectangles back to back in one place."""
 
 
 class Rectangles(NamedTuple):
@@ -93,7 +93,7 @@ def nearest(
     along_z: float,
     distances: NDArray[np.float32],
 ) -> tuple[int, float, float, bool]:
-    """Return the nearest rectangle that a ray meets (-1 for none), u and v there, and whether it is seen from the
+    """Return the nearest rectangle that a ray meets (-1 for none), u and v there, and whether it is met from the
     front; ``distances`` (R,) is scratch.
     """
     ox, oy, oz = np.float32(x), np.float32(y), np.float32(z)
@@ -135,8 +135,8 @@ def count_backs(
 ) -> NDArray[np.float64]:
     """Return the share (N,) of rays from each point that first meet the back of a rectangle.
 
-    Only directions (K, 3) before the point's surface count: ``normals[owner]``, 0 for points on no surface. Rooms show
-    their fronts, so a point that sees mostly backs lies inside a wall or behind what hangs on it.
+    Only directions (K, 3) before the point's surface count: ``normals[owner]``, 0 for points on no surface. A point
+    that sees mostly backs lies inside a wall or behind an object on it.
     """
     share = np.zeros(points_m.shape[0])
     distances = np.empty(them.offset.shape[0], np.float32)

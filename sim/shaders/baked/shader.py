@@ -1,10 +1,9 @@
-"""Lights pictures by light that was worked out beforehand: G-buffer in, radiance out.
+"""Shader of baked light, from G-buffer to radiance.
 
     L = rho E / pi
 
-with E on panels from their maps, and from the sun where it shines on them; on all other bodies from the ambient cubes
-around them (``light_grid``) and the sun. Things that move cast shadows in the sun, and darken the ground
-that they stand on.
+with E on panels from their maps and the sun, on other bodies from the ambient cubes around them (``light_grid``) and
+the sun. Moving bodies cast shadows in the sun, and darken the ground on which they stand.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ _NO_SHADOWS = ShadowArrays(
     np.float32(1.0),
 )
 _AROUND = np.array([(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)]) / np.sqrt(3)
-"""Where in a body the sun is looked for, in shares of its half size."""
+"""Places in a body where the sun is sampled, in shares of its half size."""
 
 
 class BakedLightShader:
@@ -50,7 +49,7 @@ class BakedLightShader:
     lighting = RowStage(baked_row, new_baked_scratch)
 
     def __init__(self, world: World, baked: BakedLight) -> None:
-        """Set all groups to full strength. ``world`` holds all its bodies, those that move too."""
+        """Set all groups to full strength. ``world`` already holds all its bodies, also the moving ones."""
         self._world, self._baked = world, baked
         count = len(world.bodies)
         geometry = baked.geometry
@@ -75,7 +74,7 @@ class BakedLightShader:
             vertices_m = world.bodies[other].mesh.vertices_m.astype(float)
             self._centre_m[n, :3] = 0.5 * (vertices_m.min(axis=0) + vertices_m.max(axis=0))
             self._half_m[n] = 0.5 * np.ptp(vertices_m, axis=0)
-        # Rows of u and v of every panel, and what the corner has of them.
+        # Rows of u and v of every panel, and their values at its corner.
         self._across = np.stack(
             [side / (side**2).sum(axis=1, keepdims=True) for side in (geometry.side_a_m, geometry.side_b_m)], axis=1
         )
@@ -114,7 +113,7 @@ class BakedLightShader:
         self._sum_up()
 
     def set_strengths(self, strengths: Mapping[str, float]) -> None:
-        """Set how strongly groups shine from now on, 1 as baked; those not named stay as they are.
+        """Set the strengths of groups, 1 as baked; groups not named stay as they are.
 
         Raises:
             ValueError: for an unknown group or a negative strength.
@@ -141,9 +140,9 @@ class BakedLightShader:
         self._poses_lit = np.empty((0, 4, 4))
 
     def illuminance_lx(self, points_m: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what falls on surfaces at points (N, 3) with unit normals (N, 3): (N, 3) lux of R, G and B.
+        """Return the illuminance (N, 3), lux of R, G and B, of surfaces at points (N, 3) with unit normals (N, 3).
 
-        From the ambient cubes around and from the sun; what moves is not in the way.
+        From the ambient cubes around and from the sun; moving bodies cast no shadow.
         """
         cubes, share = self._light_at(np.asarray(points_m, dtype=float), np.zeros((len(points_m), 3)))
         side = np.where(normals > 0, 0, 3) + np.arange(3)
@@ -157,14 +156,14 @@ class BakedLightShader:
     ) -> NDArray[np.float32]:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at pixel centres.
 
-        Bright areas show their own, and so does the sky where nothing is.
+        Bright areas and the sky have their own.
         """
         return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
     def row_light(
         self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> BakedArrays:
-        """Return the light of the world as it is now in one camera's picture, for the row kernel.
+        """Return the present light in one camera's picture, for the row kernel.
 
         Args:
             depth_m: (H, W).
@@ -209,7 +208,7 @@ class BakedLightShader:
         )
 
     def _light_movers(self) -> None:
-        """Work out the light at all bodies that are no panels, where they are now."""
+        """Compute the light at the present poses of all bodies that are no panels."""
         poses = self._world.poses
         if np.array_equal(poses, self._poses_lit):
             return

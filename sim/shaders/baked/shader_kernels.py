@@ -1,8 +1,8 @@
 """The kernels of ``sim.shaders.baked.shader``, a row of pixels at a time.
 
 A row is a few *runs* of pixels that show the same body. On a panel, the shares u and v of its sides are ``depth (base +
-step column) + offset``; its map of light is looked up between four samples. Loops that compute, fetch and mix stand
-apart, so that the first and the last become vector code.
+step column) + offset``; its map of light is interpolated between four samples. Loops that compute, fetch and mix are
+separate, so that the first and the last become vector code.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ _SUMMED_AT_ONCE = 2048
 
 
 class BakedArrays(NamedTuple):
-    """Light in one picture as the kernels read it: of B bodies, R panels; float32 but for numbers of things.
+    """Light in one picture as arrays for kernels, of B bodies and R panels; float32 except indices and counts.
 
-    What falls on surfaces is in lux over pi: the radiance of a white one.
+    Illuminances are in lux over pi: the radiance of a white surface.
 
     Attributes:
         panel: (B,) int32, number of the panel that a body shows, -1 for none.
@@ -34,10 +34,10 @@ class BakedArrays(NamedTuple):
         place: (R, 8), base, step a column, step a row and offset of u, and those of v.
         maps: (R, 3) int32, first sample, columns and rows of each panel in light: (T, 4) R, G, B and nothing.
         sun_maps: (R, 3) int32, the same in sun_share: (S,); no columns where there is no sun.
-        sun_cosine: (R,). sun: (3,) on a surface square to it. towards_sun: (3,) unit vector.
-        casts: whether anything that moves may stand in the sun. shadows: what that casts.
+        sun_cosine: (R,). sun: (3,) on a surface perpendicular to it. towards_sun: (3,) unit vector.
+        casts: whether moving bodies may stand in the sun. shadows: of these.
         cubes: (B, 6, 3) ambient cubes. body_sun: (B,) share of the sun that arrives.
-        is_floor: (R,) bool, things that move darken it by ``contact`` around them: (C,), rows of ``contact_columns``.
+        is_floor: (R,) bool, moving bodies darken it by ``contact``: (C,), rows of ``contact_columns``.
         contact_place: (1, 8), as ``place``, but in samples of ``contact``.
         contact_within: (H, 2) int32, in which columns of each row of pixels: first, after the last.
         sky: (2, 3), see ``sky_levels``. rays: (3, 3) of the upper left pixel, its change a column and a row.
@@ -67,14 +67,14 @@ class BakedArrays(NamedTuple):
 
 
 class BakedScratch(NamedTuple):
-    """Scratch of ``baked_row``, for rows of W pixels; float32 but for numbers of things.
+    """Scratch of ``baked_row``, for rows of W pixels; float32 except indices and counts.
 
     Attributes:
         lines: line buffer (``sim.render.runs``) of x and y, how far a pixel lies beyond a sample, and of the light's
             red, green and blue; these five are (W,) views of it.
         sample: (W,) uint32, number of the sample before a pixel.
-        darkening: (W,) by things that stand near. sun_lit: (W,) share of the sun that a surface gets. cosine: (W,) of
-            the sun's direction to the surface.
+        darkening: (W,) by bodies nearby. sun_lit: (W,) share of the sun on a surface. cosine: (W,) between normal and
+            the sun's direction.
         shining_first, shining_last: (W,) uint32, first column of each run that shines, and the one after its last.
     """
 
@@ -106,7 +106,7 @@ def new_baked_scratch(width: int) -> BakedScratch:
 def add_up(weights: NDArray[np.float32], groups: NDArray[np.float32], total: NDArray[np.float32]) -> None:
     """Write ``sum of weights_g groups_g`` (N,) of groups (G, N)."""
     total[:] = ZERO
-    # Piece by piece: sums stay in the processor's nearest memory meanwhile.
+    # Piece by piece, so that the sums stay in the processor's cache.
     for first in range(0, total.shape[0], _SUMMED_AT_ONCE):
         piece = total[first : first + _SUMMED_AT_ONCE]
         for g in range(weights.shape[0]):
@@ -138,7 +138,7 @@ def _light_runs(
     Returns:
         number of runs that shine; columns that the sun may fall on: first, after the last.
     """
-    # Numbers of columns are unsigned: signed ones would be checked for counting from the end.
+    # Columns are unsigned: signed indices would be checked for negative values.
     instance_id, width = surfaces.instance_id, np.uint64(surfaces.instance_id.shape[0])
     shining, sunny_first, sunny_last = 0, width, np.uint64(0)
     scratch.sun_lit[:] = ZERO
@@ -221,7 +221,7 @@ def _add_sunshine(
     first: np.uint64,
     last: np.uint64,
 ) -> None:
-    """Add the sun's light to columns first … last - 1, less what things that move keep off."""
+    """Add direct sunlight to columns first … last - 1, with the shadows of moving bodies."""
     sun_lit = scratch.sun_lit
     while first < last and sun_lit[first] == ZERO:
         first += np.uint64(1)

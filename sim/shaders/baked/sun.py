@@ -1,4 +1,4 @@
-"""The sun's own light on panels: fine maps of the share of it that arrives."""
+"""Direct sunlight on panels: fine maps of the share that arrives."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from sim.shaders.daylight import Sun
 _STEP_M = 0.06
 _FLATTEST = 0.02
 _QUARTERS = np.array([(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)])
-"""Where around a sample the sun is looked for, in steps along the two sides."""
+"""Places around a sample where the sun is sampled, in steps along the two sides."""
 
 
 @dataclass(frozen=True, slots=True)
 class SunLight:
-    """The sun's own light on R panels.
+    """Direct sunlight on R panels.
 
     Attributes:
-        group: number of its group. towards: (3,) unit vector. square_lx: (3,) on a surface square to it.
+        group: number of its group. towards: (3,) unit vector. square_lx: (3,) on a surface perpendicular to it.
         where: lattice of the fine maps; panels without sun have no columns and rows there.
         share: (S,) float32, that arrives at each sample.
     """
@@ -38,7 +38,7 @@ class SunLight:
 
 
 def sun_light(sun: Sun, group: int, geometry: Geometry, obstacles: Rectangles) -> SunLight:
-    """Return where on panels the sun shines."""
+    """Return the direct sunlight on panels."""
     direction, colour = np.asarray(sun.direction, dtype=float), np.asarray(sun.colour_rgb, dtype=float)
     towards = direction / np.linalg.norm(direction)
     fine = lattice(geometry, _STEP_M)
@@ -64,7 +64,7 @@ def _on_panel(
     steps_m = np.stack([geometry.side_a_m[r] / (columns - 1), geometry.side_b_m[r] / (rows - 1)])
     sun_share(obstacles, towards, points_m, _QUARTERS @ steps_m, share)
     if share.min() < 1.0 and share.max() > 0.0:
-        # What lies behind something that hangs there must not darken what is beside it.
+        # Samples behind an object on the panel must not darken those beside it.
         ahead = geometry.normal[r : r + 1]
         is_open = count_backs(obstacles, points_m, ahead, np.zeros(len(points_m), np.int32), ahead) < 0.5
         one = Lattice(np.zeros(1, np.int32), np.array([columns], np.int32), np.array([rows], np.int32), len(points_m))
@@ -73,7 +73,7 @@ def _on_panel(
 
 
 def sun_at_samples(light: SunLight, geometry: Geometry, where: Lattice) -> NDArray[np.float32]:
-    """Return what the sun gives (T, 3) in lux, averaged over the surroundings of each sample of coarser maps."""
+    """Return the direct sunlight (T, 3) in lux, averaged around each sample of coarser maps."""
     share = np.zeros((where.total, 1), np.float32)
     resample(light.where, light.share[:, None], where, 4, share)
     owner = np.repeat(np.arange(len(where.first)), where.columns * where.rows)

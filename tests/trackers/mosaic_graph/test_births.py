@@ -1,4 +1,4 @@
-"""Where our tracker lets particles be born, and how much it believes what looks like the target."""
+"""Births of particles, and the evidence of sightings."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def last_seen(since_s: float, speed_mps: float = 8.0) -> LastSeen:
     return LastSeen(np.zeros(2), speed_mps, since_s)
 
 
-def test_a_car_is_not_looked_for_where_it_cannot_have_got_to() -> None:
+def test_a_sighting_out_of_reach_is_not_the_target() -> None:
     assert may_be_target(sighting(12.0), last_seen(1.0))
     assert not may_be_target(sighting(18.0), last_seen(1.0))
     assert may_be_target(sighting(18.0), last_seen(2.0))
     assert not may_be_target(sighting(12.0), last_seen(1.0, speed_mps=0.0))
 
 
-def test_for_a_while_the_particles_are_believed_to_cover_what_the_car_can_do() -> None:
-    """Then the prior of a surprise rises at first, and falls with the area that the car may be anywhere in."""
+def test_the_prior_of_a_surprise_depends_on_the_time_out_of_view() -> None:
+    """It rises at first, as the particles may have lost the target, and then falls with the area."""
     priors = [surprise(sighting(0.0), last_seen(t), 0.2).log_prior for t in (0.2, 1.0, 3.0)]
     assert priors[0] < priors[1] - 1.5
     assert priors[1] < priors[2]
@@ -44,7 +44,7 @@ def test_for_a_while_the_particles_are_believed_to_cover_what_the_car_can_do() -
 @pytest.mark.parametrize(
     ("velocity_mps", "mean_rad", "expected_rad"), [((6, 0.5), 3.0, 0.1), ((0, 0), 3.0, 0.1 + np.pi)]
 )
-def test_of_an_axis_that_end_is_ahead_where_the_car_goes(
+def test_a_newborns_heading_is_the_end_of_the_axis_in_the_direction_of_travel(
     velocity_mps: tuple[float, float], mean_rad: float, expected_rad: float
 ) -> None:
     birth = renewal(sighting(0.0, velocity_mps, axis_rad=0.1), mean_rad, 0.03)
@@ -53,7 +53,7 @@ def test_of_an_axis_that_end_is_ahead_where_the_car_goes(
     assert birth.speed_mps == pytest.approx(max(0.0, 6 * np.cos(0.1) + 0.5 * np.sin(0.1) if velocity_mps[0] else 0.0))
 
 
-def test_however_long_it_is_watched_what_looks_like_the_target_tells_so_much() -> None:
+def test_the_evidence_of_many_pictures_is_limited() -> None:
     sightings = Sightings()
     told = []
     for _ in range(30):
@@ -62,11 +62,11 @@ def test_however_long_it_is_watched_what_looks_like_the_target_tells_so_much() -
         told.append(only.news)
     np.testing.assert_allclose(told[:3], [3.0, 3.0, 2.0], atol=1e-9)
     np.testing.assert_allclose(told[3:], 0.0, atol=1e-9)
-    assert only.told == 8.0
+    assert only.past_evidence == 8.0
 
 
-def test_what_the_border_cuts_hardly_moves_a_sighting() -> None:
-    """Of a standing car at the border, a part is taken for the whole, 0.8 m too far inside."""
+def test_a_box_cut_by_the_border_hardly_moves_a_sighting() -> None:
+    """The visible part of a standing car at the border is measured 0.8 m too far inside."""
     speeds_mps = []
     for covered in (1.0, 0.5):
         sightings = Sightings()
@@ -91,7 +91,7 @@ def test_a_sighting_is_followed_and_its_evidence_is_bounded() -> None:
     assert sightings.current == []
 
 
-def test_what_is_seen_beside_the_target_is_ruled_out() -> None:
+def test_a_sighting_beside_the_target_is_ruled_out() -> None:
     sightings = Sightings()
     for _ in range(10):
         sightings.update([candidate(0.0, 4.0), candidate(30.0, 4.0)], 1 / 15)

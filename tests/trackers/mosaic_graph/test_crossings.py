@@ -1,4 +1,4 @@
-"""How our tracker takes cars over crossings, seen in full or in part."""
+"""Paths of cars over crossings, seen in full or in part."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LANE_M = 1.75
 
 
 def ways_from_west(graph: RoadGraph) -> tuple[int, float, dict[str, int]]:
-    """Return edge and direction of the street from the west, and the ways on by where they lead."""
+    """Return edge and direction of the street from the west, and the ways by the direction they lead to."""
     edge = int(np.argmin([graph.points_m[a:b, 0].min() for a, b in zip(graph.first, graph.first[1:], strict=False)]))
     direction = 1.0 if graph.points_m[graph.first[edge + 1] - 1, 0] > graph.points_m[graph.first[edge], 0] else -1.0
     node = graph.ends[edge, 1 if direction > 0 else 0]
@@ -47,7 +47,7 @@ def test_a_turn_is_nearly_an_arc_from_lane_to_lane(name: str, radius_m: float) -
 
 @settings(max_examples=25, deadline=None)
 @given(st.sampled_from(["left", "straight", "right"]), st.floats(0.2, 0.8))
-def test_who_is_on_a_way_fits_it_best(name: str, share: float) -> None:
+def test_a_car_on_a_way_fits_it_best(name: str, share: float) -> None:
     graph = crossing()
     edge, direction, ways = ways_from_west(graph)
     curves = {n: curve_over(graph, edge, direction, way, _LANE_M)[0] for n, way in ways.items() if n != "back"}
@@ -58,8 +58,8 @@ def test_who_is_on_a_way_fits_it_best(name: str, share: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["left", "right"])
-def test_a_car_seen_in_a_turn_is_believed_to_finish_it(name: str) -> None:
-    """Before the node, whichever way it is put on the street again: a third of the turn tells."""
+def test_a_car_seen_in_a_turn_finishes_it(name: str) -> None:
+    """A third of the turn determines the way, even though the car is associated with its first street again."""
     rng = np.random.default_rng(0)
     graph = crossing()
     roads = roads_of(graph)
@@ -78,7 +78,7 @@ def test_a_car_seen_in_a_turn_is_believed_to_finish_it(name: str) -> None:
     assert np.mean(took) > 0.95
 
 
-def test_intentions_outlive_the_drawing_of_the_roads() -> None:
+def test_desired_headings_outlast_redrawn_roads() -> None:
     rng = np.random.default_rng(1)
     graph = crossing()
     roads = roads_of(graph)
@@ -111,7 +111,7 @@ def t_junction(sag_m: float) -> list[np.ndarray]:
     ]
 
 
-def test_a_crossing_is_put_where_its_streets_would_meet() -> None:
+def test_a_crossing_is_moved_to_the_intersection_of_its_streets() -> None:
     graph = build_graph(t_junction(3.0), nothing_unseen)
     degrees = np.bincount(graph.ends.ravel())
     assert sorted(degrees) == [1, 1, 1, 3]
@@ -122,7 +122,7 @@ def test_a_crossing_is_put_where_its_streets_would_meet() -> None:
     assert spacing.max() < 1.05
 
 
-def test_a_street_goes_on_over_a_crossing_only_where_nothing_was_seen() -> None:
+def test_a_street_is_extended_over_a_crossing_only_into_unseen_ground() -> None:
     lines = t_junction(0.0)
     assert len(build_graph(lines, nothing_unseen).first) - 1 == 3
     graph = build_graph(lines, lambda points_m: points_m[:, 1] > 5.0)
@@ -133,7 +133,7 @@ def test_a_street_goes_on_over_a_crossing_only_where_nothing_was_seen() -> None:
     assert glimpsed.points_m[:, 1].max() == pytest.approx(17.0, abs=0.6)
 
 
-def test_a_dead_end_runs_straight_on_and_not_into_the_corner_of_what_was_seen() -> None:
+def test_a_dead_end_runs_straight_and_not_into_a_corner_of_the_seen_ground() -> None:
     straight = np.column_stack([np.linspace(0.0, 50.0, 101), np.zeros(101)])
     corner = np.column_stack([np.linspace(50.0, 54.0, 9), np.linspace(0.0, 4.0, 9)])
     graph = build_graph([np.vstack([straight, corner[1:]])], nothing_unseen)
@@ -143,7 +143,7 @@ def test_a_dead_end_runs_straight_on_and_not_into_the_corner_of_what_was_seen() 
     assert graph.points_m[:, 0].max() > 50.0
 
 
-def test_nobody_means_to_halt_in_the_middle_of_a_crossing() -> None:
+def test_no_car_decides_to_halt_in_the_middle_of_a_crossing() -> None:
     rng = np.random.default_rng(2)
     halts = []
     for x_m in (-5.0, -20.0):
@@ -170,7 +170,7 @@ def speed_after_a_step(graph: RoadGraph, x_m: float, y_m: float, speed_mps: floa
     return float(state[0, rp.SPEED])
 
 
-def test_how_fast_a_turn_is_taken_is_a_matter_of_the_crossing_and_not_of_the_moment() -> None:
+def test_the_speed_in_a_turn_does_not_depend_on_the_place_in_the_lane() -> None:
     """A car far to the right of its lane has not a sharper turn before it."""
     in_lane, aside, straight = (
         speed_after_a_step(crossing(), -14.0, y_m, 6.0, bound_rad)

@@ -47,8 +47,8 @@ def test_detection_weights_are_the_formula(seed: int) -> None:
         assert got[i] == pytest.approx(np.log(1 - p[i] + p[i] * np.exp(fit.max())))
 
 
-def test_an_axis_tells_as_much_as_it_is_better_than_chance() -> None:
-    """Over headings that may be any, the ratio to an axis that may be any has the mean 1."""
+def test_the_likelihood_ratio_of_an_axis_has_the_mean_one() -> None:
+    """The mean over uniform headings, against an axis of unknown direction."""
     headings = np.linspace(-np.pi, np.pi, 2001)[:-1]
     at, ones = np.zeros((2000, 2)), np.ones(2000)
     args = (at, headings, ones, True, np.zeros((1, 2)), np.array([0.4]), np.zeros(1), np.ones(1))
@@ -56,7 +56,7 @@ def test_an_axis_tells_as_much_as_it_is_better_than_chance() -> None:
     np.testing.assert_allclose(np.exp(detection_log_weights(*args, 100.0)), 1.0, atol=0.001)
 
 
-def test_not_seeing_weighs_only_where_the_target_would_have_been_seen() -> None:
+def test_a_miss_counts_only_where_the_target_is_detectable() -> None:
     x, nothing = np.zeros((2, 2)), np.empty((0, 2))
     args = (x, np.zeros(2), np.array([0.0, 0.6]))
     missed = detection_log_weights(*args, True, nothing, np.empty(0), np.empty(0), np.empty(0), 0.3)

@@ -64,7 +64,7 @@ def test_a_pose_is_found_again_in_spite_of_houses() -> None:
 
 
 def mark_errors_px(use_mosaic: bool) -> list[float]:
-    """Return how far marks on the ground are from where each picture of a film shows them, the worst of three."""
+    """Return the largest error of three ground marks in each picture of a film."""
     frames = film(3, 30, out=(12, 20), decoys=0)
     first = frames[0]
     metres_per_pixel = first.T_world_camera[2, 3] / first.observation.camera.focal_px
@@ -86,14 +86,14 @@ def mark_errors_px(use_mosaic: bool) -> list[float]:
     return errors
 
 
-def test_pictures_are_placed_on_the_mosaic_to_a_pixel_and_drift_without_it() -> None:
+def test_pictures_are_registered_to_a_pixel_and_drift_without_the_mosaic() -> None:
     placed, chained = mark_errors_px(use_mosaic=True), mark_errors_px(use_mosaic=False)
     assert max(placed) < 1.5
     assert placed[-1] < 0.5
     assert chained[-1] > 2.0
 
 
-def test_the_mosaic_shows_what_was_laid_down_and_grows() -> None:
+def test_the_mosaic_shows_the_added_pictures_and_grows() -> None:
     rng = np.random.default_rng(4)
     picture = np.repeat(np.repeat(rng.integers(0, 256, (24, 32, 3)), 10, axis=0), 10, axis=1).astype(np.uint8)
     camera = looking_down(_MODEL, 0.1)
@@ -111,7 +111,7 @@ def test_the_mosaic_shows_what_was_laid_down_and_grows() -> None:
 
 
 @pytest.mark.parametrize("pitch_rad", [1.15, 1.3, 1.6])
-def test_a_pose_that_sees_to_the_horizon_lays_nothing_down(pitch_rad: float) -> None:
+def test_a_picture_with_the_horizon_is_not_added(pitch_rad: float) -> None:
     picture = np.full((240, 320, 3), 90, np.uint8)
     camera = looking_down(_MODEL, 0.1)
     mosaic = Mosaic(0.2)
@@ -121,7 +121,7 @@ def test_a_pose_that_sees_to_the_horizon_lays_nothing_down(pitch_rad: float) -> 
     np.testing.assert_array_equal(mosaic.count, before)
 
 
-def test_far_from_all_that_was_seen_no_roads_are_drawn() -> None:
+def test_far_from_the_seen_ground_no_roads_are_drawn() -> None:
     mosaic = Mosaic(0.2)
     mosaic.add(np.full((240, 320, 3), 90, np.uint8), looking_down(_MODEL, 0.1), _ALL_GROUND)
     finder = RoadFinder()
@@ -129,7 +129,7 @@ def test_far_from_all_that_was_seen_no_roads_are_drawn() -> None:
     assert finder.draw(mosaic, np.array([1000.0, 0.0])).graph.edge_count == 0
 
 
-def test_the_target_is_hardly_taken_for_ground() -> None:
+def test_the_target_has_little_weight_as_ground() -> None:
     camera = looking_down(_MODEL, 0.1)
     weight = standing_ground(camera, None, np.zeros(2), 4.5)
     assert weight[120, 160] == 1
@@ -137,7 +137,7 @@ def test_the_target_is_hardly_taken_for_ground() -> None:
 
 
 @pytest.mark.parametrize("heading_rad", [0.0, 0.4, 0.9, 1.5])
-def test_the_length_of_a_car_is_read_off_its_upright_box(heading_rad: float) -> None:
+def test_the_length_of_a_car_follows_from_its_upright_box(heading_rad: float) -> None:
     c, s = np.cos(heading_rad), np.sin(heading_rad)
     width, height = 40 * (c + WIDTH_TO_LENGTH * s), 40 * (s + WIDTH_TO_LENGTH * c)
     assert apparent_length_px(np.array([10, 20, 10 + width, 20 + height])) == pytest.approx(40.0, rel=1e-6)
@@ -149,7 +149,7 @@ def measures(inside: float, mismatch: float, moved: float) -> np.ndarray:
     return result
 
 
-def test_likeness_learns_what_this_target_is_like() -> None:
+def test_likeness_learns_the_targets_measures() -> None:
     likeness = Likeness()
     grey = measures(1.5, 12.0, 25.0)
     before = likeness.log_ratio(grey)

@@ -1,4 +1,4 @@
-"""The road graph our tracker draws from its mosaic, and how cars drive on it."""
+"""The road graph drawn from the mosaic, and cars that drive on it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import pytest
 from trackers.mosaic_graph.ground_camera import looking_down
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
-from trackers.mosaic_graph.kernels.roads import NO_ROADS, RoadGraph, Roads
+from trackers.mosaic_graph.kernels.roads import RoadGraph, Roads
 from trackers.mosaic_graph.motion_model import CarModel, Instant
 from trackers.mosaic_graph.road_graph import build_graph
-from trackers.mosaic_graph.road_network import roads_about
+from trackers.mosaic_graph.road_network import NO_ROADS, roads_about
 from trackers.types import CameraModel
 
 HABITS = rm.Habits(
@@ -85,7 +85,7 @@ def test_short_spurs_are_cut_and_gaps_in_line_bridged() -> None:
     assert ((graph.points_m[:, 0] > 64) & (graph.points_m[:, 0] < 76)).any()
 
 
-def test_every_dead_end_is_drawn_on_whatever_the_order_of_the_lines() -> None:
+def test_every_dead_end_is_extended_whatever_the_order_of_the_lines() -> None:
     """A street with a gap, and another that ends just before its middle: both gaps are closed."""
     across = np.linspace([0.0, -60.0], [0.0, 60.0], 241)
     side_street = np.linspace([-60.0, 20.0], [-15.0, 20.0], 91)
@@ -118,7 +118,7 @@ def test_cars_keep_their_lane_and_take_every_way_at_a_crossing() -> None:
     assert np.mean(straight) == pytest.approx(0.5, abs=0.06)
     assert np.mean(left) == pytest.approx(0.25, abs=0.06)
     assert np.mean(right) == pytest.approx(0.25, abs=0.06)
-    # Right-hand lanes: those who turned left drive north on the east side.
+    # Right-hand lanes: cars that turned left drive north on the east side.
     assert np.median(states[left, rp.X]) == pytest.approx(1.8, abs=1.0)
 
 
@@ -154,7 +154,7 @@ def test_a_free_cars_urge_has_the_spread_it_should() -> None:
     assert states[:, rp.CRUISE].mean() == pytest.approx(8.0, abs=0.2)
 
 
-def test_on_a_straight_road_a_car_gets_as_fast_as_it_wishes() -> None:
+def test_on_a_straight_road_a_car_reaches_its_desired_speed() -> None:
     long = build_graph([np.column_stack([np.linspace(-300.0, 300.0, 601), np.zeros(601)])], nothing_unseen)
     roads = roads_about(long, np.zeros(2))
     rng = np.random.default_rng(9)
@@ -168,7 +168,7 @@ def test_on_a_straight_road_a_car_gets_as_fast_as_it_wishes() -> None:
     np.testing.assert_allclose(states[:, rp.SPEED], 14.0, atol=0.3)
 
 
-def test_far_from_a_crossing_nothing_is_meant_for_it() -> None:
+def test_far_from_a_crossing_a_car_has_no_decisions_for_it() -> None:
     rng = np.random.default_rng(10)
     roads = roads_of(crossing())
     states = cars(20, -50.0, -1.8, 0.0, 8.0)
@@ -180,7 +180,7 @@ def test_far_from_a_crossing_nothing_is_meant_for_it() -> None:
     assert (states[:, rp.HALTS] == 0.0).all()
 
 
-def test_roads_drawn_anew_do_not_end_the_turn_of_a_car_off_them() -> None:
+def test_redrawn_roads_do_not_end_the_turn_of_a_free_car() -> None:
     model = CarModel(
         np.zeros(2),
         0.0,

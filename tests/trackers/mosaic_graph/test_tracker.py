@@ -20,7 +20,7 @@ def frames() -> list[DrawnFrame]:
 
 
 def track(frames: list[DrawnFrame], name: str = "mosaic_graph_pf", **changes: object) -> list[Estimate]:
-    """Return what a tracker says from frame 1 on."""
+    """Return a tracker's answers from frame 1 on."""
     tracker = registry.entry(name).create(np.random.default_rng(0), particles=400, **changes)
     tracker.initialise(frames[0].observation, frames[0].box_xyxy)
     return [tracker.update(frame.observation) for frame in frames[1:]]
@@ -48,7 +48,7 @@ def test_in_view_the_centre_is_within_a_quarter_of_a_car(frames: list[DrawnFrame
     assert max(watched) < 0.25 * car_px
 
 
-def test_outside_it_goes_on_along_the_road_and_says_it_is_out_of_view(
+def test_outside_it_follows_the_road_and_reports_out_of_view(
     frames: list[DrawnFrame], estimates: list[Estimate]
 ) -> None:
     car_px = np.linalg.norm(frames[0].box_xyxy[2:] - frames[0].box_xyxy[:2])
@@ -108,15 +108,15 @@ def test_ignoring_the_measured_motion_is_the_same_as_not_having_it(frames: list[
 
 
 def out_of_view(estimates: list[Estimate]) -> list[Estimate]:
-    """Return what was said while the car was well outside; see ``test_the_film_holds_a_frame_out``."""
+    """Return the answers while the car was well outside; see ``test_the_film_holds_a_frame_out``."""
     return estimates[27:39]
 
 
-def test_looked_for_in_vain_the_car_is_rather_elsewhere_but_for_the_ablation() -> None:
+def test_a_view_without_the_car_lowers_its_particles_but_in_the_ablation() -> None:
     """The car is gone. When the view swings back over part of the particles, those weigh less than the others."""
     gone = film(0, 46, out=_OUT, with_ego=True, decoys=0, jump_m=70.0)
     full, ablated = (track(gone, name) for name in ("mosaic_graph_pf", "mosaic_graph_pf_no_negative"))
-    # At first only the border, where a car is not counted on to be found, has swept over them.
+    # At first only the border, where a detection is improbable, has swept over them.
     for said, at_most in ((full[43], 0.9), (full[44], 0.6)):
         inside = ((said.particles_px > 0) & (said.particles_px < [640, 480])).all(axis=1)
         assert said.weights[inside].mean() < at_most * said.weights[~inside].mean()
@@ -124,7 +124,7 @@ def test_looked_for_in_vain_the_car_is_rather_elsewhere_but_for_the_ablation() -
         assert np.ptp(said.weights) < 1e-12
 
 
-def test_without_roads_the_car_is_believed_to_stray_further_from_the_street(
+def test_without_roads_particles_stray_further_from_the_street(
     frames: list[DrawnFrame], estimates: list[Estimate]
 ) -> None:
     def aside_px(said: list[Estimate]) -> float:
@@ -139,8 +139,8 @@ def test_without_roads_the_car_is_believed_to_stray_further_from_the_street(
     assert aside_px(track(frames, "mosaic_graph_pf_no_roads")) > 1.5 * aside_px(estimates)
 
 
-def test_only_redetection_finds_a_car_that_no_particle_has_followed() -> None:
-    """Unseen, the car went back."""
+def test_only_redetection_finds_a_car_far_from_all_particles() -> None:
+    """The car went back out of view."""
     jumped = film(0, 64, out=_OUT, with_ego=True, decoys=0, jump_m=-18.0)
     full, ablated = (track(jumped, name) for name in ("mosaic_graph_pf", "mosaic_graph_pf_no_redetection"))
     car_px = np.linalg.norm(jumped[0].box_xyxy[2:] - jumped[0].box_xyxy[:2])
@@ -149,10 +149,10 @@ def test_only_redetection_finds_a_car_that_no_particle_has_followed() -> None:
     assert error_px(jumped[-1], ablated[-1]) > 2.0 * car_px
 
 
-def test_the_ablation_without_the_mosaic_places_pictures_otherwise(
+def test_the_ablation_without_the_mosaic_registers_pictures_differently(
     frames: list[DrawnFrame], estimates: list[Estimate]
 ) -> None:
-    """How much worse: ``test_pictures_are_placed_on_the_mosaic_to_a_pixel_and_drift_without_it``."""
+    """The errors: ``test_pictures_are_registered_to_a_pixel_and_drift_without_the_mosaic``."""
     ablated = track(frames[:30], "mosaic_graph_pf_no_mosaic")
     assert all(np.isfinite(e.position_px).all() for e in ablated)
     assert not np.array_equal(ablated[-1].position_px, estimates[28].position_px)

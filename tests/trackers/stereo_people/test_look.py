@@ -1,4 +1,4 @@
-"""What ``stereo_people`` knows of looks and who is who, whatever its numbers are tuned to."""
+"""Looks and association of ``stereo_people``, whatever its parameters are."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def look_of(*parts_rgb: tuple[float, float, float]) -> Look:
 
 
 SKIN, NAVY, OCHRE, BRICK = (0.4, 0.25, 0.18), (0.02, 0.04, 0.12), (0.4, 0.25, 0.05), (0.35, 0.05, 0.04)
-HIS = look_of(SKIN, OCHRE, OCHRE, NAVY, NAVY)
-ANOTHERS = look_of(SKIN, NAVY, NAVY, OCHRE, BRICK)
+TARGET = look_of(SKIN, OCHRE, OCHRE, NAVY, NAVY)
+OTHER = look_of(SKIN, NAVY, NAVY, OCHRE, BRICK)
 UNSEEN = Look(np.full(SIZE, np.nan), np.full(SIZE, np.inf))
 
 
@@ -41,43 +41,43 @@ def under_light(look: Look, *log_rgb: float) -> Look:
 
 
 class TestLooks:
-    def test_the_same_clothes_speak_for_him_others_against(self):
-        model = model_of(HIS)
-        assert model.likeness(HIS) > 0 > model.likeness(ANOTHERS)
+    def test_the_same_clothes_are_likelier_than_others(self):
+        model = model_of(TARGET)
+        assert model.likeness(TARGET) > 0 > model.likeness(OTHER)
         assert model.likeness(UNSEEN) == 0.0
 
     @pytest.mark.parametrize("light", [(0.9, 0.9, 0.9), (-0.9, -0.9, -0.9), (0.5, 0.1, -0.4)])
     def test_a_common_shift_is_forgiven_when_the_light_may_have_changed_alone(self, light):
-        steady, loosened = model_of(HIS), model_of(HIS)
+        steady, loosened = model_of(TARGET), model_of(TARGET)
         steady.predict(STEADY, 0.0, is_lost=False)
         loosened.predict(STEADY, 3.0, is_lost=False)
-        relit = under_light(HIS, *light)
+        relit = under_light(TARGET, *light)
         assert loosened.likeness(relit) > steady.likeness(relit) + 1.0
         assert loosened.likeness(relit) > 0
-        # Somebody else is not forgiven: his trousers are no darker than his top by a change of the light.
-        assert loosened.likeness(under_light(ANOTHERS, *light)) < loosened.likeness(relit) - 3.0
+        # Another person's look stays unlikely: no light makes the trousers darker than the top.
+        assert loosened.likeness(under_light(OTHER, *light)) < loosened.likeness(relit) - 3.0
 
-    def test_a_shift_of_the_whole_picture_is_expected_of_him_too(self):
-        model = model_of(HIS)
+    def test_a_shift_of_the_whole_picture_shifts_the_look(self):
+        model = model_of(TARGET)
         before = model.mean.copy()
         model.predict(np.array([0.4, 0.3, 0.2]), 0.0, is_lost=False)
         np.testing.assert_allclose(model.mean - before, np.tile([0.4, 0.3, 0.2], len(PARTS)))
-        assert model.likeness(under_light(HIS, 0.4, 0.3, 0.2)) > 0
+        assert model.likeness(under_light(TARGET, 0.4, 0.3, 0.2)) > 0
 
     @pytest.mark.parametrize("part", range(len(PARTS)))
-    def test_one_part_of_somebody_else_costs_no_more_than_leaving_it_out(self, part):
-        model = model_of(HIS)
-        odd, without = HIS.log_rgb.copy(), HIS.log_rgb.copy()
+    def test_one_part_of_another_person_costs_no_more_than_leaving_it_out(self, part):
+        model = model_of(TARGET)
+        odd, without = TARGET.log_rgb.copy(), TARGET.log_rgb.copy()
         odd[3 * part : 3 * part + 3] += (2.5, -1.0, 1.5)
         without[3 * part : 3 * part + 3] = np.nan
-        of_odd, of_without = (model.likeness(replace(HIS, log_rgb=each)) for each in (odd, without))
+        of_odd, of_without = (model.likeness(replace(TARGET, log_rgb=each)) for each in (odd, without))
         assert of_without - 3.5 < of_odd < of_without
 
     @settings(max_examples=40, deadline=None)
     @given(seed=st.integers(0, 9999))
-    def test_what_is_known_stays_a_covariance_and_tightens_by_looks(self, seed):
+    def test_looks_shrink_the_covariance_and_keep_it_positive(self, seed):
         rng = np.random.default_rng(seed)
-        model = model_of(HIS, 0)
+        model = model_of(TARGET, 0)
         for _ in range(5):
             model.predict(rng.normal(0, 0.3, 3), rng.uniform(0, 1), is_lost=bool(rng.random() < 0.5))
             loose = np.trace(model.covariance)
@@ -104,7 +104,7 @@ class TestLooks:
         assert only.known.reshape(-1, 3).all(axis=1).tolist() == [False] * 4 + [True]
 
 
-def sighting(place_m: Iterable[float], look: Look = HIS, height_m: float = 1.75) -> Sighting:
+def sighting(place_m: Iterable[float], look: Look = TARGET, height_m: float = 1.75) -> Sighting:
     return Sighting(np.array(list(place_m), dtype=float), 3.0, height_m, look)
 
 
@@ -112,7 +112,7 @@ def sighting(place_m: Iterable[float], look: Look = HIS, height_m: float = 1.75)
 @given(seed=st.integers(0, 9999), people=st.integers(0, 4), seen=st.integers(0, 4))
 def test_association_is_the_best_of_all(seed, people, seen):
     rng = np.random.default_rng(seed)
-    looks = (HIS, ANOTHERS, UNSEEN)
+    looks = (TARGET, OTHER, UNSEEN)
     tracks = [
         Track(sighting(rng.uniform(0, 1.5, 2), looks[rng.integers(2)]), 0.0, TrackParameters()) for _ in range(people)
     ]
@@ -131,10 +131,10 @@ def test_association_is_the_best_of_all(seed, people, seen):
     assert sum(scores[row, index] for row, index in enumerate(found) if index is not None) == pytest.approx(best)
 
 
-def test_who_is_too_far_off_is_nobodys():
+def test_a_sighting_too_far_off_has_no_track():
     track = Track(sighting((3.0, 0.0)), 0.0, TrackParameters())
     track.predict(1 / 15, STEADY, 0.0)
     assert track.score(sighting((3.1, 0.0))) > 0
     assert track.score(sighting((9.0, 0.0))) == -np.inf
-    assert track.score(sighting((3.1, 0.0), ANOTHERS)) < track.score(sighting((3.1, 0.0)))
+    assert track.score(sighting((3.1, 0.0), OTHER)) < track.score(sighting((3.1, 0.0)))
     assert track.score(sighting((3.1, 0.0), height_m=1.55)) < track.score(sighting((3.1, 0.0)))

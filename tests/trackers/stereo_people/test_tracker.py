@@ -1,4 +1,4 @@
-"""What ``stereo_people`` promises on drawn pairs, whatever its numbers are tuned to."""
+"""``stereo_people`` on drawn pairs, whatever its parameters are."""
 
 from __future__ import annotations
 
@@ -68,12 +68,12 @@ def test_it_answers_where_the_person_is():
         moved = replace(PERSON, left_m=PERSON.left_m + 0.06 * frame)
         estimate = tracker.update(observation([moved, OTHER], frame))
     assert estimate.in_view_probability == pytest.approx(1.0)
-    # He is some 10 cm behind what is seen of him.
+    # The body's axis is some 10 cm behind its visible surface.
     assert place_of(estimate) == pytest.approx([3.1, 0.45], abs=0.2)
     assert estimate.box_xyxy == pytest.approx(person_box(moved), abs=25)
 
 
-def test_a_robot_that_turns_on_the_spot_moves_nobody():
+def test_a_robot_that_turns_on_the_spot_leaves_people_in_place():
     tracker = new_tracker()
     tracker.initialise(turned([PERSON], 0.0, 0), person_box(PERSON))
     places_m = []
@@ -83,7 +83,7 @@ def test_a_robot_that_turns_on_the_spot_moves_nobody():
     np.testing.assert_allclose(places_m, np.tile([3.1, 0.2], (7, 1)), atol=0.15)
 
 
-def test_without_odometry_who_is_not_seen_turns_with_the_robot():
+def test_without_odometry_an_unseen_person_turns_with_the_robot():
     places_m = []
     for name in ("stereo_people", "stereo_people_no_odometry"):
         tracker = new_tracker(name)
@@ -110,7 +110,7 @@ def test_a_lost_right_picture_is_bridged_for_a_while():
 
 
 @pytest.mark.parametrize("name", ["stereo_people", *VARIANTS])
-def test_nobody_in_sight_is_no_error(name):
+def test_an_empty_view_is_no_error(name):
     tracker = new_tracker(name)
     tracker.initialise(observation([]), person_box(PERSON))
     for frame, right in ((1, True), (2, False), (3, True), (60, True), (61, True)):
@@ -150,20 +150,20 @@ def test_the_same_pairs_get_the_same_answers():
     np.testing.assert_array_equal(*runs)
 
 
-@pytest.mark.parametrize(("name", "heeds"), [("stereo_people", True), ("stereo_people_no_light", False)])
-def test_the_light_is_heeded_by_what_the_picture_and_the_camera_say(monkeypatch, name, heeds):
-    told = []
+@pytest.mark.parametrize(("name", "used"), [("stereo_people", True), ("stereo_people_no_light", False)])
+def test_light_is_estimated_from_picture_and_registers(monkeypatch, name, used):
+    given = []
     predict = Track.predict
 
     def spy(track, seconds, shift, loosened):
-        told.append((float(np.abs(shift).max()), loosened))
+        given.append((float(np.abs(shift).max()), loosened))
         predict(track, seconds, shift, loosened)
 
     monkeypatch.setattr(Track, "predict", spy)
     tracker = started(name, PERSON)
     frame = observation([PERSON], 1, replace(CALM, red=700))
     tracker.update(replace(frame, image_rgb=(0.6 * frame.image_rgb).astype(np.uint8)))
-    assert (told[0][0] > 0.3, told[0][1] > 0) == (heeds, heeds)
+    assert (given[0][0] > 0.3, given[0][1] > 0) == (used, used)
 
 
 @pytest.mark.parametrize(("name", "tracks"), [("stereo_people", 2), ("stereo_people_no_others", 1)])
@@ -181,8 +181,8 @@ def test_others_are_followed_too(monkeypatch, name, tracks):
 
 
 @pytest.mark.parametrize(("name", "looks"), [("stereo_people", True), ("stereo_people_no_nearby", False)])
-def test_what_is_left_of_somebody_half_hidden_is_seen_where_he_is_expected(name, looks):
-    """A post as wide as an arm is no candidate; where a person is expected it is what is seen of him."""
+def test_a_half_hidden_person_is_seen_at_the_expected_place(name, looks):
+    """A post as wide as an arm is no candidate, but at the expected place it is taken for a part of the person."""
     tracker = started(name, PERSON)
     for frame in range(1, 4):
         tracker.update(observation([PERSON], frame))
@@ -191,8 +191,8 @@ def test_what_is_left_of_somebody_half_hidden_is_seen_where_he_is_expected(name,
     assert (estimate.in_view_probability == 1.0) == looks
 
 
-def test_somebody_else_is_not_taken_for_who_has_gone():
-    """He goes behind a wall; whoever stood beside him all the while is not he."""
+def test_another_person_is_not_taken_for_the_lost_target():
+    """The target goes behind a wall; the person who stood beside it all the time is another one."""
     tracker = started("stereo_people", PERSON, OTHER)
     for frame in range(1, 13):
         tracker.update(observation([PERSON, OTHER], frame))
@@ -202,17 +202,17 @@ def test_somebody_else_is_not_taken_for_who_has_gone():
             assert np.linalg.norm(place_of(estimate) - (OTHER.ahead_m, OTHER.left_m)) > 0.7
 
 
-def test_who_is_held_for_the_target_has_his_height_and_goes_on_learning_it():
+def test_a_track_that_continues_a_lost_one_keeps_learning_its_height():
     view = started("stereo_people", PERSON)
     seen = view._target.latest
     parameters = view._tracks_parameters
     lost, other = (Track(replace(seen, height_m=height_m), 0.0, parameters) for height_m in (1.8, 1.6))
     for _ in range(30):
         lost.correct(replace(seen, height_m=1.8), 0.0)
-    other.take_for(lost)
+    other.continue_lost(lost)
     other.correct(replace(seen, height_m=1.5), 0.1)
     assert other.height_m == pytest.approx(1.79, abs=0.005)
     unknown, other = (Track(replace(seen, height_m=height_m), 0.0, parameters) for height_m in (np.nan, 1.6))
-    other.take_for(unknown)
+    other.continue_lost(unknown)
     other.correct(replace(seen, height_m=1.7), 0.1)
     assert other.height_m == pytest.approx(1.7)

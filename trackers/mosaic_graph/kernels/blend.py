@@ -1,4 +1,4 @@
-"""Running mean of pictures that are laid over one another."""
+"""Running mean of overlaid pictures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def blend_into(
     weight: NDArray[np.uint8],
     slowest_rate: float,
 ) -> None:
-    """Take ``patch`` into the running mean, in place.
+    """Add ``patch`` to the running mean, in place.
 
     Where ``weight`` w > 0:  ``mean <- mean + (w / 255) max(1 / (n + 1), slowest_rate) (patch - mean)``, and
     ``n <- min(n + 1, 255)`` if w >= 128. The first time (n = 0) the mean becomes the patch and n = 1
@@ -25,7 +25,7 @@ def blend_into(
     Args:
         mean: (H, W, 3) running mean; rounded: (H, W, 3) the same in 8 bit; count: (H, W) pictures so far.
         patch: (H, W, 3) new picture; weight: (H, W), 0 = not seen here.
-        slowest_rate: in (0, 1], floor of the rate, so that the mean goes on following the light.
+        slowest_rate: in (0, 1], floor of the rate, so that the mean follows the light.
     """
     for i in range(patch.shape[0]):
         for j in range(patch.shape[1]):

@@ -1,4 +1,4 @@
-"""Colours counted in a coarse cube, and tables over that cube looked up for whole pictures.
+"""Histograms and look-up tables of colours on a coarse cube.
 
 A colour (r, g, b), 8 bit, lies in cell ``(r >> 3) * 1024 + (g >> 3) * 32 + (b >> 3)`` of 32 x 32 x 32.
 """

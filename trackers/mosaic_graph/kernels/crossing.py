@@ -1,4 +1,4 @@
-"""Ways over a crossing: from a point of one lane to a point of the next, along a curve like an arc of a circle."""
+"""Paths over a crossing: from a point of one lane to a point of the next, along nearly an arc of a circle."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from numpy.typing import NDArray
 from trackers.mosaic_graph.kernels.roads import RoadGraph
 
 CUT_M = 9.0
-"""How far before a crossing's middle a car leaves its lane, and how far behind it it is in the next."""
+"""Distance from a crossing's middle at which a car leaves its lane, and at which it is in the next."""
 _FIT_STEPS = 8
 _PLACE_M, _HEADING_RAD, _LEAST_FIT = 1.0, 0.15, 1e-3
 
 
 @njit(cache=True)
 def wrap(angle: float) -> float:
-    """Return the same angle within [-pi, pi)."""
+    """Return an angle wrapped to [-pi, pi)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 @njit(cache=True)
 def last_point(graph: RoadGraph, edge: int) -> int:
-    """Return the index, along an edge, of its last point."""
+    """Return the index of an edge's last point along the edge."""
     return graph.first[edge + 1] - graph.first[edge] - 1
 
 
 @njit(cache=True)
 def enter(graph: RoadGraph, way: int, beyond: float) -> tuple[int, float, float, float]:
-    """Return where a car is that took a way (entry of ``node_edges``) and is ``beyond`` points past the node: edge,
-    direction, point on it (at most its end), and how far past its end.
+    """Return the place of a car ``beyond`` points past the node on a way (entry of ``node_edges``): edge, direction,
+    point on it (at most its end), and distance past its end.
     """
     edge = graph.node_edges[way]
     direction = 1.0 if graph.node_sides[way] == 0 else -1.0
@@ -42,9 +42,7 @@ def enter(graph: RoadGraph, way: int, beyond: float) -> tuple[int, float, float,
 def lane_point(
     graph: RoadGraph, edge: int, direction: float, arc: float, beyond: float, lateral: float
 ) -> tuple[float, float, float, float]:
-    """Return the point of a lane abreast of point ``arc`` of an edge, ``beyond`` m straight on from it, and its unit
-    tangent.
-    """
+    """Return the point (x, y) of a lane at point ``arc`` of an edge, ``beyond`` m straight on, and its unit tangent."""
     whole = min(int(arc), last_point(graph, edge) - 1)
     fraction = arc - whole
     p = graph.first[edge] + whole
@@ -56,7 +54,7 @@ def lane_point(
 
 @njit(cache=True)
 def reach_before(graph: RoadGraph, edge: int) -> float:
-    """Return how far before the end of an edge the crossing begins."""
+    """Return the distance before the end of an edge at which the crossing begins."""
     return min(CUT_M, 1.0 * last_point(graph, edge))
 
 
@@ -66,8 +64,8 @@ def curve_over(
 ) -> tuple[NDArray[np.float64], float, float, float]:
     """Return the control points (4, 2) of the cubic Bézier curve from lane to lane, its length, radius and turn.
 
-    Handles of ``4/3 tan(turn/4) r`` make it nearly an arc of a circle where it begins and ends as far from the
-    crossing's middle; length and radius are those of that arc also where a short street makes it lopsided.
+    Handles of ``4/3 tan(turn/4) r`` make it nearly an arc of a circle if it begins and ends equally far from the
+    crossing's middle. Length and radius are always those of that arc, even if a short street makes it asymmetric.
     """
     last = last_point(graph, edge)
     back = reach_before(graph, edge)
@@ -90,7 +88,7 @@ def curve_over(
 
 @njit(cache=True)
 def on_curve(control: NDArray[np.float64], t: float) -> tuple[float, float, float]:
-    """Return the point of a cubic Bézier curve and its heading."""
+    """Return the point (x, y) of a cubic Bézier curve at ``t`` in [0, 1], and the heading there."""
     u = 1.0 - t
     b_0, b_1, b_2, b_3 = u * u * u, 3 * u * u * t, 3 * u * t * t, t * t * t
     d_0, d_1, d_2 = u * u, 2 * u * t, t * t
@@ -111,8 +109,9 @@ def on_curve(control: NDArray[np.float64], t: float) -> tuple[float, float, floa
 
 @njit(cache=True)
 def fit_of_curve(control: NDArray[np.float64], x: float, y: float, heading: float) -> tuple[float, float]:
-    """Return how well a car's place and heading fit a way over a crossing, ``exp(-c)`` with c half the sum of squared
-    misfits in units of 1 m and 0.15 rad, hardly 0 at worst; and the share of the way that it has driven.
+    """Return the fit of a car's place and heading to a path over a crossing, and the share of the path behind it.
+
+    The fit is ``exp(-c) + 0.001``, with c half the sum of the squared deviations in units of 1 m and 0.15 rad.
     """
     best, best_t = 1e9, 0.0
     for step in range(_FIT_STEPS + 1):

@@ -1,6 +1,4 @@
-"""A car-shaped box laid over pictures at any place and heading: what is inside it, around it, and how like
-a template.
-"""
+"""Measures of an oriented box of a car's size in a picture: inside it, around it, and against a template."""
 
 from __future__ import annotations
 
@@ -9,21 +7,21 @@ from numba import njit
 from numpy.typing import NDArray
 
 ALONG, ACROSS = 12, 6
-"""Samples inside the box, nose to tail and left to right."""
+"""Samples inside the box, front to rear and left to right."""
 INSIDE, AROUND, MISMATCH, MOVED, MOVED_AROUND, KNOWN, COVERED = range(7)
-"""Columns of what is measured: mean log-ratio of colour inside the box and around it, mean difference from
-the template, mean difference from the background inside the box and around it where that is known, and the
-shares of the box where it is known and that lie within the picture.
+"""Columns of the measures: mean log-ratio of colour inside the box and around it, mean difference from the template,
+mean difference from the known background inside the box and around it, share of the samples in the picture whose
+background is known, and share of all samples in the picture.
 """
 MEASURES = 7
 UNKNOWN = 255
-"""Stands for a difference from the background where that was never seen; true differences are at most 254."""
+"""Difference from an unknown background; known differences are at most 254."""
 _RING = 1.45
 _LEAST_GAIN, _LARGEST_GAIN = 0.6, 1.6
 _PLACES_INSIDE = np.array(
     [(1 - (2 * a + 1) / ALONG, (2 * b + 1) / ACROSS - 1) for a in range(ALONG) for b in range(ACROSS)]
 )
-"""Of the samples, in shares of the box's half length towards the nose, and of its half width towards the right."""
+"""Of the samples: shares of the box's half length towards the front, and of its half width towards the right."""
 _PLACES_AROUND = np.array(
     [
         (_RING * a / (ALONG // 2), _RING * b / (ACROSS // 2))
@@ -44,8 +42,8 @@ def sample_template(
     """Return the colours (ALONG, ACROSS, 3) inside a box, bilinear; NaN outside the picture (H, W, 3).
 
     Args:
-        centre: (2,) x and y, whole numbers at pixel centres. half_length, half_width: (2,) vectors from it
-            to the nose and to the right side.
+        centre: (2,) x and y, whole numbers at pixel centres. half_length, half_width: (2,) vectors from it to the
+            front and to the right side.
     """
     height, width = rgb.shape[:2]
     result = np.empty((ALONG, ACROSS, 3), np.float32)
@@ -78,15 +76,13 @@ def measure_box(
 ) -> NDArray[np.float64]:
     """Return the measures (MEASURES,) of a box.
 
-    Inside: a grid of ALONG x ACROSS samples; around: a frame of samples at 1.45 times the box. ``MISMATCH =
-    mean |I - T|`` over samples and colours, 8-bit levels, after the brightness of I is scaled to T's by a
-    factor within [0.6, 1.6]; the lesser one of T and T turned by half a turn, since the axis does not say
-    where the nose is.
+    Inside: a grid of ALONG x ACROSS samples; around: a frame of samples at 1.45 times the box. ``MISMATCH = mean
+    |I - T|`` over samples and colours, 8-bit levels, after the brightness of I is scaled to T's by a factor in [0.6,
+    1.6]; the smaller one of T and T rotated by half a turn, as the axis does not give the heading.
 
     Args:
-        rgb (H, W, 3), log_ratio (H, W), difference (H, W): picture, colour log-ratio, difference from the
-            background.
-        template: (ALONG, ACROSS, 3); all zero = none, the mismatch is then 0.
+        rgb (H, W, 3), log_ratio (H, W), difference (H, W): picture, log-ratio of colour, difference from background.
+        template: (ALONG, ACROSS, 3); all zero = none, and the mismatch is 0.
         centre, half_length, half_width: see ``sample_template``.
     """
     result = np.zeros(MEASURES)
@@ -127,8 +123,8 @@ def _find_pixels(
 def _sums(
     log_ratio: NDArray[np.float32], difference: NDArray[np.uint8], pixels: NDArray[np.int64]
 ) -> tuple[int, int, float, float]:
-    """Return how many pixels (N, 2) lie within the picture and where the background is known, and the sums there of the
-    log-ratio and of the difference from the background.
+    """Return the number of pixels (N, 2) inside the picture, and of those with known background, and the sums there of
+    the log-ratio and of the difference from the background.
     """
     total, moved, known, count = 0.0, 0.0, 0, 0
     for n in range(len(pixels)):
@@ -183,14 +179,12 @@ def fit_box(
     reach_px: int,
     merit: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
-    """Move a box about and turn it until ``merit . measures`` is greatest: a coarse grid, then ever smaller
-    steps.
+    """Maximise ``merit . measures`` over place and heading of a box: a coarse grid, then decreasing steps.
 
     Args:
-        centre: (2,) where to start. pixels_per_metre: (2, 2), map metres to picture pixels there.
-            half_size_m: (2,) half length and half width of the car.
-        headings_rad: (K,) on the map, tried all. reach_px: the centre is tried up to so far to either side,
-            in steps of 2.
+        centre: (2,) start. pixels_per_metre: (2, 2), map metres to picture pixels there.
+        half_size_m: (2,) half length and half width of the car.
+        headings_rad: (K,) of the grid, on the map. reach_px: of the grid to either side, in steps of 2.
         merit: (MEASURES,) weights.
 
     Returns:
@@ -238,7 +232,7 @@ def fit_box(
 def half_axes(
     pixels_per_metre: NDArray[np.float64], half_size_m: NDArray[np.float64], heading_rad: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return picture vectors from a car's centre to its nose and to its right side."""
+    """Return picture vectors from a car's centre to its front and to its right side."""
     c, s = np.cos(heading_rad), np.sin(heading_rad)
     along, across = np.empty(2), np.empty(2)
     for k in range(2):
@@ -257,9 +251,8 @@ def spot_axis(
 ) -> tuple[NDArray[np.float64], float]:
     """Return centre (2,) and axis (rad, from +x towards +y) of the spot around a pixel, by its moments.
 
-    Each pixel within ``radius_px`` has the mass ``max(log-ratio, 0) + worth * difference``; the window is
-    moved to the centre of mass twice; the axis is that of the larger second moment: ``tan 2a = 2 m_xy /
-    (m_xx - m_yy)``.
+    Each pixel within ``radius_px`` has the mass ``max(log-ratio, 0) + worth * difference``. The window is moved to the
+    centre of mass twice. The axis is that of the larger second moment: ``tan 2a = 2 m_xy / (m_xx - m_yy)``.
     """
     height, width = log_ratio.shape
     x, y = centre[0], centre[1]

@@ -1,4 +1,4 @@
-"""Robust fit of a homography family to points of a plane: one Gauss-Newton step's sums."""
+"""Homographies of points, and the sums of one Gauss-Newton step of their robust fit."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 @njit(cache=True)
 def apply_homography(H: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``(u, v) = (h_1 . p, h_2 . p) / (h_3 . p)``, p = (x, y, 1), for points (N, 2); NaN where h_3 .
-    p <= 0.
-    """
+    """Return ``(h_1 . p, h_2 . p) / (h_3 . p)`` (N, 2), p = (x, y, 1), of points (N, 2); NaN where h_3 . p <= 0."""
     result = np.empty((points.shape[0], 2))
     for i in range(points.shape[0]):
         x, y = points[i, 0], points[i, 1]
@@ -32,7 +30,7 @@ def robust_normal_equations(
     pixels: NDArray[np.float64],
     scale_px: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Sum the weighted normal equations of ``pixels ~ H points`` over the parameters that move H.
+    """Sum the weighted normal equations of ``pixels ~ H points`` for the parameters of H.
 
     ``r_i = z_i - pi(H p_i)``, ``J_i = d pi(H p_i) / d parameters``, Geman-McClure weight
     ``w_i = (1 + |r_i|^2 / s^2)^-2``:  ``A = sum w J^T J / s^2``,  ``b = sum w J^T r / s^2``.

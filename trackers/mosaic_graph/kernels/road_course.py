@@ -1,4 +1,4 @@
-"""Cars on a graph of centre lines: which way they may go on, what lies ahead of them, and how they get there."""
+"""Routes of cars on a graph of centre lines: choice of a way at a crossing, points ahead, and progress."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _ABREAST_WITHIN_M = 13
 
 @njit(cache=True)
 def heading_behind(graph: RoadGraph, way: int) -> float:
-    """Return the heading behind a crossing of a car that takes a way."""
+    """Return the heading behind a crossing of a car on a way (entry of ``node_edges``)."""
     edge, direction, arc, _ = enter(graph, way, CUT_M)
     _, _, t_x, t_y = lane_point(graph, edge, direction, arc, 0.0, 0.0)
     return np.arctan2(t_y, t_x)
@@ -47,12 +47,11 @@ def heading_behind(graph: RoadGraph, way: int) -> float:
 
 @njit(cache=True)
 def choose_way(s: NDArray[np.float64], graph: RoadGraph, turn_weight: float, lane_m: float, uniform: float) -> None:
-    """Draw the way on at the end of the edge and write it into the state: ``CHOICE`` (-1 at a dead end) and ``BOUND``.
+    """Draw the way at the end of the edge and write it into the state: ``CHOICE`` (-1 at a dead end) and ``BOUND``.
 
-    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning back;
-    times how well it leads where the car is bound for, if it is known: roads are drawn anew and anew, intentions stay.
-    Who is on the crossing already is put on the way it chose, whose weight is also times how well place and heading
-    fit.
+    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning back, each
+    times the agreement with the desired heading ``BOUND``, if there is one: it outlasts redrawn roads. For a car on the
+    crossing the weight is also multiplied by ``fit_of_curve``, and the car is moved onto the path.
     """
     edge, side = int(s[EDGE]), 1 if s[DIRECTION] > 0 else 0
     node = graph.ends[edge, side]
@@ -87,7 +86,7 @@ def choose_way(s: NDArray[np.float64], graph: RoadGraph, turn_weight: float, lan
 
 @njit(cache=True)
 def _put_on_way(s: NDArray[np.float64], graph: RoadGraph, share: float, lane_m: float) -> None:
-    """Put a car where it has driven a share of the way chosen over a crossing."""
+    """Move a car to a share of its chosen path over a crossing."""
     edge = int(s[EDGE])
     to_node = (1.0 - share) * (reach_before(graph, edge) + CUT_M) - CUT_M
     s[LATERAL] = lane_m
@@ -99,7 +98,7 @@ def _put_on_way(s: NDArray[np.float64], graph: RoadGraph, share: float, lane_m: 
 
 @njit(cache=True)
 def _pass_node(s: NDArray[np.float64], graph: RoadGraph) -> None:
-    """Put a car on the street that it chose, abreast of where it is."""
+    """Move a car to the nearest point of the edge it chose."""
     way = int(s[CHOICE])
     s[CHOICE] = -1.0
     s[HALTS] = 0.0
@@ -116,9 +115,7 @@ def _pass_node(s: NDArray[np.float64], graph: RoadGraph) -> None:
 
 @njit(cache=True)
 def point_ahead(s: NDArray[np.float64], graph: RoadGraph, distance: float) -> tuple[float, float, float]:
-    """Return the lane's point ``distance`` m ahead along the way chosen, and its heading; straight on where the road
-    ends.
-    """
+    """Return the lane's point ``distance`` m ahead along the chosen way, and its heading; straight on at a dead end."""
     edge, direction = int(s[EDGE]), s[DIRECTION]
     arc, beyond = s[ARC] + direction * distance, 0.0
     if s[CHOICE] >= 0:
@@ -128,7 +125,7 @@ def point_ahead(s: NDArray[np.float64], graph: RoadGraph, distance: float) -> tu
         if inside > 0.0:
             way = int(s[CHOICE])
             control, length, _, _ = curve_over(graph, edge, direction, way, s[LATERAL])
-            # Of a curve of any length, the same share is driven as of the way over the node.
+            # The share of the curve behind the car equals that of the way over the node.
             inside += length * max(back - to_node, 0.0) / (back + CUT_M)
             if inside < length:
                 return on_curve(control, inside / length)
@@ -141,13 +138,13 @@ def point_ahead(s: NDArray[np.float64], graph: RoadGraph, distance: float) -> tu
 
 @njit(cache=True)
 def distance_to_node_m(s: NDArray[np.float64], graph: RoadGraph) -> float:
-    """Return how far it is to the end of the edge that a car drives on."""
+    """Return the distance of a car to the end of its edge."""
     return last_point(graph, int(s[EDGE])) - s[ARC] if s[DIRECTION] > 0 else s[ARC]
 
 
 @njit(cache=True)
 def move_along(s: NDArray[np.float64], graph: RoadGraph, step_x: float, step_y: float) -> None:
-    """Keep edge and arc abreast of the position after a step; over a node onto the way chosen; free at a dead end."""
+    """Update edge and arc after a step; past a node, change to the chosen way, or set free at a dead end."""
     edge = int(s[EDGE])
     last, back = last_point(graph, edge), reach_before(graph, edge)
     length = np.sqrt(step_x * step_x + step_y * step_y)
@@ -158,7 +155,7 @@ def move_along(s: NDArray[np.float64], graph: RoadGraph, step_x: float, step_y: 
         p = graph.first[edge] + min(max(int(np.round(s[ARC])), 0), last)
         offset_x, offset_y = s[X] - graph.points_m[p, 0], s[Y] - graph.points_m[p, 1]
         along = offset_x * graph.tangents[p, 0] + offset_y * graph.tangents[p, 1]
-        # Never back, and never far: a bend's inside would otherwise make the foot of the perpendicular jump.
+        # Limits both ways: inside a bend the foot of the perpendicular would jump.
         moved = s[DIRECTION] * ((p - graph.first[edge]) + along - s[ARC])
         s[ARC] += s[DIRECTION] * min(max(moved, 0.3 * length), 2.0 * length)
     if 0.0 <= s[ARC] <= last:

@@ -1,4 +1,4 @@
-"""One step of driving: along roads, with bends, turns and halts ahead in mind, or freely."""
+"""One step of driving: along roads, with speeds for bends, turns and halts ahead, or freely."""
 
 from __future__ import annotations
 
@@ -43,60 +43,58 @@ _LEAST_TURN_RAD, _LEAST_BEND_RAD = 0.3, 0.15
 _HURRY, _HARDEST = 1.2, 1.6
 _TURN_ENDS_RATE = 1.5
 _LOOK_S, _WIDEST_AIM_RAD = 0.5, 1.5
-"""How far ahead a car aims at least, in time, and how far to the side at most."""
+"""Least look-ahead as a time, and greatest angle to the point aimed at."""
 _SLOWEST_GOAL_MPS, _FULL_NOISE_MPS, _HALTED_MPS, _SLOWEST_FREE_MPS = 0.5, 2.0, 0.7, 1.0
 _UNSEEN_TURN_RAD, _WIDEST_LEAVING_RAD = 1.57, 0.8
-"""Of a turn where no road is known, and off the road."""
+"""Angle of a turn without a known road, and greatest angle of a turn off the road."""
 
 
 class Habits(NamedTuple):
-    """How cars are driven. Rates are per second, noises per square root of a second.
+    """Parameters of driving. Rates are per second, noises per square root of a second.
 
     Attributes:
-        lateral_acceleration, braking, acceleration: m/s^2; comfortable ones, and the most speeding up.
-        cruise_mps, cruise_spread_mps, cruise_rate: speed wished for: mean, deviation, rate of return to the
-            mean.
-        urge_spread, urge_rate: acceleration that nothing here explains: deviation (m/s^2), and rate at
-            which it fades.
-        curve_spread_per_m, curve_rate: curvature of paths off the known roads: deviation, and rate at which
-            it fades.
-        unseen_turns_per_m: crossings at which a car turns, on roads that were never seen.
+        cruise_mps, cruise_spread_mps, cruise_rate: desired speed: mean, deviation, rate of return to the mean.
+        urge_spread, urge_rate: additional random acceleration: deviation (m/s^2), rate of decay.
+        curve_spread_per_m, curve_rate: curvature of paths off the known roads: deviation, rate of decay.
+        unseen_turns_per_m: turns per metre off the known roads.
         speed_noise, heading_noise, position_noise: of the step.
-        leave_rate, return_rate: of leaving the road, and of taking to one that lies near.
-        halt_share, halt_s: share of crossings where a car halts, and for how long on average.
-        turn_weight: of a turn at a crossing against going straight on.
-        lane_m, lane_rate: offset of the lane to the right of the centre line, and rate at which a car gets into it.
-        rethink_rate: at which the way on at a crossing is drawn again, up to 5.5 m before its middle.
+        leave_rate, return_rate: of leaving the road, and of joining one nearby.
+        turn_weight: of a turn at a crossing, against 1 for going straight on.
+        lateral_acceleration, braking, acceleration: m/s^2; comfortable values, and the greatest acceleration.
+        halt_share, halt_s: share of crossings where a car halts, and mean duration.
+        lane_m, lane_rate: offset of the lane to the right of the centre line, and rate of moving into it.
+        rethink_rate: of drawing the way at a crossing again, up to 5.5 m before its middle.
     """
 
-    lateral_acceleration: float
-    braking: float
-    acceleration: float
-    cruise_mps: float
     cruise_spread_mps: float
     cruise_rate: float
     urge_spread: float
-    urge_rate: float
     curve_spread_per_m: float
-    curve_rate: float
     unseen_turns_per_m: float
     speed_noise: float
-    heading_noise: float
-    position_noise: float
     leave_rate: float
-    return_rate: float
-    halt_share: float
-    halt_s: float
     turn_weight: float
-    lane_m: float
-    lane_rate: float
-    rethink_rate: float
+    lateral_acceleration: float = 2.2
+    braking: float = 3.0
+    acceleration: float = 1.8
+    cruise_mps: float = 9.0
+    urge_rate: float = 0.7
+    curve_rate: float = 0.5
+    heading_noise: float = 0.06
+    position_noise: float = 0.15
+    return_rate: float = 0.5
+    halt_share: float = 0.2
+    halt_s: float = 1.5
+    lane_m: float = 1.75
+    lane_rate: float = 1.0
+    rethink_rate: float = 1.0
 
 
 @njit(cache=True)
 def _allowed_speed(s: NDArray[np.float64], graph: RoadGraph, habits: Habits) -> float:
-    """Return the speed that bends of the street within 30 m, the way over the crossing and a halt before it allow:
-    ``v^2 = a_lateral r`` there plus ``2 b d`` on the way to it.
+    """Return the speed allowed by bends within 30 m, the way over the crossing and a halt before it.
+
+    ``v^2 = a_lateral r + 2 b d`` for a bend of radius r at distance d, braking by b.
     """
     allowed = max(s[CRUISE], 0.0)
     to_node = distance_to_node_m(s, graph)
@@ -136,18 +134,17 @@ def drive(
 ) -> None:
     """Move every state on by ``dt_s``, in place.
 
-    On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the way
-    chosen (pure pursuit: ``curvature = 2 sin(alpha) / L``). The speed goes towards the goal g, what
-    ``_allowed_speed`` and the curvature driven allow: ``a = A (1 - (v / g)^4)``, the free road of the intelligent
-    driver model (Treiber, Hennecke, Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, but constant
-    in a turn as far as the speed allows; turns begin as at crossings where no road is known, and may end early. Both:
-    ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; the speed wished for and the urge u return to their
-    means (Ornstein-Uhlenbeck).
+    On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the chosen way (pure
+    pursuit: ``curvature = 2 sin(alpha) / L``). The speed approaches the goal g, limited by ``_allowed_speed`` and the
+    present curvature: ``a = A (1 - (v / g)^4)``, the free road of the intelligent driver model (Treiber, Hennecke,
+    Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, but constant in a turn as far as the speed
+    allows. Turns begin where no road is known, and may end early. Both: ``v' = v + (a + u) dt + n``,
+    ``x' = x + v' dt (cos, sin) + n``; the desired speed and the urge u are Ornstein-Uhlenbeck processes.
 
     Args:
         states: (N, COLUMNS).
-        normals: (N, 7) standard normal: speed, heading, x, y, wished speed, urge, curvature. uniforms: (N,
-            7) in [0, 1): mode, way on, halt, release, turn, side, rethinking.
+        normals: (N, 7) standard normal: speed, heading, x, y, desired speed, urge, curvature.
+        uniforms: (N, 7) in [0, 1): mode, way, halt, release, turn, side, rethinking.
     """
     root = np.sqrt(dt_s)
     for i in range(states.shape[0]):
@@ -178,9 +175,7 @@ def drive(
 
 @njit(cache=True)
 def _fade(value: float, spread: float, rate: float, dt_s: float, normal: float) -> float:
-    """Return a step of an Ornstein-Uhlenbeck process about 0: ``f x + s sqrt(1 - f^2) n``, ``f = exp(-rate
-    dt)``.
-    """
+    """Return a step of an Ornstein-Uhlenbeck process: ``f x + s sqrt(1 - f^2) n``, ``f = exp(-rate dt)``."""
     factor = np.exp(-rate * dt_s)
     return factor * value + spread * np.sqrt(1 - factor * factor) * normal
 
@@ -189,14 +184,12 @@ def _fade(value: float, spread: float, rate: float, dt_s: float, normal: float) 
 def _follow_road(
     s: NDArray[np.float64], graph: RoadGraph, habits: Habits, dt_s: float, uniforms: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Return speed aimed at and curvature of a car on a road; it may choose its way on, halt, or begin to
-    leave the road.
-    """
+    """Return goal speed and curvature of a car on a road; it may choose a way, halt, or start to leave the road."""
     edge = int(s[EDGE])
     to_node = distance_to_node_m(s, graph)
     undecided = s[CHOICE] < 0
-    # The way chosen cannot be seen before the turn begins: it is drawn again now and then, or all particles of a car
-    # that is watched for long would go one way.
+    # The chosen way is unobservable before the turn begins. Drawing it again keeps the particles of a car in view from
+    # agreeing on one way by resampling.
     if to_node < _DECIDE_M and (undecided or (to_node > _COMMITTED_M and uniforms[6] < habits.rethink_rate * dt_s)):
         if not undecided:
             s[BOUND] = np.nan
@@ -208,7 +201,7 @@ def _follow_road(
         choose_way(s, graph, habits.turn_weight, habits.lane_m, uniforms[1])
         s[LOOK] = SHORTEST_LOOK_M + (LONGEST_LOOK_M - SHORTEST_LOOK_M) * uniforms[5]
     elif undecided:
-        # What it meant to do at a crossing that is behind it, or is not drawn any more.
+        # Decisions for a crossing that is passed, or no longer drawn.
         s[BOUND], s[HALTS] = np.nan, 0.0
     goal = _allowed_speed(s, graph, habits)
     if s[HALTS] > 0 and s[SPEED] < _HALTED_MPS and uniforms[3] < dt_s / habits.halt_s:
@@ -219,7 +212,7 @@ def _follow_road(
     curvature = 2.0 * np.sin(min(max(alpha, -_WIDEST_AIM_RAD), _WIDEST_AIM_RAD)) / distance
     curvature = min(max(curvature, -_SHARPEST_PER_M), _SHARPEST_PER_M)
     s[CURVE] = curvature
-    # A car does not speed up before the end of a turn.
+    # No acceleration before the end of a turn.
     if abs(curvature) > _STRAIGHT_PER_M:
         goal = min(goal, np.sqrt(_HURRY * habits.lateral_acceleration / abs(curvature)))
     if uniforms[0] < habits.leave_rate * dt_s:
@@ -243,16 +236,14 @@ def _go_free(
     normal: float,
     uniforms: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Return speed aimed at and curvature of a car off the known roads; where none is near it may turn as
-    at a crossing, where one is it may take to it.
-    """
+    """Return goal speed and curvature of a car off the known roads; it may turn if none is near, or join one."""
     goal = max(s[CRUISE], 0.0)
     if s[TURN] == 0.0:
         s[CURVE] = _fade(s[CURVE], habits.curve_spread_per_m, habits.curve_rate, dt_s, normal)
         if uniforms[4] < habits.unseen_turns_per_m * s[SPEED] * dt_s and nearest_point(s[X], s[Y], roads) < 0:
             _begin_turn(s, _UNSEEN_TURN_RAD if uniforms[5] < 0.5 else -_UNSEEN_TURN_RAD)
     elif uniforms[4] < _TURN_ENDS_RATE * dt_s:
-        # How far a turn goes where no road is known is not known either.
+        # The angle of a turn without a known road is unknown.
         s[TURN] = 0.0
     if uniforms[0] < habits.return_rate * dt_s:
         associate_one(s, roads, uniforms[1])

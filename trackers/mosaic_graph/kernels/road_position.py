@@ -1,4 +1,4 @@
-"""Cars on a graph of centre lines: what is known of each, and where on the graph it is."""
+"""States of cars on a graph of centre lines, and their association with its edges."""
 
 from __future__ import annotations
 
@@ -28,12 +28,15 @@ from trackers.mosaic_graph.kernels.roads import Roads
     LOG_PRIOR,
     BOUND,
 ) = range(18)
-"""Columns of a state: map position (m), heading (rad), speed (m/s); 1 on a road, 0 free; edge, point on it
-(fractional, from the edge's first), +1 or -1 as it is driven, offset to the right of the centre line (m);
-entry of ``node_edges`` chosen at the next crossing, or -1; speed wished for (m/s); 1 if it means to halt
-there; acceleration beside that (m/s^2); curvature of its path (1/m) and rest of a turn (rad) where it is
-free; how far ahead it looks (m): short = sharp corners; log-weight it was born with; heading (rad) behind the next
-crossing that it is bound for, NaN = open.
+"""Columns of a state:
+
+- map position (m), heading (rad), speed (m/s);
+- 1 on a road, 0 free; edge, point on it (fractional, from the edge's first), +1 or -1 along it or against it, offset to
+  the right of the centre line (m);
+- entry of ``node_edges`` chosen at the next crossing, or -1; desired speed (m/s); 1 if the car halts at that crossing;
+- additional acceleration (m/s^2); curvature of the path (1/m), and if free the rest of a turn (rad);
+- look-ahead distance (m), short for sharp corners; log-prior at birth; desired heading (rad) behind the next crossing,
+  NaN = undecided.
 """
 COLUMNS = 18
 _PROBES = 7
@@ -43,16 +46,16 @@ _FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT = 6.5, 0.64, 0.082
 
 @njit(cache=True)
 def associate(states: NDArray[np.float64], roads: Roads, uniforms: NDArray[np.float64]) -> None:
-    """Put each state on a road that it may be driving on, or set it free, in place.
+    """Associate each state with an edge near it at random, or set it free, in place.
 
-    Points of centre lines nearest to it and to places ahead of it, straight on and to either side, are slid
-    back to abreast of it. One is drawn with weight ``exp(-c / 2)``, ``c = |p - x| + 12 (1 - |cos angle|)``:
-    in the middle of a turn it is open which street a car is on. Being free has c = 5. Only points within
-    6.5 m and 50 degrees count; a state that was on a road before stays on one within 9 m and 80 degrees if
-    there is any, and keeps what it meant to do at the next crossing. Taking to a road ends a turn.
+    Candidates are the centre-line points nearest to the car and to six places ahead, straight on and to either side,
+    each shifted along its edge to the point beside the car: in a turn the street is ambiguous. One is drawn with weight
+    ``exp(-c / 2)``, ``c = |p - x| + 12 (1 - |cos angle|)``; being free has c = 5. Points must lie within 6.5 m and 50
+    degrees. A state already on a road has limits of 9 m and 80 degrees, is set free only if there is no candidate, and
+    keeps its decisions for the next crossing. A state put on a road ends its turn.
 
     Args:
-        uniforms: (N,) in [0, 1).
+        states: (N, COLUMNS). uniforms: (N,) in [0, 1).
     """
     for i in range(states.shape[0]):
         associate_one(states[i], roads, uniforms[i])
@@ -60,7 +63,7 @@ def associate(states: NDArray[np.float64], roads: Roads, uniforms: NDArray[np.fl
 
 @njit(cache=True)
 def associate_one(s: NDArray[np.float64], roads: Roads, uniform: float) -> None:
-    """Do as ``associate`` to one state."""
+    """Associate one state, see ``associate``."""
     graph = roads.graph
     within_m, least_cosine, free_weight = _FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT
     if s[ON_ROAD] > 0:
@@ -116,9 +119,7 @@ def associate_one(s: NDArray[np.float64], roads: Roads, uniform: float) -> None:
 
 @njit(cache=True)
 def _probe(s: NDArray[np.float64], roads: Roads, probe: int) -> int:
-    """Return the centre-line point nearest to the place of one probe: here, or 5 or 10 m ahead, straight or
-    60 degrees aside.
-    """
+    """Return the centre-line point nearest to one probe: the car, or 5 or 10 m ahead, straight or 60 degrees aside."""
     ahead = 0.0 if probe == 0 else (5.0 if probe % 2 == 1 else 10.0)
     aside = 0.0 if probe < 3 else (1.05 if probe < 5 else -1.05)
     x = s[X] + ahead * np.cos(s[HEADING] + aside)
@@ -128,7 +129,7 @@ def _probe(s: NDArray[np.float64], roads: Roads, probe: int) -> int:
 
 @njit(cache=True)
 def nearest_point(x: float, y: float, roads: Roads) -> int:
-    """Return the centre-line point nearest to a place on the map, -1 if none is near."""
+    """Return the centre-line point nearest to a place on the map, -1 if none is within 12 m."""
     column = int(np.floor((x - roads.origin_m[0]) / roads.cell_m))
     row = int(np.floor((y - roads.origin_m[1]) / roads.cell_m))
     if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:

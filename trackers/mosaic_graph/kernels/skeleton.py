@@ -1,4 +1,4 @@
-"""Thinning of a mask to lines one cell wide, and tracing of those lines from crossing to crossing."""
+"""Thinning of a mask to lines one cell wide, and tracing of these lines from crossing to crossing."""
 
 from __future__ import annotations
 
@@ -12,13 +12,11 @@ _NEIGHBOURS = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if (a, b)
 
 @njit(cache=True)
 def thin(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the skeleton (H, W) of a mask (H, W): 1 on the lines, 0 elsewhere. The outermost cells count
-    as 0.
+    """Return the skeleton (H, W) of a mask (H, W): 1 on the lines, 0 elsewhere. The outermost cells count as 0.
 
-    Zhang and Suen 1984, "A fast parallel algorithm for thinning digital patterns": with the neighbours p2
-    (above) ... p9 in clockwise order, B = their sum and A = the number of 0 -> 1 steps round the ring, a
-    cell goes if 2 <= B <= 6, A = 1 and (in turn) p2 p4 p6 = p4 p6 p8 = 0, or p2 p4 p8 = p2 p6 p8 = 0; until
-    nothing changes.
+    Zhang and Suen 1984, "A fast parallel algorithm for thinning digital patterns": with the neighbours p2 (above) ...
+    p9 in clockwise order, B = their sum and A = the number of 0 -> 1 steps along the ring, a cell is deleted if
+    2 <= B <= 6, A = 1 and alternately p2 p4 p6 = p4 p6 p8 = 0, or p2 p4 p8 = p2 p6 p8 = 0; until nothing changes.
     """
     height, width = mask.shape
     result = np.zeros((height, width), np.uint8)
@@ -60,10 +58,10 @@ def thin(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @njit(cache=True)
 def trace_lines(skeleton: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Follow the lines of a skeleton from end or crossing to end or crossing.
+    """Trace the lines of a skeleton between its ends and crossings.
 
-    A cell with other than two neighbours (of eight) is a stop; every maximal run between two stops becomes
-    one line. Closed rings without a stop are cut open at their first cell.
+    A cell whose neighbours on lines (of eight) are not two is a stop; every run between two stops is one line. Rings
+    without a stop start and end at their first cell.
 
     Args:
         skeleton: (H, W) 0 or 1, outermost cells 0.
@@ -101,7 +99,7 @@ def trace_lines(skeleton: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray
 
 @njit(cache=True)
 def _degrees(skeleton: NDArray[np.uint8]) -> tuple[NDArray[np.int8], int]:
-    """Return how many neighbours each cell has that lies on a line (H, W), and how many such cells there are."""
+    """Return the number of neighbours on lines of each cell on a line (H, W), and the number of such cells."""
     height, width = skeleton.shape
     degree = np.zeros((height, width), np.int8)
     total = 0
@@ -126,8 +124,8 @@ def _follow(
     cells: NDArray[np.int32],
     size: int,
 ) -> int:
-    """Append the line that begins at a cell and goes on at its neighbour (r, c) to the ``size`` cells; return how many
-    there are then. Cells between its ends become visited.
+    """Append the line from a cell through its neighbour (r, c) to ``cells``, which holds ``size`` of them, and mark its
+    inner cells as visited. Return the new size.
     """
     start = size
     cells[size, 0], cells[size, 1] = first_r, first_c
@@ -144,7 +142,7 @@ def _follow(
             to_r, to_c = r + _NEIGHBOURS[n, 0], c + _NEIGHBOURS[n, 1]
             if not skeleton[to_r, to_c] or visited[to_r, to_c] or (to_r == last_r and to_c == last_c):
                 continue
-            # The line's own beginning is no way on for its second cell.
+            # The second cell does not lead back to the first.
             if size - start == 2 and to_r == first_r and to_c == first_c:
                 continue
             next_r, next_c = to_r, to_c
