@@ -78,7 +78,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     name = re.match(r"# (\w+\.py)\n", file)
     assert name, f"{heading}: expected the file's name on the first line"
     (tmp_path / name[1]).write_text(file)
-    (shown,) = [block.text for block in section if block.language == "bash"]
+    (shown,) = [block.text for block in section if block.language == "bash" and not block.mark]
     told = "".join(succeeds(command, tmp_path) for command in shown.splitlines())
     told += "".join(path.read_text() for path in tmp_path.rglob("summary.json"))
     expected = {
@@ -93,10 +93,12 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     assert re.search(expected[heading], told)
 
 
-def test_the_scene_that_contributing_shows_runs_in_a_checkout(tmp_path: Path) -> None:
-    (command,) = commands("CONTRIBUTING.md", "checkout")
-    succeeds(command.replace("results/toy", str(tmp_path / "toy")), ROOT)
+def test_the_scenes_that_contributing_shows_run_in_a_checkout(tmp_path: Path) -> None:
+    for command in commands("CONTRIBUTING.md", "checkout"):
+        succeeds(command.replace("results/", f"{tmp_path}/"), ROOT)
     assert '"metric": "found_rate"' in (tmp_path / "toy" / "summary.json").read_text()
+    assert '"metric": "outside_error_px"' in (tmp_path / "belt" / "summary.json").read_text()
+    assert (tmp_path / "belt.mp4").exists()
 
 
 def test_commands_of_the_readme_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

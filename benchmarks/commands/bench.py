@@ -146,13 +146,7 @@ def _what_runs(wanted: Suite, experiment: Experiment) -> str:
 
 
 def _tell_what_went_wrong(outcome: Outcome, wanted: Suite) -> None:
-    """Report on stderr which rows were moved, which metrics have none and, once for each tracker, that it failed or
-    gave no answer.
-    """
-    there = {entry["metric"] for entry in outcome.summary}
-    for metric in map(wanted.metric, wanted.headline):
-        if metric.name not in there:
-            print(f"note: metric {metric.name}: no rows {', '.join(metric.rows)}", file=sys.stderr)
+    """Report on stderr which rows were moved and, once for each tracker, that it failed or gave no answer."""
     for moved in outcome.moved:
         print(f"note: {moved}", file=sys.stderr)
     episodes = Counter(failure.tracker for failure in outcome.failures)
