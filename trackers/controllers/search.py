@@ -67,7 +67,7 @@ class SearchController(CentreController):
 
 
 def expanding_square(way_m: float, leg_m: float) -> NDArray[np.float64]:
-    """Return the point (2,) at a path length on the square spiral from (0, 0): legs of 1, 1, 2, 2, 3, 3 ... ``leg_m``."""
+    """Return the point (2,) at a path length on the square spiral from (0, 0): legs of 1, 1, 2, 2, ... ``leg_m``."""
     place_m, direction = np.zeros(2), np.array([1.0, 0.0])
     leg = 0
     while True:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
-from trackers.kernels.histogram import BINS, hs_bins
+from trackers.kernels.histogram import histogram_of, hs_bins
 from trackers.paper_b.candidates import Candidate, CandidateParameters, StereoView, candidate_in_box, see
 from trackers.paper_b.light_change import LightTrend, brightness_change, colour_change, dissimilarity
 from trackers.paper_b.matching import StereoMatcher, baseline_m
@@ -113,11 +113,11 @@ class StereoColour(ABC):
         bins = hs_bins(self._matcher.smaller(observation.image_rgb))
         first = candidate_in_box(view.candidates if view else [], box_xyxy)
         if first is not None:
-            place_m, template = first.place_m, _histogram(bins.ravel()[first.pixels])
+            place_m, template = first.place_m, histogram_of(bins.ravel()[first.pixels])
         else:
             depth_m = observation.camera.focal_px * self._height_m / box_size(box_xyxy)[1]
             place_m = self._mounting.place_at(box_centre(box_xyxy), depth_m, observation.camera)[:2]
-            template = _histogram(_middle(bins, box_xyxy * bins.shape[1] / observation.camera.width_px))
+            template = histogram_of(_middle(bins, box_xyxy * bins.shape[1] / observation.camera.width_px))
         self._filter = PersonKalman(place_m, p.acceleration_mps2, p.place_noise_m)
         self._learn(template, registers, self._trend.update(registers))
 
@@ -154,7 +154,7 @@ class StereoColour(ABC):
         expected_m = self._filter.place_m.copy()
         self._update_state(observation, view, expected_m)
         bins = hs_bins(self._matcher.smaller(observation.image_rgb)).ravel()
-        histograms = [_histogram(bins[candidate.pixels]) for candidate in view.candidates]
+        histograms = [histogram_of(bins[candidate.pixels]) for candidate in view.candidates]
         costs = self._dissimilarities(view.candidates, histograms, expected_m, registers)
         target, others = self._others.associate(view.candidates, costs, self._parameters.threshold, _PLACE_WEIGHT_PER_M)
         if self._state.now is Occlusion.NONE:
@@ -236,12 +236,6 @@ class StereoWbShutterGain(StereoColour):
     def weight(self, colour: float, brightness: float, learnt: float) -> float:
         """Return ``brightness_weight``."""
         return brightness_weight(colour, brightness, learnt)
-
-
-def _histogram(bins: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Hue x saturation histogram (128,), sum 1, of pixels' bins; zeros of none."""
-    counts = np.bincount(bins.ravel(), minlength=BINS).astype(float)
-    return counts / max(counts.sum(), 1.0)
 
 
 def _middle(bins: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> NDArray[np.uint8]:
