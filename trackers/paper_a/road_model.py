@@ -169,7 +169,7 @@ def _carry(
 
 
 def _last_piece(points_px: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
-    """Return position (2,), direction and curvature of a line's end, by a parabola through its points (n, 2), n >= 3."""
+    """Return position (2,), direction and curvature of a line's end, by a parabola through points (n, 2), n >= 3."""
     chord = points_px[-1] - points_px[0]
     along = chord / max(float(np.hypot(*chord)), 1e-9)
     across = np.array([-along[1], along[0]])

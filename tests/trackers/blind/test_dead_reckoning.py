@@ -1,4 +1,4 @@
-"""Blind trackers against places worked out by hand, seen through tilted cameras."""
+"""Blind trackers against positions computed by hand, seen by tilted cameras."""
 
 from __future__ import annotations
 
