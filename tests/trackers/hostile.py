@@ -104,7 +104,7 @@ class _Film:
         self._last: Picture = np.zeros((height, width, 3), np.uint8)
         self.first_box: NDArray[np.float64] | None = None
         self._cut()
-        # Straight down or askew at first, and often on over the horizon.
+        # At first straight down or tilted, and often tipping on over the horizon.
         self._tilt_rad, self._tilting_rad = rng.choice([0.05, 0.05, 0.9]), rng.choice([0.0, 0.01, 0.05, 0.12])
 
     def calm(self, ego: str) -> None:

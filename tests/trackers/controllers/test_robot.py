@@ -93,7 +93,7 @@ def test_reentry_goes_where_the_target_was_lost_and_looks_around_there():
     place_m, heading_rad, looked = np.zeros(2), 0.0, []
     for frame in range(400):
         estimate = walked[frame] if frame < len(walked) else _nothing()
-        # A robot that stands while it sees, so that ``walked`` is where it says.
+        # The robot moves only after the target is lost, so ``walked`` is relative to its start.
         command = controller.command(_observation(frame, place_m, heading_rad), estimate)
         if frame >= len(walked):
             heading_rad += command.yaw_rate_rad_s / RATE_HZ

@@ -24,7 +24,7 @@ def ground() -> NDArray[np.uint8]:
 def picture(ground: NDArray[np.uint8], motion: PictureMotion) -> NDArray[np.uint8]:
     """Return the picture after ``motion`` of the camera, drawn by its definition alone, pixel centre by pixel centre.
 
-    The camera moves by (Vx, Vy) over the picture and turns by ω clockwise as seen: a ground point at p comes to
+    The camera moves by (Vx, Vy) over the picture and turns by ω clockwise as seen: a ground point at p moves to
     ``Rot(-ω) p - V``, so what is now at q was at ``Rot(ω) (q + V)``.
     """
     columns, rows = np.meshgrid(np.arange(320) + 0.5, np.arange(240) + 0.5)
