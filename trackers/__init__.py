@@ -1,6 +1,6 @@
-"""Methods that follow a target: what they are told, what they answer, and the registry of all of them.
+"""Trackers and controllers: their inputs, outputs and registries.
 
-Importing this imports no method: a public name is loaded where it is first asked for.
+Importing this package imports no method: a public name is loaded at its first use.
 """
 
 import importlib
@@ -25,7 +25,7 @@ _HOMES = {
     "controller_entry": "trackers.controllers.catalogue",
     "register_controller": "trackers.controllers.catalogue",
 }
-"""Public name -> module that defines it, or that it is the name of."""
+"""Public name -> the module that defines it, or the module of that name."""
 __all__ = tuple(_HOMES)
 
 

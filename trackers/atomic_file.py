@@ -1,4 +1,4 @@
-"""Files that are there wholly or not at all, whatever ends the process or fills the disk."""
+"""Files that exist complete or not at all, even if the process is killed or the disk is full."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from typing import BinaryIO
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[BinaryIO]:
-    """Open a new file beside ``path``, and put it in that place when the context ends without an error.
+    """Open a temporary file beside ``path`` and rename it to ``path`` when the context ends without an error.
 
-    Its name is drawn, since process ids repeat between the machines that share a disk; it must not exist, so no link
-    that lies there is followed. Text is UTF-8.
+    Its name is random, since process ids repeat between machines that share a disk. It must not exist yet, so no link
+    is followed.
 
     Raises:
-        OSError: if it cannot be written; says ``path``, where an earlier file still stands.
+        OSError: if it cannot be written; its filename is ``path``, whose earlier content is kept.
     """
-    beside = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
     try:
-        with beside.open("xb") as file:
+        with temporary.open("xb") as file:
             try:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-                beside.replace(path)
+                temporary.replace(path)
             except BaseException:
-                beside.unlink()
+                temporary.unlink()
                 raise
     except OSError as error:
         error.filename = str(path)
@@ -37,6 +37,6 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
 
 
 def write_atomic(path: Path, content: str | bytes) -> None:
-    """Write a whole file as ``atomic_file`` does."""
+    """Write a whole file as ``atomic_file`` does; text as UTF-8."""
     with atomic_file(path) as file:
         file.write(content.encode() if isinstance(content, str) else content)

@@ -1,4 +1,4 @@
-"""Checks what a tracker returned against its contract: an estimate, or the tracks of many targets."""
+"""Checks of a tracker's answer, an estimate or the tracks of many targets, against its contract."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _WEIGHT_TOLERANCE = 1e-3
 def check_estimate(estimate: Estimate) -> None:
     """Raise ValueError, naming the field, what was expected and what came, if an estimate breaks its contract.
 
-    A position of NaN does not: so a tracker says that it knows nothing. Nor do particles that are not finite: they
-    lie nowhere, e.g. behind the camera.
+    A position of NaN is allowed: it means that there is no estimate. So are particles that are not finite, e.g. of
+    points behind the camera.
     """
     if not isinstance(estimate, Estimate):
         raise ValueError(f"update: expected an Estimate, got {type(estimate).__name__}")
@@ -37,17 +37,14 @@ def check_estimate(estimate: Estimate) -> None:
         depth_m = float(_array("depth_m", estimate.depth_m, ()))
         if not 0.0 < depth_m < np.inf:
             raise ValueError(f"depth_m: expected a finite number > 0, got {depth_m}")
-    if estimate.in_view_probability is not None:
-        probability = float(_array("in_view_probability", estimate.in_view_probability, ()))
-        if not 0.0 <= probability <= 1.0:
-            raise ValueError(f"in_view_probability: expected a number from 0 to 1, got {probability}")
+    _check_probability("in_view_probability", estimate.in_view_probability)
     _check_posterior(estimate, silent)
 
 
 def check_tracks(tracks: Sequence[Track]) -> None:
     """Raise ValueError, naming the field, what was expected and what came, if tracks break their contract.
 
-    There may be any number of them. A track whose position is NaN says nothing of its target on this picture.
+    There may be any number of them. A position of NaN means that the track has no estimate on this picture.
     """
     if not isinstance(tracks, Sequence) or isinstance(tracks, str):
         raise ValueError(f"update: expected a sequence of Tracks, got {type(tracks).__name__}")
@@ -65,8 +62,12 @@ def check_tracks(tracks: Sequence[Track]) -> None:
             raise ValueError(f"kind: expected a name or None, got {track.kind!r:.60}")
         if track.size_m is not None and not (_array("size_m", track.size_m, (3,)) > 0).all():
             raise ValueError(f"size_m: expected numbers > 0, got {np.asarray(track.size_m).tolist()}")
-        if track.confidence is not None and not 0.0 <= float(_array("confidence", track.confidence, ())) <= 1.0:
-            raise ValueError(f"confidence: expected a number from 0 to 1, got {track.confidence}")
+        _check_probability("confidence", track.confidence)
+
+
+def _check_probability(name: str, value: float | None) -> None:
+    if value is not None and not 0.0 <= (probability := float(_array(name, value, ()))) <= 1.0:
+        raise ValueError(f"{name}: expected a number from 0 to 1, got {probability}")
 
 
 def _check_posterior(estimate: Estimate, silent: bool) -> None:

@@ -1,4 +1,4 @@
-"""One target of a tracker that follows many: how such a tracker stands beside those of one target, and in an env."""
+"""Reduction of a tracker of many targets to one target, for suites of one target and for envs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from trackers.types import Estimate, Observation, Track
 
 
 class FollowOne:
-    """A ``Tracker`` that answers with one track of a ``MultiTracker``.
+    """A ``Tracker`` that returns one track of a ``MultiTracker``.
 
-    The track is the one whose position lies in the target's first box, nearest to its middle, on the first picture that
-    has such a track. Its identity is followed from then on. While the answer does not hold that identity, the estimate
-    says nothing; it goes on when the identity comes back.
+    It is the track nearest to the centre of the target's first box, and inside it, on the first picture with such a
+    track. Its identity is followed from then on; on pictures without it the estimate is NaN.
     """
 
     def __init__(self, tracker: MultiTracker, background: Sequence[Observation] = ()) -> None:

@@ -1,4 +1,4 @@
-"""One particle filter for every method of this package: a model given to a generic loop (paper A, section 2)."""
+"""The particle filter of all methods in this package: a generic loop over a given model (paper A, section 2)."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ _Observed = TypeVar("_Observed")
 
 
 class ParticleModel(Protocol[Observed]):
-    """What makes a filter the filter it is. ``observed`` is whatever the model needs to know of one instant."""
+    """Prior, motion model and likelihood of a filter. ``observed`` holds the model's inputs of one frame."""
 
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Draw ``count`` states (N, D) from the prior at the first instant."""
+        """Draw ``count`` states (N, D) from the prior at the first frame."""
         ...
 
     def predict(self, states: NDArray[np.float64], observed: Observed, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Draw each of the states (N, D) one instant on: x_k ~ p(x_k | x_{k-1}). Must not change ``states``."""
+        """Draw the next states (N, D): x_k ~ p(x_k | x_{k-1}). Must not change ``states``."""
         ...
 
     def log_weights(self, states: NDArray[np.float64], observed: Observed) -> NDArray[np.float64]:
-        """Return log p(y_k | x_k) up to a constant (N,); -inf or NaN mean impossible."""
+        """Return log p(y_k | x_k) up to a constant (N,); -inf and NaN mean impossible."""
         ...
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Weighted particles of one instant, before resampling.
+    """Weighted particles of one frame, before resampling.
 
     Attributes:
         states: (N, D).
         weights: (N,), sum 1.
-        log_likelihood: log of the mean of exp(log-weight): the evidence of this instant, up to the model's constant.
+        log_likelihood: log of the mean of exp(log-weight): the evidence of this frame, up to the model's constant.
         starved: True if every weight was zero; the weights are then equal, which keeps the prediction.
     """
 
@@ -49,7 +49,7 @@ class Posterior:
 
 
 class ParticleFilter(Generic[_Observed]):
-    """Bootstrap filter: predict, weight, normalise, resample in proportion to weight at every instant.
+    """Bootstrap filter: predict, weight, normalise and resample in proportion to weight at every frame.
 
     Attributes:
         states: (N, D) equally weighted particles after the last resampling.
@@ -68,7 +68,7 @@ class ParticleFilter(Generic[_Observed]):
         self.states = model.sample_initial(count, rng)
 
     def step(self, observed: _Observed) -> Posterior:
-        """Take in one instant and return the weighted particles that answer it."""
+        """Update with one frame and return its weighted particles."""
         states = self._model.predict(self.states, observed, self._rng)
         weights, log_likelihood, starved = normalise_log_weights(self._model.log_weights(states, observed))
         self.states = states[systematic_indices(weights, self._rng.random())]

@@ -1,4 +1,4 @@
-"""The contracts of this package: trackers of one target and of many, and a controller that steers by one."""
+"""The contracts of this package: trackers of one target and of many, and controllers."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Tr
 
 
 class Tracker(Protocol):
-    """Follows one target. Told where it is once, then asked at every picture."""
+    """Follows one target, given its box in the first picture."""
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Start on the target inside ``box_xyxy`` (4,) of the first picture."""
         ...
 
     def update(self, observation: Observation) -> Estimate:
-        """Take in the next picture and say where the target is now, inside the picture or not."""
+        """Return the estimate of the target on the next picture, inside its borders or not."""
         ...
 
 
 class MultiTracker(Protocol):
-    """Follows any number of targets. No target is pointed at: it finds them itself."""
+    """Follows any number of targets, which it detects itself."""
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
-        """Start with pictures without targets, in order of time and maybe none, and the camera's calibration."""
+        """Start with pictures without targets, in order of time, possibly none, and the camera's calibration."""
         ...
 
     def update(self, observation: Observation) -> Sequence[Track]:
-        """Take in the next picture, the first one included, and return all targets that there are now.
+        """Return the tracks of all targets on the next picture; the first call gets the first picture.
 
-        No identity may stand twice in an answer. A track that is left out has ended for now; its identity may come
-        back later for the same target.
+        Each identity occurs at most once in an answer. A track may be left out and return later with the same identity
+        for the same target.
         """
         ...
 
 
 class Controller(Protocol):
-    """Steers the camera's carrier by what a tracker believes."""
+    """Steers the camera's carrier by a tracker's estimates."""
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command that holds until the next picture."""
+        """Return the command until the next picture."""
         ...

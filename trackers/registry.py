@@ -1,4 +1,4 @@
-"""Every tracker by name: how the command line, the benchmarks and users find one.
+"""The registry of trackers, by name.
 
 A tracker registers where it is defined::
 
@@ -13,7 +13,7 @@ A tracker registers where it is defined::
         def __init__(self, parameters: ColourParameters, rng: np.random.Generator): ...
 
 Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the
-place of the defaults, but where a paper's experiment is repeated.
+place of the defaults, except where a paper's experiment is repeated.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any, Literal, TypeVar, get_args
@@ -52,18 +52,51 @@ _T = TypeVar("_T", bound=type)
 
 
 @dataclass(frozen=True)
-class TrackerEntry:
+class NoParameters:
+    """``Parameters`` of a method without settings."""
+
+
+class MethodEntry:
+    """The parameters of a registered method, tracker or controller."""
+
+    name: str
+    overrides: Mapping[str, Any]
+
+    @property
+    def parameters_class(self) -> type:
+        """The dataclass of the method's parameters."""
+        raise NotImplementedError
+
+    def written(self) -> dict[str, Any]:
+        """Return the values of all tunable parameters as the method was written, without tuning."""
+        return {name: field.default for name, field in self.tunables().items()} | dict(self.overrides)
+
+    def tunables(self) -> dict[str, dataclasses.Field[Any]]:
+        """Return the parameters that declare bounds for tuning (``tunable``), by name."""
+        return {field.name: field for field in dataclasses.fields(self.parameters_class) if "low" in field.metadata}
+
+    def _with(self, values: Mapping[str, Any]) -> Any:
+        """Return the parameters with ``values`` set; ValueError for an unknown name."""
+        known = {field.name for field in dataclasses.fields(self.parameters_class)}
+        for name in values:
+            if name not in known:
+                raise ValueError(f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter")
+        return self.parameters_class(**values)
+
+
+@dataclass(frozen=True)
+class TrackerEntry(MethodEntry):
     """One registered tracker.
 
     Attributes:
-        name: what users type.
-        role: what it is to a comparison; exactly one tracker of a suite is ``ours``.
+        name: the name that users type.
+        role: its role in a comparison; exactly one tracker of a suite is ``ours``.
         summary: one line.
         tracker: class with ``Parameters`` and ``__init__(parameters, rng)``, a ``Tracker`` or a ``MultiTracker``.
         overrides: parameter values that make this entry a variant of ``tracker``.
-        tuned_as: name whose tuned values it starts from.
-        reproducible: False where the method itself draws numbers that no seed reaches.
-        suites: names of the suites in which it takes part; () = the default one.
+        tuned_as: name under which its tuned values are stored.
+        reproducible: False for a method that draws random numbers without a seed.
+        suites: names of its suites; () = the default one.
     """
 
     name: str
@@ -77,50 +110,40 @@ class TrackerEntry:
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then overrides, then ``changes``."""
-        values = {**tuned_values(self.tuned_as), **self.overrides, **changes}
-        kind = self.tracker.Parameters  # type: ignore[attr-defined]
-        known = {f.name for f in dataclasses.fields(kind)}
-        for name in values:
-            if name not in known:
-                raise ValueError(f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter")
-        return kind(**values)
+        return self._with({**tuned_values(self.tuned_as), **self.overrides, **changes})
 
-    def written(self) -> dict[str, Any]:
-        """Return the values that the method was written with, of all that tuning may set."""
-        return {name: field.default for name, field in self.tunables().items()} | self.overrides
-
-    def tunables(self) -> dict[str, dataclasses.Field[Any]]:
-        """Return the parameters that declare a range to be tuned in, by name."""
-        fields = dataclasses.fields(self.tracker.Parameters)  # type: ignore[attr-defined]
-        return {field.name: field for field in fields if "low" in field.metadata}
+    @property
+    def parameters_class(self) -> type:
+        """See ``MethodEntry``."""
+        return self.tracker.Parameters  # type: ignore[attr-defined, no-any-return]
 
     @property
     def follows_many(self) -> bool:
-        """Whether it is a ``MultiTracker``."""
+        """Whether the tracker is a ``MultiTracker``."""
         return hasattr(self.tracker, "start")
 
     def create(self, rng: np.random.Generator, **changes: Any) -> Any:
-        """Return a fresh tracker that draws from ``rng``: a ``Tracker`` or a ``MultiTracker``."""
+        """Return a new tracker that draws from ``rng``: a ``Tracker`` or a ``MultiTracker``."""
         return self.tracker(self.parameters(**changes), rng)
 
     def create_for_one(self, rng: np.random.Generator, background: Sequence[Observation] = ()) -> Tracker:
-        """Return a fresh tracker of one target; of one that follows many, a single track."""
+        """Return a new tracker of one target; a ``MultiTracker`` is reduced to one of its tracks."""
         tracker = self.create(rng)
         return FollowOne(tracker, background) if self.follows_many else tracker
 
 
 def tunable(default: float, low: float, high: float, *, log: bool = False) -> Any:
-    """Declare a parameter that tuning may set within [low, high] (both included; whole numbers stay whole)."""
+    """Declare a parameter that tuning may set within [low, high], both included; whole numbers stay whole."""
     return dataclasses.field(default=default, metadata={"low": low, "high": high, "log": log})
 
 
 def register(
     name: str, *, role: Role, summary: str, reproducible: bool = True, suites: tuple[str, ...] = ()
 ) -> Callable[[_T], _T]:
-    """Class decorator: make a tracker known under ``name``, to take part in ``suites``, () being the default one.
+    """Class decorator: register a tracker under ``name`` for ``suites``; () = the default one.
 
     Raises:
-        ValueError: for a name that is taken, an unknown role, a class without parameters.
+        ValueError: for a name that is taken, an unknown role, or a class without parameters.
     """
 
     def add(tracker: _T) -> _T:
@@ -132,7 +155,7 @@ def register(
 
 
 def check_registered(registered: type, role: str, roles: tuple[str, ...]) -> None:
-    """Raise ValueError for a role that is none of ``roles``, and for a class without a dataclass ``Parameters``."""
+    """Raise ValueError for a role not in ``roles`` or a class without a dataclass ``Parameters``."""
     if role not in roles:
         raise ValueError(f"role: expected one of {', '.join(roles)}; got {role!r}")
     if not dataclasses.is_dataclass(getattr(registered, "Parameters", None)):
@@ -140,7 +163,7 @@ def check_registered(registered: type, role: str, roles: tuple[str, ...]) -> Non
 
 
 def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> None:
-    """Make an ablation of a registered tracker known: the same code, tuned values and suites, with ``overrides``."""
+    """Register an ablation of a tracker: the same code, tuned values and suites, with ``overrides``."""
     base = _ENTRIES[of]
     _add(TrackerEntry(name, "variant", summary, base.tracker, overrides, base.tuned_as, base.reproducible, base.suites))
 
@@ -165,7 +188,7 @@ def entry(name: str) -> TrackerEntry:
 
 
 def tuned_values(name: str) -> dict[str, Any]:
-    """Return the values that tuning wrote for ``name``, empty if it never ran."""
+    """Return the values that tuning wrote for ``name``; empty if it has not run."""
     file = resources.files("trackers").joinpath("tuned", f"{name}.json")
     return json.loads(file.read_text())["parameters"] if file.is_file() else {}
 

@@ -1,7 +1,7 @@
-"""What flows into and out of a tracker. Plain data; nothing here knows where pictures come from.
+"""Inputs and outputs of trackers and controllers, independent of the source of the pictures.
 
 Pixels: pixel (row i, column j) covers ``[j, j+1) x [i, i+1)``; coordinates are (x right, y down) from the top left
-corner of the picture and go on beyond its borders. Boxes are ``(x_min, y_min, x_max, y_max)``.
+corner of the picture and are not limited to it. Boxes are ``(x_min, y_min, x_max, y_max)``.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 Band = Literal["colour", "thermal"]
-"""What a camera is sensitive to: visible light in three channels, or thermal radiation (8 to 14 µm) in one."""
+"""Spectral band of a camera: visible light in three channels, or thermal radiation (8 to 14 µm) in one."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
-    """Pinhole camera with square pixels and its principal point in the middle of the picture.
+    """Pinhole camera with square pixels and the principal point in the middle of the picture.
 
     Attributes:
         width_px, height_px: size of the picture.
         focal_px: focal length in pixels.
-        baseline_m: how far to the right of this camera the second one of a rectified stereo pair is; None for a single
+        baseline_m: distance of a rectified stereo pair's second camera to the right of this one; None for a single
             camera.
-        band: what its pictures show.
+        band: its spectral band.
     """
 
     width_px: int
@@ -54,12 +54,12 @@ class CameraRegisters:
 
 @dataclass(frozen=True, slots=True)
 class CameraSettings:
-    """What the camera reports of its own automatic settings.
+    """Automatic settings as the camera reports them.
 
     Attributes:
         exposure_s: exposure time in seconds.
         gain: analogue gain, 1 = none.
-        registers: the same and the white balance as the camera's own numbers, or None if it has none such.
+        registers: the same and the white balance as register values; None if the camera has none.
     """
 
     exposure_s: float
@@ -84,11 +84,11 @@ class EgoPose:
 
 @dataclass(frozen=True, slots=True)
 class SteeredCamera:
-    """The camera on the steered carrier, where the tracker watches another one.
+    """The steered carrier's camera, where the tracker receives the pictures of another camera.
 
     Attributes:
         camera: its geometry.
-        ego: its measured pose, in the navigation frame of the camera that is watched; None without instruments.
+        ego: its measured pose, in the navigation frame of the watched camera; None without instruments.
     """
 
     camera: CameraModel
@@ -97,19 +97,19 @@ class SteeredCamera:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """Everything a tracker is told about one instant. Its arrays are read-only: others are shown the same ones.
+    """All inputs of a tracker at one time. The arrays are read-only, since they are shared.
 
     Attributes:
-        image_rgb: (H, W, 3) uint8; of a stereo pair the left one. Of a thermal camera its one band after the automatic
-            gain control, the same in all three channels.
+        image_rgb: (H, W, 3) uint8; the left picture of a stereo pair. A thermal picture after automatic gain control
+            is the same in all three channels.
         time_s: seconds since the first picture.
         camera: geometry of the camera.
-        settings: automatic settings in use, or None if the camera does not report them.
-        ego: measured pose of the camera, or None if it carries no instruments.
+        settings: automatic settings in use; None if the camera does not report them.
+        ego: measured pose of the camera; None without instruments.
         right_rgb: (H, W, 3) uint8, the right picture of a stereo pair; None from a single camera, or if the picture was
-            lost on its way.
-        counts: (H, W) uint16, the raw counts of a thermal camera (14 bit); None if it does not give them.
-        steered: the camera that a controller steers, if it is not the one that took the picture.
+            lost in transmission.
+        counts: (H, W) uint16, the raw counts of a thermal camera (14 bit); None if there are none.
+        steered: the camera that a controller steers, if another one took the picture.
     """
 
     image_rgb: NDArray[np.uint8]
@@ -130,12 +130,12 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """What a tracker is told before the first picture.
+    """A tracker's inputs before the first picture.
 
     Attributes:
         camera: calibration of the camera.
-        box_xyxy: (4,) box of the one target in the first picture; None where no target is pointed at.
-        background: pictures without targets, in order of time, from which the background may be learnt; maybe none.
+        box_xyxy: (4,) box of the one target in the first picture; None for a tracker of many targets.
+        background: pictures without targets, in order of time, to learn the background from; possibly none.
     """
 
     camera: CameraModel
@@ -145,20 +145,20 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What a tracker says of its target, in pixels of the current picture, inside it or not.
+    """A tracker's estimate of its target, in pixels of the current picture, inside it or not.
 
     The posterior of the position is ``particles_px`` with ``weights``, or a Gaussian ``covariance_px`` about
-    ``position_px``, or not given.
+    ``position_px``, or absent.
 
     Attributes:
-        position_px: (2,) centre of the target; NaN where the tracker says nothing.
+        position_px: (2,) centre of the target; NaN if there is no estimate.
         box_xyxy: (4,) or None.
-        depth_m: distance of the target along the camera's axis, > 0; None from a tracker that cannot measure it.
+        depth_m: distance of the target along the camera's axis, > 0; None if it is not measured.
         heading_rad: direction of travel in the picture, from +x towards +y (clockwise as seen), or None.
         in_view_probability: probability in [0, 1] that the target's centre is inside the picture and not
             hidden, or None.
         particles_px: (N, 2) or None.
-        weights: (N,) non-negative, sum 1; None with particles means equal weights.
+        weights: (N,) non-negative, sum 1; with particles None means equal weights.
         covariance_px: (2, 2) or None.
     """
 
@@ -177,11 +177,11 @@ class Track:
     """One target of a tracker that follows many.
 
     Attributes:
-        identity: the same number as long as it is the same target, >= 0; never given to another one.
-        estimate: where it is.
-        kind: what it is, e.g. ``person``; None if the tracker does not tell kinds apart.
-        size_m: (3,) length, width and height; None from a tracker that does not measure them.
-        confidence: probability in [0, 1] that there is such a target, or None.
+        identity: number of the target, >= 0; never given to another target.
+        estimate: its position.
+        kind: its class, e.g. ``person``; None if the tracker does not classify.
+        size_m: (3,) length, width and height; None if they are not measured.
+        confidence: probability in [0, 1] that the target exists, or None.
     """
 
     identity: int
@@ -192,12 +192,12 @@ class Track:
 
 
 Answer = Estimate | Sequence[Track]
-"""What a tracker of one target, or one of many, says of a picture."""
+"""The answer on one picture of a tracker of one target, or of many."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraCommand:
-    """What a controller tells the camera's carrier, in the carrier's own frame (heading = top of the picture).
+    """A controller's command to the camera's carrier, in the carrier's frame (heading = top of the picture).
 
     Attributes:
         forward_mps, right_mps, climb_mps: velocity.
@@ -222,17 +222,17 @@ CommandName = Literal[
 
 
 BODY_COMMANDS: tuple[CommandName, ...] = ("forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s")
-"""The commands of a carrier that moves as a whole; the others are those of a pan-tilt-zoom head."""
+"""Command axes of a carrier that moves as a whole; the others belong to a pan-tilt-zoom head."""
 
 
 @dataclass(frozen=True, slots=True)
 class CommandAxis:
-    """One of the numbers of a ``CameraCommand`` that a carrier obeys.
+    """One axis of a ``CameraCommand`` that a carrier obeys.
 
     Attributes:
-        name: which one.
-        limit: the largest magnitude obeyed, in the unit of the name.
-        slew_per_s: the most it may change within a second.
+        name: field of ``CameraCommand``.
+        limit: largest magnitude, in the field's unit.
+        slew_per_s: largest change per second.
     """
 
     name: CommandName
@@ -242,13 +242,13 @@ class CommandAxis:
 
 @dataclass(frozen=True, slots=True)
 class Carrier:
-    """What carries a camera, as far as steering needs it.
+    """The carrier of a camera, as far as steering needs it.
 
     Attributes:
-        name: e.g. ``helicopter``; controllers are written for one of these.
-        axes: the commands that it obeys, all others are of no effect; none of a camera at rest.
-        looks: ``down`` on a plane from above, ``ahead`` along it (then only the tracker tells how far a target is), or
-            ``around``: in any direction, obliquely onto the plane.
+        name: e.g. ``helicopter``; a controller is written for one carrier.
+        axes: the command axes that it obeys; the others have no effect. () for a camera at rest.
+        looks: direction of the camera: ``down`` onto the ground; ``ahead`` along it, where only the tracker measures a
+            target's distance; or ``around``, in any direction obliquely onto the ground.
     """
 
     name: str
@@ -257,7 +257,7 @@ class Carrier:
 
 
 def _read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """Return a view of the same numbers that cannot be written through; nothing is copied."""
+    """Return a read-only view of an array, without a copy."""
     view = array.view()
     view.flags.writeable = False
     return view

@@ -22,7 +22,7 @@ from sim.rng import generator
 from trackers.atomic_file import atomic_file
 from trackers.belief.kernel import SIGHTING
 from trackers.belief.sighting import sighting_of
-from trackers.controllers.catalogue import controller_entry, create_controller
+from trackers.controllers.catalogue import controller_entry
 from trackers.protocols import Controller
 from trackers.types import CameraCommand, Carrier, Estimate, Observation
 
@@ -76,7 +76,7 @@ def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.v
     """
     carrier = catalog.scenario(settings.scenario).carrier
     name = controller.removeprefix(DISTURBED)
-    own: Controller = create_controller(name, carrier.name)
+    own: Controller = controller_entry(name, carrier.name).create()
     if name != controller:
         own = Disturbed(carrier, own, generator(seed, "disturbance"))
     loop = watched_episode(settings, seed)

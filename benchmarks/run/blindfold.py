@@ -30,16 +30,16 @@ class Blindfolded:
     """
 
     def __init__(self, tracker: Tracker, target: str) -> None:
-        """``target``: name of the object whose state is told. Raises TypeError for a tracker that cannot be told it."""
+        """``target``: name of the object whose state is given. Raises TypeError for a tracker that does not take it."""
         if not isinstance(tracker, BlindTracker):
-            raise TypeError(f"tracker: expected one with a method told, since its role is blind, got {tracker!r}")
+            raise TypeError(f"tracker: expected one with a method set_state, since its role is blind, got {tracker!r}")
         self._tracker, self._target = tracker, target
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``Contestant``."""
         observation = _unseen(frame.observation)
         self._tracker.initialise(observation, first_box(start))
-        self._tracker.told(observation, _state_of(frame.truth, frame.truth.index_of(self._target)))
+        self._tracker.set_state(observation, _state_of(frame.truth, frame.truth.index_of(self._target)))
         return given(start)
 
     def update(self, frame: Frame) -> Estimate:
@@ -47,7 +47,7 @@ class Blindfolded:
         observation = _unseen(frame.observation)
         target = frame.truth.index_of(self._target)
         if frame.truth.frames_since_exit[target] == 0:
-            self._tracker.told(observation, _state_of(frame.truth, target))
+            self._tracker.set_state(observation, _state_of(frame.truth, target))
         return self._tracker.update(observation)
 
 

@@ -19,7 +19,7 @@ from scenarios.envs.watched_episode import watched_episode
 from scenarios.loop import Loop
 from sim.checks import check
 from trackers.belief.command_shares import shares_of
-from trackers.belief.feature_filter import FeatureKeeper
+from trackers.belief.feature_filter import FeatureFilter
 from trackers.belief.features import FEATURES
 from trackers.types import CameraCommand, Carrier
 
@@ -160,7 +160,7 @@ class _Run:
         self._rewarder = Rewarder(settings.reward, rate_hz)
         lost_after_s = settings.lost_after_s
         self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * rate_hz), 1)
-        self._keeper = FeatureKeeper(carrier)
+        self._feature_filter = FeatureFilter(carrier)
         try:
             self._move()
         except BaseException:
@@ -195,4 +195,4 @@ class _Run:
     def _move(self, command: CameraCommand | None = None) -> None:
         frame, still = self.loop.step(command), CameraCommand()
         self._obeyed = self.loop.obeyed or still
-        self._features = self._keeper.update(frame.observation, self.loop.estimate, command or still)
+        self._features = self._feature_filter.update(frame.observation, self.loop.estimate, command or still)

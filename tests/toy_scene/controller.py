@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackers.belief.belief_filter import BeliefKeeper
+from trackers.belief.belief_filter import BeliefFilter
 from trackers.controllers.catalogue import register_controller
 from trackers.controllers.hold import HoldController
 from trackers.registry import tunable
@@ -34,11 +34,11 @@ class CentreHead:
 
     def __init__(self, parameters: CentreHeadParameters) -> None:
         self.parameters = parameters
-        self._keeper = BeliefKeeper("around")
+        self._filter = BeliefFilter("around")
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """See ``Controller``."""
-        belief = self._keeper.update(observation, estimate)[0]
+        belief = self._filter.update(observation, estimate)[0]
         if belief["known"] == 0.0 or observation.steered is None:
             return CameraCommand()
         camera, gain = observation.steered.camera, self.parameters.gain_per_s

@@ -1,6 +1,6 @@
-"""Stereo pairs of people before a wall, drawn by hand: every surface a textured plane, exactly where it is said to be.
+"""Stereo pairs of people in front of a wall, drawn by hand: every surface is a textured plane at a known position.
 
-Frame as the robot's: x ahead, y to the left, z up, metres, the left camera over the origin, level.
+The frame is the robot's: x ahead, y to the left, z up, metres, the level left camera above the origin.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ def person_box(person: Board) -> NDArray[np.float64]:
 def draw_pair(
     boards: Sequence[Board], wall_m: float = 9.0, noise: float = 2.0, seed: int = 0
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return left and right picture (480, 640, 3) of boards on textured ground before a wall as wide as the picture."""
+    """Return the left and right picture (480, 640, 3) of boards on textured ground in front of a wide wall."""
     pair = []
     for eye in (0, 1):
         picture = _background(wall_m, eye).copy()
         for index, board in enumerate(sorted(boards, key=lambda board: -board.ahead_m)):
             _draw(picture, board, eye, 3 + index)
-        # The same grains in other places.
+        # The same noise, shifted.
         picture += noise * np.roll(_noise(), (2 * seed + eye) * 7919)
         pair.append(np.clip(picture + 0.5, 0, 255).astype(np.uint8))
     return pair[0], pair[1]
@@ -68,7 +68,7 @@ def draw_pair(
 def observation(
     boards: Sequence[Board], frame: int = 0, registers: CameraRegisters = CALM, right: bool = True, **drawn: float
 ) -> Observation:
-    """Return what a tracker gets of a drawn frame."""
+    """Return the observation of a drawn frame."""
     left_rgb, right_rgb = draw_pair(boards, seed=frame, **drawn)
     settings = CameraSettings(exposure_s=0.01, gain=1.0, registers=registers)
     return Observation(left_rgb, frame / RATE_HZ, CAMERA, settings, None, right_rgb if right else None)
@@ -76,13 +76,13 @@ def observation(
 
 @lru_cache
 def _rays() -> NDArray[np.float64]:
-    """(2, H, W) right and down for one ahead."""
+    """Return rays (2, H, W): right and down for 1 ahead."""
     return np.stack(np.meshgrid(np.arange(640) + 0.5 - 320, np.arange(480) + 0.5 - 240)) / CAMERA.focal_px
 
 
 @lru_cache
 def _background(wall_m: float, eye: int) -> NDArray[np.float64]:
-    """Ground and a wall without ends."""
+    """Return ground and a wall without ends."""
     right, down = _rays()
     ground_m = np.minimum(CAMERA_HEIGHT_M / np.maximum(down, 1e-3), 50.0)
     picture = _shade(GREY, right * ground_m + eye * CAMERA.baseline_m, ground_m, 1)
@@ -106,7 +106,7 @@ def _noise() -> NDArray[np.float64]:
 def _shade(
     rgb: tuple[int, int, int], x_m: NDArray[np.float64], y_m: NDArray[np.float64], seed: int
 ) -> NDArray[np.float64]:
-    """A colour times a grain that belongs to the surface and repeats every 6 m."""
+    """Return a colour times a texture that is fixed to the surface and repeats every 6 m."""
     x, y = (np.floor(values / _TEXEL_M) for values in (x_m, y_m))
     right, down = x_m / _TEXEL_M - x, y_m / _TEXEL_M - y
     columns, rows = (texel.astype(np.intp) % _TEXELS for texel in (x, y))

@@ -1,6 +1,4 @@
-"""Hand-drawn town seen by a swinging camera: quick pictures with known truth, nothing of the simulator's
-renderer in them.
-"""
+"""Hand-drawn town seen by a swinging camera: quick pictures with known truth, without the simulator's renderer."""
 
 from __future__ import annotations
 
@@ -23,7 +21,7 @@ _SPEED_MPS = 8.0
 
 @dataclass(frozen=True)
 class DrawnFrame:
-    """One picture and what is so in it; ``along_px`` (2,) points from the car's centre to its nose."""
+    """One picture and its truth; ``along_px`` (2,) points from the car's centre to its nose."""
 
     observation: Observation
     T_world_camera: NDArray[np.float64]
@@ -98,7 +96,7 @@ def _project_local(
 
 
 def drive(frames: int, rate_hz: float) -> NDArray[np.float64]:
-    """Return (F, 3) x, y, heading of a car that goes east on the right-hand lane of y = 0."""
+    """Return x, y, heading (F, 3) of a car that drives east on the right-hand lane of y = 0."""
     x = -60.0 + _SPEED_MPS / rate_hz * np.arange(frames)
     return np.column_stack([x, np.full(frames, -ROAD_WIDTH_M / 4), np.zeros(frames)])
 
@@ -114,8 +112,7 @@ def film(
 ) -> list[DrawnFrame]:
     """Return a short film: the car drives, and in ``out`` (first, last frame) a gust swings the view off it.
 
-    Half-way through that the car jumps ``jump_m`` ahead (or back), as no car can; the
-    camera does not follow that.
+    Half-way through ``out`` the car jumps ``jump_m`` ahead (or back); the camera does not follow the jump.
     """
     rng = np.random.default_rng(seed)
     camera = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))

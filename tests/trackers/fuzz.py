@@ -1,4 +1,4 @@
-"""Every tracker through hostile pictures: none may raise, and what each answers must be an estimate.
+"""Fuzzing of every tracker with hostile pictures: none may raise, and every answer must be a valid estimate.
 
     python -m tests.trackers.fuzz --frames 2000
     python -m tests.trackers.fuzz --trackers mosaic_graph_pf --sequence 17
@@ -25,7 +25,7 @@ SEQUENCE_FRAMES = 25
 
 
 def answers(entry: TrackerEntry, sequence: Sequence) -> Iterator[Estimate]:
-    """Follow a sequence and yield every answer, checked. A box that holds nothing of the picture may be refused."""
+    """Follow a sequence and yield every answer, checked. A box outside the picture may be refused."""
     tracker = entry.create(np.random.default_rng(0))
     first, *rest = sequence.observations
     try:
@@ -42,7 +42,7 @@ def answers(entry: TrackerEntry, sequence: Sequence) -> Iterator[Estimate]:
 
 
 def check_posterior(estimate: Estimate) -> None:
-    """Raise ValueError if a posterior is given that is not finite."""
+    """Raise ValueError for a posterior that is not finite."""
     for name in ("particles_px", "covariance_px"):
         value = getattr(estimate, name)
         if value is not None and not np.isfinite(value).all():
@@ -50,7 +50,7 @@ def check_posterior(estimate: Estimate) -> None:
 
 
 def names() -> list[str]:
-    """Return the trackers that come with the package; tests register others."""
+    """Return the names of the package's own trackers; tests register others."""
     return [name for name, entry in entries().items() if entry.tracker.__module__.startswith("trackers.")]
 
 
@@ -60,7 +60,7 @@ def is_stereo(entry: TrackerEntry) -> list[bool]:
 
 
 def _fuzz(entry: TrackerEntry, frames: int) -> int:
-    """Go through so many frames; print what goes wrong, and a summary. Return the number of faults."""
+    """Run ``frames`` frames, print faults and a summary, and return the number of faults."""
     faults, done, silent, seed, began_s = 0, 0, 0, 0, time.perf_counter()
     while done < frames:
         for stereo in is_stereo(entry):
@@ -84,15 +84,15 @@ def main(words: list[str]) -> int:
     parser.add_argument("--frames", type=int, default=2000, help="of each tracker")
     parser.add_argument("--trackers", nargs="*", choices=names(), default=names())
     parser.add_argument("--sequence", type=int, help="replay this one alone, exceptions let through")
-    said = parser.parse_args(words)
+    arguments = parser.parse_args(words)
     warnings.simplefilter("error")
-    chosen = [entries()[name] for name in said.trackers]
-    if said.sequence is None:
-        return 1 if sum([_fuzz(entry, said.frames) for entry in chosen]) else 0
+    chosen = [entries()[name] for name in arguments.trackers]
+    if arguments.sequence is None:
+        return 1 if sum([_fuzz(entry, arguments.frames) for entry in chosen]) else 0
     for entry in chosen:
         for stereo in is_stereo(entry):
             for k, estimate in enumerate(
-                answers(entry, hostile_sequence(said.sequence, stereo=stereo, frames=SEQUENCE_FRAMES)), 1
+                answers(entry, hostile_sequence(arguments.sequence, stereo=stereo, frames=SEQUENCE_FRAMES)), 1
             ):
                 print(entry.name, k, estimate.position_px, estimate.in_view_probability)
     return 0

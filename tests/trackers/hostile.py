@@ -1,6 +1,6 @@
-"""Short sequences of hostile pictures from a seed: a ground under a camera that tips over, cuts, noise, lost data.
+"""Short random sequences of hostile pictures: a camera that tips over, cuts, noise, lost data.
 
-Each begins like a film that a tracker can follow, so that what it keeps is in use when the film turns bad.
+Each begins with frames that a tracker can follow, so that its state is in use when the faults begin.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ _ODD_SIZES = ((1, 1), (2, 2), (3, 5), (9, 7), (16, 12), (37, 23), (200, 4), (384
 _CAR_M = (4.5, 1.9)
 _TEXEL_M = 0.25
 _DOWN = np.diag([1.0, -1.0, -1.0])
-"""Columns: the camera's right, down and forward in the world, of one that looks straight down."""
+"""Columns: right, down and forward of a camera that looks straight down, in the world."""
 _AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 
 @dataclass(frozen=True)
 class Sequence:
-    """What one tracker is given.
+    """Inputs of one tracker.
 
     Attributes:
-        observations: the first one to start on. box_xyxy: (4,) in it.
+        observations: of all frames. box_xyxy: (4,) box in the first one.
     """
 
     observations: list[Observation]
@@ -38,14 +38,14 @@ class Sequence:
 
     @property
     def box_is_outside(self) -> bool:
-        """Whether the box holds nothing of the first picture: a tracker may refuse it."""
+        """Whether the box is outside the first picture: a tracker may refuse it."""
         camera = self.observations[0].camera
         low, high = self.box_xyxy[:2], self.box_xyxy[2:]
         return bool((high <= 0).any() or (low >= [camera.width_px, camera.height_px]).any())
 
 
 def hostile_sequence(seed: int, *, stereo: bool, frames: int) -> Sequence:
-    """Return a sequence; every seventh is of an odd size, a very large one is short."""
+    """Return a sequence; every seventh has an odd size, a very large one is short."""
     rng = np.random.default_rng([seed, stereo])
     sizes = _ODD_SIZES if seed % 7 == 6 else _SIZES
     width, height = sizes[rng.integers(len(sizes))]
@@ -56,10 +56,10 @@ def hostile_sequence(seed: int, *, stereo: bool, frames: int) -> Sequence:
 
 
 def tipping_sequence(ego: str, *, frames: int = 90) -> Sequence:
-    """Return a calm flight whose camera tips over the horizon and comes back half-way through.
+    """Return a flight without faults whose camera tips over the horizon and returns half-way through.
 
     Args:
-        ego: pose ``measured`` or ``never``.
+        ego: ``measured`` or ``never``.
     """
     film = _Film(np.random.default_rng(5), 160, 120, stereo=False)
     film.calm(ego)
@@ -72,7 +72,7 @@ def tipping_sequence(ego: str, *, frames: int = 90) -> Sequence:
 
 
 def _box(rng: np.random.Generator, target: NDArray[np.float64] | None, width: int, height: int) -> NDArray[np.float64]:
-    """Return the target's own box most often; else one that is tiny, huge, cut by the border, or outside."""
+    """Return the target's own box most often; otherwise one that is tiny, huge, cut by the border, or outside."""
     size, kind = np.array([width, height], dtype=float), rng.random()
     if target is not None and kind < 0.6:
         return target
@@ -89,7 +89,7 @@ def _box(rng: np.random.Generator, target: NDArray[np.float64] | None, width: in
 
 
 class _Film:
-    """One camera, one ground, and what goes wrong."""
+    """One camera over one ground, with faults."""
 
     def __init__(self, rng: np.random.Generator, width: int, height: int, stereo: bool) -> None:
         self._rng, self._stereo = rng, stereo
@@ -104,21 +104,21 @@ class _Film:
         self._last: Picture = np.zeros((height, width, 3), np.uint8)
         self.first_box: NDArray[np.float64] | None = None
         self._cut()
-        # Straight down or askew at first, and often on over the horizon.
+        # At first straight down or tilted, and often tipping on over the horizon.
         self._tilt_rad, self._tilting_rad = rng.choice([0.05, 0.05, 0.9]), rng.choice([0.0, 0.01, 0.05, 0.12])
 
     def calm(self, ego: str) -> None:
-        """Let nothing go wrong, over a town."""
+        """Switch all faults off and fly over a town."""
         self._trouble, self._ego, self._ground = 0.0, ego, 0
         self._height_m, self._climb_m, self._tilt_rad, self._turning_rad = 40.0, 0.0, 0.05, 0.0
         self._camera = CameraModel(*self._size, 1.1 * self._size[0])
 
     def tip(self, tilting_rad: float) -> None:
-        """Let the camera turn up by so much a picture."""
+        """Set how far the camera turns up in each picture."""
         self._tilting_rad = tilting_rad
 
     def _cut(self) -> None:
-        """Begin anew, somewhere else."""
+        """Draw a new position, motion and scene."""
         rng = self._rng
         self._place_m, self._speed_m = rng.uniform(-100, 100, 2), rng.normal(0, 0.6, 2)
         self._height_m, self._climb_m = rng.choice([8.0, 40.0, 120.0]), rng.choice([0.0, 0.0, 1.0, -2.0])
@@ -129,7 +129,7 @@ class _Film:
         self._disparity = rng.uniform(0.0, 0.1)
 
     def next(self) -> Observation:
-        """Return the next picture, and what comes with it."""
+        """Return the next observation."""
         rng = self._rng
         calm = self._frame < self._calm_frames
 
@@ -183,7 +183,7 @@ class _Film:
         return EgoPose(T)
 
     def _view(self) -> Picture:
-        """Return what a camera over the ground sees, with a red car on it; grey above the horizon."""
+        """Return the picture of the ground with a red car on it; grey above the horizon."""
         width, height = (min(side, limit) for side, limit in zip(self._size, (640, 360), strict=True))
         focal_px = self._zoom * self._camera.focal_px * width / self._size[0]
         column, row = np.meshgrid(np.arange(width) + 0.5 - width / 2, np.arange(height) + 0.5 - height / 2)
@@ -203,7 +203,7 @@ class _Film:
         return cv2.resize(np.clip(picture + grain, 0, 255).astype(np.uint8), self._size)
 
     def _pair(self) -> tuple[Picture, Picture]:
-        """Return what two cameras on a robot see: a wall and people that come and go."""
+        """Return the stereo pair of a robot: a wall and moving people."""
         width, height = self._size
         focal_px = self._zoom * self._camera.focal_px
         wall = cv2.resize(_ground(0), (2 * width, height))
@@ -225,7 +225,7 @@ class _Film:
         return pair[0], pair[1]
 
     def _spoilt(self, picture: Picture) -> Picture:
-        """Return something else in the place of a picture."""
+        """Return a faulty picture in place of a picture."""
         kind = self._rng.integers(7)
         if kind < 2:
             return np.full_like(picture, (0, 255)[kind])

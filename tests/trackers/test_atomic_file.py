@@ -10,7 +10,7 @@ import pytest
 from trackers.atomic_file import atomic_file, write_atomic
 
 
-def test_a_file_is_there_wholly_or_as_it_was(tmp_path: Path) -> None:
+def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "rows"
     write_atomic(path, "ä\n")
     assert path.read_bytes() == "ä\n".encode()
@@ -26,8 +26,8 @@ def test_a_file_is_there_wholly_or_as_it_was(tmp_path: Path) -> None:
     assert path.read_bytes() == "ä\n".encode()
 
 
-def test_what_lies_where_it_would_be_written_is_not_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Even where the drawn name is foreseen, a link there is not written through."""
+def test_a_link_at_the_temporary_name_is_not_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even if the random name is predicted, a link there is not written through."""
     monkeypatch.setattr("secrets.token_hex", lambda count: "drawn")
     (tmp_path / "precious").write_text("whole")
     (tmp_path / ".rows.drawn").symlink_to(tmp_path / "precious")
@@ -56,7 +56,7 @@ def test_others_may_read_it_as_any_new_file(tmp_path: Path) -> None:
     assert len(modes) == 1
 
 
-def test_a_full_disk_is_said_of_the_file_that_was_meant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_reported_for_the_files_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(descriptor: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 

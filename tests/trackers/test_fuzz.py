@@ -32,10 +32,10 @@ def test_no_picture_makes_a_tracker_raise(name):
 
 
 @pytest.mark.parametrize("ego", ["measured", "never"])
-def test_a_camera_that_tips_over_the_horizon_is_silence_and_not_an_error(ego):
-    said = [
+def test_a_camera_that_tips_over_the_horizon_gives_nan_and_no_error(ego):
+    finite = [
         np.isfinite(estimate.position_px).all() for estimate in answers(entry("mosaic_graph_pf"), tipping_sequence(ego))
     ]
-    assert all(said[:20])
-    assert not all(said[40:50])
-    assert said[-1]
+    assert all(finite[:20])
+    assert not all(finite[40:50])
+    assert finite[-1]

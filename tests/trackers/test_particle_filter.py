@@ -1,4 +1,4 @@
-"""The generic loop against the exact Kalman filter, and at its degenerate points."""
+"""The particle filter against the exact Kalman filter, and in degenerate cases."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Answers of trackers that follow many targets: their contract, and one track of them as a tracker of its own."""
+"""Answers of trackers of many targets: their contract, and their reduction to one track."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def observation(k: int = 0) -> Observation:
 
 
 class Scripted:
-    """Answers with what it was given, picture by picture."""
+    """Returns the given answers, picture by picture."""
 
     def __init__(self, *answers: Sequence[Track]) -> None:
         self.answers = list(answers)
@@ -73,7 +73,7 @@ def test_tracks_that_it_forbids(tracks: Any, message: str) -> None:
 
 
 def followed(*answers: Sequence[Track]) -> list[Estimate]:
-    """Return what one track says from the second picture on; the first one has the first answer."""
+    """Return the estimates of one track from the second picture on; the first one has the first answer."""
     one = FollowOne(Scripted(*answers))
     one.initialise(observation(), BOX)
     return [one.update(observation(k)) for k in range(1, len(answers))]
@@ -85,7 +85,7 @@ def test_the_track_nearest_to_the_middle_of_the_box_is_followed() -> None:
     np.testing.assert_array_equal(estimates[0].position_px, [40.0, 41.0])
 
 
-def test_a_track_that_dies_says_nothing_and_goes_on_when_it_comes_back() -> None:
+def test_a_track_that_ends_gives_nan_and_continues_when_it_returns() -> None:
     estimates = followed([at(2, 15.0, 15.0)], [], [at(9, 15.0, 15.0)], [at(9, 0.0, 0.0), at(2, 30.0, 31.0)])
     assert np.isnan(estimates[0].position_px).all()
     assert np.isnan(estimates[1].position_px).all()

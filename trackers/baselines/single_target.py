@@ -1,8 +1,8 @@
-"""What any method has to beat: staying put, a straight line, and OpenCV's own tracker."""
+"""Baselines: the last position seen, constant velocity, and OpenCV's general tracker."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from trackers.kernels.boxes import box_around, box_centre, box_size
 from trackers.kernels.colour_template import ColourTemplate
 from trackers.kernels.histogram import hs_bins
-from trackers.registry import register, tunable
+from trackers.registry import NoParameters, register, tunable
 from trackers.types import CameraModel, Estimate, Observation
 
 _FINER = 16.0
@@ -20,10 +20,11 @@ _FINER = 16.0
 def best_match(
     template: ColourTemplate, image_rgb: NDArray[np.uint8], near_px: NDArray[np.float64], reach_px: float
 ) -> tuple[NDArray[np.float64], float]:
-    """Return the position (2,) in the picture, near a place, whose rectangle is most like the template.
+    """Return the position (2,) in the picture near a point whose rectangle is most similar to the template.
 
-    Looked for within ``reach_px``, on a grid of a third of the rectangle, then about its best on ever finer ones down
-    to one pixel, each at most 16 times as fine. The similarity comes with it; it is 0 if the picture is out of reach.
+    The first grid spans ``reach_px`` in steps of a third of the rectangle; each next one spans a step around the best
+    position, at most 16 times as fine, down to one pixel. Also returns the similarity, 0 if the picture is out of
+    reach.
     """
     bins = hs_bins(image_rgb)
     picture = np.array([image_rgb.shape[1], image_rgb.shape[0]])
@@ -33,7 +34,7 @@ def best_match(
         grids.append((grids[-1][1], max(1.0, grids[-1][1] / _FINER)))
     best_px, similarity = near_px, 0.0
     for reach, step in grids:
-        # Only what lies in the picture, however far the reach.
+        # The grid is limited to the picture.
         low, high = np.maximum(best_px - reach, 0.0), np.minimum(best_px + reach, picture - 1e-3)
         x, y = (np.arange(low[axis], high[axis] + 1e-6, step) for axis in (0, 1))
         grid_px = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
@@ -51,22 +52,22 @@ def _estimate(position_px: NDArray[np.float64], size_px: NDArray[np.float64], in
 
 @dataclass(frozen=True)
 class HoldParameters:
-    """Setting of ``hold``.
+    """Settings of ``hold``.
 
     Attributes:
-        reach_boxes: how far from the last position the car is looked for, in lengths of its box.
-        least_similarity: what is less like the template is not the car.
+        reach_boxes: search radius around the last position, in lengths of the box.
+        least_similarity: a match below this similarity is rejected.
     """
 
     reach_boxes: float = tunable(0.7, 0.2, 3.0, log=True)
     least_similarity: float = tunable(0.8, 0.4, 0.98)
 
 
-@register("hold", role="baseline", summary="keeps the place in the picture where it last saw the car")
+@register("hold", role="baseline", summary="keeps the position in the picture where the car was last matched")
 class Hold:
-    """Follows the car by the best match of its HS histogram; without one it says the last place *in the picture*.
+    """Returns the best match of the car's HS histogram, or the last matched position if there is none.
 
-    Pixels alone: the place moves with the camera and not with the ground, measured motion or not.
+    Positions are pixels: without a match the estimate moves with the camera, even if its motion is measured.
     """
 
     Parameters = HoldParameters
@@ -91,14 +92,14 @@ class Hold:
 
 @dataclass(frozen=True)
 class ConstantVelocityParameters:
-    """Setting of ``constant_velocity``.
+    """Settings of ``constant_velocity``.
 
     Attributes:
         acceleration_px: standard deviation of the acceleration, pixels a frame².
         match_noise_px: standard deviation of a match.
-        reach_boxes: how far from the prediction the car is looked for, in lengths of its box, while it is seen; the
-            reach grows with the prediction's uncertainty.
-        least_similarity: what is less like the template is not the car.
+        reach_boxes: search radius around the prediction, in lengths of the box; two standard deviations of the
+            prediction are added.
+        least_similarity: a match below this similarity is rejected.
     """
 
     acceleration_px: float = tunable(3.0, 0.1, 20.0, log=True)
@@ -109,9 +110,10 @@ class ConstantVelocityParameters:
 
 @register("constant_velocity", role="baseline", summary="Kalman filter of constant velocity in the picture")
 class ConstantVelocity:
-    """State (x, y, vx, vy) in pixels and pixels a frame, white acceleration; the car is looked for as ``hold`` does.
+    """State (x, y, vx, vy) in pixels and pixels a frame, white acceleration; matches as ``hold`` does.
 
-    ``x' = F x, P' = F P Fᵀ + Q``; ``K = P Hᵀ (H P Hᵀ + R)⁻¹, x += K (z - H x), P -= K H P``. Pixels alone.
+    ``x' = F x, P' = F P Fᵀ + Q``; ``K = P Hᵀ (H P Hᵀ + R)⁻¹, x += K (z - H x), P -= K H P``. Camera motion is not
+    compensated.
     """
 
     Parameters = ConstantVelocityParameters
@@ -122,14 +124,14 @@ class ConstantVelocity:
         self._parameters = parameters
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """Start at the box, at rest as far as one picture tells."""
+        """Start at the box with velocity zero."""
         p = self._parameters
         self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
         self._x = np.concatenate([box_centre(box_xyxy), np.zeros(2)])
         self._P = np.diag([p.match_noise_px**2] * 2 + [float(self._template.size_px.max() / 4) ** 2] * 2)
 
     def update(self, observation: Observation) -> Estimate:
-        """Predict, look for the car near the prediction, correct where it is found."""
+        """Predict, search near the prediction, correct by the match."""
         p = self._parameters
         self._x = self._F @ self._x
         self._P = self._F @ self._P @ self._F.T + p.acceleration_px**2 * self._G @ self._G.T
@@ -140,13 +142,8 @@ class ConstantVelocity:
         if seen:
             self._correct(match_px)
         estimate = _estimate(self._x[:2].copy(), self._template.size_px, seen)
-        return Estimate(
-            estimate.position_px,
-            estimate.box_xyxy,
-            heading_rad=float(np.arctan2(self._x[3], self._x[2])),
-            in_view_probability=estimate.in_view_probability,
-            covariance_px=self._P[:2, :2].copy(),
-        )
+        heading_rad = float(np.arctan2(self._x[3], self._x[2]))
+        return replace(estimate, heading_rad=heading_rad, covariance_px=self._P[:2, :2].copy())
 
     def _correct(self, match_px: NDArray[np.float64]) -> None:
         gain = self._P[:, :2] @ np.linalg.inv(self._P[:2, :2] + self._parameters.match_noise_px**2 * np.eye(2))
@@ -155,12 +152,7 @@ class ConstantVelocity:
 
 
 _LEAST_SIDE_PX, _LEAST_ROOM_PX = 5, 10
-"""OpenCV compares the target's box with others at least 4.5 pixels off, inside the picture."""
-
-
-@dataclass(frozen=True)
-class MilParameters:
-    """``opencv_mil`` has nothing to set."""
+"""OpenCV compares the target's box with others at least 4.5 pixels away, inside the picture."""
 
 
 @register(
@@ -171,13 +163,15 @@ class MilParameters:
     suites=("frame-out", "stereo"),
 )
 class OpenCvMil:
-    """``cv2.TrackerMIL``. It always answers inside the picture, cannot say that the car is gone, and draws
-    numbers of its own that no seed reaches.
+    """``cv2.TrackerMIL``.
+
+    Its estimate is always inside the picture, it has no in-view probability, and it draws random numbers without a
+    seed.
     """
 
-    Parameters = MilParameters
+    Parameters = NoParameters
 
-    def __init__(self, parameters: MilParameters, rng: np.random.Generator) -> None:
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
         self._tracker = cv2.TrackerMIL.create()
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
@@ -186,14 +180,14 @@ class OpenCvMil:
         size = np.array([observation.camera.width_px, observation.camera.height_px])
         self._box_xyxy = _visible_part(box_xyxy, observation.camera)
         x, y, right, bottom = (int(value) for value in self._box_xyxy)
-        # OpenCV tries no place where the box ends at the last row or column.
+        # OpenCV tries no box that ends at the last row or column.
         width, height = (np.minimum([right - x, bottom - y], size - 1)).tolist()
         self._has_room = (size > _LEAST_SIDE_PX).all() and (size - [width, height] > _LEAST_ROOM_PX).any()
         if self._has_room:
             self._tracker.init(np.ascontiguousarray(observation.image_rgb[..., ::-1]), (x, y, width, height))
 
     def update(self, observation: Observation) -> Estimate:
-        """Return OpenCV's answer, or the last one where it fails; nothing if the first box filled the picture."""
+        """Return OpenCV's box, or the last one where it fails; NaN if the first box filled the picture."""
         if not self._has_room:
             return Estimate(np.full(2, np.nan))
         found, (x, y, width, height) = self._tracker.update(np.ascontiguousarray(observation.image_rgb[..., ::-1]))
@@ -203,8 +197,8 @@ class OpenCvMil:
 
 
 def _visible_part(box_xyxy: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float64]:
-    """Return the part of a box inside the picture, in whole pixels, at least 5 x 5 of them: in 4 x 4 OpenCV looks for
-    ever for features that fit.
+    """Return the part of a box inside the picture, in whole pixels, at least 5 x 5; with 4 x 4 OpenCV does not
+    terminate.
     """
     size = np.array([camera.width_px, camera.height_px])
     low = np.clip(np.floor(box_xyxy[:2]), 0, size - _LEAST_SIDE_PX)

@@ -1,21 +1,21 @@
-"""Keeps the belief of one target through one episode: what a controller steers by, and a policy sees."""
+"""The belief about one target during one episode, filtered from a tracker's estimates."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.belief.kernel import BELIEF, take_in
+from trackers.belief.kernel import BELIEF, update_beliefs
 from trackers.belief.sighting import sighting_of
 from trackers.types import Estimate, Looks, Observation
 
 
-class BeliefKeeper:
-    """Takes in what a tracker says of each picture.
+class BeliefFilter:
+    """Filters a tracker's estimates to a belief.
 
     Attributes:
         belief: (1,) of dtype ``BELIEF``, updated in place.
-        interval_s: between the latest two pictures.
+        interval_s: time between the last two pictures.
     """
 
     def __init__(self, looks: Looks) -> None:
@@ -25,9 +25,9 @@ class BeliefKeeper:
         self.belief = np.zeros(1, BELIEF)
 
     def update(self, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
-        """Take in the next picture and return the belief (1,)."""
+        """Update the belief with the next picture's estimate and return it (1,)."""
         if observation.time_s > self._time_s:
             self.interval_s = observation.time_s - self._time_s
         self._time_s = observation.time_s
-        take_in(self.belief, sighting_of(self._looks, observation, estimate), self.interval_s)
+        update_beliefs(self.belief, sighting_of(self._looks, observation, estimate), self.interval_s)
         return self.belief

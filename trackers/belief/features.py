@@ -1,9 +1,9 @@
 """A belief as a vector of numbers in [-1, 1]: the observation of a policy.
 
-Ahead and right are along and across the carrier's heading, level with the ground. Halves of the picture are measured on
-the ground below a camera that looks down, at a distance of 1 m of one that looks ahead, and at the point on the ground
-that is looked at of one that looks around. Where a camera is steered that is not the watched one, picture and height
-are those of the steered camera. Squashed is ``x / (1 + |x|)``.
+Ahead and right are horizontal, along and across the carrier's heading. Halves of the picture are measured on the ground
+below a camera that looks down, at a distance of 1 m for one that looks ahead, and at the optical axis' point on the
+ground for one that looks around. If the tracker watches another camera than the steered one, picture and height are
+those of the steered camera. Squashed means ``x / (1 + |x|)``.
 """
 
 from __future__ import annotations
@@ -56,16 +56,16 @@ MEANINGS = {
     "command_climb": "the same upwards",
     "command_yaw_rate": "the same of the turn rate, counter-clockwise",
 }
-"""Feature -> what it is, in the order of the vector."""
+"""Feature -> meaning, in the order of the vector."""
 FEATURES = tuple(MEANINGS)
 
 
 @njit(cache=True)
 def features_of(beliefs: NDArray[np.void], commands: NDArray[np.float64], out: NDArray[np.float32]) -> None:
-    """Write the features of B beliefs (B,) of dtype ``BELIEF`` to (B, ``len(FEATURES)``) float32.
+    """Write the features of B beliefs (B,) of dtype ``BELIEF`` to ``out`` (B, ``len(FEATURES)``) float32.
 
     Args:
-        commands: (B, 4) the latest command (forward, right, climb, yaw rate) over its limits, in [-1, 1].
+        commands: (B, 4) latest commands (forward, right, climb, yaw rate) as shares of the limits, in [-1, 1].
     """
     for k in range(len(beliefs)):
         b, row = beliefs[k], out[k]

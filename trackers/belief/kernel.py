@@ -1,8 +1,8 @@
-"""What is believed of a target from picture to picture, for who steers: plain records, many at a time.
+"""The belief about a target, updated from frame to frame: records, many at a time.
 
-A *sighting* is what one picture, through a tracker, says; a *belief* is what all of them have said so far. World is
-the carrier's navigation frame (metres, x and y on the ground); *ahead* and *right* are along and across the carrier's
-heading, level with the ground, from the carrier.
+A *sighting* is a tracker's estimate on one picture, on the ground; a *belief* is filtered from all sightings so far.
+World is the carrier's navigation frame (metres, x and y on the ground); *ahead* and *right* are horizontal, along and
+across the carrier's heading, from the carrier.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 SECTORS = 8
-"""Directions about the place where the target was last seen, counter-clockwise from world x."""
+"""Directions around the point where the target was last seen, counter-clockwise from world x."""
 TRAIL = 20
-"""Places of the target's trail that are remembered."""
+"""Largest number of points of the target's trail."""
 TRAIL_STEP_M = 0.4
 
 SIGHTING = np.dtype(
@@ -25,28 +25,28 @@ SIGHTING = np.dtype(
         ("carrier_y_m", "f8"),
         ("height_m", "f8"),
         ("heading_rad", "f8"),
-        # Where the optical axis meets the ground; a few metres on, of a camera that looks ahead.
+        # Where the optical axis meets the ground; a fixed distance ahead of a camera that looks ahead.
         ("axis_ahead_m", "f8"),
         ("axis_right_m", "f8"),
-        # Half the picture on the ground, see ``features``; at a distance of 1 m of a camera that looks ahead.
+        # Half the picture on the ground, see ``features``; at a distance of 1 m for a camera that looks ahead.
         ("half_ahead_m", "f8"),
         ("half_right_m", "f8"),
-        # 1 if the tracker says anything, else 0: then the target's numbers are of no meaning.
+        # 1 if there is an estimate, else 0: then the fields of the target have no meaning.
         ("known", "f8"),
         ("x_m", "f8"),
         ("y_m", "f8"),
-        # Standard deviation, the root of the mean over both axes; 0 of a tracker without posterior.
+        # Standard deviation, root mean square of both axes; 0 without a posterior.
         ("spread_m", "f8"),
-        # Middle of the window, as large as the picture, that holds most of the posterior, and the share it holds.
+        # Centre of the picture-sized window that holds most of the posterior, and the share in it.
         ("densest_x_m", "f8"),
         ("densest_y_m", "f8"),
         ("densest_share", "f8"),
-        # Of a tracker that says nothing of it: 1 where its estimate lies in the picture, else 0.
+        # If the tracker gives none: 1 if its estimate lies in the picture, else 0.
         ("in_view_probability", "f8"),
         # From the picture's centre, right and down, in halves of its width and height.
         ("picture_x", "f8"),
         ("picture_y", "f8"),
-        # Longer side of the box over the picture's width; 0 of a tracker without box.
+        # Longer side of the box over the picture's width; 0 without a box.
         ("length_share", "f8"),
     ],
     align=True,
@@ -89,9 +89,9 @@ BELIEF = np.dtype(
         ("seconds_since_seen", "f8"),
         ("seen_x_m", "f8"),
         ("seen_y_m", "f8"),
-        # 1 where the camera has just looked in a direction from the place last seen, in vain; falls with time.
+        # 1 for a direction from the point last seen that the camera has just searched in vain; decays with time.
         ("searched", "f8", (SECTORS,)),
-        # Where the target was seen to go, ``TRAIL_STEP_M`` apart, the latest place first.
+        # Points where the target was seen, ``TRAIL_STEP_M`` apart, the latest first.
         ("trail_places", "f8"),
         ("trail_x_m", "f8", (TRAIL,)),
         ("trail_y_m", "f8", (TRAIL,)),
@@ -100,33 +100,30 @@ BELIEF = np.dtype(
 )
 
 SEEN_PROBABILITY = 0.5
-"""A target counts as unseen to its tracker below that."""
+"""Least in-view probability at which a target counts as seen."""
 _VELOCITY_SHARE = 0.12
-"""Of an alpha-beta filter for the target's velocity; the place is as the tracker says, which has filtered it."""
+"""Gain of the velocity's alpha-beta filter; the position is the tracker's, which is filtered already."""
 _OWN_SHARE = 0.3
-"""How fast the carrier's measured motion follows the differences of measured poses."""
+"""Gain of the exponential smoothing of the carrier's measured velocities."""
 _FORGET_S = 4.0
+"""Time constant of ``searched``."""
 _LOOKED_AWAY = 0.4
-"""The camera looks in a direction if its middle is so far from the place last seen, in halves of the picture."""
+"""A direction is searched if the optical axis is this far from the point last seen, in halves of the picture."""
 _FASTEST_MPS = 30.0
 
 
 @njit(cache=True, fastmath=False)
-def take_in(beliefs: NDArray[np.void], sightings: NDArray[np.void], interval_s: float) -> None:
-    """Bring B beliefs (B,) of dtype ``BELIEF`` up to date with a sighting each (B,) of ``SIGHTING``, in place.
+def update_beliefs(beliefs: NDArray[np.void], sightings: NDArray[np.void], interval_s: float) -> None:
+    """Update B beliefs (B,) of dtype ``BELIEF`` with a sighting each (B,) of dtype ``SIGHTING``, in place.
 
-    A belief that is all zeros is of nothing seen yet: its first sighting starts it.
+    A belief of zeros is initialised by its first sighting.
     """
     for k in range(len(beliefs)):
         b, s = beliefs[k], sightings[k]
         c, d = np.cos(s.heading_rad), np.sin(s.heading_rad)
         if b.frames == 0.0:
-            b.carrier_x_m, b.carrier_y_m, b.height_m, b.heading_rad = (
-                s.carrier_x_m,
-                s.carrier_y_m,
-                s.height_m,
-                s.heading_rad,
-            )
+            b.carrier_x_m, b.carrier_y_m = s.carrier_x_m, s.carrier_y_m
+            b.height_m, b.heading_rad = s.height_m, s.heading_rad
             b.axis_ahead_m, b.axis_right_m = s.axis_ahead_m, s.axis_right_m
             b.x_m, b.y_m, b.seen_x_m, b.seen_y_m = s.x_m, s.y_m, s.x_m, s.y_m
         _own_motion(b, s, c, d, interval_s)
@@ -147,7 +144,7 @@ def take_in(beliefs: NDArray[np.void], sightings: NDArray[np.void], interval_s: 
 
 @njit(cache=True)
 def _own_motion(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
-    """Follow the carrier's measured pose: velocities are smoothed differences."""
+    """Update the carrier's pose as measured; its velocities are smoothed differences."""
     east_m, north_m = s.carrier_x_m - b.carrier_x_m, s.carrier_y_m - b.carrier_y_m
     turn_rad = (s.heading_rad - b.heading_rad + np.pi) % (2 * np.pi) - np.pi
     share = _OWN_SHARE if b.frames > 0.0 else 0.0
@@ -165,13 +162,13 @@ def _own_motion(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
 
 @njit(cache=True)
 def _target_motion(b: Any, s: Any, interval_s: float) -> None:
-    """Follow the estimate by an alpha-beta filter; where nothing is said the target stays where it was."""
+    """Update the target's position and velocity by an alpha-beta filter; without an estimate both stay."""
     if s.known == 0.0:
         return
     if b.frames == 0.0:
         b.x_m, b.y_m = s.x_m, s.y_m
         return
-    # A jump is another guess, not a motion; nor is what happened while nothing was said.
+    # The velocity does not follow a jump of the estimate, nor the change over a gap in the estimates.
     east_m, north_m = s.x_m - b.x_m - b.velocity_x_mps * interval_s, s.y_m - b.y_m - b.velocity_y_mps * interval_s
     share = _VELOCITY_SHARE / interval_s
     if b.known > 0.0 and np.hypot(east_m, north_m) < _FASTEST_MPS * interval_s:
@@ -182,7 +179,7 @@ def _target_motion(b: Any, s: Any, interval_s: float) -> None:
 
 @njit(cache=True)
 def _search(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
-    """Note when the target was last seen, and in which directions from there it was looked for since."""
+    """Update the time since the target was seen, and the directions from there searched since."""
     if s.known > 0.0 and s.in_view_probability >= SEEN_PROBABILITY:
         b.seconds_since_seen = 0.0
         b.seen_x_m, b.seen_y_m = s.x_m, s.y_m
@@ -203,7 +200,7 @@ def _search(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
 
 @njit(cache=True)
 def _trail(b: Any) -> None:
-    """Remember the place where the target is seen, if it has come far enough from the latest one."""
+    """Add the target's position to its trail if it is far enough from the latest point."""
     known = int(b.trail_places)
     if known > 0 and np.hypot(b.seen_x_m - b.trail_x_m[0], b.seen_y_m - b.trail_y_m[0]) < TRAIL_STEP_M:
         return
@@ -217,11 +214,11 @@ def _trail(b: Any) -> None:
 def densest_window(
     places_m: NDArray[np.float64], weights: NDArray[np.float64], half_m: float, tries: int
 ) -> tuple[float, float, float]:
-    """Return the middle (x, y) of the round window of a radius that holds most of a posterior, and its share.
+    """Return the centre (x, y) of the circle that holds most of a posterior, and the share in it.
 
     Args:
-        places_m: (N, 2) particles. weights: (N,) sum 1.
-        tries: windows tried, about evenly chosen particles; the best one is moved to the mean of what it holds.
+        places_m: (N, 2) particles. weights: (N,) sum 1. half_m: radius.
+        tries: circles tried, around evenly chosen particles; the best one is moved to the mean of its particles.
     """
     best, best_x, best_y = -1.0, places_m[0, 0], places_m[0, 1]
     stride = max(len(places_m) // tries, 1)
@@ -236,7 +233,7 @@ def densest_window(
 def _held(
     places_m: NDArray[np.float64], weights: NDArray[np.float64], half_m: float, x_m: float, y_m: float
 ) -> tuple[float, float, float]:
-    """Return the share of a posterior within a distance of a place, and the mean of that."""
+    """Return the share of a posterior within ``half_m`` of a point, and the mean of that part."""
     share, sum_x, sum_y = 0.0, 0.0, 0.0
     for n in range(len(places_m)):
         if (places_m[n, 0] - x_m) ** 2 + (places_m[n, 1] - y_m) ** 2 <= half_m * half_m:

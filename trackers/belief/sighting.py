@@ -1,4 +1,4 @@
-"""What one picture, through a tracker, says of where the target is on the ground."""
+"""The sighting of one picture: the tracker's estimate projected onto the ground."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from trackers.belief.kernel import SIGHTING, densest_window
 from trackers.types import CameraModel, Estimate, Looks, Observation, SteeredCamera
 
 _ASSUMED_HEIGHT_M = 60.0
-"""Of a camera that looks down without instruments."""
+"""Height of a camera that looks down, where no pose is measured."""
 ASSUMED_DISTANCE_M = 3.0
-"""Of a target before a camera that looks ahead, seen by a tracker that measures no depth; and where it looks."""
+"""Distance of a target from a camera that looks ahead if the tracker measures no depth, and of its axis' point."""
 FARTHEST_M = 500.0
-"""Rays at or above the horizon meet the ground nowhere; what lies further off counts as that."""
+"""Limit of distances on the ground; rays at or above the horizon get this one."""
 _FARTHEST_PX, _LOWEST_M = 1e9, 0.1
 _TRIES = 24
 _AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -24,36 +24,36 @@ _DOWN = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 def within_reach(pixels: object) -> NDArray[np.float64]:
-    """Return pixels or lengths in pixels, of any shape, cut to what can be reckoned with: estimates know no bounds."""
+    """Return pixels or lengths in pixels, of any shape, clipped so that arithmetic with them stays finite."""
     return np.clip(np.asarray(pixels, dtype=float), -_FARTHEST_PX, _FARTHEST_PX)
 
 
 def distance_m(estimate: Estimate, assumed_m: float) -> float:
-    """Return how far away along the camera's axis the target is, at most ``FARTHEST_M``."""
+    """Return the target's distance along the camera's axis, at most ``FARTHEST_M``."""
     return min(estimate.depth_m or assumed_m, FARTHEST_M)
 
 
 def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
-    """Return one sighting (1,) of dtype ``SIGHTING`` by how the carrier's camera looks; the ground is z = 0.
+    """Return the sighting (1,) of dtype ``SIGHTING`` of an estimate; the ground is z = 0.
 
-    Of a steered camera other than the watched one, picture and halves are those of the steered camera; the estimate is
-    taken there by way of the ground, and is not known unless both poses are measured.
+    If the steered camera is not the watched one, picture and halves are those of the steered camera; the estimate is
+    projected there over the ground, and unknown unless both poses are measured.
     """
     sighting = np.zeros(1, SIGHTING)
-    said: Any = sighting[0]
+    record: Any = sighting[0]
     steered = observation.steered
     watched = _view(observation, looks if steered is None else "around")
     own = watched if steered is None else _view(steered, looks)
-    _note_carrier(said, looks, own)
+    _set_carrier(record, looks, own)
     position_px = within_reach(estimate.position_px)
     linked = steered is None or (observation.ego is not None and steered.ego is not None)
     if not linked or not np.isfinite(position_px).all():
         return sighting
     in_picture = (position_px - watched.half_px) / watched.half_px
-    said["picture_x"], said["picture_y"] = in_picture
+    record["picture_x"], record["picture_y"] = in_picture
     inside = float(np.abs(in_picture).max() <= 1.0)
     probability = estimate.in_view_probability
-    said["in_view_probability"] = inside if probability is None else probability
+    record["in_view_probability"] = inside if probability is None else probability
     tangents = ((position_px - watched.half_px) / watched.camera.focal_px)[None]
     if watched.sees_ground:
         offset_m = _on_ground(watched.R, watched.height_m, tangents)[0]
@@ -63,24 +63,24 @@ def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> N
         reach_m = distance_m(estimate, ASSUMED_DISTANCE_M)
         offset_m = (watched.R @ (reach_m * np.append(tangents[0], 1.0)))[:2]
     metres_per_pixel = reach_m / watched.camera.focal_px
-    said["known"] = 1.0
-    said["x_m"], said["y_m"] = watched.place_m + offset_m
-    said["densest_x_m"], said["densest_y_m"] = watched.place_m + offset_m
-    said["densest_share"] = 1.0
+    record["known"] = 1.0
+    record["x_m"], record["y_m"] = watched.place_m + offset_m
+    record["densest_x_m"], record["densest_y_m"] = watched.place_m + offset_m
+    record["densest_share"] = 1.0
     if estimate.box_xyxy is not None:
         box = within_reach(estimate.box_xyxy)
-        said["length_share"] = max(box[2] - box[0], box[3] - box[1]) / watched.camera.width_px
+        record["length_share"] = max(box[2] - box[0], box[3] - box[1]) / watched.camera.width_px
     if steered is not None:
-        _see_from(own, said, metres_per_pixel * watched.camera.width_px)
+        _set_picture(record, own, metres_per_pixel * watched.camera.width_px)
     if estimate.covariance_px is not None:
-        said["spread_m"] = metres_per_pixel * float(np.sqrt(0.5 * np.trace(within_reach(estimate.covariance_px))))
+        record["spread_m"] = metres_per_pixel * float(np.sqrt(0.5 * np.trace(within_reach(estimate.covariance_px))))
     if estimate.particles_px is not None and len(estimate.particles_px) > 0 and watched.sees_ground:
-        _summarise(said, estimate, watched)
+        _summarise(record, estimate, watched)
     return sighting
 
 
 class _View(NamedTuple):
-    """A camera where it is: orientation R_world_camera (3, 3), place (2,) and height, as measured or assumed."""
+    """A camera with its orientation R_world_camera (3, 3), position (2,) and height, measured or assumed."""
 
     camera: CameraModel
     R: NDArray[np.float64]
@@ -90,73 +90,73 @@ class _View(NamedTuple):
 
     @property
     def half_px(self) -> NDArray[np.float64]:
-        """Half the picture (2,), and its middle."""
+        """Half the picture's size (2,), which is its centre too."""
         return 0.5 * np.array([self.camera.width_px, self.camera.height_px])
 
 
-def _view(told: Observation | SteeredCamera, looks: Looks) -> _View:
-    """Return a camera as measured, or a level one."""
-    if told.ego is None:
+def _view(source: Observation | SteeredCamera, looks: Looks) -> _View:
+    """Return a camera with its measured pose, or a level one."""
+    if source.ego is None:
         assumed = (_DOWN, np.zeros(2), _ASSUMED_HEIGHT_M) if looks == "down" else (_AHEAD, np.zeros(2), 0.0)
-        return _View(told.camera, *assumed, looks == "down")
-    T = told.ego.T_world_camera
+        return _View(source.camera, *assumed, looks == "down")
+    T = source.ego.T_world_camera
     height_m = float(T[2, 3]) if looks == "ahead" else max(float(T[2, 3]), _LOWEST_M)
-    return _View(told.camera, T[:3, :3], T[:2, 3], height_m, looks != "ahead")
+    return _View(source.camera, T[:3, :3], T[:2, 3], height_m, looks != "ahead")
 
 
-def _note_carrier(said: Any, looks: Looks, own: _View) -> None:
-    """Note where the carrier is and where its camera looks."""
+def _set_carrier(record: Any, looks: Looks, own: _View) -> None:
+    """Set the carrier's pose and the optical axis' point on the ground."""
     R = own.R
-    # Along the axis; of one that looks around, however steeply.
+    # The optical axis in the ground plane; for one that looks around at any tilt.
     forward = -R[:2, 1] if looks == "down" else R[:2, 2] if looks == "ahead" else R[:2, 2] + R[2, 2] * R[:2, 1]
     heading_rad = np.arctan2(forward[1], forward[0])
     c, s = np.cos(heading_rad), np.sin(heading_rad)
-    said["carrier_x_m"], said["carrier_y_m"] = own.place_m
-    said["height_m"], said["heading_rad"] = own.height_m, heading_rad
+    record["carrier_x_m"], record["carrier_y_m"] = own.place_m
+    record["height_m"], record["heading_rad"] = own.height_m, heading_rad
     reach_m = own.height_m if looks == "down" else 1.0
     if own.sees_ground:
         axis_m = _on_ground(R, own.height_m, np.zeros((1, 2)))[0]
-        said["axis_ahead_m"], said["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
+        record["axis_ahead_m"], record["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
         if looks == "around":
             reach_m = float(np.hypot(np.hypot(*axis_m), own.height_m))
     else:
-        said["axis_ahead_m"] = ASSUMED_DISTANCE_M
-    said["half_right_m"], said["half_ahead_m"] = reach_m * own.half_px / own.camera.focal_px
+        record["axis_ahead_m"] = ASSUMED_DISTANCE_M
+    record["half_right_m"], record["half_ahead_m"] = reach_m * own.half_px / own.camera.focal_px
 
 
-def _see_from(own: _View, said: Any, width_m: float) -> None:
-    """Note where the target is in a picture that is not the watched one, which is ``width_m`` wide there."""
-    offset_m = np.array([*(np.array([said["x_m"], said["y_m"]]) - own.place_m), -own.height_m])
+def _set_picture(record: Any, own: _View, width_m: float) -> None:
+    """Set the target's position in the steered camera's picture; the watched one is ``width_m`` wide at the target."""
+    offset_m = np.array([*(np.array([record["x_m"], record["y_m"]]) - own.place_m), -own.height_m])
     seen_m = offset_m @ own.R
-    # What lies beside the camera or behind it is far outside the picture, on the side to turn to.
+    # Points beside or behind the camera are far outside the picture, on the side to turn to.
     depth_m = max(float(seen_m[2]), 1e-3 * float(np.linalg.norm(seen_m)), 1e-9)
-    said["picture_x"], said["picture_y"] = seen_m[:2] / depth_m * own.camera.focal_px / own.half_px
-    said["length_share"] *= width_m / (2.0 * depth_m * own.half_px[0] / own.camera.focal_px)
+    record["picture_x"], record["picture_y"] = seen_m[:2] / depth_m * own.camera.focal_px / own.half_px
+    record["length_share"] *= width_m / (2.0 * depth_m * own.half_px[0] / own.camera.focal_px)
 
 
 def _on_ground(R: NDArray[np.float64], height_m: float, tangents: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where rays (N, 2), tangents of angles right and down, meet the ground, from under the camera (N, 2)."""
+    """Return where rays (N, 2), tangents of angles right and down, meet the ground (N, 2), from below the camera."""
     rays = tangents @ R[:, :2].T + R[:, 2]
     steep = np.maximum(-rays[:, 2], height_m / FARTHEST_M)
     return rays[:, :2] * (height_m / steep)[:, None]
 
 
-def _summarise(said: Any, estimate: Estimate, watched: _View) -> None:
-    """Note how far the posterior spreads, and where most of it lies."""
+def _summarise(record: Any, estimate: Estimate, watched: _View) -> None:
+    """Set the posterior's standard deviation and its densest window."""
     assert estimate.particles_px is not None
     particles_px, count = within_reach(estimate.particles_px), len(estimate.particles_px)
     weights = np.full(count, 1.0 / count) if estimate.weights is None else np.ascontiguousarray(estimate.weights)
-    # Particles that are not finite lie nowhere.
-    somewhere = np.isfinite(estimate.particles_px).all(axis=1)
-    if not somewhere.all():
-        particles_px, weights = particles_px[somewhere], weights[somewhere]
+    # Particles that are not finite are left out.
+    finite = np.isfinite(estimate.particles_px).all(axis=1)
+    if not finite.all():
+        particles_px, weights = particles_px[finite], weights[finite]
         if not weights.sum() > 0.0:
             return
         weights = weights / weights.sum()
     tangents = (particles_px - watched.half_px) / watched.camera.focal_px
     particles_m = watched.place_m + _on_ground(watched.R, watched.height_m, tangents)
     mean_m = weights @ particles_m
-    said["spread_m"] = np.sqrt(0.5 * (weights @ ((particles_m - mean_m) ** 2)).sum())
-    half_m = min(said["half_ahead_m"], said["half_right_m"])
+    record["spread_m"] = np.sqrt(0.5 * (weights @ ((particles_m - mean_m) ** 2)).sum())
+    half_m = min(record["half_ahead_m"], record["half_right_m"])
     window = densest_window(particles_m, weights, float(half_m), _TRIES)
-    said["densest_x_m"], said["densest_y_m"], said["densest_share"] = window
+    record["densest_x_m"], record["densest_y_m"], record["densest_share"] = window

@@ -1,4 +1,4 @@
-"""Where a target seen from above is, by its state at the exit and by how the camera has moved and turned since."""
+"""Dead reckoning of a target seen from above: its state at the exit, and how the camera has moved and turned since."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.blind.protocol import TargetState
-from trackers.registry import register
+from trackers.registry import NoParameters, register
 from trackers.types import CameraModel, Estimate, Observation
 
 _NO_INSTRUMENTS = np.diag([1.0, -1.0, -1.0, 1.0])
-"""Pose of a camera that looks straight down: what is assumed of one that does not measure its pose."""
+"""Pose of a camera that looks straight down, assumed where no pose is measured."""
 _NEAREST_M = 0.05
-"""Points nearer to the camera's plane, or behind it, are projected as if they were so far before it."""
+"""Least depth of a projected point; points nearer to the camera's plane or behind it count as at this depth."""
 
 
 @dataclass(frozen=True)
 class CarriedParameters:
-    """Setting of ``blind_carried``; the others have other values.
+    """Settings of ``blind_carried``; the variants below change the defaults.
 
     Attributes:
-        with_camera: share of the camera's displacement that is added to the target's place.
-        drives_on: share of the target's velocity at the exit that it keeps.
+        with_camera: share of the camera's displacement that is added to the target's position.
+        drives_on: share of its velocity at the exit that the target keeps.
         turns: share of the camera's turn by which that velocity turns.
     """
 
@@ -34,7 +34,7 @@ class CarriedParameters:
 
 @dataclass(frozen=True)
 class StraightParameters(CarriedParameters):
-    """Setting of ``blind_straight``, see ``CarriedParameters``."""
+    """Settings of ``blind_straight``, see ``CarriedParameters``."""
 
     with_camera: float = 0.0
     drives_on: float = 1.0
@@ -43,18 +43,19 @@ class StraightParameters(CarriedParameters):
 
 @dataclass(frozen=True)
 class TurningParameters(CarriedParameters):
-    """Setting of ``blind_turning``, see ``CarriedParameters``."""
+    """Settings of ``blind_turning``, see ``CarriedParameters``."""
 
     with_camera: float = 0.0
     drives_on: float = 1.0
     turns: float = 1.0
 
 
-@register("blind_carried", role="blind", summary="the place at the exit, carried along with the camera's displacement")
+@register("blind_carried", role="blind", summary="the position at the exit, moved by the camera's displacement")
 class Carried:
-    """Place p of the target, velocity v at the exit, camera's place c and its turn since the exit a, on the ground:
+    """Moves the target's position p over the ground, without pictures.
 
-    ``p' = p + with_camera (c' - c) + drives_on dt R(turns a') v``. It says nothing until it is told its target's state.
+    ``p' = p + with_camera (c' - c) + drives_on dt R(turns a') v``, with the velocity v at the exit, the camera's
+    position c and its turn a since the exit. The estimate is NaN until ``set_state`` is called.
     """
 
     Parameters = CarriedParameters
@@ -64,9 +65,9 @@ class Carried:
         self._place_m: NDArray[np.float64] | None = None
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """See ``Tracker``. The box is not used: ``told`` says more."""
+        """See ``Tracker``. The box is not used: ``set_state`` gives the state."""
 
-    def told(self, observation: Observation, state: TargetState) -> None:
+    def set_state(self, observation: Observation, state: TargetState) -> None:
         """See ``BlindTracker``."""
         pose = _pose_of(observation)
         self._place_m = pose[:3, :3] @ state.place_m + pose[:3, 3]
@@ -87,44 +88,39 @@ class Carried:
         return Estimate(_pixel_of(self._place_m, pose, observation.camera))
 
 
-@register("blind_straight", role="blind", summary="drives straight on from the exit with its true velocity there")
+@register("blind_straight", role="blind", summary="constant velocity from the exit on, the true one there")
 class Straight(Carried):
     """See ``Carried``."""
 
     Parameters = StraightParameters
 
 
-@register("blind_turning", role="blind", summary="drives on from the exit, and turns as the camera turns")
+@register("blind_turning", role="blind", summary="constant speed from the exit on, turning as the camera turns")
 class Turning(Carried):
     """See ``Carried``."""
 
     Parameters = TurningParameters
 
 
-@dataclass(frozen=True)
-class BelowParameters:
-    """``blind_below`` has nothing to set."""
-
-
-@register("blind_below", role="blind", summary="the place straight below the camera")
+@register("blind_below", role="blind", summary="the point straight below the camera")
 class Below:
-    """The same answer whatever it is told."""
+    """Returns the pixel straight below the camera."""
 
-    Parameters = BelowParameters
+    Parameters = NoParameters
 
-    def __init__(self, parameters: BelowParameters, rng: np.random.Generator) -> None:
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
         pass
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """See ``Tracker``."""
 
-    def told(self, observation: Observation, state: TargetState) -> None:
+    def set_state(self, observation: Observation, state: TargetState) -> None:
         """See ``BlindTracker``."""
 
     def update(self, observation: Observation) -> Estimate:
         """See ``Tracker``."""
         pose = _pose_of(observation)
-        # Every point of the plumb line is seen at the same pixel.
+        # All points of the plumb line project to the same pixel.
         return Estimate(_pixel_of(pose[:3, 3] - np.array([0.0, 0.0, 1.0]), pose, observation.camera))
 
 
@@ -133,7 +129,7 @@ def _pose_of(observation: Observation) -> NDArray[np.float64]:
 
 
 def _turn_rad(before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
-    """Return the turn about the vertical that comes nearest to the rotation from one pose (4, 4) to the other."""
+    """Return the turn about the vertical nearest to the rotation from one pose (4, 4) to the other."""
     R = after[:3, :3] @ before[:3, :3].T
     return float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
 

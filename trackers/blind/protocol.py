@@ -1,4 +1,4 @@
-"""The contract of a tracker that never sees a picture: it is told the target's true state at each exit."""
+"""The contract of a tracker that sees no pictures and receives the target's true state at each exit."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from trackers.types import Observation
 
 @dataclass(frozen=True, slots=True)
 class TargetState:
-    """The target's true state at one instant, in the camera's frame (x right, y down, z forward).
+    """The target's true state at one time, in the camera's frame (x right, y down, z forward).
 
     Attributes:
-        place_m: (3,) its centre.
-        velocity_mps: (3,) its velocity over the ground.
+        place_m: (3,) position of its centre.
+        velocity_mps: (3,) velocity over the ground.
     """
 
     place_m: NDArray[np.float64]
@@ -27,8 +27,8 @@ class TargetState:
 
 @runtime_checkable
 class BlindTracker(Tracker, Protocol):
-    """A tracker whose observations hold time, camera model and measured ego pose alone; its pictures are empty."""
+    """A tracker whose observations hold only time, camera model and measured ego pose; its pictures are empty."""
 
-    def told(self, observation: Observation, state: TargetState) -> None:
-        """Take the target's state at the instant of ``observation``: of the first picture, and at each exit."""
+    def set_state(self, observation: Observation, state: TargetState) -> None:
+        """Set the target's true state at the time of ``observation``: at the first picture and at each exit."""
         ...

@@ -1,4 +1,4 @@
-"""A followed person's habit: always the same distance straight ahead of the camera."""
+"""A blind tracker of a followed person: always the same distance straight ahead of the camera."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ class AheadParameters:
     ahead_m: float = tunable(2.0, 1.0, 6.0)
 
 
-@register("blind_ahead", role="blind", summary="always as many metres straight ahead of the camera", suites=("stereo",))
+@register(
+    "blind_ahead", role="blind", summary="always the same distance straight ahead of the camera", suites=("stereo",)
+)
 class StraightAhead:
-    """The same answer at every instant, whatever it is told."""
+    """Returns the same position and distance on every frame."""
 
     Parameters = AheadParameters
 
@@ -35,7 +37,7 @@ class StraightAhead:
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """See ``Tracker``."""
 
-    def told(self, observation: Observation, state: TargetState) -> None:
+    def set_state(self, observation: Observation, state: TargetState) -> None:
         """See ``BlindTracker``."""
 
     def update(self, observation: Observation) -> Estimate:

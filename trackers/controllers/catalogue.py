@@ -1,4 +1,4 @@
-"""Every controller by the carrier it steers and its name.
+"""The registry of controllers, by carrier and name.
 
 A controller registers where it is defined, as a tracker does::
 
@@ -7,30 +7,27 @@ A controller registers where it is defined, as a tracker does::
         Parameters = CentreParameters
         def __init__(self, parameters: CentreParameters): ...
 
-Values found by tuning lie in ``trackers/tuned/controllers/CARRIER/NAME.json`` and take the place of the defaults. The
-name ``policy:FILE`` is that of a trained policy.
+Values found by tuning lie in ``trackers/tuned/controllers/CARRIER/NAME.json`` and take the place of the defaults.
+``policy:FILE`` names a trained policy.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import importlib
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import resources
 from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 
 from trackers.controllers.policy_file import Policy, load_policy, shipped_policies
 from trackers.protocols import Controller
-from trackers.registry import check_registered
+from trackers.registry import MethodEntry, check_registered, tuned_values
 
 ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant"]
 
 POLICY = "policy:"
-"""What the name of a trained policy begins with; a file follows, or the name of one that comes with the package."""
+"""Prefix of a trained policy's name; a file follows, or the name of a policy shipped with the package."""
 _MODULES = (
     "trackers.controllers.hold",
     "trackers.controllers.centre",
@@ -48,17 +45,17 @@ Kernel = tuple[Callable[..., None], np.dtype[Any]]
 
 
 @dataclass(frozen=True)
-class ControllerEntry:
+class ControllerEntry(MethodEntry):
     """One registered controller.
 
     Attributes:
-        name: what users type. carrier: name of what it steers, see ``trackers.types.Carrier``.
-        role: what it is to a comparison.
+        name: the name that users type. carrier: name of the carrier that it steers, see ``trackers.types.Carrier``.
+        role: its role in a comparison.
         summary: one line.
         controller: class with ``Parameters`` and ``__init__(parameters)``.
         overrides: parameter values that belong to the entry.
-        kernel: the same law for many beliefs at a time, called as ``law(beliefs, parameters, out)``, and the dtype of
-            its parameters' record, fields in the order of ``Parameters``; None if there is none.
+        kernel: the same controller for many beliefs at a time, called as ``kernel(beliefs, parameters, out)``, and the
+            dtype of its parameters' record, fields in the order of ``Parameters``; None if there is none.
     """
 
     name: str
@@ -71,41 +68,28 @@ class ControllerEntry:
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then ``changes``."""
-        return self._made({**tuned_controller(self.carrier, self.name), **self.overrides, **changes})
+        tuned = tuned_values(f"controllers/{self.carrier}/{self.name}")
+        return self._with({**tuned, **self.overrides, **changes})
+
+    @property
+    def parameters_class(self) -> type:
+        """See ``MethodEntry``."""
+        return self.controller.Parameters  # type: ignore[attr-defined, no-any-return]
 
     def create(self, **changes: Any) -> Controller:
-        """Return a fresh controller for one episode."""
+        """Return a new controller for one episode."""
         return self.controller(self.parameters(**changes))
 
     def create_as_written(self) -> Controller:
-        """Return a fresh controller with the values it was written with, whatever tuning found."""
-        return self.controller(self._made(dict(self.overrides)))
-
-    def written(self) -> dict[str, Any]:
-        """Return the values that the controller was written with, of all that tuning may set."""
-        return {name: each.default for name, each in self.tunables().items()} | dict(self.overrides)
-
-    def tunables(self) -> dict[str, dataclasses.Field[Any]]:
-        """Return the parameters that declare a range to be tuned in (``registry.tunable``), by name."""
-        fields = dataclasses.fields(self.controller.Parameters)  # type: ignore[attr-defined]
-        return {field.name: field for field in fields if "low" in field.metadata}
-
-    def _made(self, values: dict[str, Any]) -> Any:
-        kind = self.controller.Parameters  # type: ignore[attr-defined]
-        known = {field.name for field in dataclasses.fields(kind)}
-        for name in values:
-            if name not in known:
-                raise ValueError(f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter")
-        return kind(**values)
+        """Return a new controller with its values as written, without tuning."""
+        return self.controller(self._with(self.overrides))
 
 
-def register_controller(
-    name: str, *, role: ControllerRole, carrier: str, summary: str, kernel: Kernel | None = None
-) -> Callable[[_T], _T]:
-    """Class decorator: make a controller known under ``name`` for a carrier.
+def register_controller(name: str, *, role: ControllerRole, carrier: str, summary: str) -> Callable[[_T], _T]:
+    """Class decorator: register a controller under ``name`` for a carrier, with its ``KERNEL`` if it has one.
 
     Raises:
-        ValueError: for a name that is taken, an unknown role, a class without parameters.
+        ValueError: for a name that is taken, an unknown role, or a class without parameters.
     """
 
     def add(controller: _T) -> _T:
@@ -113,6 +97,7 @@ def register_controller(
         old = _ENTRIES.get((carrier, name))
         if old is not None and old.controller is not controller:
             raise ValueError(f"controller: the name {name!r} is taken")
+        kernel = getattr(controller, "KERNEL", None)
         _ENTRIES[carrier, name] = ControllerEntry(name, carrier, role, summary, controller, kernel=kernel)
         return controller
 
@@ -120,7 +105,7 @@ def register_controller(
 
 
 def controllers(carrier: str) -> dict[str, ControllerEntry]:
-    """Return all controllers of a carrier by name, in order of registration, and the policies that come along."""
+    """Return all controllers of a carrier by name, in order of registration, then the shipped policies."""
     known = _registered(carrier)
     for name in shipped_policies():
         policy = load_policy(name)
@@ -133,36 +118,25 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
     """Return one controller's entry.
 
     Raises:
-        ValueError: for an unknown name; lists the known ones. For a file that holds no policy, or one for another
-            carrier.
+        ValueError: for an unknown name (the message lists the known ones), a file that holds no policy, or a policy
+            for another carrier.
     """
     if name.startswith(POLICY):
         policy = load_policy(name.removeprefix(POLICY))
         if policy.carrier.name != carrier:
             raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
         return _policy_entry(policy, name.removeprefix(POLICY))
-    # Not by way of the policies that come along: whoever trains one anew needs none that can be loaded.
+    # Shipped policies are not loaded here: retraining one must work while they cannot be loaded.
     known = _registered(carrier)
     if name not in known:
         raise ValueError(f"controller: expected one of {', '.join(known)}, or {POLICY}FILE; got {name!r}")
     return known[name]
 
 
-def create_controller(name: str, carrier: str, **changes: Any) -> Controller:
-    """Return a fresh controller for one episode; ValueError for an unknown name."""
-    return controller_entry(name, carrier).create(**changes)
-
-
-def tuned_controller(carrier: str, name: str) -> dict[str, Any]:
-    """Return the values that tuning wrote for a controller, empty if it never ran."""
-    file = resources.files("trackers").joinpath("tuned", "controllers", carrier, f"{name}.json")
-    return json.loads(file.read_text())["parameters"] if file.is_file() else {}
-
-
 def _registered(carrier: str) -> dict[str, ControllerEntry]:
     for module in _MODULES:
         importlib.import_module(module)
-    return {name: entry for (whose, name), entry in _ENTRIES.items() if whose == carrier}
+    return {name: entry for (steered, name), entry in _ENTRIES.items() if steered == carrier}
 
 
 def _policy_entry(policy: Policy, file: str) -> ControllerEntry:

@@ -1,4 +1,4 @@
-"""The simple controller of paper A.2: keep the tracker's estimate in the middle of the picture."""
+"""The controller of paper A.2: keep the estimate in the middle of the picture."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ from numpy.typing import NDArray
 
 from trackers.belief.sighting import within_reach
 from trackers.controllers.catalogue import register_controller
+from trackers.controllers.pid import IntegralAndDerivative
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
 
 
 @dataclass(frozen=True)
 class CentreParameters:
-    """Setting of the controller. The paper has the first two alone; the others, 0 and 1 by default, make it a PID.
+    """Settings. The paper has only the first two; the others make it a PID controller.
 
     Attributes:
-        gain_per_s: velocity asked for, for each metre that the estimate lies off its aim.
+        gain_per_s: velocity per metre of error: the estimate's offset from the aim point.
         fastest_mps: limit of the velocity's magnitude.
-        integral_per_s2: velocity for each metre second that it has lain off.
-        derivative: velocity for each metre a second that it moves off.
-        levelled: 1 aims the point under the camera, 0 the one in the middle of the picture, however it tilts.
-        climb_mps: how fast it climbs (or sinks) all the time, as far as it may.
-        assumed_height_m: height above ground where none is measured.
+        integral_per_s2: velocity per metre second of integrated error.
+        derivative: velocity per m/s of change of the error.
+        levelled: 1 aims the point below the camera at the target, 0 the optical axis, however it tilts.
+        climb_mps: constant climb rate, negative to sink.
+        assumed_height_m: height above ground where no pose is measured.
     """
 
     gain_per_s: float = tunable(1.8, 0.3, 6.0, log=True)
@@ -41,34 +42,34 @@ class CentreParameters:
 )
 @register_controller("centre", role="baseline", carrier="helicopter", summary="keeps the estimate in the middle (PID)")
 class CentreController:
-    """Proportional, as written: the velocity is ``gain`` times the estimate's offset on the ground from the camera.
+    """Commands ``gain`` times the estimate's offset on the ground from the camera; as written it is proportional.
 
-    With a measured pose the offset is where the estimate's ray meets the ground, so that a gust that tilts the camera
-    is not answered by flying away from the car. Without one, it is ``h / f * (estimate - centre)`` of a camera that
-    looks straight down. It does not turn. An estimate that says nothing (NaN), or lies at or above the horizon, makes
-    it hover.
+    With a measured pose the offset is where the estimate's ray meets the ground, so a gust that tilts the camera does
+    not make it fly away from the car. Without one it is ``h / f * (estimate - centre)``, as for a camera that looks
+    straight down. It does not turn. Without an estimate (NaN), or with one at or above the horizon, it hovers.
     """
 
     Parameters = CentreParameters
 
     def __init__(self, parameters: CentreParameters) -> None:
         self.parameters = parameters
-        self._sum_ms = np.zeros(2)
-        self._before: tuple[float, NDArray[np.float64]] | None = None
+        self._terms = IntegralAndDerivative[NDArray[np.float64]]()
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command that brings the camera over the estimate."""
         p = self.parameters
         offset_m = self._offset_m(observation, within_reach(estimate.position_px))
         if not np.isfinite(offset_m).all():
-            self._before = None
+            self._terms.interrupt()
             return CameraCommand(climb_mps=p.climb_mps)
-        velocity_mps = p.gain_per_s * offset_m + self._integral_and_derivative(observation.time_s, offset_m)
+        limit_ms = p.fastest_mps / max(p.integral_per_s2, 1e-9)
+        terms_mps = self._terms.update(observation.time_s, offset_m, p.integral_per_s2, p.derivative, limit_ms)
+        velocity_mps = p.gain_per_s * offset_m + terms_mps
         velocity_mps *= min(1.0, p.fastest_mps / max(float(np.hypot(*velocity_mps)), 1e-9))
         return CameraCommand(float(velocity_mps[0]), float(velocity_mps[1]), climb_mps=p.climb_mps)
 
     def _offset_m(self, observation: Observation, position_px: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the estimate's offset (forward, right) on flat ground from what is aimed (2,)."""
+        """Return the estimate's offset (forward, right) on flat ground from the aim point (2,)."""
         camera, ego = observation.camera, observation.ego
         tangents = (position_px - 0.5 * np.array([camera.width_px, camera.height_px])) / camera.focal_px
         if ego is None:
@@ -78,21 +79,10 @@ class CentreController:
             offset_m = offset_m - (1.0 - self.parameters.levelled) * _on_ground_m(ego.T_world_camera, np.zeros(2))
         return offset_m
 
-    def _integral_and_derivative(self, time_s: float, offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        p = self.parameters
-        before, self._before = self._before, (time_s, offset_m)
-        if before is None or time_s <= before[0]:
-            return p.integral_per_s2 * self._sum_ms
-        interval_s = time_s - before[0]
-        # Wound up no further than to full speed.
-        most_ms = p.fastest_mps / max(p.integral_per_s2, 1e-9)
-        self._sum_ms = np.clip(self._sum_ms + interval_s * offset_m, -most_ms, most_ms)
-        return p.integral_per_s2 * self._sum_ms + p.derivative * (offset_m - before[1]) / interval_s
-
 
 def _on_ground_m(T_world_camera: NDArray[np.float64], tangents: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where a ray, tangents (2,) of its angles right and down, meets the ground: (forward, right) from below
-    the camera; NaN at or above the horizon.
+    """Return where a ray, tangents (2,) of its angles right and down, meets the ground: (forward, right) of the point
+    below the camera; NaN at or above the horizon.
     """
     R, height_m = T_world_camera[:3, :3], T_world_camera[2, 3]
     ray = R @ [*tangents, 1.0]

@@ -1,4 +1,4 @@
-"""A ground robot's simple controller: turn towards the estimate, keep a distance."""
+"""A ground robot's PID controller: turn towards the estimate and keep a distance."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from trackers.belief.sighting import distance_m, within_reach
 from trackers.controllers.catalogue import register_controller
+from trackers.controllers.pid import IntegralAndDerivative
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
 
@@ -17,12 +18,12 @@ class CentreRobotParameters:
     """Settings.
 
     Attributes:
-        turn_gain_per_s: turn rate for each radian that the estimate lies off the middle.
-        turn_integral_per_s2: turn rate for each radian second that it has lain off.
-        turn_derivative: turn rate for each radian a second that it moves off.
-        speed_gain_per_s: speed for each metre that it is too far away; backwards where it is too near.
-        distance_m: how far away it is wanted.
-        assumed_distance_m: how far away it is by a tracker that does not measure it.
+        turn_gain_per_s: turn rate per radian of the estimate's bearing.
+        turn_integral_per_s2: turn rate per radian second of integrated bearing.
+        turn_derivative: turn rate per rad/s of change of the bearing.
+        speed_gain_per_s: speed per metre that the target is too far away; negative where it is too near.
+        distance_m: distance to keep.
+        assumed_distance_m: distance of the target if the tracker does not measure it.
     """
 
     turn_gain_per_s: float = tunable(2.2, 0.5, 6.0, log=True)
@@ -33,48 +34,39 @@ class CentreRobotParameters:
     assumed_distance_m: float = 3.0
 
 
-_MOST_WOUND_UP_RAD_S = 0.5
-"""The integral grows no further: a turn rate of half its gain."""
+_INTEGRAL_LIMIT_RAD_S = 0.5
+"""Limit of the integral: its largest turn rate is half its gain."""
 
 
 @register_controller(
-    "centre_as_written", role="variant", carrier="robot", summary="with the values that it was written with, not tuned"
+    "centre_as_written", role="variant", carrier="robot", summary="with its values as written, not tuned"
 )
 @register_controller(
     "centre", role="baseline", carrier="robot", summary="turns to the estimate (PID) and keeps a distance"
 )
 class CentreRobotController:
-    """Proportional, as written. An estimate that says nothing (NaN) makes it stand still."""
+    """Turns and drives by PID; as written it is proportional. Without an estimate (NaN) it stands still."""
 
     Parameters = CentreRobotParameters
 
     def __init__(self, parameters: CentreRobotParameters) -> None:
         self.parameters = parameters
-        self._sum_rad_s = 0.0
-        self._before: tuple[float, float] | None = None
+        self._terms = IntegralAndDerivative[float]()
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command that brings the estimate into the middle and to its distance."""
+        """Return the command that brings the estimate to the middle and to its distance."""
         p, camera = self.parameters, observation.camera
         if not np.isfinite(estimate.position_px).all():
-            self._before = None
+            self._terms.interrupt()
             return CameraCommand()
         # Positive to the left, as turn rates are.
         right_px = within_reach(estimate.position_px)[0] - 0.5 * camera.width_px
         bearing_rad = -float(np.arctan(right_px / camera.focal_px))
         depth_m = distance_m(estimate, p.assumed_distance_m)
         off_m = depth_m / np.cos(bearing_rad) - p.distance_m
+        gains = p.turn_integral_per_s2, p.turn_derivative
+        terms_rad_s = self._terms.update(observation.time_s, bearing_rad, *gains, _INTEGRAL_LIMIT_RAD_S)
         return CameraCommand(
             forward_mps=float(p.speed_gain_per_s * off_m * np.cos(bearing_rad)),
-            yaw_rate_rad_s=p.turn_gain_per_s * bearing_rad + self._integral_and_derivative(observation, bearing_rad),
+            yaw_rate_rad_s=float(p.turn_gain_per_s * bearing_rad + terms_rad_s),
         )
-
-    def _integral_and_derivative(self, observation: Observation, bearing_rad: float) -> float:
-        p = self.parameters
-        before, self._before = self._before, (observation.time_s, bearing_rad)
-        if before is None or observation.time_s <= before[0]:
-            return p.turn_integral_per_s2 * self._sum_rad_s
-        interval_s = observation.time_s - before[0]
-        wound_up_rad_s = self._sum_rad_s + interval_s * bearing_rad
-        self._sum_rad_s = min(max(wound_up_rad_s, -_MOST_WOUND_UP_RAD_S), _MOST_WOUND_UP_RAD_S)
-        return p.turn_integral_per_s2 * self._sum_rad_s + p.turn_derivative * (bearing_rad - before[1]) / interval_s

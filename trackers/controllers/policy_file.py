@@ -1,6 +1,6 @@
-"""A trained policy as two files without code: its weights (safetensors) and what they mean (JSON).
+"""Files of a trained policy: its weights (safetensors) and their meaning (JSON), without code.
 
-``NAME.json`` says::
+``NAME.json`` holds::
 
     {"format": 1, "env": "frameout/RoadTownFollow-v1",
      "carrier": {"name": "helicopter", "looks": "down", "axes": [["forward_mps", 25.0, 40.0], ...]},
@@ -8,8 +8,8 @@
      "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "layers": 3,
      "hidden": "tanh" | "relu", "output": "clip" | "tanh", "weights_sha256": "...", "made": {...}}
 
-``base`` null means that the policy gives the whole command; else it corrects that controller's. ``made`` says how it
-was trained. ``NAME.safetensors`` holds ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` …
+With ``base`` null the policy gives the whole command; otherwise it corrects that controller's. ``made`` records the
+training. ``NAME.safetensors`` holds ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` …
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _KEYS = ("env", "carrier", "tracker", "base", "correction_share", "corrects", "f
 
 @dataclass(frozen=True)
 class Policy:
-    """A network from a belief's features to an action, and what an action of it means; see the module.
+    """A network from a belief's features to an action, and the action's meaning; see the module.
 
     Attributes:
         weights: (out, in) float32 of each layer. biases: (out,).
@@ -57,7 +57,7 @@ class Policy:
     made: dict[str, Any] = field(default_factory=dict)
 
     def action(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return the actions (B, A) in [-1, 1] of features (B, F): the mean of what it would draw in training."""
+        """Return the actions (B, A) in [-1, 1] of features (B, F): the mean of the distribution in training."""
         values = features
         for k, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             values = values @ weight.T + bias
@@ -68,7 +68,7 @@ class Policy:
 
 
 def save_policy(policy: Policy, path: Path) -> Path:
-    """Write ``path`` (JSON) and the weights beside it, each beside its place and renamed. Return ``path``."""
+    """Write ``path`` (JSON) and the weights beside it, each atomically, and return ``path``."""
     path = path.with_suffix(".json")
     tensors = {f"weight_{k}": weight for k, weight in enumerate(policy.weights)}
     tensors |= {f"bias_{k}": bias for k, bias in enumerate(policy.biases)}
@@ -84,26 +84,27 @@ def save_policy(policy: Policy, path: Path) -> Path:
 
 
 def load_policy(name: str) -> Policy:
-    """Return a policy from a JSON file (or the weights' file beside it), or one that comes with the package by name.
+    """Return a policy by the path of its JSON or weights file, or a shipped one by its name.
 
     Raises:
-        ValueError: if there is no such file, or it is no policy of this format.
+        ValueError: if there is no such file, or it holds no policy of this format.
     """
     path = policy_path(name)
     try:
-        said = json.loads(path.read_text())
+        document = json.loads(path.read_text())
         stored = path.with_suffix(".safetensors").read_bytes()
-        if hashlib.sha256(stored).hexdigest() != said["weights_sha256"]:
+        if hashlib.sha256(stored).hexdigest() != document["weights_sha256"]:
             raise ValueError("the weights that were saved with it, got others")
         tensors = load(stored)
-        layers = range(said["layers"])
-        if said["format"] != FORMAT:
-            raise ValueError(f"format {FORMAT}, got {said['format']!r}")
+        layers = range(document["layers"])
+        if document["format"] != FORMAT:
+            raise ValueError(f"format {FORMAT}, got {document['format']!r}")
         weights, biases = (tuple(tensors[f"{part}_{k}"] for k in layers) for part in ("weight", "bias"))
-        values = {key: said[key] for key in _KEYS} | {"weights": weights, "biases": biases}
-        body = said["carrier"]
-        values["carrier"] = Carrier(body["name"], tuple(CommandAxis(*axis) for axis in body["axes"]), body["looks"])
-        values["features"] = tuple(said["features"])
+        values = {key: document[key] for key in _KEYS} | {"weights": weights, "biases": biases}
+        carrier = document["carrier"]
+        axes = tuple(CommandAxis(*axis) for axis in carrier["axes"])
+        values["carrier"] = Carrier(carrier["name"], axes, carrier["looks"])
+        values["features"] = tuple(document["features"])
         policy = Policy(**values)
         _check_shapes(policy)
     except OSError as error:
@@ -115,20 +116,20 @@ def load_policy(name: str) -> Policy:
 
 
 def shipped_policies() -> list[str]:
-    """Return the names of the policies that come with the package."""
+    """Return the names of the shipped policies."""
     folder = Path(str(resources.files("trackers").joinpath("policies")))
     return sorted(path.stem for path in folder.glob("*.json"))
 
 
 def policy_path(name: str) -> Path:
-    """Return the JSON file of a policy: the path itself, or that of one that comes with the package."""
+    """Return the JSON file of a policy, a shipped one by its name or another by its path."""
     shipped = resources.files("trackers").joinpath("policies", f"{name}.json")
     return Path(str(shipped)) if shipped.is_file() else Path(name).with_suffix(".json")
 
 
 def _check_shapes(policy: Policy) -> None:
     if policy.features != FEATURES:
-        raise ValueError(f"one that is told the {len(FEATURES)} features of this version, got other features")
+        raise ValueError(f"one with the {len(FEATURES)} features of this version, got other features")
     for name, known in (("hidden", ("tanh", "relu")), ("output", ("clip", "tanh")), ("corrects", ("always", "unseen"))):
         if getattr(policy, name) not in known:
             raise ValueError(f"{name} of {' or '.join(known)}, got {getattr(policy, name)!r}")

@@ -1,37 +1,33 @@
-"""Ours: keeps the target where it stays in view, whatever the air does, and goes where it will come back into view."""
+"""Our controller of a helicopter: keeps the target in view in gusts and flies to where it will re-enter the view."""
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
-import numpy as np
-
-from trackers.belief.belief_filter import BeliefKeeper
 from trackers.controllers.catalogue import register_controller
-from trackers.controllers.reentry_kernel import REENTRY, steer
+from trackers.controllers.kernel_controller import KernelController, record_dtype
+from trackers.controllers.reentry_kernel import steer
 from trackers.registry import tunable
-from trackers.types import CameraCommand, Estimate, Observation
 
 
 @dataclass(frozen=True)
 class ReentryParameters:
-    """Setting of the controller.
+    """Settings. The *goal* is the point on the ground over which the target is to be kept, see ``ReentryController``.
 
     Attributes:
-        gain_per_s: velocity for each metre that the target lies off its place.
-        urgent_per_s: velocity more for each metre that it lies outside the picture.
-        push_s: how much the carrier's lag is made up for: seconds of the acceleration wanted.
-        gust_lead_s: how far ahead a swing of the optical axis is taken to go on.
-        lean: how far the target's place goes along when the optical axis swings away; 0 keeps it under the camera.
-        damping: share of the velocity at which the target moves off its place that is taken back.
-        border: share of the picture's half sizes, along its border, that is not counted as in view.
-        rest: how far off its place, in halves of the picture, the target may lie before anything is done.
-        height_m: height above ground flown at while it is known where the target is.
-        sink_mps: how fast it sinks to that.
-        doubt: a posterior wider than this, in halves of the picture's height on the ground, is of a lost target.
-        patience_s: how long a target of a tracker without posterior may be out of view before it counts as lost.
-        search_mps: how fast the search for such a one goes outwards.
+        gain_per_s: velocity per metre of the target's offset from the goal.
+        urgent_per_s: additional velocity per metre that the target lies outside the picture.
+        push_s: lead that compensates the carrier's lag: seconds of the commanded acceleration.
+        gust_lead_s: time by which a swing of the optical axis is extrapolated.
+        lean: share of the optical axis' swing by which the goal moves; 0 keeps it below the camera.
+        damping: share of the target's velocity relative to the goal that is added to the command.
+        border: margin inside the picture's border that does not count as in view, a share of the half sizes.
+        rest: dead zone: offsets from the goal below this, in halves of the picture, have no effect.
+        height_m: height above ground while the target's position is known.
+        sink_mps: largest sink rate.
+        doubt: the target is lost if the posterior is wider than this, in halves of the picture's height on the ground.
+        patience_s: without a posterior the target is lost after this time out of view.
+        search_mps: speed at which the search without a posterior moves outwards.
         fastest_mps: limit of the velocity's magnitude.
     """
 
@@ -51,55 +47,38 @@ class ReentryParameters:
     fastest_mps: float = 25.0
 
 
+REENTRY = record_dtype(ReentryParameters)
+
+
 @register_controller(
     "reentry",
     role="ours",
     carrier="helicopter",
     summary="keeps the target in view, or flies to where it will come back",
-    kernel=(steer, REENTRY),
 )
-class ReentryController:
-    """Flies no further than it must to have the target in view, soon and after the gust.
+class ReentryController(KernelController):
+    """Flies only as far as needed to keep the target in view, during a gust and after it.
 
-    All places are on the ground, ahead and right of the point below the camera. With the place ``x`` and the velocity
-    ``v`` of the target, the own velocity ``u``, the picture's inner part ``Q`` (the border cut off) and the optical
-    axis ``a``, all as believed::
+    All points are on the ground, ahead and right of the point below the camera. With the belief's position ``x`` and
+    velocity ``v`` of the target, the own velocity ``u``, the picture without its border ``Q``, and the optical axis
+    ``a``::
 
         a' = a + gust_lead_s (da/dt along a)
-        g  = the place within Q(a') nearest to: lean a', brought within Q(0)
-        e  = x - g, less what of it is nearer than ``rest``
-        s  = the place within Q(a') nearest to x
+        g  = the point in Q(a') nearest to lean a', itself clipped to Q(0): the goal
+        e  = x - g, shortened by the dead zone ``rest``
+        s  = the point in Q(a') nearest to x
         w  = v + gain_per_s e + urgent_per_s (x - s) + damping (v - u - lean da/dt)
         command = w + push_s (w - u), no faster than fastest_mps
 
-    In still air ``g`` is about the point below the camera. A gust that throws the view aside takes ``g`` along part of
-    the way: into the tilted picture, and still within the level one, so that the target is in view while the gust
-    lasts and when it is over. Lower down the same tilt is fewer metres of flight, so the helicopter sinks.
+    In still air ``g`` is about the point below the camera. When a gust tilts the camera, ``g`` moves part of the way
+    with the view: into the tilted picture and still inside the level one, so the target is in view during the gust and
+    after it. At a lower height the same tilt needs a shorter flight, so the helicopter sinks.
 
-    A target is lost when its posterior is wider than ``doubt``. Then ``x`` is the densest window of the posterior (its
-    tracker knows where it was looked for in vain), ``v`` fades, and the helicopter climbs until the picture is as large
-    as the posterior. With a tracker that gives none, the search goes outwards from the place last seen, where it was
-    not looked yet, at first the way that the target was heading.
+    A target is lost when its posterior is wider than ``doubt``. Then ``x`` is the centre of the posterior's densest
+    window (the tracker has already discounted areas searched in vain), ``v`` decays, and the helicopter climbs until
+    the picture is as large as the posterior. Without a posterior the search moves outwards from the point last seen,
+    first in the target's direction of travel, then in directions not yet searched.
     """
 
     Parameters = ReentryParameters
-
-    def __init__(self, parameters: ReentryParameters) -> None:
-        self.parameters = parameters
-        self._keeper = BeliefKeeper("down")
-        self._command = np.zeros((1, 4))
-
-    @property
-    def parameters(self) -> ReentryParameters:
-        """The setting; another may take its place between two pictures."""
-        return self._parameters
-
-    @parameters.setter
-    def parameters(self, parameters: ReentryParameters) -> None:
-        self._parameters = parameters
-        self._record = np.array([dataclasses.astuple(parameters)], REENTRY)
-
-    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command for what is now believed."""
-        steer(self._keeper.update(observation, estimate), self._record, self._command)
-        return CameraCommand(*(float(number) for number in self._command[0]))
+    LOOKS, KERNEL = "down", (steer, REENTRY)

@@ -1,4 +1,4 @@
-"""The steering law of ``reentry`` for a camera that looks down: many beliefs at a time, nothing kept between them."""
+"""The kernel of ``reentry`` for a camera that looks down: commands of many beliefs, each from the belief alone."""
 
 from __future__ import annotations
 
@@ -10,42 +10,21 @@ from numpy.typing import NDArray
 
 from trackers.belief.kernel import SECTORS
 
-REENTRY = np.dtype(
-    [
-        ("gain_per_s", "f8"),
-        ("urgent_per_s", "f8"),
-        ("push_s", "f8"),
-        ("gust_lead_s", "f8"),
-        ("lean", "f8"),
-        ("damping", "f8"),
-        ("border", "f8"),
-        ("rest", "f8"),
-        ("height_m", "f8"),
-        ("sink_mps", "f8"),
-        ("doubt", "f8"),
-        ("patience_s", "f8"),
-        ("search_mps", "f8"),
-        ("fastest_mps", "f8"),
-    ],
-    align=True,
-)
-"""``trackers.controllers.reentry.ReentryParameters`` as the kernel reads it, field by field."""
-
 _STRONGEST_GUST = 0.7
-"""Tangent of the tilt at which a gust is taken to end, if it is not there yet."""
+"""Tangent of the tilt up to which the optical axis is extrapolated."""
 _HEIGHT_SLACK_M = 1.5
-"""Of the instruments' bias: who sinks to a height that they never show sinks for ever."""
+"""Dead zone of the height: with biased instruments the exact height is never reached."""
 _HIGHEST_M, _CLIMB_MPS = 90.0, 5.0
 _SHALLOWEST = 0.1
-"""Cosine of the steepest angle off the optical axis, or off straight down, that is reckoned with."""
+"""Least cosine of an angle from the optical axis or from straight down; larger angles are clipped."""
 
 
 @njit(cache=True)
 def steer(beliefs: NDArray[np.void], parameters: NDArray[np.void], out: NDArray[np.float64]) -> None:
-    """Write the commands for B beliefs (B,) of dtype ``BELIEF`` to (B, 4): forward, right, climb (m/s) and 0, no turn.
+    """Write the commands of B beliefs (B,) of dtype ``BELIEF`` to ``out`` (B, 4): forward, right, climb in m/s; yaw 0.
 
     Args:
-        parameters: (1,) of dtype ``REENTRY``. The law stands in ``trackers.controllers.reentry``.
+        parameters: (1,) of dtype ``reentry.REENTRY``. The equations are in ``reentry.ReentryController``.
     """
     p = parameters[0]
     for k in range(len(beliefs)):
@@ -54,7 +33,7 @@ def steer(beliefs: NDArray[np.void], parameters: NDArray[np.void], out: NDArray[
         velocity_ahead_mps, velocity_right_mps = moving * b.velocity_ahead_mps, moving * b.velocity_right_mps
         pull_ahead_mps, pull_right_mps = _pull(b, p, aim_ahead_m, aim_right_m, velocity_ahead_mps, velocity_right_mps)
         ahead_mps, right_mps = velocity_ahead_mps + pull_ahead_mps, velocity_right_mps + pull_right_mps
-        # The carrier follows a command late: what it lacks is asked for on top.
+        # Lead for the carrier's lag.
         ahead_mps += p.push_s * (ahead_mps - b.own_ahead_mps)
         right_mps += p.push_s * (right_mps - b.own_right_mps)
         slower = min(1.0, p.fastest_mps / max(np.hypot(ahead_mps, right_mps), 1e-9))
@@ -63,7 +42,7 @@ def steer(beliefs: NDArray[np.void], parameters: NDArray[np.void], out: NDArray[
 
 @njit(cache=True)
 def _is_lost(b: Any, p: Any) -> bool:
-    """Return whether the target may as well be elsewhere: a wide posterior, or none and nothing seen for long."""
+    """Return whether the target is lost: a wide posterior, or none and the target out of view for long."""
     if b.known > 0.0 and b.spread_m > 0.0:
         return b.spread_m > p.doubt * b.half_ahead_m
     return b.seconds_since_seen > p.patience_s
@@ -71,13 +50,13 @@ def _is_lost(b: Any, p: Any) -> bool:
 
 @njit(cache=True)
 def _aim(b: Any, p: Any) -> tuple[float, float, float]:
-    """Return the place to bring into view (ahead, right), and which share of the target's velocity it moves with."""
+    """Return the point to bring into view (ahead, right) and the share of the target's velocity at which it moves."""
     if not _is_lost(b, p):
         return b.ahead_m, b.right_m, 1.0
     moving = np.exp(-b.seconds_since_seen / max(p.patience_s, 1e-3))
     if b.known > 0.0 and b.spread_m > 0.0:
         return b.densest_ahead_m, b.densest_right_m, moving
-    # Without a posterior: outwards from the place last seen, where it was not looked yet, rather where it was heading.
+    # Without a posterior: outwards from the point last seen, preferably in its direction of travel, unsearched first.
     course_rad = np.arctan2(b.velocity_y_mps, b.velocity_x_mps)
     best, best_rad = -np.inf, course_rad
     for sector in range(SECTORS):
@@ -96,7 +75,7 @@ def _aim(b: Any, p: Any) -> tuple[float, float, float]:
 def _pull(
     b: Any, p: Any, ahead_m: float, right_m: float, velocity_ahead_mps: float, velocity_right_mps: float
 ) -> tuple[float, float]:
-    """Return the velocity, over the target's, that brings a place to where it is safe in the picture."""
+    """Return the velocity relative to the target's that brings a point on the ground to the goal."""
     height_m = max(b.height_m, 1.0)
     inner = 1.0 - p.border
     half_ahead, half_right = inner * b.half_ahead_m / height_m, inner * b.half_right_m / height_m
@@ -122,7 +101,7 @@ def _pull(
 
 @njit(cache=True)
 def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
-    """Return where the optical axis meets the ground soon (ahead, right), over the height."""
+    """Return where the extrapolated optical axis meets the ground (ahead, right), over the height."""
     ahead, right = b.axis_ahead_m / height_m, b.axis_right_m / height_m
     far = max(np.hypot(ahead, right), 1e-9)
     outwards_per_s = (ahead * b.axis_ahead_mps + right * b.axis_right_mps) / (far * height_m)
@@ -132,7 +111,7 @@ def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
 
 @njit(cache=True)
 def _climb(b: Any, p: Any) -> float:
-    """Return the climb rate: as low as the doubt about the target allows, to see as much of the posterior."""
+    """Return the climb rate to ``height_m``, or to the height at which the picture covers a lost target's posterior."""
     wanted_m = p.height_m
     if _is_lost(b, p):
         wanted_m = max(wanted_m, b.spread_m * b.height_m / max(b.half_ahead_m, 1e-3))
@@ -146,20 +125,20 @@ def _climb(b: Any, p: Any) -> float:
 def nearest_seen(
     ahead: float, right: float, axis_ahead: float, axis_right: float, half_ahead: float, half_right: float
 ) -> tuple[float, float]:
-    """Return the place on the ground (ahead, right) that a tilted camera sees, nearest in its picture to a place.
+    """Return the point on the ground (ahead, right) in a tilted camera's view nearest, in the picture, to a point.
 
-    All of it over the height. ``axis_*``: where the optical axis meets the ground; ``half_*``: tangents of half the
-    fields of view.
+    All lengths are over the height. ``axis_*``: where the optical axis meets the ground; ``half_*``: tangents of half
+    the fields of view.
     """
     pitch_rad = np.arctan(axis_ahead)
     cp, sp = np.cos(pitch_rad), np.sin(pitch_rad)
     roll_rad = np.arctan(-axis_right * cp)
     cr, sr = np.cos(roll_rad), np.sin(roll_rad)
-    # The place in the camera's own axes: along the optical one, up and right in the picture.
+    # The point in the camera's axes: along the optical axis, up and right in the picture.
     depth = max(ahead * sp * cr - right * sr + cp * cr, _SHALLOWEST)
     up = (ahead * cp - sp) / depth
     aside = (ahead * sp * sr + right * cr + cp * sr) / depth
     up, aside = min(max(up, -half_ahead), half_ahead), min(max(aside, -half_right), half_right)
-    # And back: the ray of that place in the picture meets the ground.
+    # Back to the ground along the ray of the clipped pixel.
     down = max(cp * cr - up * sp + aside * cp * sr, _SHALLOWEST)
     return (sp * cr + up * cp + aside * sp * sr) / down, (aside * cr - sr) / down

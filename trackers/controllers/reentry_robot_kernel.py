@@ -1,4 +1,4 @@
-"""The steering law of ``reentry`` for a ground robot whose camera looks ahead, for many beliefs at a time."""
+"""The kernel of ``reentry`` for a ground robot whose camera looks ahead: commands of many beliefs."""
 
 from __future__ import annotations
 
@@ -10,50 +10,26 @@ from numpy.typing import NDArray
 
 from trackers.belief.kernel import SECTORS
 
-REENTRY_ROBOT = np.dtype(
-    [
-        (name, "f8")
-        for name in (
-            "turn_gain_per_s",
-            "turn_lead_s",
-            "turn_feed_forward",
-            "speed_gain_per_s",
-            "speed_feed_forward",
-            "distance_m",
-            "stray_mps",
-            "patience_s",
-            "carrot_m",
-            "trail_share",
-            "aside_rad",
-            "onward_s",
-            "reached_m",
-            "look_rad_s",
-            "ahead_rather",
-            "turn_cost",
-        )
-    ],
-    align=True,
-)
-"""What ``ReentryRobotParameters`` says, as the kernel reads it."""
 _NEAREST_M = 0.4
-"""Bearings to what is nearer change too fast to be followed."""
+"""Least distance of a target; bearings of nearer points change too fast to follow."""
 _FASTEST_MPS = 2.0
-"""People walk no faster, whatever a glimpse of them says."""
+"""Limit of the target's speed, a person's; estimates from a few frames exceed it."""
 _ARRIVE_S = 5.0
-"""Who has not come to where the target was last seen by then does not get there: it looks around where it is."""
+"""Time limit to reach the point last seen; after it the robot looks around where it is."""
 
 
 @njit(cache=True)
 def steer_robot(beliefs: NDArray[Any], parameters: NDArray[Any], out: NDArray[np.float64]) -> None:
-    """Write what to command by B beliefs (B,) of dtype ``BELIEF`` to (B, 4): forward, right, climb in m/s, yaw in
+    """Write the commands of B beliefs (B,) of dtype ``BELIEF`` to ``out`` (B, 4): forward, right, climb in m/s, yaw in
     rad/s; right and climb are 0.
 
-    A target in sight, or for moments out of it, is kept in the picture at a distance; where the straight way to it is
-    barred, and corners bar it, the robot goes the target's own way. One lost for longer is looked for: its way to
-    where it was last seen, on as it went, then all around there, likely directions first.
+    A target in view, or out of view for less than ``patience_s``, is kept in the picture at a distance; where the
+    straight path is blocked, as at a corner, the robot follows the target's trail. A target lost for longer is searched
+    for: along its trail to where it was last seen, on in its direction of travel, then all around, likely directions
+    first.
 
     Args:
-        parameters: (1,) of dtype ``REENTRY_ROBOT``.
+        parameters: (1,) record of ``ReentryRobotParameters``.
     """
     p = parameters[0]
     for k in range(len(beliefs)):
@@ -64,13 +40,13 @@ def steer_robot(beliefs: NDArray[Any], parameters: NDArray[Any], out: NDArray[np
         elif b.known > 0.0 or b.seconds_since_seen < p.patience_s:
             out[k, 0], out[k, 3] = _follow(b, p)
         else:
-            out[k, 0], out[k, 3] = _look_for(b, p)
+            out[k, 0], out[k, 3] = _search(b, p)
 
 
 @njit(cache=True)
 def _follow(b: Any, p: Any) -> tuple[float, float]:
     """Return forward speed and turn rate to keep the target in the picture and at its distance."""
-    # While nothing is said the record keeps the place; he has gone on.
+    # Without an estimate the belief keeps the last position; the target's motion is extrapolated.
     gone_s = (1.0 - b.known) * min(b.seconds_since_seen, p.onward_s)
     ahead_mps, left_mps = _velocity(b)
     ahead_m, left_m = _in_own_frame(b, b.x_m, b.y_m)
@@ -81,10 +57,10 @@ def _follow(b: Any, p: Any) -> tuple[float, float]:
     if ahead_m > 0.0:
         soon_ahead_m = max(soon_ahead_m, _NEAREST_M)
     bearing_rad = np.arctan2(soon_left_m, soon_ahead_m)
-    # How fast the line to it turns, by its motion past the robot's.
+    # Turn rate of the line of sight, from the target's velocity relative to the robot's.
     line_rad_s = (ahead_m * left_mps - left_m * past_mps) / distance_m**2
     away_mps = (ahead_m * ahead_mps + left_m * left_mps) / distance_m
-    # All the places where one who is out of sight may have strayed to stay in the picture.
+    # Far enough away to have all possible positions of a target out of view in the picture.
     wanted_m = max(p.distance_m, p.stray_mps * b.seconds_since_seen / max(b.half_right_m, 0.1))
     forward_mps = p.speed_gain_per_s * (distance_m - wanted_m) + p.speed_feed_forward * away_mps
     course_rad = bearing_rad
@@ -96,25 +72,25 @@ def _follow(b: Any, p: Any) -> tuple[float, float]:
 
 @njit(cache=True)
 def _course_rad(b: Any, p: Any, bearing_rad: float, forward_mps: float) -> float:
-    """Return how far to turn, to the left, so as to go the target's way while it stays in the picture."""
-    carrot = _carrot(b, p.carrot_m)
-    if carrot < 0:
+    """Return the course, positive to the left of the heading, that follows the trail with the target in view."""
+    index = _next_on_trail(b, p.carrot_m)
+    if index < 0:
         return bearing_rad
-    ahead_m, left_m = _in_own_frame(b, b.trail_x_m[carrot], b.trail_y_m[carrot])
-    # Who does not get on although he drives stands at something.
-    barred = min(max(1.0 - b.own_ahead_mps / max(forward_mps, 0.1), 0.0), 1.0)
-    share = p.trail_share + (1.0 - p.trail_share) * barred
+    ahead_m, left_m = _in_own_frame(b, b.trail_x_m[index], b.trail_y_m[index])
+    # A robot much slower than commanded is blocked by an obstacle.
+    blocked = min(max(1.0 - b.own_ahead_mps / max(forward_mps, 0.1), 0.0), 1.0)
+    share = p.trail_share + (1.0 - p.trail_share) * blocked
     aside_rad = share * _wrapped(np.arctan2(left_m, ahead_m) - bearing_rad)
     return bearing_rad + min(max(aside_rad, -p.aside_rad), p.aside_rad)
 
 
 @njit(cache=True)
-def _carrot(b: Any, carrot_m: float) -> int:
-    """Return the place of the target's trail to go to next: so far on from the nearest one; -1 at the trail's end."""
+def _next_on_trail(b: Any, carrot_m: float) -> int:
+    """Return the index of the first trail point after the nearest one that is farther than ``carrot_m``, or -1."""
     nearest, best_m = -1, np.inf
     for place in range(int(b.trail_places)):
         off_m = np.hypot(b.trail_x_m[place] - b.carrier_x_m, b.trail_y_m[place] - b.carrier_y_m)
-        # The later place of a way that crosses itself.
+        # Where the trail crosses itself the later point counts.
         if off_m < best_m - 0.1:
             nearest, best_m = place, off_m
     for place in range(nearest, -1, -1):
@@ -124,10 +100,8 @@ def _carrot(b: Any, carrot_m: float) -> int:
 
 
 @njit(cache=True)
-def _look_for(b: Any, p: Any) -> tuple[float, float]:
-    """Return forward speed and turn rate to go the target's way to where it was last seen going, and to look around
-    there.
-    """
+def _search(b: Any, p: Any) -> tuple[float, float]:
+    """Return forward speed and turn rate along the trail to where the target was last seen, then around there."""
     onward_s = min(b.seconds_since_seen, p.onward_s)
     ahead_mps, left_mps = _velocity(b)
     ahead_m, left_m = _in_own_frame(b, b.seen_x_m, b.seen_y_m)
@@ -136,17 +110,17 @@ def _look_for(b: Any, p: Any) -> tuple[float, float]:
     if distance_m < p.reached_m or b.seconds_since_seen > p.patience_s + _ARRIVE_S:
         turn_rad = _unsearched_rad(b, p)
         return 0.0, min(max(p.turn_gain_per_s * turn_rad, -p.look_rad_s), p.look_rad_s)
-    carrot = _carrot(b, p.carrot_m)
-    if carrot >= 0:
-        ahead_m, left_m = _in_own_frame(b, b.trail_x_m[carrot], b.trail_y_m[carrot])
+    index = _next_on_trail(b, p.carrot_m)
+    if index >= 0:
+        ahead_m, left_m = _in_own_frame(b, b.trail_x_m[index], b.trail_y_m[index])
     course_rad = np.arctan2(left_m, ahead_m)
     return _FASTEST_MPS * max(np.cos(course_rad), 0.0) ** 2, p.turn_gain_per_s * course_rad
 
 
 @njit(cache=True)
 def _unsearched_rad(b: Any, p: Any) -> float:
-    """Return how far to turn, to the left, to the direction most worth looking in: not looked in of late, about as the
-    target went, and not far to turn to.
+    """Return the turn, positive to the left, to the best direction to search: not searched lately, near the target's
+    direction of travel, and not far to turn.
     """
     went_rad = np.arctan2(b.velocity_y_mps, b.velocity_x_mps)
     best, best_rad = -np.inf, 0.0
@@ -162,7 +136,7 @@ def _unsearched_rad(b: Any, p: Any) -> float:
 
 @njit(cache=True)
 def _velocity(b: Any) -> tuple[float, float]:
-    """Return the target's velocity ahead and to the left, as slow as people are."""
+    """Return the target's velocity ahead and to the left, limited to a person's speed."""
     ahead_mps, left_mps = b.velocity_ahead_mps, -b.velocity_right_mps
     slower = min(1.0, _FASTEST_MPS / max(np.hypot(ahead_mps, left_mps), 1e-9))
     return slower * ahead_mps, slower * left_mps
@@ -170,7 +144,7 @@ def _velocity(b: Any) -> tuple[float, float]:
 
 @njit(cache=True)
 def _in_own_frame(b: Any, x_m: float, y_m: float) -> tuple[float, float]:
-    """Return how far ahead and to the left of the robot a place is."""
+    """Return a point's coordinates ahead and to the left of the robot."""
     c, s = np.cos(b.heading_rad), np.sin(b.heading_rad)
     east_m, north_m = x_m - b.carrier_x_m, y_m - b.carrier_y_m
     return c * east_m + s * north_m, c * north_m - s * east_m

@@ -1,4 +1,4 @@
-"""The controller that searches as the books say: in an expanding square about the place where the target was lost."""
+"""``centre`` with an expanding-square search about the point where the target was last seen."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.belief.belief_filter import BeliefKeeper
+from trackers.belief.belief_filter import BeliefFilter
 from trackers.controllers.catalogue import register_controller
 from trackers.controllers.centre import CentreController, CentreParameters
 from trackers.registry import tunable
@@ -18,13 +18,13 @@ _SHORTEST_LEG_M = 1.0
 
 @dataclass(frozen=True)
 class SearchParameters(CentreParameters):
-    """Setting of the controller: that of ``centre`` and of the search.
+    """Settings of ``centre``, and of the search.
 
     Attributes:
-        patience_s: how long the target is out of view before it may count as lost.
-        lost_spread_m: it is lost where the posterior is wider; where there is none, it is lost at once then.
-        search_mps: how fast the square is flown.
-        apart: distance of neighbouring legs, in heights of the picture on the ground.
+        patience_s: time out of view after which the target may count as lost.
+        lost_spread_m: after that time it is lost if the posterior is wider than this, or if there is none.
+        search_mps: speed along the square.
+        apart: distance between neighbouring legs, in heights of the picture on the ground.
     """
 
     patience_s: float = tunable(1.5, 0.3, 5.0)
@@ -36,36 +36,26 @@ class SearchParameters(CentreParameters):
 @register_controller(
     "search", role="baseline", carrier="helicopter", summary="PID; flies an expanding square while the target is lost"
 )
-class SearchController:
-    """``centre`` while the target is seen or its place known, else an expanding square about where it was seen."""
+class SearchController(CentreController):
+    """Centres the target while its position is known; searches for a lost target in an expanding square."""
 
     Parameters = SearchParameters
+    parameters: SearchParameters
 
     def __init__(self, parameters: SearchParameters) -> None:
-        self._centre = CentreController(parameters)
-        self.parameters = parameters
-        self._keeper = BeliefKeeper("down")
+        super().__init__(parameters)
+        self._filter = BeliefFilter("down")
         self._searching_s = 0.0
 
-    @property
-    def parameters(self) -> SearchParameters:
-        """The setting; another may take its place between two pictures."""
-        return self._parameters
-
-    @parameters.setter
-    def parameters(self, parameters: SearchParameters) -> None:
-        self._parameters = parameters
-        self._centre.parameters = parameters
-
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command that brings the camera over the estimate, or on along the square."""
-        p, belief = self._parameters, self._keeper.update(observation, estimate)[0]
-        centred = self._centre.command(observation, estimate)
+        """Return the command towards the estimate, or along the square."""
+        p, belief = self.parameters, self._filter.update(observation, estimate)[0]
+        centred = super().command(observation, estimate)
         known = belief["known"] > 0.0 and 0.0 < belief["spread_m"] <= p.lost_spread_m
         if known or belief["seconds_since_seen"] <= p.patience_s:
             self._searching_s = 0.0
             return centred
-        self._searching_s += self._keeper.interval_s
+        self._searching_s += self._filter.interval_s
         leg_m = max(p.apart * 2.0 * belief["half_ahead_m"], _SHORTEST_LEG_M)
         place_m = expanding_square(p.search_mps * self._searching_s, leg_m)
         seen_m = np.array([belief["seen_x_m"] - belief["carrier_x_m"], belief["seen_y_m"] - belief["carrier_y_m"]])
@@ -77,7 +67,7 @@ class SearchController:
 
 
 def expanding_square(way_m: float, leg_m: float) -> NDArray[np.float64]:
-    """Return the place (2,) after a way along the square spiral from (0, 0): legs of 1, 1, 2, 2, 3, 3 ... ``leg_m``."""
+    """Return the point (2,) at a path length on the square spiral from (0, 0): legs of 1, 1, 2, 2, ... ``leg_m``."""
     place_m, direction = np.zeros(2), np.array([1.0, 0.0])
     leg = 0
     while True:

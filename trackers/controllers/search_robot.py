@@ -1,4 +1,4 @@
-"""A ground robot's controller that centres the target, and looks for it once it is lost."""
+"""``centre`` of a ground robot with a search for a lost target."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackers.belief.belief_filter import BeliefKeeper
+from trackers.belief.belief_filter import BeliefFilter
 from trackers.controllers.catalogue import register_controller
 from trackers.controllers.centre_robot import CentreRobotController, CentreRobotParameters
 from trackers.registry import tunable
@@ -20,9 +20,9 @@ class SearchRobotParameters(CentreRobotParameters):
     """Settings of the centring, and of the search.
 
     Attributes:
-        turn_s: how long a lost target is looked for where the robot stands, to the side it left by.
-        search_rad_s: turn rate while searching.
-        reached_m: how near the place where it was last seen is near enough; there the robot turns on.
+        turn_s: how long the robot turns on the spot, to the side where the target left the picture.
+        search_rad_s: turn rate of the search.
+        reached_m: distance to the point where the target was last seen at which the robot stops and turns.
     """
 
     turn_s: float = tunable(1.0, 0.0, 6.0)
@@ -31,41 +31,34 @@ class SearchRobotParameters(CentreRobotParameters):
 
 
 @register_controller(
-    "search", role="baseline", carrier="robot", summary="centres; a lost target is looked for to its side, then there"
+    "search",
+    role="baseline",
+    carrier="robot",
+    summary="centres; searches for a lost target on its side, then where it was last seen",
 )
-class SearchRobotController:
-    """Centres what is known. Else it turns to the side of the picture where the target was last, for a while, goes to
-    the place where it was last seen, and turns there.
+class SearchRobotController(CentreRobotController):
+    """Centres the target while there is an estimate. Otherwise it turns for a while to the side where the target left
+    the picture, then drives to the point where it was last seen and turns there.
     """
 
     Parameters = SearchRobotParameters
+    parameters: SearchRobotParameters
 
     def __init__(self, parameters: SearchRobotParameters) -> None:
-        self._centre = CentreRobotController(parameters)
-        self.parameters = parameters
-        self._keeper = BeliefKeeper("ahead")
+        super().__init__(parameters)
+        self._filter = BeliefFilter("ahead")
         self._lost_at_s: float | None = None
-
-    @property
-    def parameters(self) -> SearchRobotParameters:
-        """The setting; another may take its place between two pictures."""
-        return self._parameters
-
-    @parameters.setter
-    def parameters(self, parameters: SearchRobotParameters) -> None:
-        self._parameters = parameters
-        self._centre.parameters = parameters
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command to centre the target or to search for it."""
-        belief = self._keeper.update(observation, estimate)[0]
+        belief = self._filter.update(observation, estimate)[0]
         if belief["known"] > 0.0:
             self._lost_at_s = None
-            return self._centre.command(observation, estimate)
+            return super().command(observation, estimate)
         if self._lost_at_s is None:
             self._lost_at_s = observation.time_s
-        p = self._parameters
-        # ``picture_x`` is still that of the latest estimate.
+        p = self.parameters
+        # ``picture_x`` is that of the latest estimate.
         turn_rad_s = -p.search_rad_s if belief["picture_x"] > 0.0 else p.search_rad_s
         if belief["frames"] <= 1.0 or observation.time_s - self._lost_at_s < p.turn_s:
             return CameraCommand(yaw_rate_rad_s=turn_rad_s)

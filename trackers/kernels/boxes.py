@@ -1,4 +1,4 @@
-"""Boxes ``(x_min, y_min, x_max, y_max)`` in pixels, inside the picture or not."""
+"""Boxes ``(x_min, y_min, x_max, y_max)`` in pixels, not limited to the picture."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def box_size(box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def box_around(centre_px: NDArray[np.float64], size_px: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the box (4,) of size (width, height) about a centre (2,)."""
+    """Return the box (4,) of size (width, height) around a centre (2,)."""
     return np.concatenate([centre_px - 0.5 * size_px, centre_px + 0.5 * size_px])
 
 

@@ -1,4 +1,4 @@
-"""Hue x saturation histograms of rectangles and how alike they are (paper A, equations 2.7, 2.8, 3.13)."""
+"""Hue x saturation histograms of rectangles and their similarity (paper A, equations 2.7, 2.8, 3.13)."""
 
 from __future__ import annotations
 
@@ -36,19 +36,24 @@ def _combine(
 def rectangle_histogram(
     bins: NDArray[np.uint8], centre_px: NDArray[np.float64], size_px: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the histogram (128,), sum 1, of the visible part of one rectangle; zeros if none of it is visible.
+    """Return the histogram (128,), sum 1, of the visible part of one rectangle; zeros if no part is visible.
 
     The rectangle is placed as in ``rectangle_similarities``.
     """
     left, top = np.floor(centre_px - 0.5 * np.rint(size_px) + 0.5).astype(int)
     width, height = np.rint(size_px).astype(int)
     visible = bins[max(top, 0) : max(top + height, 0), max(left, 0) : max(left + width, 0)]
-    counts = np.bincount(visible.ravel(), minlength=BINS).astype(float)
+    return histogram_of(visible)
+
+
+def histogram_of(bins: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return the histogram (128,), sum 1, of bins from ``hs_bins`` of any shape; zeros if there are none."""
+    counts = np.bincount(bins.ravel(), minlength=BINS).astype(float)
     return counts / max(counts.sum(), 1.0)
 
 
 def bhattacharyya(p: NDArray[np.float64], q: NDArray[np.float64]) -> float:
-    """Return the coefficient ``L = sum sqrt(p q)`` of two histograms (B,) of sum 1: 0 disjoint, 1 the same."""
+    """Return the coefficient ``L = sum sqrt(p q)`` of two histograms (B,) of sum 1: 0 for disjoint, 1 for equal."""
     return float(np.sqrt(p * q).sum())
 
 
@@ -59,18 +64,17 @@ def rectangle_similarities(
     template: NDArray[np.float64],
     outside_similarity: float,
 ) -> NDArray[np.float64]:
-    """Return ``L_n = sum_b sqrt(p_b q_b(x_n))`` for a rectangle about each of N positions (equation 2.7).
+    """Return ``L_n = sum_b sqrt(p_b q_b(x_n))`` of a rectangle around each of N positions (equation 2.7).
 
     Args:
         bins: (H, W) from ``hs_bins``.
         centres_px: (N, 2), inside the picture or not; NaN counts as outside.
-        size_px: (2,) width and height, rounded to whole pixels; the corner goes to the nearest pixel corner.
+        size_px: (2,) width and height, rounded to whole pixels; the corner is rounded to the nearest pixel corner.
         template: (128,) histogram p, sum 1.
-        outside_similarity: L where no pixel of a rectangle is visible (equation 3.13).
+        outside_similarity: L of a rectangle without a visible pixel (equation 3.13).
 
     Returns:
-        (N,) in [0, 1]. Where a rectangle is cut by the border its missing pixels are filled in proportion to its
-        visible ones, which is the histogram of the visible ones.
+        (N,) in [0, 1]. The histogram of a rectangle cut by the border is that of its visible pixels.
     """
     width, height = (max(int(side), 1) for side in np.rint(size_px))
     return _similarities(bins, np.ascontiguousarray(centres_px), width, height, np.sqrt(template), outside_similarity)
@@ -87,6 +91,7 @@ def picture_histogram(bins: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 _MOST_REMEMBERED = 1 << 14
+"""Largest number of cached similarities."""
 
 
 @njit(cache=True)
@@ -105,7 +110,7 @@ def _similarities(bins, centres_px, width, height, root_template, outside_simila
                 corners[n] = left, top
                 first_left, last_left = min(first_left, left), max(last_left, left)
                 first_top, last_top = min(first_top, top), max(last_top, top)
-    # Particles that agree lie on the same pixels, and share their answer.
+    # Rectangles on the same pixels share one similarity.
     pitch, lines = max(last_left - first_left + 1, 0), max(last_top - first_top + 1, 0)
     remembered = np.full(pitch * lines if pitch * lines <= _MOST_REMEMBERED else 0, np.nan)
     counts = np.empty(2 * root_template.size, np.int32)
@@ -131,7 +136,7 @@ def _similarity(bins, left, top, width, height, root_template, counts):  # type:
     first_column, last_column = max(left, 0), min(left + width, columns)
     first_row, last_row = max(top, 0), min(top + height, rows)
     counts[:] = 0
-    # Two counters in turn: neighbours share a bin, and one counter would wait for its own last store.
+    # Two counters alternate: neighbours share a bin, and a single counter would wait for its last store.
     even_end = first_column + (last_column - first_column) // 2 * 2
     for i in range(first_row, last_row):
         for j in range(first_column, even_end, 2):

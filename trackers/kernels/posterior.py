@@ -1,4 +1,4 @@
-"""Weights of particles by what a picture holds and does not hold, and the point that sums them up."""
+"""Particle weights from detections and missed detections, and a point estimate of a posterior."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 _AXIS_WRONG = 0.1
+"""Probability that a candidate's measured axis is wrong."""
 
 
 @njit(cache=True)
@@ -21,23 +22,23 @@ def detection_log_weights(
     deviations_m: NDArray[np.float64],
     axis_deviation_rad: float,
 ) -> NDArray[np.float64]:
-    """Return how well each particle explains the picture.
+    """Return the log-likelihood (N,) of a picture's candidates for each particle.
 
     ``w_i = (1 - p_i) + p_i max_j exp(l_j - |z_j - x_i|^2 / 2 s_j^2) (0.1 + 0.9 k exp(-sin^2(a_j - h_i) / 2 t^2))``,
-    ``k = sqrt(pi / 2) / t``: either the target was missed, or it is one of the candidates, whose axis is measured
-    wrong one time in ten. A particle in full view far from every candidate keeps ``1 - p_i`` (negative information),
-    one outside keeps 1.
+    ``k = sqrt(pi / 2) / t``: the target is either missed or one of the candidates, and one measured axis in ten is
+    wrong. A particle in full view far from all candidates gets ``1 - p_i`` (negative information), one outside the
+    picture gets 1.
 
     Args:
         positions_m (N, 2), headings_rad (N,): particles.
-        detectable: (N,) p_i, probability that a target there would have been found.
-        miss_counts: False replaces ``1 - p_i`` by 1: not seeing says nothing.
-        candidates_m (J, 2), axes_rad (J,), log_ratios (J,): z, a (known up to half a turn; NaN = not known)
-            and ``l = log p(seen there | target) / p(seen there | anything else)``.
+        detectable: (N,) p_i, probability that a target at the particle is detected.
+        miss_counts: False replaces ``1 - p_i`` by 1: a miss has no weight.
+        candidates_m (J, 2), axes_rad (J,), log_ratios (J,): z, a (up to half a turn; NaN = unknown)
+            and ``l = log p(detection | target) / p(detection | anything else)``.
         deviations_m (J,), axis_deviation_rad: s and t.
     """
     result = np.empty(positions_m.shape[0])
-    # Against axes that may be any: a density of 1 / pi.
+    # Relative to a uniform density of axes, 1 / pi.
     sharpness = max(1.0, np.sqrt(0.5 * np.pi) / axis_deviation_rad)
     for i in range(positions_m.shape[0]):
         best = -50.0
@@ -57,8 +58,8 @@ def detection_log_weights(
 
 @njit(cache=True)
 def geometric_median(points: NDArray[np.float64], weights: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
-    """Return the point m that minimises ``sum w_i |x_i - m|`` over points (N, 2): the guess with the least
-    expected distance.
+    """Return the point m that minimises ``sum w_i |x_i - m|`` over points (N, 2): the estimate with the
+    least expected error.
 
     Weiszfeld's iteration from the mean, ``m <- sum (w_i / d_i) x_i / sum (w_i / d_i)`` with ``d_i =
     sqrt(|x_i - m|^2 + eps)``.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 @njit(cache=True)
 def normalise_log_weights(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, bool]:
-    """Turn log-weights l_i into weights that sum to one, without overflow and whatever they are.
+    """Turn log-weights l_i into weights that sum to one, without overflow.
 
     ``m = max l_i;  w_i = exp(l_i - m) / sum_j exp(l_j - m);  log-likelihood = m + log(sum_j exp(l_j - m) / N)``.
 

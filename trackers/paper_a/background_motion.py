@@ -1,4 +1,4 @@
-"""How the picture of the ground moves between two frames: measured on board, or estimated from pixels (paper A.3.2)."""
+"""Motion of the ground in the picture between two frames: measured, or estimated from pixels (paper A.3.2)."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from trackers.types import CameraModel, EgoPose
 
 @dataclass(frozen=True)
 class PictureMotion:
-    """Rigid motion of the picture of the ground from one frame to the next (paper: hVx, hVy, hω).
+    """Rigid motion of the ground in the picture from one frame to the next (paper: hVx, hVy, hω).
 
-    A ground point at p, in pixels *from the image centre*, comes to ``p' = Rot(-rotation) p - translation``; for small
-    turns its flow is ``u = -Vx + ω Y, v = -Vy - ω X``.
+    A ground point at p, in pixels *from the image centre*, moves to ``p' = Rot(-rotation) p - translation``; for small
+    rotations its flow is ``u = -Vx + ω Y, v = -Vy - ω X``.
 
     Attributes:
         translation_px: (2,) (Vx, Vy), motion of the camera over the picture.
@@ -29,7 +29,7 @@ class PictureMotion:
     rotation_rad: float
 
     def move(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where points (..., 2) of the previous frame lie in this one, both from the image centre."""
+        """Return the positions in this frame of points (..., 2) of the previous one, both from the image centre."""
         cosine, sine = np.cos(self.rotation_rad), np.sin(self.rotation_rad)
         rotation = np.array([[cosine, sine], [-sine, cosine]])
         return points_px @ rotation.T - self.translation_px
@@ -37,17 +37,17 @@ class PictureMotion:
 
 @dataclass(frozen=True)
 class GroundMotion:
-    """Motion of the picture of flat ground, exactly.
+    """Exact motion of flat ground in the picture.
 
     Attributes:
-        homography: (3, 3), takes ground pixels of the previous frame to this one, both from the image centre, with a
-            positive scale before the horizon.
+        homography: (3, 3), maps ground pixels of the previous frame to this one, both from the image centre; its scale
+            is positive on this side of the horizon.
     """
 
     homography: NDArray[np.float64]
 
     def move(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where points (..., 2) of the previous frame lie in this one; those beyond the horizon come far off."""
+        """Return the positions in this frame of points (..., 2) of the previous one; beyond the horizon far off."""
         moved = points_px @ self.homography[:, :2].T
         moved += self.homography[:, 2]
         return np.minimum(np.maximum(moved[..., :2] / np.maximum(moved[..., 2:], 1e-3), -_FAR_PX), _FAR_PX)
@@ -59,12 +59,13 @@ STILL = PictureMotion(np.zeros(2), 0.0)
 
 
 def measured_motion(previous: EgoPose | None, current: EgoPose | None, camera: CameraModel) -> Motion:
-    """Return the motion that two measured poses give to the picture of flat ground (z = 0).
+    """Return the motion of flat ground (z = 0) in the picture between two measured poses.
 
-    None without poses above it, nor where the ground that was in the middle of the picture lies behind the camera now.
+    It is ``STILL`` without two poses above the ground, or if the ground in the middle of the previous picture is behind
+    the camera now.
 
-    With the camera level it is the paper's {hx, hy, hθ}. Reading: the paper takes the helicopter's motion for correctly
-    known, so where the camera tilts the picture moves by the homography of the ground and not by its rigid part.
+    For a level camera it is the paper's {hx, hy, hθ}. Reading: the paper assumes that the helicopter's motion is known
+    exactly, so for a tilted camera the picture moves by the homography of the ground and not by its rigid part.
     """
     if previous is None or current is None or min(pose.T_world_camera[2, 3] for pose in (previous, current)) <= 0.0:
         return STILL
@@ -74,7 +75,7 @@ def measured_motion(previous: EgoPose | None, current: EgoPose | None, camera: C
 
 
 def _pixels_from_ground(T_world_camera: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
-    """Return H (3, 3): metres (x, y, 1) on the ground z = 0 to pixels from the image centre."""
+    """Return H (3, 3) from metres (x, y, 1) on the ground z = 0 to pixels from the image centre."""
     R_camera_world = T_world_camera[:3, :3].T
     origin = -R_camera_world @ T_world_camera[:3, 3]
     return np.diag([focal_px, focal_px, 1.0]) @ np.column_stack([R_camera_world[:, :2], origin])
@@ -82,12 +83,12 @@ def _pixels_from_ground(T_world_camera: NDArray[np.float64], focal_px: float) ->
 
 @dataclass(frozen=True)
 class BackgroundMotionParameters:
-    """Setting of the motion filter.
+    """Settings of the motion filter.
 
     Attributes:
         particles: number of particles.
-        translation_noise_px, rotation_noise_rad: standard deviations of the random walk, a frame.
-        corners: most corners used; border_px: corners nearer to the border are dropped.
+        translation_noise_px, rotation_noise_rad: standard deviations of the random walk per frame.
+        corners: largest number of corners. border_px: corners nearer to the border are dropped.
     """
 
     particles: int = 1000
@@ -127,9 +128,8 @@ class _MotionModel:
 class BackgroundMotionFilter:
     """Estimates the picture's motion from pixels alone (paper A.3.2).
 
-    Readings: the weight's sum runs over all corners, as of independent errors; the estimate is the weighted mean; a
-    corner is looked for from where the last motion would take it; a frame without a corner that can be followed leaves
-    the random walk alone.
+    Readings: the weight's sum is over all corners, as for independent errors; the estimate is the weighted mean; the
+    search for a corner starts where the last motion predicts it; without a tracked corner all weights are equal.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class BackgroundMotionFilter:
         self._motion = STILL
 
     def update(self, image_rgb: NDArray[np.uint8]) -> PictureMotion:
-        """Take in the next picture and return how the ground moved since the last one."""
+        """Return the motion of the ground from the last picture to this one (H, W, 3)."""
         grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
         centre = 0.5 * np.array([grey.shape[1], grey.shape[0]])
         corners = find_corners(self._grey, self._parameters.corners, self._parameters.border_px)

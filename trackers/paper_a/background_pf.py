@@ -1,4 +1,4 @@
-"""The background-model particle filter of paper A, section 4 (A.3): the helicopter's motion is not known."""
+"""The background-model particle filter of paper A, section 4 (A.3), without measured motion."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.colour_template import ColourTemplate
 from trackers.kernels.histogram import hs_bins
-from trackers.paper_a.background_motion import STILL, BackgroundMotionFilter, BackgroundMotionParameters, PictureMotion
+from trackers.paper_a.background_motion import STILL, BackgroundMotionFilter, BackgroundMotionParameters
 from trackers.paper_a.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
 from trackers.paper_a.existence import ExistenceMap
 from trackers.paper_a.ground_classes import load_class_statistics
 from trackers.paper_a.road_lines import RoadSearch
-from trackers.paper_a.road_model import RoadCurve, RoadModel
+from trackers.paper_a.road_model import RoadModel
+from trackers.paper_a.road_shape_pf import RoadInstant
 from trackers.particle_filter import ParticleFilter
 from trackers.registry import register, tunable
 from trackers.types import Estimate, Observation
@@ -24,15 +25,16 @@ from trackers.types import Estimate, Observation
 
 @dataclass(frozen=True)
 class BackgroundParameters:
-    """Setting of ``background_pf``; the paper gives no values.
+    """Settings of ``background_pf``; the paper gives no values.
 
     Attributes:
-        particles: N of the car; motion_particles: N of the background's motion.
+        particles: N of the car. motion_particles: N of the background's motion.
         colour_sharpness: lambda of the colour's weight.
-        rectangle_share: share of the box's width and height that the rectangle about its centre has.
-        speed_noise, heading_noise_rad: standard deviations of the car's random walk, a frame; speed in its lengths.
-        translation_noise, rotation_noise_rad: of the background's; translation in lengths of the car.
-        class_model: name or .json path of the colour statistics of road and other.
+        rectangle_share: see ``ColourTemplate.from_box``.
+        speed_noise, heading_noise_rad: standard deviations of the car's random walk per frame; speed in lengths of the
+            car.
+        translation_noise, rotation_noise_rad: the same of the background; translation in lengths of the car.
+        class_model: name or .json path of the colour statistics of the classes road and other.
     """
 
     particles: int = 500
@@ -47,13 +49,9 @@ class BackgroundParameters:
 
 
 @dataclass(frozen=True)
-class BackgroundInstant:
-    """One picture's bins (H, W), centre (2,), estimated motion, road if one is known, and where cars can be."""
+class BackgroundInstant(RoadInstant):
+    """Also the map of a car's existence probability; the motion is estimated."""
 
-    bins: NDArray[np.uint8]
-    centre_px: NDArray[np.float64]
-    motion: PictureMotion
-    road: RoadCurve | None
     existence: ExistenceMap
 
 
@@ -63,7 +61,7 @@ class BackgroundModel(CarModel[BackgroundParameters, BackgroundInstant]):
     ``(x, y)' = Rot(-ω) ((x, y) + V (cos θ, sin θ)) - (Vx, Vy)``, ``θ' = θ - ω + N``, ``V' = V + N`` (4.19-4.21).
     Weight ``exp{-λ (1 - L)} * exp(-(θ - rθ)²) * p(x)``, p the mean existence probability over the rectangle (4.22,
     4.23). Readings: rectangles outside the picture or cut by its border have the colour weight of A.2; without a known
-    road its factor is left out.
+    road the factor of its direction is left out.
     """
 
     def log_weights(self, states: NDArray[np.float64], observed: BackgroundInstant) -> NDArray[np.float64]:
@@ -82,12 +80,13 @@ class BackgroundModel(CarModel[BackgroundParameters, BackgroundInstant]):
     "background_pf", role="as-written", summary="particle filter with pixel classes, motion from pixels (paper A.3)"
 )
 class BackgroundParticleFilter:
-    """Paper A.3. It never looks at a measured pose.
+    """The filter of paper A.3; it uses no measured pose.
 
     Readings: see ``BackgroundMotionFilter``, ``BackgroundModel``, ``ExistenceMap``, ``RoadModel`` and
-    ``ColourTemplate``. The rectangle keeps its size and does not turn; it is the middle of the first box, which is all
-    car whichever way the car stands (a box askew holds so much road that road in view outweighs the true place out of
-    view); the speed walks no faster than cars gain speed, else the cloud reaches back into the picture before the car.
+    ``ColourTemplate``. The rectangle keeps its size and does not turn. It is the middle of the first box, which is all
+    car at any heading: the box of a diagonal car holds so much road that road in view would outweigh the true position
+    out of view. The speed changes no faster than a car's, otherwise particles re-enter the picture before the car
+    does.
     """
 
     Parameters = BackgroundParameters
@@ -98,7 +97,7 @@ class BackgroundParticleFilter:
         self._classes = load_class_statistics(parameters.class_model)
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """Take the template, trace the road beside the car, scatter the particles about it."""
+        """Take the template, trace the road at the car and draw the particles around it."""
         p = self._parameters
         self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy, p.rectangle_share)
         start_px = box_centre(box_xyxy) - image_centre(observation.camera)
@@ -113,7 +112,7 @@ class BackgroundParticleFilter:
         self._road.update(cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY), STILL, start_px, None)
 
     def update(self, observation: Observation) -> Estimate:
-        """Estimate the background's motion, move the road, then move, weight and resample the particles."""
+        """Estimate the background's motion, move the road, then predict, weight and resample the particles."""
         motion = self._motion.update(observation.image_rgb)
         grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
         road = self._road.update(grey, motion, *self._believed)

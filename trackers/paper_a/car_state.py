@@ -1,7 +1,8 @@
-"""The car in the picture, as all three of paper A's filters know it: x = (x, y, V, θ)."""
+"""The car's state in the picture, x = (x, y, V, θ), of all three filters of paper A."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -28,15 +29,16 @@ def image_centre(camera: CameraModel) -> NDArray[np.float64]:
 
 START_NOISE = 0.06
 FASTEST_START = 0.35
+"""See ``initial_states``."""
 
 
 def initial_states(
     count: int, position_px: NDArray[np.float64], car_px: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Draw states (N, 4): normal about the position (2,), speed uniform in [0, fastest], heading uniform.
+    """Draw states (N, 4): position normal around (2,), speed uniform in [0, fastest], heading uniform.
 
-    A reading: the paper does not say how it starts. A box in one picture tells neither speed nor heading; the
-    position's standard deviation is 0.06, the fastest 0.35 a frame, in lengths of the car (``car_px``).
+    Reading: the paper does not define the start. One box gives neither speed nor heading; the position's standard
+    deviation is 0.06 and the fastest speed 0.35 per frame, in lengths of the car (``car_px``).
     """
     states = np.empty((count, 4))
     states[:, POSITION] = rng.normal(position_px, START_NOISE * car_px, (count, 2))
@@ -48,11 +50,11 @@ def initial_states(
 def move_on(
     states: NDArray[np.float64], motion: Motion, speed_noise_px: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return states (N, 4) one frame on: by their own velocity, then with the picture; the heading has no noise yet.
+    """Return the states (N, 4) of the next frame: moved by their velocity, then with the picture; no heading noise yet.
 
     ``(x, y)' = m((x, y) + V (cos θ, sin θ))``, ``V' = |V + N(0, τV²)|``, ``θ'`` the heading as turned by m. With m the
     paper's rigid motion: ``m(p) = Rot(-ω) p - (Vx, Vy)``, ``θ' = θ - ω`` (paper A, equations 2.2-2.4, 4.19-4.21).
-    Reading: a speed is never negative (it would turn the heading round), so the walk is reflected at zero.
+    Reading: a speed is never negative (it would reverse the heading), so its random walk is reflected at zero.
     """
     heading = np.empty((len(states), 2))
     np.cos(states[:, HEADING], out=heading[:, 0])
@@ -67,7 +69,7 @@ def move_on(
 
 
 class Walk(Protocol):
-    """How fast speeds and headings change: τV, lengths of the car a frame, and τθ."""
+    """Noise of speed and heading: τV, lengths of the car per frame, and τθ."""
 
     @property
     def speed_noise(self) -> float: ...
@@ -76,11 +78,13 @@ class Walk(Protocol):
     def heading_noise_rad(self) -> float: ...
 
 
-class Instant(Protocol):
-    """What every one of the three models is told of one picture: how the ground moved since the last."""
+@dataclass(frozen=True)
+class Instant:
+    """One picture's bins (H, W), its centre (2,), and the ground's motion since the last picture."""
 
-    @property
-    def motion(self) -> Motion: ...
+    bins: NDArray[np.uint8]
+    centre_px: NDArray[np.float64]
+    motion: Motion
 
 
 Parameters = TypeVar("Parameters", bound=Walk)
@@ -88,10 +92,10 @@ Observed = TypeVar("Observed", bound=Instant)
 
 
 class CarModel(Generic[Parameters, Observed]):
-    """What the models of the three filters share: where the car starts, and how it moves where no road leads it."""
+    """What the models of the three filters share: the prior, and the motion without a road."""
 
     def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
-        """``start_px`` (2,) is the middle of the car's first box, from the image centre."""
+        """``start_px`` (2,) is the centre of the car's first box, from the image centre."""
         self._parameters = parameters
         self._template = template
         self._start_px = start_px
@@ -101,14 +105,14 @@ class CarModel(Generic[Parameters, Observed]):
         return initial_states(count, self._start_px, self._template.car_px, rng)
 
     def predict(self, states: NDArray[np.float64], observed: Observed, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Return states (N, 4) one frame on: see ``move_on``; then ``θ' = θ + N(0, τθ²)`` about ``_directed``."""
+        """Return the next states (N, 4): ``move_on``, then ``θ' = θ + N(0, τθ²)`` with θ from ``_directed``."""
         moved = move_on(states, observed.motion, self._parameters.speed_noise * self._template.car_px, rng)
         moved[:, HEADING] = self._directed(moved, observed)
         moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
         return moved
 
     def _directed(self, moved: NDArray[np.float64], observed: Observed) -> NDArray[np.float64]:
-        """Return the headings (N,) about which those of states just moved are drawn: their own."""
+        """Return the mean headings (N,) of the next frame: those of the moved states."""
         return moved[:, HEADING]
 
 
@@ -121,8 +125,8 @@ def place_and_heading(posterior: Posterior) -> tuple[NDArray[np.float64], float]
 def car_estimate(posterior: Posterior, camera: CameraModel, size_px: NDArray[np.float64]) -> Estimate:
     """Return the estimate of a posterior over car states: weighted means before resampling.
 
-    The box keeps its first size (2,) as the paper's rectangle does. The papers' methods do not say whether the car is
-    in view; the share of the weight inside the picture stands in.
+    The box keeps its first size (2,) as the paper's rectangle does. The paper's methods give no in-view probability;
+    here it is the sum of the weights inside the picture.
     """
     particles_px = posterior.states[:, POSITION] + image_centre(camera)
     weights = posterior.weights

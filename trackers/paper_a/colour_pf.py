@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.colour_template import ColourTemplate
 from trackers.kernels.histogram import hs_bins
-from trackers.paper_a.background_motion import Motion, measured_motion
-from trackers.paper_a.car_state import POSITION, CarModel, car_estimate, image_centre
+from trackers.paper_a.background_motion import measured_motion
+from trackers.paper_a.car_state import POSITION, CarModel, Instant, car_estimate, image_centre
 from trackers.particle_filter import ParticleFilter
 from trackers.registry import register, tunable
 from trackers.types import EgoPose, Estimate, Observation
@@ -19,12 +19,12 @@ from trackers.types import EgoPose, Estimate, Observation
 
 @dataclass(frozen=True)
 class ColourParameters:
-    """Setting of ``colour_pf``; the paper gives no values.
+    """Settings of ``colour_pf``; the paper gives no values.
 
     Attributes:
         particles: N.
         colour_sharpness: λ of the weight.
-        speed_noise: τV, lengths of the car a frame.
+        speed_noise: τV, lengths of the car per frame.
         heading_noise_rad: τθ.
     """
 
@@ -34,34 +34,25 @@ class ColourParameters:
     heading_noise_rad: float = tunable(0.15, 0.02, 1.0, log=True)
 
 
-@dataclass(frozen=True)
-class ColourInstant:
-    """What the model needs of one picture: its bins (H, W), centre (2,), and how the ground moved since the last."""
-
-    bins: NDArray[np.uint8]
-    centre_px: NDArray[np.float64]
-    motion: Motion
-
-
-class ColourModel(CarModel[ColourParameters, ColourInstant]):
+class ColourModel(CarModel[ColourParameters, Instant]):
     """State x = (x, y, V, θ) in pixels from the image centre.
 
-    ``x' = x + V cos θ, y' = y + V sin θ`` (2.2, 2.3), then moved with the picture of the ground;
+    ``x' = x + V cos θ, y' = y + V sin θ`` (2.2, 2.3), then moved with the ground in the picture;
     ``V' = V + N(0, τV²)`` (2.4), ``θ' = θ + N(0, τθ²)`` (2.5); weight ``exp{-λ (1 - L)}`` (2.8).
     """
 
-    def log_weights(self, states: NDArray[np.float64], observed: ColourInstant) -> NDArray[np.float64]:
+    def log_weights(self, states: NDArray[np.float64], observed: Instant) -> NDArray[np.float64]:
         similarity = self._template.similarities(observed.bins, states[:, POSITION] + observed.centre_px)
         return -self._parameters.colour_sharpness * (1.0 - similarity)
 
 
 @register("colour_pf", role="as-written", summary="plain colour particle filter (paper A.1)")
 class ColourParticleFilter:
-    """Paper A.1, moved with the *measured* motion of the helicopter (zero motion where none is measured).
+    """The filter of paper A.1, with the *measured* motion of the helicopter (none without poses).
 
-    Readings: the helicopter's motion is the rigid motion {hx, hy, hθ} of the picture of flat ground, as in A.2, so that
-    in the comparison the road is the only difference; for the same reason a rectangle outside the picture or cut by its
-    border is weighted as A.2 says. The rectangle keeps the size of the first box and does not turn.
+    Readings: the helicopter's motion moves the picture of flat ground as in A.2, so that only the road differs in the
+    comparison; for the same reason a rectangle outside the picture or cut by its border is weighted as in A.2. The
+    rectangle keeps the size of the first box and does not turn.
     """
 
     Parameters = ColourParameters
@@ -71,16 +62,16 @@ class ColourParticleFilter:
         self._rng = rng
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """Take the template from the box and scatter the particles about it."""
+        """Take the template from the box and draw the particles around it."""
         self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
         start_px = box_centre(box_xyxy) - image_centre(observation.camera)
         model = ColourModel(self._parameters, self._template, start_px)
-        self._filter = ParticleFilter[ColourInstant](model, self._parameters.particles, self._rng)
+        self._filter = ParticleFilter[Instant](model, self._parameters.particles, self._rng)
         self._ego: EgoPose | None = observation.ego
 
     def update(self, observation: Observation) -> Estimate:
-        """Move, weight and resample the particles by the next picture."""
+        """Predict, weight and resample the particles with the next picture."""
         motion = measured_motion(self._ego, observation.ego, observation.camera)
         self._ego = observation.ego
-        instant = ColourInstant(hs_bins(observation.image_rgb), image_centre(observation.camera), motion)
+        instant = Instant(hs_bins(observation.image_rgb), image_centre(observation.camera), motion)
         return car_estimate(self._filter.step(instant), observation.camera, self._template.size_px)

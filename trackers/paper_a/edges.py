@@ -1,4 +1,4 @@
-"""White lines as edges across a direction of travel (paper A, section 3.1)."""
+"""Detection of white lines across a direction of travel (paper A, section 3.1)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ def line_profile(
     thickness_px: int,
     along_px: int,
 ) -> NDArray[np.float64]:
-    """Return how much like a white line the picture is at offsets -reach ... reach across a direction.
+    """Return the contrast of a white line at offsets -reach ... reach across a direction.
 
-    ``E(s) = I(s) - max(I(s - t), I(s + t))`` where positive: brighter than both sides. I(s) is the mean grey value over
-    2 along + 1 points beside each other in the direction, at offset s to its right (clockwise as seen).
+    ``E(s) = I(s) - max(I(s - t), I(s + t))`` where positive: brighter than both sides. I(s) is the mean grey value of
+    2 along + 1 points in a row along the direction, at offset s to its right (clockwise as seen).
 
     Args:
         grey: (H, W).
@@ -27,7 +27,7 @@ def line_profile(
         thickness_px: t.
 
     Returns:
-        (2 reach + 1,) grey values >= 0; zero where any point needed lies outside the picture.
+        (2 reach + 1,) grey values >= 0; zero where a needed point lies outside the picture.
     """
     rows, columns = grey.shape
     cosine, sine = np.cos(direction_rad), np.sin(direction_rad)
@@ -60,9 +60,9 @@ def line_profile(
 def line_positions(
     profile: NDArray[np.float64], low_px: float, high_px: float, least_contrast: float
 ) -> NDArray[np.float64]:
-    """Return the offsets (K,) within [low, high] of the peaks of a profile that exceed a contrast, to sub-pixels.
+    """Return the sub-pixel offsets (K,) within [low, high] of a profile's peaks above a contrast.
 
-    A peak at s is moved to the top of the parabola through E(s - 1), E(s), E(s + 1).
+    A peak at s is moved to the vertex of the parabola through E(s - 1), E(s), E(s + 1).
     """
     reach = profile.size // 2
     found = np.empty(profile.size)

@@ -1,4 +1,4 @@
-"""Where a car can be: pixel classes corrected by the road's shape, extended beyond the picture (paper A.3)."""
+"""Existence probability of a car: pixel classes corrected by the road's shape, beyond the picture too (paper A.3)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from trackers.paper_a.road_model import RoadCurve
 from trackers.paper_a.spline import evaluate_spline
 
 _PAVEMENT_SHARE = 0.5
-"""Building pixels this share of the road's half width beside it count as road (pavement, cars): a reading."""
+"""Reading: building pixels beside the road count as road (pavement, cars) up to this share of its half width."""
 
 _FARTHEST_PX = 2000.0
 
 
 class ExistenceMap:
-    """Probability of a car's existence on the pixels of one picture and around it."""
+    """Existence probability of a car on the pixels of one picture and around it."""
 
     def __init__(
         self,
@@ -26,13 +26,13 @@ class ExistenceMap:
         road: RoadCurve | None,
         centre_px: NDArray[np.float64],
     ) -> None:
-        """Classify a picture (H, W, 3) whose centre is (2,); the road, if one is known, is in pixels from there."""
+        """Classify a picture (H, W, 3) with its centre (2,); a known road is in pixels from the centre."""
         self._classes = classify_pixels(image_rgb, statistics.mean_rgb, statistics.variance_rgb)
         self._road = road
         self._centre_px = centre_px
 
     def mean_over(self, centres_px: NDArray[np.float64], size_px: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the mean probability (N,) over rectangles of a size (2,) about positions (N, 2), at least 0.1."""
+        """Return the mean probability (N,) over rectangles of a size (2,) around positions (N, 2), at least 0.1."""
         width, height = (max(int(side), 1) for side in np.rint(size_px))
         near = np.clip(np.nan_to_num(centres_px), -_FARTHEST_PX, _FARTHEST_PX)
         corners = np.floor(near - 0.5 * np.array([width, height]) + 0.5).astype(np.int64)
@@ -44,7 +44,7 @@ class ExistenceMap:
     def _road_line(
         self, corners: NDArray[np.int64], axis: int, extent: int
     ) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
-        """Return the first pixel along the axis, and at each from there the road's place and half width across it."""
+        """Return the first pixel along the axis, and the road's position and half width across it from there on."""
         if self._road is None:
             return 0, np.empty(0), np.empty(0)
         start = int(corners[:, axis].min())

@@ -1,4 +1,4 @@
-"""Optical flow of corners, and how well a motion of the camera explains it (paper A, section 4.2)."""
+"""Optical flow of corners, and the misfit of a camera motion to it (paper A, section 4.2)."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _PYRAMID_LEVELS = 3
 def find_corners(grey: NDArray[np.uint8], corners: int, border_px: int) -> NDArray[np.float64]:
     """Return Harris corners (M, 2) of a picture (H, W), in pixels from its top left corner.
 
-    At most ``corners``, the strongest first, at least 12 pixels apart; none nearer to the border than ``border_px``.
+    At most ``corners``, the strongest first, at least 12 pixels apart and ``border_px`` from the border.
     """
     mask = np.zeros_like(grey)
     height, width = grey.shape
     mask[border_px : height - border_px, border_px : width - border_px] = 255
     found = cv2.goodFeaturesToTrack(grey, corners, 0.001, 12, mask=mask, useHarrisDetector=True, k=0.04)
-    # OpenCV's coordinates count from the middle of the first pixel, ours from its corner.
+    # OpenCV's origin is the middle of the first pixel, ours its corner.
     return np.empty((0, 2)) if found is None else found.reshape(-1, 2).astype(float) + 0.5
 
 
@@ -30,12 +30,12 @@ def follow_corners(
     corners_px: NDArray[np.float64],
     expected_px: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Follow corners (M, 2) from one picture (H, W) into the next by pyramidal Kanade-Lucas-Tomasi.
+    """Track corners (M, 2) from one picture (H, W) to the next by the pyramidal Kanade-Lucas-Tomasi method.
 
-    The search starts from where they are expected (M, 2): it finds what is within some 40 pixels of that.
+    The search starts at the expected positions (M, 2) and reaches about 40 pixels from there.
 
     Returns:
-        the corners that could be followed (K, 2) and their flow (K, 2).
+        the corners that were tracked (K, 2) and their flow (K, 2).
     """
     if len(corners_px) == 0:
         return np.empty((0, 2)), np.empty((0, 2))
@@ -57,7 +57,7 @@ def follow_corners(
 def flow_misfits(
     motions: NDArray[np.float64], corners_px: NDArray[np.float64], flow_px: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return ``sum_i |V_i - V(hx_n)|`` for each motion, where V(hx) is ``u = -Vx + ω Y, v = -Vy - ω X``.
+    """Return ``sum_i |V_i - V(hx_n)|`` of each motion, where V(hx) is ``u = -Vx + ω Y, v = -Vy - ω X``.
 
     Args:
         motions: (N, 3) of (Vx, Vy, ω) in pixels and radians a frame.

@@ -1,4 +1,4 @@
-"""What road and other ground look like, learnt from development towns (written by ``frameout learn-colours``)."""
+"""Colour statistics of road and other ground, learnt from development towns by ``frameout learn-colours``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class ClassStatistics:
-    """Colours of the two classes of paper A.3 that have typical ones.
+    """Colours of the two classes of paper A.3 that are defined by colour.
 
     Attributes:
         mean_rgb, variance_rgb: (2, 3) for road and other, sRGB 0-255.
@@ -24,7 +24,7 @@ class ClassStatistics:
 
 
 def load_class_statistics(model: str) -> ClassStatistics:
-    """Read the statistics of a model that comes with the package, by name, or of a file, by a path ending in ``.json``.
+    """Read the statistics of a shipped model by its name, or of a file by its path ending in ``.json``.
 
     Raises:
         ValueError: if there is no such model.

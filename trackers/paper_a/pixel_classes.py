@@ -1,4 +1,4 @@
-"""Pixels as road, building or other, and how likely a car is on each (paper A, section 4.1)."""
+"""Classes of pixels, road, building and other, and a car's existence probability on each (paper A, section 4.1)."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def classify_pixels(
 ) -> NDArray[np.uint8]:
     """Return the class of each pixel (H, W): 0 road, 1 other, 2 building.
 
-    ``d_c² = 1/3 Σ_bands (x - μ_c)² / s_c``; road if ``d_road² < 1`` alone, other if ``d_other² < 1`` alone, building if
-    neither or both (equations 4.5-4.9). Reading: the distance is standardised per band, and its mean over the bands is
-    held against one, which is ``rd² < rs`` where all bands are alike.
+    ``d_c² = 1/3 Σ_bands (x - μ_c)² / s_c``; road if only ``d_road² < 1``, other if only ``d_other² < 1``, building if
+    neither or both (equations 4.5-4.9). Reading: the distance is standardised per band and its mean over the bands is
+    compared with one, which is ``rd² < rs`` if all bands have the same variance.
 
     Args:
         image_rgb: (H, W, 3).
@@ -56,18 +56,18 @@ def mean_existence(
     half_road_px: NDArray[np.float64],
     pavement_px: float,
 ) -> NDArray[np.float64]:
-    """Return the mean probability (N,) that a car exists at the pixels of each rectangle (equation 4.9, section 4.3).
+    """Return a car's mean existence probability (N,) over the pixels of each rectangle (equation 4.9, section 4.3).
 
-    A pixel's class is that of the nearest pixel of the picture (outside it: of the border's), corrected by the road's
-    shape: within the road's half width of its line it is road; building within ``pavement_px`` more is road too.
-    Road counts 1, other 0.8, building 0.1. Of a large rectangle, every k-th row and column stands for all.
+    A pixel outside the picture has the class of the nearest pixel inside. Within half the road's width of its line the
+    class is road, and building up to ``pavement_px`` farther too. Road has probability 1, other 0.8, building 0.1. In a
+    large rectangle only every k-th row and column is used.
 
     Args:
         classes: (H, W).
         corners_px: (N, 2) top left corner (column, row) of each rectangle, width x height, in the picture or not.
         axis: 0 if the line gives y for each column, 1 if x for each row.
-        road_line_px: (M,) place of the road's line across the axis at pixels line_start, line_start + 1, ... along it;
-            empty if no road is known.
+        road_line_px: (M,) position of the road's line across the axis at pixels line_start, line_start + 1, ... along
+            it; empty if no road is known.
         half_road_px: (M,) half the road's width, measured across the axis.
     """
     rows, columns = classes.shape

@@ -1,6 +1,6 @@
-"""Finds a road's white lines in a picture and follows them (paper A, section 3.1).
+"""Detection and tracing of a road's white lines in a picture (paper A, section 3.1).
 
-All positions here are in pixels from the image centre.
+All positions are in pixels from the image centre.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from trackers.particle_filter import ParticleFilter
 
 @dataclass(frozen=True)
 class RoadSearch:
-    """How lines are looked for; lengths in lengths of the car, which is the only thing in the picture of known size.
+    """Settings of the search for lines; lengths are in lengths of the car, the only object of known size.
 
     Attributes:
-        reach: how far beside the car lines are looked for; nearest: nearer ones are the car's own edges.
-        step: distance between points; nearby: how far from where it is expected a line may be.
+        reach: largest distance of a line from the car. nearest: smallest distance; nearer edges are the car's own.
+        step: distance between traced points. nearby: largest distance of a line from its expected position.
         least_contrast: grey values by which a line is brighter than both its sides.
-        blind_steps: points set without any edge nearby before the end is given up.
-        end_particles: N of the second filter; curvature_noise: τR, radians a step.
-        misfit: distance whose square counts one in d of equation 3.6.
+        blind_steps: number of points in a row without an edge nearby at which tracing ends.
+        end_particles: N of the second filter. curvature_noise: τR, radians a step.
+        misfit: unit of distance in d of equation 3.6.
     """
 
     reach: float = 1.7
@@ -40,7 +40,7 @@ class RoadSearch:
 
 @dataclass(frozen=True)
 class CrossSection:
-    """A place on the road: centre (2,) midway between its edge lines, direction in radians, half width in pixels."""
+    """Cross section of the road: centre (2,) between its edge lines, direction in radians, half width in pixels."""
 
     centre_px: NDArray[np.float64]
     direction_rad: float
@@ -49,10 +49,10 @@ class CrossSection:
 
 
 class LineFinder:
-    """Looks for a road's white lines in one picture."""
+    """Searches one picture for a road's white lines."""
 
     def __init__(self, grey: NDArray[np.uint8], car_px: float, search: RoadSearch) -> None:
-        """Look in ``grey`` (H, W), with a car ``car_px`` long."""
+        """Search in ``grey`` (H, W) with a car ``car_px`` long."""
         self._grey = grey
         self._centre_px = 0.5 * np.array([grey.shape[1], grey.shape[0]])
         self.car_px = car_px
@@ -75,9 +75,9 @@ class LineFinder:
         )
 
     def cross_section(self, car_px: NDArray[np.float64], directions_rad: NDArray[np.float64]) -> CrossSection | None:
-        """Return the strongest pair of lines beside a car (2,), one on each side, over the given directions.
+        """Return the strongest pair of lines, one on each side of a car (2,), over the given directions.
 
-        Looked for at the car and a car's length before and behind it. None if there is no pair.
+        The search is at the car and one car length before and behind it. None if there is no pair.
         """
         best: CrossSection | None = None
         nearest = self.search.nearest * self.car_px
@@ -100,20 +100,20 @@ class LineFinder:
 
 @dataclass(frozen=True)
 class _Ahead:
-    """Offsets across the road of the edges near its two lines, at distances (J,) ahead of the road's end."""
+    """Offsets of edges across the road near its two lines, at distances (J,) ahead of the road's end."""
 
     distances_px: tuple[float, ...]
     edges_px: tuple[tuple[NDArray[np.float64], float], ...]
 
 
 class _EndModel:
-    """State (rx, R) at a road's end: position across the road and curvature; ry is common to all.
+    """State (rx, R) at a road's end: position across the road and curvature; ry is common to all particles.
 
     In the frame of the last point, its axis along the road: ``ry' = ry + step``, ``R' = R + N(0, τR²)``,
     ``rx' = S(ry')`` with S the last piece extrapolated at curvature R' (equations 3.3-3.5);
     ``d = Σ (S̃ - G)²`` over the edges G nearest to the predicted lines, weight ``exp(-d)`` (3.6, 3.7).
-    Readings: d is printed squared twice, which is dropped; a line without an edge nearby adds the square of the
-    farthest distance looked at.
+    Readings: the paper prints d squared twice, here it is squared once; a line without an edge nearby adds the square
+    of the largest search distance.
     """
 
     def __init__(self, curvature_per_px: float, step_px: float, search: RoadSearch, car_px: float) -> None:
@@ -145,7 +145,7 @@ class _EndModel:
 
 
 class RoadEnd:
-    """One end of the traced road, growing."""
+    """One growing end of the traced road."""
 
     def __init__(
         self,
@@ -161,7 +161,7 @@ class RoadEnd:
         self._origin_px, self._direction_rad = origin_px, direction_rad
 
     def grow(self, finder: LineFinder, half_width_px: float) -> list[NDArray[np.float64]]:
-        """Return the points ahead, up to the picture's border or where no line has been seen for too long."""
+        """Return the points ahead, up to the picture's border or the last edge nearby (see ``blind_steps``)."""
         points: list[NDArray[np.float64]] = []
         blind = 0
         while len(points) < 80:
@@ -172,7 +172,7 @@ class RoadEnd:
             point = self._place(self._step_px, across)
             if blind > finder.search.blind_steps or not finder.inside(point):
                 break
-            # The frame moves on with the end: the states go on relative to it.
+            # The frame moves with the end, and the states are relative to it.
             chord = float(np.arctan2(*(point - self._origin_px)[::-1]))
             self._origin_px, self._direction_rad = point, chord + 0.5 * curvature * self._step_px
             self._filter.states = self._filter.states - np.array([across, 0.0])

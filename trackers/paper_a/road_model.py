@@ -1,7 +1,7 @@
-"""The road's shape: its centre line as points that move with the picture and grow where road is newly seen, and a cubic
-spline through them (paper A, section 3.1; A.2 steps 1-3).
+"""The road's shape: a cubic spline through points of its centre line, which move with the ground and are extended where
+new road comes into view (paper A, section 3.1; A.2 steps 1-3).
 
-All positions here are in pixels from the image centre.
+All positions are in pixels from the image centre.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class RoadCurve:
     Attributes:
         axis: 0 if y = S(x), 1 if x = S(y); the axis nearer to the road's direction.
         knots: (n,) positions along the axis, increasing; pieces: (n - 1, 4).
-        half_width_px: from the centre line to an edge line, across the road.
+        half_width_px: distance from the centre line to an edge line, across the road.
     """
 
     axis: int
@@ -33,7 +33,7 @@ class RoadCurve:
 
     @classmethod
     def through(cls, points_px: NDArray[np.float64], axis: int, half_width_px: float) -> RoadCurve:
-        """Lay a spline through points (n, 2), n >= 2, that are strictly monotone along ``axis``."""
+        """Fit a spline through points (n, 2), n >= 2, that are strictly monotone along ``axis``."""
         ordered = points_px[np.argsort(points_px[:, axis])]
         knots, values = np.ascontiguousarray(ordered[:, axis]), np.ascontiguousarray(ordered[:, 1 - axis])
         return cls(axis, knots, fit_cubic_spline(knots, values), half_width_px)
@@ -43,8 +43,8 @@ class RoadCurve:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return for points (N, 2) the distance ``x - S(y)`` across the axis (N,) and the road's direction rθ (N,).
 
-        The direction ``atan(1 / S'(y))`` (equation 3.9) is known up to a half turn: the branch nearer to ``near_rad``
-        (N,). Beyond the points the spline is extrapolated.
+        The direction ``atan(1 / S'(y))`` (equation 3.9) is known up to half a turn; the value nearer to ``near_rad``
+        (N,) is returned. Beyond its ends the spline is extrapolated.
         """
         values, slopes = evaluate_spline(self.knots, self.pieces, np.ascontiguousarray(points_px[:, self.axis]))
         one = np.ones_like(slopes)
@@ -61,18 +61,18 @@ _END_POINTS = 7
 
 
 class RoadModel:
-    """Points of one road's centre line, kept from frame to frame.
+    """Points of one road's centre line, tracked from frame to frame.
 
-    * First, and every 5th frame while the car is believed inside the picture, the lines are traced anew from the car
-      (so that errors of the motion do not add up); the paper does not say how often.
-    * In every other frame the points move with the ground's motion, and each end that is now inside the picture grows
-      into what is newly seen, by the second particle filter.
-    * The spline is laid through every 3rd point of the stretch about the car in which the road keeps its direction
-      along one image axis, for only there is it a function of that axis.
+    * At first, and in every 5th frame while the car is estimated inside the picture, the lines are traced from the car,
+      so that errors of the motion do not add up; the paper does not say how often.
+    * In every other frame the points move with the ground, and each end inside the picture is extended by the second
+      particle filter.
+    * The spline is fitted through every 3rd point of the stretch around the car on which the road is monotone along one
+      image axis, since only there it is a function of that axis.
     """
 
     def __init__(self, search: RoadSearch, car_px: float, rng: np.random.Generator) -> None:
-        """Know no road yet; the car is ``car_px`` long."""
+        """Start without a road; the car is ``car_px`` long."""
         self._search = search
         self._car_px = car_px
         self._rng = rng
@@ -87,10 +87,10 @@ class RoadModel:
         car_px: NDArray[np.float64],
         heading_rad: float | None,
     ) -> RoadCurve | None:
-        """Take in a picture (H, W) and return the road about the car, None while none is known.
+        """Update with a picture (H, W) and return the road around the car; None while no road is known.
 
-        ``motion`` is the ground's since the last picture; ``car_px`` (2,) and ``heading_rad`` are the car's *in the
-        last picture*, the heading None as long as no direction is known.
+        ``motion`` is the ground's since the last picture; ``car_px`` (2,) and ``heading_rad`` are the car's position
+        and heading *in the last picture*, the heading None while it is unknown.
         """
         finder = LineFinder(grey, self._car_px, self._search)
         self._points_px = motion.move(self._points_px)
@@ -104,9 +104,9 @@ class RoadModel:
         return self._curve(car_px)
 
     def _trace(self, finder: LineFinder, car_px: NDArray[np.float64], heading_rad: float | None) -> bool:
-        """Trace the lines from beside the car both ways; False if there are none, or the road is suddenly another."""
-        every = np.arange(36) * np.pi / 36
-        directions = every if heading_rad is None else heading_rad + np.linspace(-0.3, 0.3, 7)
+        """Trace the lines from the car in both directions; False if there are none, or of another road's width."""
+        all_around = np.arange(36) * np.pi / 36
+        directions = all_around if heading_rad is None else heading_rad + np.linspace(-0.3, 0.3, 7)
         section = finder.cross_section(car_px, directions)
         if section is None:
             return False
@@ -125,9 +125,9 @@ class RoadModel:
         return True
 
     def _grow(self, finder: LineFinder) -> None:
-        """Let both ends grow into the picture."""
+        """Extend both ends inside the picture."""
         for _ in range(2):
-            # Each pass grows the last end and turns the line round, so two leave it as it was.
+            # Each pass extends the last end and reverses the line; two passes restore its order.
             if len(self._points_px) >= 3 and finder.inside(self._points_px[-1]):
                 end = RoadEnd(*_last_piece(self._points_px[-_END_POINTS:]), finder, self._rng)
                 self._points_px = np.array([*self._points_px, *end.grow(finder, self._half_width_px)])
@@ -160,7 +160,7 @@ class RoadModel:
 def _carry(
     motion: Motion, car_px: NDArray[np.float64], heading_rad: float | None
 ) -> tuple[NDArray[np.float64], float | None]:
-    """Return a position and a heading as the picture's motion leaves them."""
+    """Return a position and a heading moved with the ground."""
     moved = motion.move(car_px)
     if heading_rad is None:
         return moved, None
@@ -169,7 +169,7 @@ def _carry(
 
 
 def _last_piece(points_px: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
-    """Return place (2,), direction and curvature of a line's end: a parabola through its last points (n, 2), n >= 3."""
+    """Return position (2,), direction and curvature of a line's end, by a parabola through points (n, 2), n >= 3."""
     chord = points_px[-1] - points_px[0]
     along = chord / max(float(np.hypot(*chord)), 1e-9)
     across = np.array([-along[1], along[0]])

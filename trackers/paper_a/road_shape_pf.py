@@ -1,4 +1,4 @@
-"""The road-shape particle filter of paper A, section 3 (A.2): the helicopter's motion is measured."""
+"""The road-shape particle filter of paper A, section 3 (A.2), with measured motion."""
 
 from __future__ import annotations
 
@@ -11,8 +11,16 @@ from numpy.typing import NDArray
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.colour_template import ColourTemplate
 from trackers.kernels.histogram import hs_bins
-from trackers.paper_a.background_motion import STILL, Motion, measured_motion
-from trackers.paper_a.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
+from trackers.paper_a.background_motion import STILL, measured_motion
+from trackers.paper_a.car_state import (
+    HEADING,
+    POSITION,
+    CarModel,
+    Instant,
+    car_estimate,
+    image_centre,
+    place_and_heading,
+)
 from trackers.paper_a.road_lines import RoadSearch
 from trackers.paper_a.road_model import RoadCurve, RoadModel
 from trackers.particle_filter import ParticleFilter
@@ -22,15 +30,15 @@ from trackers.types import EgoPose, Estimate, Observation
 
 @dataclass(frozen=True)
 class RoadShapeParameters:
-    """Setting of ``road_shape_pf``; the paper gives no values.
+    """Settings of ``road_shape_pf``; the paper gives no values.
 
     Attributes:
         particles: N.
         colour_sharpness: λ of the colour's weight.
         road_share: 1 - alpha, the road's share of the mixture.
-        road_width: w, distance from the centre line that counts one in the road's weight, in lengths of the car.
-        speed_noise: τV, lengths of the car a frame.
-        heading_noise_rad: τ'θ about the road's direction.
+        road_width: w, unit of distance from the centre line in the road's weight, in lengths of the car.
+        speed_noise: τV, lengths of the car per frame.
+        heading_noise_rad: τ'θ around the road's direction.
     """
 
     particles: int = 500
@@ -42,21 +50,19 @@ class RoadShapeParameters:
 
 
 @dataclass(frozen=True)
-class RoadInstant:
-    """One picture's bins (H, W), its centre (2,), the ground's motion since the last, and the road if one is known."""
+class RoadInstant(Instant):
+    """Also the road, None if it is unknown."""
 
-    bins: NDArray[np.uint8]
-    centre_px: NDArray[np.float64]
-    motion: Motion
     road: RoadCurve | None
 
 
 class RoadShapeModel(CarModel[RoadShapeParameters, RoadInstant]):
     """State x = (x, y, V, θ) in pixels from the image centre.
 
-    Position and speed move as in A.1; then ``θ' = rθ + N(0, τ'θ²)`` (3.10), rθ the road's direction at the new place.
+    Position and speed as in A.1; then ``θ' = rθ + N(0, τ'θ²)`` (3.10), rθ the road's direction at the new position.
     Weight ``alpha exp{-λ (1 - L)} + (1 - alpha) exp{-|x - S(y)| / w}`` (3.11, 3.12).
-    Readings: |.| is meant in 3.11, in units of w; without a known road θ walks at random and its term is left out.
+    Readings: the distance in 3.11 is the absolute value in units of w; without a known road θ is a random walk and the
+    road's term is left out.
     """
 
     def _directed(self, moved: NDArray[np.float64], observed: RoadInstant) -> NDArray[np.float64]:
@@ -79,9 +85,9 @@ class RoadShapeModel(CarModel[RoadShapeParameters, RoadInstant]):
     "road_shape_pf", role="as-written", summary="particle filter with the road's shape, motion measured (paper A.2)"
 )
 class RoadShapeParticleFilter:
-    """Paper A.2, with the measured motion of the helicopter (zero motion where none is measured).
+    """The filter of paper A.2, with the measured motion of the helicopter (none without poses).
 
-    Readings: see ``RoadModel``, ``RoadShapeModel`` and ``ColourTemplate``; the road is looked for about the last
+    Readings: see ``RoadModel``, ``RoadShapeModel`` and ``ColourTemplate``; the road is searched for around the last
     estimate, moved with the ground. The rectangle keeps the size of the first box and does not turn.
     """
 
@@ -92,7 +98,7 @@ class RoadShapeParticleFilter:
         self._rng = rng
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """Take the template, trace the road beside the car, scatter the particles about it."""
+        """Take the template, trace the road at the car and draw the particles around it."""
         self._template = ColourTemplate.from_box(observation.image_rgb, box_xyxy)
         start_px = box_centre(box_xyxy) - image_centre(observation.camera)
         model = RoadShapeModel(self._parameters, self._template, start_px)
@@ -103,7 +109,7 @@ class RoadShapeParticleFilter:
         self._ego: EgoPose | None = observation.ego
 
     def update(self, observation: Observation) -> Estimate:
-        """Move the road, then move, weight and resample the particles by the next picture."""
+        """Move the road, then predict, weight and resample the particles with the next picture."""
         motion = measured_motion(self._ego, observation.ego, observation.camera)
         self._ego = observation.ego
         grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)

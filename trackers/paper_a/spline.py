@@ -15,8 +15,8 @@ def fit_cubic_spline(knots: NDArray[np.float64], values: NDArray[np.float64]) ->
     ``M_0 = M_1, M_{n-1} = M_{n-2}``;
     ``a_i = (M_{i+1} - M_i) / (6 h_i), b_i = M_i / 2, c_i = s_i - h_i (2 M_i + M_{i+1}) / 6``.
 
-    The ends are a reading: the first and last piece are parabolas, so that what is extrapolated goes on with the
-    curvature seen last. (A natural spline would bend back beyond its ends.)
+    The end conditions are a reading: the first and last piece are parabolas, so the extrapolation keeps the curvature
+    of the ends. (A natural spline's curvature changes its sign there.)
 
     Args:
         knots: (n,) y_i, strictly increasing.
@@ -50,7 +50,7 @@ def fit_cubic_spline(knots: NDArray[np.float64], values: NDArray[np.float64]) ->
 def evaluate_spline(
     knots: NDArray[np.float64], pieces: NDArray[np.float64], at: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return S(y) and S'(y), both (N,), at positions (N,); beyond the ends the first or last piece goes on.
+    """Return S(y) and S'(y), both (N,), at positions (N,); beyond the ends the first or last piece is extrapolated.
 
     Args:
         knots: (n,); pieces: (n - 1, 4), from ``fit_cubic_spline``.

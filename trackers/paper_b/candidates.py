@@ -1,4 +1,4 @@
-"""Who or what may be a person, by the size of dense regions of the point cloud (paper 002, section 3.1)."""
+"""Candidates for people: dense regions of the point cloud with the size of a person (paper B, section 3.1)."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from trackers.paper_b.robot_frame import Mounting, points_m
 from trackers.types import CameraModel, Observation
 
 _BORDER_PX = 3
-"""What comes this near to the border of the depth picture may go on beyond it."""
+"""A region this near to the border of the depth picture may extend beyond it."""
 _HEAD_BIN_M = _HEIGHT_BIN_M = 0.05
 _WIDE_AGAIN, _LEAST_HEAD_BINS, _SHOULDER_BINS = 1.15, 3, 5
 _SAMPLED_PIXELS = 2000
-"""Sizes are measured by this many pixels of a candidate, evenly spread."""
+"""Number of evenly spread pixels by which a candidate's size is measured."""
 
 
 @dataclass(frozen=True)
 class CandidateParameters:
-    """What may be a person.
+    """Limits of a person's size.
 
     Attributes:
-        narrowest_m, widest_m: across the line of sight, clothes and the matcher's blocks included.
-        deepest_m: along it.
-        widest_group_m, deepest_group_m: of several people who touch.
-        widest_alone_m: what is wider is looked at for more than one head.
-        least_head_m: how far a head stands out over what is beside it. heads_apart_m: how far two are apart.
-        widest_head_m: hair included.
+        narrowest_m, widest_m: width across the line of sight, with clothes and the matcher's blocks.
+        deepest_m: depth along it.
+        widest_group_m, deepest_group_m: the same of several people who touch.
+        widest_alone_m: a wider region is searched for several heads.
+        least_head_m: least height of a head above its surroundings. heads_apart_m: least distance of two heads.
+        widest_head_m: width of a head, with hair.
         lowest_top_m, highest_top_m: height of the highest point.
-        least_surface_m2: what can be seen of him.
-        usual_height_m, usual_width_m: stand in where the picture's border cuts him.
-        plan: how the point cloud is seen from above.
+        least_surface_m2: visible surface.
+        usual_height_m, usual_width_m: used where the picture's border cuts a person.
+        plan: settings of the plan view.
     """
 
     narrowest_m: float = 0.25
@@ -61,15 +61,15 @@ class Candidate:
     """A region that may be a person.
 
     Attributes:
-        place_m: (2,) X ahead and Y to the left in the robot's frame: the middle of the surface that can be seen.
-        width_m, thickness_m: of what can be seen, across and along the line of sight.
-        height_m: of the highest point over the ground; the usual height where the picture's border cuts it off.
-        surface_m2: of what can be seen, as seen by the camera.
+        place_m: (2,) X ahead and Y to the left in the robot's frame: median of the visible surface.
+        width_m, thickness_m: of the visible part, across and along the line of sight.
+        height_m: height of the highest point; at least the usual height if the picture's border cuts it.
+        surface_m2: visible surface, projected onto the picture plane.
         depth_m: distance along the camera's axis.
-        box_xyxy: (4,) box in the left picture from the ground to the top, hidden parts included.
+        box_xyxy: (4,) box in the left picture from the ground to the top, with hidden parts.
         pixels: (N,) indices of its pixels in the flattened depth picture.
-        cut: whether the picture's border cuts it off on the left or right.
-        top_cut: whether it does so at the top.
+        cut: whether the left or right border of the picture cuts it.
+        top_cut: whether the top border cuts it.
     """
 
     place_m: NDArray[np.float64]
@@ -85,18 +85,18 @@ class Candidate:
 
     @property
     def centre_px(self) -> NDArray[np.float64]:
-        """(2,) half-way up."""
+        """Centre (2,) of the box."""
         return 0.5 * (self.box_xyxy[:2] + self.box_xyxy[2:])
 
 
 @dataclass(frozen=True)
 class StereoView:
-    """What a stereo pair tells of the room.
+    """Depth, points and candidates of one stereo pair.
 
     Attributes:
-        depth_m: (H', W') float32, NaN where it is unknown.
+        depth_m: (H', W') float32, NaN where unknown.
         points_m: (H', W', 3) float32 in the robot's frame.
-        candidates: from near to far.
+        candidates: in order of distance.
     """
 
     depth_m: NDArray[np.float32]
@@ -107,7 +107,7 @@ class StereoView:
 def see(
     observation: Observation, matcher: StereoMatcher, mounting: Mounting, parameters: CandidateParameters
 ) -> StereoView | None:
-    """Match the pair of an observation and find who may be a person in it; None if the right picture was lost."""
+    """Match the stereo pair of an observation and find its candidates; None without the right picture."""
     if observation.right_rgb is None:
         return None
     depth_m = matcher.depth_m(observation.image_rgb, observation.right_rgb, observation.camera)
@@ -118,7 +118,7 @@ def see(
 def find_candidates(
     points: NDArray[np.float32], camera: CameraModel, mounting: Mounting, parameters: CandidateParameters
 ) -> list[Candidate]:
-    """Return the candidates of a point cloud (H', W', 3) in the robot's frame, from near to far."""
+    """Return the candidates of a point cloud (H', W', 3) in the robot's frame, in order of distance."""
     focal_baseline_m = camera.focal_px * baseline_m(camera)
     focal_px = camera.focal_px * points.shape[1] / camera.width_px
     plan = plan_view(points, focal_px, focal_baseline_m, parameters.plan)
@@ -126,7 +126,7 @@ def find_candidates(
     regions = dense_regions(plan, *largest_m, parameters.plan).ravel()
     surface_m2 = np.bincount(regions, weights=plan.area_m2.ravel())
     regions[surface_m2[regions] < parameters.least_surface_m2] = 0
-    # A cell more at the front for pixels in none.
+    # Index 0 for pixels in no cell.
     region_of_pixel = np.concatenate([[0], regions]).astype(np.uint16)[plan.cell_of_pixel.ravel() + 1]
     counted = np.flatnonzero(region_of_pixel)
     by_region = counted[np.argsort(region_of_pixel[counted], kind="stable")]
@@ -145,9 +145,9 @@ def find_candidates(
 def split_by_heads(
     pixels: NDArray[np.int64], points: NDArray[np.float32], parameters: CandidateParameters
 ) -> list[NDArray[np.int64]]:
-    """Return the pixels of each person in a region: one wider than people usually are may have several heads.
+    """Return the pixels of each person in a region; one wider than ``widest_alone_m`` may have several heads.
 
-    Heads are peaks of the region's height across the line of sight; each pixel goes to the nearest head.
+    Heads are peaks of the region's height profile across the line of sight; each pixel belongs to the nearest head.
     """
     p = parameters
     own = points.reshape(-1, 3)[pixels]
@@ -158,7 +158,7 @@ def split_by_heads(
         return [pixels]
     heights_m = np.zeros(bins.max() + 3)
     np.maximum.at(heights_m, bins + 1, own[:, 2])
-    # A single point too high is none: the median of three bins.
+    # The median of three bins removes single outliers.
     smooth_m = np.median([heights_m[:-2], heights_m[1:-1], heights_m[2:]], axis=0)
     smooth_m = np.concatenate([[0.0], smooth_m, [0.0]])
     heads, _ = find_peaks(smooth_m, prominence=p.least_head_m, distance=max(int(p.heads_apart_m / _HEAD_BIN_M), 1))
@@ -171,9 +171,9 @@ def split_by_heads(
 def below_head_top(
     pixels: NDArray[np.int64], points: NDArray[np.float32], focal_px: float, parameters: CandidateParameters
 ) -> NDArray[np.int64]:
-    """Return the pixels of a person without what the matcher made of an even sky or wall over the head.
+    """Return a person's pixels without false matches of a uniform sky or wall above the head.
 
-    Up from the shoulders, what is wide again where something as narrow as a head has been is none of the person's.
+    Above a part as narrow as a head, all from the first wide row on is removed.
 
     Args:
         focal_px: focal length in pixels of the point cloud's picture.
@@ -193,10 +193,10 @@ def below_head_top(
 
 
 def may_be_person(candidate: Candidate, parameters: CandidateParameters, focal_baseline_m: float) -> bool:
-    """Return whether a region's size is a person's. Half the width will do of one who is cut off."""
+    """Return whether a region has a person's size; a region cut by the border needs half the least width."""
     p = parameters
     narrowest_m = 0.5 * p.narrowest_m if candidate.cut else p.narrowest_m
-    # What an error of the disparity makes of distances lengthens people along the line of sight.
+    # Errors of the disparity lengthen people along the line of sight.
     spread_m = 4.0 * p.plan.disparity_noise_px * candidate.depth_m**2 / focal_baseline_m
     return (
         narrowest_m <= candidate.width_m <= p.widest_m
@@ -216,7 +216,7 @@ def _measure(
     width = points.shape[1]
     sampled = pixels[:: len(pixels) // _SAMPLED_PIXELS + 1]
     own = points.reshape(-1, 3)[sampled].astype(np.float64)
-    # The middle and not the mean: arms, and what lies between a person and what is behind him, pull at a mean.
+    # The median: arms and points between a person and the background shift a mean.
     place_m = np.median(own[:, :2], axis=0)
     depth_m = mounting.depth_m(np.append(place_m, mounting.height_m))
     if depth_m <= 0.0:
@@ -227,7 +227,7 @@ def _measure(
     rows, columns = np.divmod(sampled, width)
     shrink = camera.width_px / width
     left, right = np.percentile(columns, (1, 99))
-    # On the left the other camera sees as much less as the disparity is wide.
+    # The other camera does not see a strip on the left as wide as the disparity.
     unseen = camera.focal_px * baseline_m(camera) / depth_m / shrink
     left_cut, right_cut = bool(left < unseen + _BORDER_PX), bool(right >= width - 1 - _BORDER_PX)
     top_cut = bool(np.percentile(rows, 0.5) < _BORDER_PX)
@@ -255,7 +255,7 @@ def _measure(
 
 
 def candidate_in_box(candidates: list[Candidate], box_xyxy: NDArray[np.float64]) -> Candidate | None:
-    """Return the candidate whose box overlaps a box (4,) most, None if no intersection over union is over 0.5."""
+    """Return the candidate whose box overlaps a box (4,) most; None if no intersection over union exceeds 0.5."""
     size = box_size(box_xyxy)
     best, best_overlap = None, 0.5
     for candidate in candidates:

@@ -1,4 +1,4 @@
-"""How much the light has changed, by what the camera itself reports (paper B, sections 2.2 and 4)."""
+"""Change of the light by the camera's reported settings (paper B, sections 2.2 and 4)."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def shutter_and_gain(registers: CameraRegisters) -> tuple[int, int]:
 def colour_change(now: CameraRegisters, then: CameraRegisters) -> float:
     """Return ``P_c = 0.4 (|R - R'| + |B - B'|)`` in [0, 0.8] (equation 9).
 
-    The paper does not say in what units: gains are taken as shares of their range. In whole numbers P_c would be 1 at a
-    change by three of 1,023.
+    Reading: the paper gives no units; gains are shares of their range. As register values, a change by three of 1,023
+    would give P_c = 1.2.
     """
     change = abs(now.red - then.red) + abs(now.blue - then.blue)
     return _COLOUR_WEIGHT * change / LARGEST_WHITE_BALANCE
@@ -48,21 +48,21 @@ def dissimilarity(histogram: NDArray[np.float64], template: NDArray[np.float64])
 
 
 class LightTrend:
-    """D_l: how readily colour can be learnt just now, by how the camera's exposure changes (section 2.3).
+    """D_l: suitability of the light for learning colour, by the trend of the camera's exposure (section 2.3).
 
     ``h = k_S S / S_max + k_G G / G_max``, ``k_S = k_G = 10`` (equation 4); g_h is the slope of the least-squares line
     through h of the last 10 frames, per frame; ``D_l = g_h S_max / S`` where S is below its largest, else
-    ``g_h G_max / G`` (equation 5). Numbers of 0 count as one step; with a single frame the slope is 0.
+    ``g_h G_max / G`` (equation 5). A shutter or gain of 0 counts as one step; with a single frame the slope is 0.
     """
 
     def __init__(self) -> None:
         self._steps: deque[tuple[int, int]] = deque(maxlen=_TREND_FRAMES)
 
     def update(self, now: CameraRegisters) -> float:
-        """Take in the settings of the next frame and return D_l."""
+        """Return D_l after the settings of the next frame."""
         shutter, gain = shutter_and_gain(now)
         self._steps.append((shutter, gain))
-        # In whole numbers, so that constant settings have a slope of exactly 0: its sign tells light from dark.
+        # Integers, so that constant settings have a slope of exactly 0: its sign matters.
         twice_centred = 2 * np.arange(len(self._steps)) - (len(self._steps) - 1)
         shutter_slope, gain_slope = (
             2 * (twice_centred @ np.array(self._steps)) / max(int(twice_centred @ twice_centred), 1)

@@ -1,4 +1,4 @@
-"""Distance at every pixel of a rectified stereo pair (paper 002, section 3.1: the disparity picture)."""
+"""Distance at every pixel of a rectified stereo pair (paper B, section 3.1: the disparity picture)."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from trackers.types import CameraModel
 
 @dataclass(frozen=True)
 class MatchingParameters:
-    """Settings of semi-global matching. Pixels are those of the pictures after they are made smaller.
+    """Settings of semi-global matching; pixels are those of the reduced pictures.
 
     Attributes:
-        width_px: pictures are made smaller by the whole number that comes nearest to this width: a small error of the
-            cameras' alignment shrinks with them, and the noise of dark pictures is averaged away.
-        disparities: how many are tried, a multiple of 16; the last one is the nearest distance.
-        block_px: side of the blocks that are compared, odd.
-        small_step_cost, large_step_cost: what a change of disparity by one, and by more, costs from a pixel to the
+        width_px: pictures are reduced by the whole number that gives a width nearest to this one, which also reduces
+            errors of the cameras' alignment and the noise of dark pictures.
+        disparities: number of disparities, a multiple of 16; the largest one is the nearest distance.
+        block_px: side of the compared blocks, odd.
+        small_step_cost, large_step_cost: cost of a change of the disparity by one, and by more, from one pixel to the
             next, per pixel of the block.
-        gradient_limit: the pictures' horizontal gradients are compared and not their grey levels, as far as this: a
-            camera brighter than the other changes little.
-        uniqueness_percent: by how much the best disparity must be better than any other but its neighbours.
-        check_px: how far the same comparison from right to left may differ.
-        speckle_px, speckle_step: smaller pieces that differ by this from all around them are unknown.
-        correction_block_px: side of the blocks by which ``correction_px`` goes on to fractions of a pixel.
+        gradient_limit: limit of the horizontal gradients, which are compared instead of grey levels, so that a
+            difference of the cameras' brightness has little effect.
+        uniqueness_percent: margin of the best disparity's cost over any other but its neighbours.
+        check_px: largest difference from the disparity matched from right to left.
+        speckle_px, speckle_step: regions below this size that differ by this from their surroundings are unknown.
+        correction_block_px: side of the blocks of ``correction_px``.
     """
 
     width_px: int = 320
@@ -44,12 +44,12 @@ class MatchingParameters:
 
 
 _LEAST_SLOPE = 0.7
-"""Grey levels a pixel: less is noise."""
+"""Slope in grey levels a pixel below which texture is noise."""
 _EDGE_PX = 5
 
 
 def baseline_m(camera: CameraModel) -> float:
-    """Return how far apart the two cameras of a pair are.
+    """Return the distance between the two cameras of a pair.
 
     Raises:
         ValueError: for a single camera.
@@ -63,10 +63,10 @@ def baseline_m(camera: CameraModel) -> float:
 
 
 class StereoMatcher:
-    """Semi-global matching (H. Hirschmüller, 2008, as OpenCV has it, along three directions) in smaller pictures.
+    """Semi-global matching (H. Hirschmüller, 2008; OpenCV's version along three directions) of reduced pictures.
 
-    Comparing blocks alone, in full size, takes twice as long and leaves holes in even clothes and walls; smoothness
-    fills them here, and an even sky with what is before it.
+    Block matching at full size takes twice as long and leaves holes in uniform clothes and walls. Here smoothness fills
+    them, and also fills a uniform sky with the depth of what is in front of it.
     """
 
     def __init__(self, parameters: MatchingParameters | None = None) -> None:
@@ -95,13 +95,13 @@ class StereoMatcher:
     def depth_m(
         self, left_rgb: NDArray[np.uint8], right_rgb: NDArray[np.uint8], camera: CameraModel
     ) -> NDArray[np.float32]:
-        """Return ``z = f b / d`` along the left camera's axis (H', W') float32, NaN where it is unknown.
+        """Return ``z = f b / d`` along the left camera's axis (H', W') float32, NaN where unknown.
 
         Args:
             left_rgb, right_rgb: (H, W, 3).
 
         Raises:
-            ValueError: for pictures of different size, or a camera without a baseline.
+            ValueError: for pictures of different sizes or a camera without a baseline.
         """
         if left_rgb.shape != right_rgb.shape:
             raise ValueError(
@@ -119,7 +119,7 @@ class StereoMatcher:
         return depth
 
     def _widened(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """The matcher leaves out as many columns on the left as it tries disparities: give it some to leave out."""
+        """Return the reduced grey picture, widened on the left by the columns for which the matcher has no result."""
         grey = self.smaller(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY))
         wider: NDArray[np.uint8] = cv2.copyMakeBorder(grey, 0, 0, self._parameters.disparities, 0, cv2.BORDER_REPLICATE)
         return wider
@@ -128,18 +128,18 @@ class StereoMatcher:
 def correction_px(
     left: NDArray[np.uint8], right: NDArray[np.uint8], disparity_px: NDArray[np.float32], block_px: int
 ) -> NDArray[np.float32]:
-    """Return by how much a disparity d (H', W') is too small, within half a pixel.
+    """Return the sub-pixel correction of a disparity d (H', W'), in [-0.5, 0.5].
 
-    Semi-global matching draws disparities towards whole pixels. One step of least squares goes back (B. D. Lucas and
-    T. Kanade, 1981): with ``R_d(x) = R(x - d)``, ``L = R_d - delta R_d'`` over a block, less its mean there, so that a
-    difference of the cameras' brightness does not count: ``delta = sum R_d' (R_d - L) / (sum R_d'² + c)``. Where there
-    is too little texture to tell, c leaves d as it is.
+    Semi-global matching biases disparities towards whole pixels. One least-squares step corrects them (B. D. Lucas and
+    T. Kanade, 1981): with ``R_d(x) = R(x - d)``, ``L = R_d - delta R_d'`` over a block, minus its mean there, so that a
+    difference of the cameras' brightness has no effect: ``delta = sum R_d' (R_d - L) / (sum R_d'² + c)``. With little
+    texture c keeps the correction near 0.
     """
     columns, rows = np.meshgrid(*(np.arange(size, dtype=np.float32) for size in left.shape[::-1]))
     moved = cv2.remap(
         right.astype(np.float32), columns - disparity_px, rows, cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE
     )
-    # About the edges of things blocks are matched that belong to what is behind.
+    # Blocks near the edges of objects are matched to the background; they are left out.
     around = np.ones((_EDGE_PX, _EDGE_PX), np.uint8)
     inner = (cv2.dilate(disparity_px, around) - cv2.erode(disparity_px, around) <= 1.0).astype(np.float32)
 

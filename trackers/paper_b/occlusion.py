@@ -1,8 +1,9 @@
-"""Whether the target is hidden, by where it and others are, and who the others are meanwhile (paper 002, section 3.3).
+"""Occlusion of the target, and tracking of other people during it (paper B, section 3.3).
 
-The paper takes its method from an earlier one and says of it: the state of occlusion is estimated from the positions of
-the target and of objects and people around it; it sets when the colour template may be updated and how long prediction
-goes on; during an occlusion others are tracked by Kalman filters and associated from frame to frame. How, is a reading.
+The paper takes its method from an earlier one and describes it so: the state of occlusion is estimated from the
+positions of the target and of objects and people around it; it determines when the colour template may be updated and
+how long prediction continues; during an occlusion other people are tracked by Kalman filters and associated from frame
+to frame. The details are a reading.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from trackers.types import CameraModel
 
 
 class Occlusion(Enum):
-    """Nobody near the line of sight; something comes near or hides a part; most is hidden; it comes out again."""
+    """No occluder near the line of sight; one near it or over a part; most is hidden; the target reappears."""
 
     NONE = "none"
     STARTING = "starting"
@@ -32,17 +33,17 @@ class Occlusion(Enum):
 
 @dataclass(frozen=True)
 class OcclusionParameters:
-    """When the target counts as hidden.
+    """Limits of the states of occlusion.
 
     Attributes:
-        nearer_m: what is nearer than the target by this is before it.
-        body_width_m: what of the target must be free.
-        margin_m: how far beside the body something near counts as about to hide it.
-        lowest_m: lower down the ground is before the target.
-        hidden_share: from this share of the body on it is occluded.
-        beside_share: from this share of the body with its margins on an occlusion is starting.
-        same_m: what is this near to where an other is expected is he.
-        others_kept_s: how long an other is expected who is not seen.
+        nearer_m: an occluder is at least this much nearer than the target.
+        body_width_m: width of the target's body.
+        margin_m: width beside the body in which an occluder counts as about to hide it.
+        lowest_m: height above which the body counts; below it the ground may be nearer.
+        hidden_share: least hidden share of the body at which it is occluded.
+        beside_share: least hidden share of the body with its margins at which an occlusion starts.
+        same_m: association gate of another person: largest distance from the expected position.
+        others_kept_s: time after which an unseen person is dropped.
     """
 
     nearer_m: float = 0.4
@@ -64,11 +65,14 @@ def share_before(
     camera: CameraModel,
     parameters: OcclusionParameters,
 ) -> float:
-    """Return how much of a body at a place (2,) something nearer covers, a share of the pixels with a known distance.
+    """Return the share of a body at a position (2,) that is hidden by nearer points, of its pixels with known depth.
 
     Args:
-        depth_m: (H', W') of the left picture, NaN where it is unknown.
-        width_m: of the body; its middle is at the place. Nothing of it in the picture, or unknown, is a share of 0.
+        depth_m: (H', W') of the left picture, NaN where unknown.
+        width_m: width of the body around the position.
+
+    Returns:
+        A share in [0, 1]; 0 for a body without known pixels in the picture.
     """
     shrink = camera.width_px / depth_m.shape[1]
     ends_m = np.column_stack([np.tile(place_m, (2, 1)), [parameters.lowest_m, height_m]])
@@ -85,7 +89,7 @@ def share_before(
 
 
 class OcclusionState:
-    """Goes from none over starting and occluded to ending, and back when nobody is near the line of sight any more."""
+    """State machine: none, starting, occluded, ending, and none again once no occluder is near the line of sight."""
 
     def __init__(self, parameters: OcclusionParameters) -> None:
         self._parameters = parameters
@@ -93,15 +97,15 @@ class OcclusionState:
 
     @property
     def template_may_change(self) -> bool:
-        """Whether colours are the target's own: not while somebody is before it or beside its line of sight."""
+        """Whether the colour template may be updated: not with an occluder at or near the line of sight."""
         return self.now is Occlusion.NONE
 
     def update(self, hidden: float, beside: float, found_last: bool) -> Occlusion:
-        """Return the state by what hides the target's expected place.
+        """Return the state of the next frame.
 
         Args:
-            hidden: share of its body that something nearer covers. beside: the same of the body with its margins.
-            found_last: whether the target was found in the frame before; a hidden one has to be for its end.
+            hidden: hidden share of the body at the target's expected position. beside: the same with its margins.
+            found_last: whether the target was found in the previous frame; an occlusion ends only if it was.
         """
         near = beside >= self._parameters.beside_share
         was_hidden = self.now in (Occlusion.OCCLUDED, Occlusion.ENDING)
@@ -114,7 +118,7 @@ class OcclusionState:
         return self.now
 
     def reset(self) -> None:
-        """Forget it: the target's place is not known any more."""
+        """Return to ``NONE``: the target's position is unknown."""
         self.now = Occlusion.NONE
 
 
@@ -124,8 +128,8 @@ class _Other:
     unseen_s: float = 0.0
 
 
-class Others:
-    """People besides the target, tracked by place while it is hidden or about to be."""
+class OtherPeople:
+    """People other than the target, tracked by position while it is hidden or about to be."""
 
     def __init__(self, parameters: OcclusionParameters, acceleration_mps2: float, place_noise_m: float) -> None:
         self._parameters = parameters
@@ -134,11 +138,11 @@ class Others:
 
     @property
     def places_m(self) -> NDArray[np.float64]:
-        """(M, 2) where they are expected."""
+        """Their expected positions (M, 2)."""
         return np.array([other.filter.place_m for other in self._others]).reshape(-1, 2)
 
     def predict(self, seconds: float) -> None:
-        """Go on for some time."""
+        """Predict by ``seconds``."""
         for other in self._others:
             other.filter.predict(seconds)
             other.unseen_s += seconds
@@ -146,16 +150,17 @@ class Others:
     def associate(
         self, candidates: Sequence[Candidate], target_costs: NDArray[np.float64], target_limit: float, per_m: float
     ) -> tuple[int | None, list[int | None]]:
-        """Say which candidate is the target and which is which other: the least sum of costs, each within its limit.
+        """Assign candidates to the target and the other people: the least sum of costs, each within its limit.
 
-        An other's cost is his distance to where he is expected times ``per_m``; not to be seen costs the limit. So a
-        candidate whom an other explains better is not taken for the target. Without others it is the one of least cost.
+        The cost of another person is the distance from their expected position times ``per_m``; no candidate costs the
+        limit. So a candidate that fits another person better is not taken for the target. Without other people the
+        target is the candidate of least cost.
 
         Args:
-            target_costs: (N,) for each candidate to be the target.
+            target_costs: (N,) cost of each candidate as the target.
 
         Returns:
-            Index of the target's candidate, and those of the others' in their order; None where there is none.
+            The index of the target's candidate, and those of the other people's in their order; None for no candidate.
         """
         places_m = np.array([candidate.place_m for candidate in candidates]).reshape(-1, 2)
         others_costs = per_m * np.linalg.norm(self.places_m[:, None] - places_m[None], axis=2)
@@ -171,10 +176,12 @@ class Others:
         associated: Sequence[int | None],
         expected_m: NDArray[np.float64],
     ) -> None:
-        """Take in whom ``associate`` found; whoever else is seen becomes an other, unless he may be the target.
+        """Correct by the associated candidates, drop people not seen for long, and track the other candidates.
+
+        While the target is not found, a candidate near its expected position may be the target and is not tracked.
 
         Args:
-            expected_m: (2,) where the target is expected.
+            expected_m: (2,) expected position of the target.
         """
         p = self._parameters
         for other, index in zip(self._others, associated, strict=True):
@@ -190,14 +197,14 @@ class Others:
                 )
 
     def clear(self) -> None:
-        """Forget all."""
+        """Drop all."""
         self._others = []
 
 
 def assign(costs: NDArray[np.float64], limits: NDArray[np.float64]) -> list[int | None]:
-    """Return each row's column of ``costs`` (R, C), or None: the least sum, where none costs the row's limit (R,).
+    """Return the column of ``costs`` (R, C) assigned to each row, or None, with the least sum of costs.
 
-    What costs more than its row's limit is never chosen.
+    None costs the row's limit (R,), and no cost above it is chosen.
     """
     rows, columns = costs.shape
     never = 1e6

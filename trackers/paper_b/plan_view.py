@@ -1,4 +1,4 @@
-"""The point cloud seen from above: how dense it is, and which regions hang together (paper 002, section 3.1)."""
+"""Plan view of the point cloud: its density and connected dense regions (paper B, section 3.1)."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ class PlanViewParameters:
 
     Attributes:
         cell_m: side of a cell.
-        farthest_m: what is farther ahead is left out; to the sides it is as wide as the picture there.
-        lowest_m, highest_m: heights that count; the ground and ceilings do not. Higher than people, so that what is
-            taller than a person shows.
-        least_area_m2: a cell is dense if the surface in it that faces the camera is this large.
-        disparity_noise_px: standard deviation of a disparity; it spreads what is far over several cells.
-        step: from level to level of density, by which regions too large to be a person are taken apart.
-        levels: how often.
-        least_contrast: what is left over at a higher level must be this much denser than what touches it: people who
-            touch each other or a wall are, pieces of a wall are not.
+        farthest_m: length ahead; the width is the picture's at this distance.
+        lowest_m, highest_m: range of heights, without ground and ceilings; higher than people, so that taller objects
+            are recognised.
+        least_area_m2: least surface facing the camera in a dense cell.
+        disparity_noise_px: standard deviation of a disparity; it spreads distant points over several cells.
+        step: factor between the density levels by which regions too large for a person are split.
+        levels: number of levels.
+        least_contrast: least ratio of a split piece's density to that of its surroundings: people who touch each other
+            or a wall have it, pieces of a wall do not.
     """
 
     cell_m: float = 0.08
@@ -40,13 +40,13 @@ class PlanViewParameters:
 
 @dataclass(frozen=True)
 class PlanView:
-    """What lies where, seen from above.
+    """Surface in the cells of a grid on the ground.
 
     Attributes:
         cell_of_pixel: (H', W') int32, index of the cell that a pixel's point falls into, -1 for none.
-        area_m2: (X, Y) surface in each cell that faces the camera: a pixel at distance z shows (z / f)² of it, so that
-            the same person counts the same at any distance.
-        least_area_m2: (X, 1) what makes a cell dense at this distance.
+        area_m2: (X, Y) surface facing the camera in each cell: a pixel at distance z shows (z / f)², so a person's
+            surface is the same at any distance.
+        least_area_m2: (X, 1) least surface of a dense cell at each distance.
         cell_m: side of a cell; cell (i, j) covers x in [i, i + 1) and y in [j, j + 1) - Y / 2 of it.
     """
 
@@ -66,7 +66,7 @@ def plan_view(
 
     Args:
         focal_px: focal length in pixels of the point cloud's picture.
-        focal_baseline_m: of the full picture, ``f b``: an error of the disparity by 1 px is one of ``z² / (f b)`` in z.
+        focal_baseline_m: ``f b`` of the full picture: a disparity error of 1 px is a depth error of ``z² / (f b)``.
     """
     p = parameters
     rows = int(np.ceil(p.farthest_m / p.cell_m))
@@ -85,7 +85,7 @@ def _fill(points_m, focal_px, rows, columns, cell_m, lowest_m, highest_m):  # ty
     for i in range(points_m.shape[0]):
         for j in range(points_m.shape[1]):
             x, y, z = points_m[i, j]
-            # Written so that NaN fails.
+            # NaN fails this test.
             if not (lowest_m <= z <= highest_m and x >= 0.0):
                 continue
             row, column = int(x / cell_m), int(np.floor(y / cell_m)) + columns // 2
@@ -98,26 +98,26 @@ def _fill(points_m, focal_px, rows, columns, cell_m, lowest_m, highest_m):  # ty
 def dense_regions(
     plan: PlanView, person_m: tuple[float, float], group_m: tuple[float, float], parameters: PlanViewParameters
 ) -> NDArray[np.int32]:
-    """Return which region each cell (X, Y) belongs to, 0 for none: dense regions as large as a person or a small group.
+    """Return the region number of each cell (X, Y), 0 for none: dense regions with the size of a person or small group.
 
-    Dense cells that touch make a region. One larger than a person may be several people, or one at a wall: it is taken
-    apart by raising the density, level by level, until its pieces are small enough or nothing is left. A piece then
-    gets back the cells around it. What cannot be taken apart stays whole if it is no larger than a group.
+    Dense cells that touch form a region. A region larger than a person may be several people or a person at a wall: it
+    is split by raising the density threshold, level by level, until its pieces are small enough or nothing is left.
+    Each piece is then dilated by one cell. A region that cannot be split is kept if it is no larger than a group.
 
     Args:
-        person_m, group_m: the largest (across, along) the line of sight.
+        person_m, group_m: largest size (across, along) the line of sight.
     """
     relative = plan.area_m2 / plan.least_area_m2
-    # Holes of one cell are closed, and gaps as wide.
+    # Closes holes and gaps of one cell.
     closed = cv2.morphologyEx(relative, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     regions = np.zeros(relative.shape, np.int32)
 
-    def take_apart(piece: NDArray[np.bool_], window: tuple[slice, slice], level: int) -> bool:
-        """Number the regions in a piece of a level; say whether there were any."""
+    def split(piece: NDArray[np.bool_], window: tuple[slice, slice], level: int) -> bool:
+        """Number the regions in a piece and return whether there were any."""
         extent_m = _extent_m(piece, window, plan)
         if not _fits(extent_m, person_m):
             denser = piece & (closed[window] >= parameters.step ** (level + 1)) if level < parameters.levels else None
-            parts = [] if denser is None else [take_apart(*part, level + 1) for part in _pieces(denser, window)]
+            parts = [] if denser is None else [split(*part, level + 1) for part in _pieces(denser, window)]
             if any(parts):
                 return True
             if not _fits(extent_m, group_m):
@@ -133,7 +133,7 @@ def dense_regions(
 
     everywhere = (slice(0, relative.shape[0]), slice(0, relative.shape[1]))
     for part in _pieces(closed >= 1.0, everywhere):
-        take_apart(*part, 0)
+        split(*part, 0)
     return regions
 
 
@@ -144,7 +144,7 @@ def _fits(extent_m: tuple[float, float], largest_m: tuple[float, float]) -> bool
 def _pieces(
     mask: NDArray[np.bool_], window: tuple[slice, slice]
 ) -> list[tuple[NDArray[np.bool_], tuple[slice, slice]]]:
-    """Connected pieces of at least two cells, each with its window of the whole grid, a cell wider on each side."""
+    """Return connected pieces of at least two cells, each with its window in the grid, one cell wider on each side."""
     found, labels, boxes, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     pieces = []
     for label in range(1, found):
@@ -162,7 +162,7 @@ def _pieces(
 
 
 def _extent_m(piece: NDArray[np.bool_], window: tuple[slice, slice], plan: PlanView) -> tuple[float, float]:
-    """Size of a piece across and along the line of sight to its middle; errors of distance do not count along it."""
+    """Return a piece's size across and along the line of sight to its middle, there without the errors of distance."""
     rows, columns = np.nonzero(piece)
     x = plan.cell_m * (rows + window[0].start + 0.5)
     y = plan.cell_m * (columns + window[1].start + 0.5 - plan.area_m2.shape[1] / 2)

@@ -16,10 +16,10 @@ _LEVEL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 @dataclass(frozen=True)
 class Mounting:
-    """How the camera stands on the robot.
+    """Pose of the camera on the robot.
 
     Attributes:
-        height_m: of the camera above the ground.
+        height_m: height of the camera above the ground.
         R_robot_camera: (3, 3), camera frame (x right, y down, z forward) to the robot's.
     """
 
@@ -28,21 +28,21 @@ class Mounting:
 
     @classmethod
     def level(cls, height_m: float) -> Mounting:
-        """Return that of a camera that looks straight ahead."""
+        """Return the mounting of a camera that looks straight ahead."""
         return cls(height_m, _LEVEL)
 
     @classmethod
     def from_pose(cls, T_world_camera: NDArray[np.float64]) -> Mounting:
-        """Return that of a camera at a pose (4, 4) above the ground z = 0: its tilt and height, without its heading."""
+        """Return the mounting of a camera with a pose (4, 4) above the ground z = 0: its tilt and height."""
         ahead = T_world_camera[:2, 2]
         cosine, sine = ahead / max(float(np.hypot(*ahead)), 1e-9)
         R_robot_world = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         return cls(float(T_world_camera[2, 3]), R_robot_world @ T_world_camera[:3, :3])
 
     def pixels(self, points_m: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float64]:
-        """Return where points (..., 3) of the robot's frame are in the left picture, (..., 2), inside it or not.
+        """Return the pixels (..., 2) in the left picture, inside it or not, of points (..., 3) in the robot's frame.
 
-        Points behind the camera count as if they were 5 cm before it.
+        The depth of a point is at least 5 cm, also behind the camera.
         """
         in_camera_m = (points_m - np.array([0.0, 0.0, self.height_m])) @ self.R_robot_camera
         ahead_m = np.maximum(in_camera_m[..., 2:], 0.05)
@@ -50,7 +50,7 @@ class Mounting:
         return middle_px + camera.focal_px * in_camera_m[..., :2] / ahead_m
 
     def place_at(self, pixel_px: NDArray[np.float64], depth_m: float, camera: CameraModel) -> NDArray[np.float64]:
-        """Return the point (3,) of the robot's frame that a pixel (2,) shows at a distance along the camera's axis."""
+        """Return the point (3,) in the robot's frame at a pixel (2,) and a distance along the camera's axis."""
         middle_px = 0.5 * np.array([camera.width_px, camera.height_px])
         in_camera_m = depth_m * np.append((pixel_px - middle_px) / camera.focal_px, 1.0)
         return self.R_robot_camera @ in_camera_m + np.array([0.0, 0.0, self.height_m])
@@ -61,7 +61,7 @@ class Mounting:
 
 
 def points_m(depth_m: NDArray[np.float32], camera: CameraModel, mounting: Mounting) -> NDArray[np.float32]:
-    """Return the point cloud (H', W', 3) of a depth picture (H', W') in the robot's frame; NaN where it is unknown.
+    """Return the point cloud (H', W', 3) of a depth picture (H', W') in the robot's frame; NaN where unknown.
 
     The depth picture may be smaller than the camera's.
     """

@@ -1,8 +1,8 @@
-"""Following a person by colour and place, weighed by the camera's automatic settings (paper 002 as written).
+"""Following a person by colour and position, weighted by the camera's automatic settings (paper B as written).
 
-The two methods that the paper compares. They differ in the weight W between colour and place alone: the older one knows
-of a change of the light by the white balance, the paper's by shutter and gain too, and by how readily colour could be
-learnt when the template was taken.
+The paper compares two methods, which differ only in the weight W between colour and position: the older one detects a
+change of the light by the white balance, the paper's also by shutter and gain, and by the trend of the exposure when
+the template was taken.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
-from trackers.kernels.histogram import BINS, hs_bins
+from trackers.kernels.histogram import histogram_of, hs_bins
 from trackers.paper_b.candidates import Candidate, CandidateParameters, StereoView, candidate_in_box, see
 from trackers.paper_b.light_change import LightTrend, brightness_change, colour_change, dissimilarity
 from trackers.paper_b.matching import StereoMatcher, baseline_m
-from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, Others, share_before
+from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, OtherPeople, share_before
 from trackers.paper_b.person_kalman import PersonKalman
 from trackers.paper_b.registers import camera_registers
 from trackers.paper_b.robot_frame import Mounting
@@ -28,11 +28,11 @@ from trackers.types import CameraRegisters, Estimate, Observation
 _PLACE_WEIGHT_PER_M = 1.0
 """k of equation 6."""
 _MIDDLE_SHARE = 0.6
-"""Of the first box, where no candidate is in it: what of its middle is taken for the person."""
+"""Share of the first box that is taken for the person if there is no candidate in it."""
 
 
 def position_dissimilarity(places_m: NDArray[np.float64], expected_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``R_position = k sqrt((X_s - X_e)² + (Y_s - Y_e)²)``, k = 1 m⁻¹, of places (N, 2) (equation 6)."""
+    """Return ``R_position = k sqrt((X_s - X_e)² + (Y_s - Y_e)²)``, k = 1 m⁻¹, of positions (N, 2) (equation 6)."""
     return _PLACE_WEIGHT_PER_M * np.linalg.norm(places_m - expected_m, axis=1)
 
 
@@ -50,15 +50,15 @@ def combined_dissimilarity(
 
 @dataclass(frozen=True)
 class StereoColourParameters:
-    """Settings of both methods. The paper gives those of its equations; these it leaves open.
+    """Settings of both methods that the paper does not give.
 
     Attributes:
-        threshold: the target's dissimilarity D is at most this.
-        acceleration_mps2: standard deviation of what a person's velocity changes by, in the robot's frame.
-        place_noise_m: standard deviation of a candidate's place.
-        predicted_s: how long prediction goes on when the target is not found and nobody hides it.
-        predicted_hidden_s: the same when somebody does or has just done so. Then it is lost and its place stays.
-        camera_height_m: of the level camera, where no pose is measured.
+        threshold: largest dissimilarity D of the target.
+        acceleration_mps2: standard deviation of a person's acceleration in the robot's frame.
+        place_noise_m: standard deviation of a candidate's position.
+        predicted_s: how long a target that is not found and not occluded is predicted; then it is lost.
+        predicted_hidden_s: the same during an occlusion.
+        camera_height_m: height of a level camera, used if no pose is measured.
     """
 
     threshold: float = tunable(0.62, 0.2, 0.9)
@@ -70,13 +70,12 @@ class StereoColourParameters:
 
 
 class StereoColour(ABC):
-    """What both methods do, sections 3.1 to 3.3. Positions are in the robot's frame as in the paper: when the robot
-    turns, they move.
+    """What both methods share, sections 3.1 to 3.3. As in the paper, positions are in the robot's frame, so they move
+    when the robot turns.
 
-    Where the paper is silent: colours are compared in 16 bins of hue times 8 of saturation over all of a candidate's
-    pixels; a new template replaces the old one; it is taken under the threshold under which the target is found;
-    without any colour to compare, the place alone decides; once prediction has ended there is no place to compare, and
-    the colour alone decides.
+    Readings: colours are compared in 16 bins of hue times 8 of saturation over all pixels of a candidate; a new
+    template replaces the old one; it is taken whenever the target is found without an occluder; without a template
+    only the position counts; for a lost target only the colour counts.
     """
 
     Parameters = StereoColourParameters
@@ -89,15 +88,15 @@ class StereoColour(ABC):
 
     @abstractmethod
     def weight(self, colour: float, brightness: float, learnt: float) -> float:
-        """Return W >= 0 of place against colour.
+        """Return the weight W >= 0 of position against colour.
 
         Args:
             colour, brightness: P_c and P_l since the template was taken.
-            learnt: D_l when it was.
+            learnt: D_l when the template was taken.
         """
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """Start on the candidate in the box, or on what is in the middle of it."""
+        """Start on the candidate in the box, or without one on the middle of the box."""
         p = self._parameters
         baseline_m(observation.camera)
         registers = self._registers = camera_registers(observation)
@@ -105,7 +104,7 @@ class StereoColour(ABC):
         self._mounting = Mounting.level(p.camera_height_m) if pose is None else Mounting.from_pose(pose.T_world_camera)
         self._trend = LightTrend()
         self._state = OcclusionState(self._occlusions)
-        self._others = Others(self._occlusions, p.acceleration_mps2, p.place_noise_m)
+        self._others = OtherPeople(self._occlusions, p.acceleration_mps2, p.place_noise_m)
         self._time_s, self._unfound_s = observation.time_s, 0.0
         self._found_last, self._lost = True, False
         self._height_m = self._candidates.usual_height_m
@@ -113,16 +112,16 @@ class StereoColour(ABC):
         bins = hs_bins(self._matcher.smaller(observation.image_rgb))
         first = candidate_in_box(view.candidates if view else [], box_xyxy)
         if first is not None:
-            place_m, template = first.place_m, _histogram(bins.ravel()[first.pixels])
+            place_m, template = first.place_m, histogram_of(bins.ravel()[first.pixels])
         else:
             depth_m = observation.camera.focal_px * self._height_m / box_size(box_xyxy)[1]
             place_m = self._mounting.place_at(box_centre(box_xyxy), depth_m, observation.camera)[:2]
-            template = _histogram(_middle(bins, box_xyxy * bins.shape[1] / observation.camera.width_px))
+            template = histogram_of(_middle(bins, box_xyxy * bins.shape[1] / observation.camera.width_px))
         self._filter = PersonKalman(place_m, p.acceleration_mps2, p.place_noise_m)
         self._learn(template, registers, self._trend.update(registers))
 
     def update(self, observation: Observation) -> Estimate:
-        """Find the target among the candidates of the next pair, or say nothing."""
+        """Return the target among the candidates of the next stereo pair, or NaN."""
         registers = self._registers = camera_registers(observation, self._registers)
         trend = self._trend.update(registers)
         self._predict(observation.time_s)
@@ -134,12 +133,12 @@ class StereoColour(ABC):
         return Estimate(found.centre_px, found.box_xyxy.copy(), in_view_probability=1.0, depth_m=found.depth_m)
 
     def _predict(self, time_s: float) -> None:
-        """Section 3.2.1; how long it goes on is set by the state of occlusion (section 3.3)."""
+        """Predict (section 3.2.1), for a time that depends on the state of occlusion (section 3.3)."""
         p = self._parameters
         seconds, self._time_s = max(time_s - self._time_s, 0.0), time_s
         self._unfound_s += seconds
         limit_s = p.predicted_s if self._state.now is Occlusion.NONE else p.predicted_hidden_s
-        # Who passes before where he was lost does not make that place worth anything again.
+        # An occluder at the last position of a lost target does not make it valid again.
         self._lost = self._lost or self._unfound_s > limit_s
         if self._lost:
             self._filter.stand_still()
@@ -150,11 +149,11 @@ class StereoColour(ABC):
     def _find(
         self, observation: Observation, view: StereoView, registers: CameraRegisters, trend: float
     ) -> Candidate | None:
-        """Sections 3.2.2 and 3.3."""
+        """Return the target's candidate and learn from it (sections 3.2.2 and 3.3)."""
         expected_m = self._filter.place_m.copy()
         self._update_state(observation, view, expected_m)
         bins = hs_bins(self._matcher.smaller(observation.image_rgb)).ravel()
-        histograms = [_histogram(bins[candidate.pixels]) for candidate in view.candidates]
+        histograms = [histogram_of(bins[candidate.pixels]) for candidate in view.candidates]
         costs = self._dissimilarities(view.candidates, histograms, expected_m, registers)
         target, others = self._others.associate(view.candidates, costs, self._parameters.threshold, _PLACE_WEIGHT_PER_M)
         if self._state.now is Occlusion.NONE:
@@ -184,7 +183,7 @@ class StereoColour(ABC):
         expected_m: NDArray[np.float64],
         registers: CameraRegisters,
     ) -> NDArray[np.float64]:
-        """D (N,) of each candidate."""
+        """Return D (N,) of the candidates."""
         places_m = np.array([candidate.place_m for candidate in candidates]).reshape(-1, 2)
         by_place = position_dissimilarity(places_m, expected_m)
         if not self._template.any():
@@ -197,7 +196,7 @@ class StereoColour(ABC):
     def _correct(self, found: Candidate) -> None:
         p = self._parameters
         if self._lost:
-            # Where it was lost says nothing of how it went on.
+            # The prediction from before the loss is no longer valid.
             self._filter = PersonKalman(found.place_m, p.acceleration_mps2, p.place_noise_m)
         else:
             self._filter.correct(found.place_m)
@@ -206,14 +205,14 @@ class StereoColour(ABC):
             self._height_m = found.height_m
 
     def _learn(self, template: NDArray[np.float64], registers: CameraRegisters, trend: float) -> None:
-        """Take a colour template: D_l is taken anew with it, and P_c and P_l are 0 for the settings it was taken at."""
+        """Take a colour template, with D_l of now; P_c and P_l are relative to the settings of now."""
         self._template, self._learnt_at, self._learnt = template, registers, trend
 
 
 @register(
     "stereo_wb",
     role="as-written",
-    summary="stereo; colour and place weighed by the white balance (the older method of paper B)",
+    summary="stereo; colour and position weighted by the white balance (the older method of paper B)",
     suites=("stereo",),
 )
 class StereoWb(StereoColour):
@@ -227,7 +226,7 @@ class StereoWb(StereoColour):
 @register(
     "stereo_wb_shutter_gain",
     role="as-written",
-    summary="stereo; colour and place weighed by white balance, shutter and gain (paper B)",
+    summary="stereo; colour and position weighted by white balance, shutter and gain (paper B)",
     suites=("stereo",),
 )
 class StereoWbShutterGain(StereoColour):
@@ -238,14 +237,8 @@ class StereoWbShutterGain(StereoColour):
         return brightness_weight(colour, brightness, learnt)
 
 
-def _histogram(bins: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Hue x saturation histogram (128,), sum 1, of pixels' bins; zeros of none."""
-    counts = np.bincount(bins.ravel(), minlength=BINS).astype(float)
-    return counts / max(counts.sum(), 1.0)
-
-
 def _middle(bins: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """What of a binned picture lies in the middle of a box."""
+    """Return the bins in the middle of a box."""
     half = 0.5 * _MIDDLE_SHARE * (box_xyxy[2:] - box_xyxy[:2])
     low, high = (
         np.clip(np.round(box_centre(box_xyxy) + side * half), 0, bins.shape[::-1]).astype(int) for side in (-1, 1)

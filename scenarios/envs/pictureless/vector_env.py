@@ -25,7 +25,7 @@ from scenarios.envs.truth_info import COMMANDS
 from scenarios.scenario import World
 from sim.checks import check
 from trackers.belief.features import FEATURES, features_of
-from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, take_in
+from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_beliefs
 
 Starts = Literal["episodes", "frame-outs"]
 
@@ -146,7 +146,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             raise gym.error.ResetNeeded("step: expected reset() before it, got episodes not begun")
         self._command(checked_actions(actions, self.action_space.shape))
         self._world.move(self.lives, self._wanted, self._waiting, self.sightings, self.np_random)
-        take_in(self.beliefs, self.sightings, self._world.interval_s)
+        update_beliefs(self.beliefs, self.sightings, self._world.interval_s)
         lives = self.lives
         terms_of(lives, self._weights, self._loss_frames, 2.0 * self._world.camera[1], self._limits, self._terms)
         terminated = lives["frames_out"] >= self._lost_frames
@@ -182,7 +182,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._waiting[which] = self._wanted[which] = 0.0
         self._world.begin(self.lives, which, episodes, at_frame_outs, self.sightings, self.np_random)
         beliefs = np.zeros(len(which), BELIEF)
-        take_in(beliefs, self.sightings[which], self._world.interval_s)
+        update_beliefs(beliefs, self.sightings[which], self._world.interval_s)
         self.beliefs[which] = beliefs
         if self._law is not None:
             self._law.begin(which)

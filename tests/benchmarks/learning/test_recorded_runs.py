@@ -15,7 +15,8 @@ from benchmarks.learning.without_pictures import lived_without_pictures
 from benchmarks.speed.pictureless import measure_pictureless
 from scenarios.envs.settings import FollowSettings
 from scenarios.road_town.flight import HELICOPTER
-from trackers.controllers.hold import HoldController, HoldParameters
+from trackers.controllers.hold import HoldController
+from trackers.registry import NoParameters
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation
 
 SMALL = {"frame_count": 12, "width_px": 96, "height_px": 72}
@@ -44,7 +45,7 @@ def test_runs_are_written_once_and_fitted(tmp_path: Path) -> None:
 
 
 def test_disturbances_come_and_go() -> None:
-    controller = Disturbed(HELICOPTER, HoldController(HoldParameters()), np.random.default_rng(1))
+    controller = Disturbed(HELICOPTER, HoldController(NoParameters()), np.random.default_rng(1))
     estimate, camera = Estimate(np.zeros(2)), CameraModel(8, 8, 10.0)
     picture = np.zeros((8, 8, 3), np.uint8)
     given = [controller.command(Observation(picture, frame / 15.0, camera), estimate) for frame in range(600)]

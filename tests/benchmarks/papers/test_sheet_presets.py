@@ -13,7 +13,6 @@ from benchmarks.cli import main
 from benchmarks.run.records import read_blocks
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from trackers import registry
-from trackers.baselines.single_target import MilParameters
 from trackers.types import Estimate, Observation
 
 TRACKERS = ("stereo_people", "stereo_wb_shutter_gain", "opencv_mil")
@@ -30,9 +29,9 @@ def preset(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> s
 class Still:
     """Answers the box that it was given."""
 
-    Parameters = MilParameters
+    Parameters = registry.NoParameters
 
-    def __init__(self, parameters: MilParameters, rng: np.random.Generator) -> None:
+    def __init__(self, parameters: registry.NoParameters, rng: np.random.Generator) -> None:
         pass
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:

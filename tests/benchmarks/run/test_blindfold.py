@@ -32,7 +32,7 @@ class Spy:
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         self.seen.append(observation)
 
-    def told(self, observation: Observation, state: TargetState) -> None:
+    def set_state(self, observation: Observation, state: TargetState) -> None:
         self.told_at_s.append(observation.time_s)
 
     def update(self, observation: Observation) -> Estimate:
@@ -120,24 +120,24 @@ def test_the_state_at_the_exit_reaches_it(entrant: Entrant) -> None:
 
 
 def test_a_tracker_that_cannot_be_told_is_refused() -> None:
-    with pytest.raises(TypeError, match="tracker: expected one with a method told, since its role is blind"):
+    with pytest.raises(TypeError, match="tracker: expected one with a method set_state, since its role is blind"):
         Blindfolded(Hold(HoldParameters(), np.random.default_rng(0)), FAKE_TOWN.target)
 
 
 def test_what_is_told_is_seen_from_the_camera() -> None:
     """Turned with the camera and counted from it, so that errors of its measured pose go on as it moves."""
-    told: list[TargetState] = []
+    states: list[TargetState] = []
 
     class Listener(Spy):
         Parameters = NoParameters
 
-        def told(self, observation: Observation, state: TargetState) -> None:
-            told.append(state)
+        def set_state(self, observation: Observation, state: TargetState) -> None:
+            states.append(state)
 
     Blindfolded(Listener(), FAKE_TOWN.target).initialise(FRAMES[0], EPISODE.start)
     truth = FRAMES[0].truth
     pose = truth.T_world_camera
-    in_world_m = pose[:3, :3] @ told[0].place_m + pose[:3, 3]
+    in_world_m = pose[:3, :3] @ states[0].place_m + pose[:3, 3]
     assert in_world_m == pytest.approx(truth.T_world_object[0, :3, 3] + [0, 0, 0.5 * truth.size_m[0, 2]])
-    assert np.linalg.norm(told[0].velocity_mps) == pytest.approx(truth.speed_mps[0])
-    assert pose[:3, :3] @ told[0].velocity_mps == pytest.approx(truth.speed_mps[0] * truth.T_world_object[0, :3, 0])
+    assert np.linalg.norm(states[0].velocity_mps) == pytest.approx(truth.speed_mps[0])
+    assert pose[:3, :3] @ states[0].velocity_mps == pytest.approx(truth.speed_mps[0] * truth.T_world_object[0, :3, 0])

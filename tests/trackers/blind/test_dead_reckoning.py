@@ -1,4 +1,4 @@
-"""Blind trackers against places worked out by hand, seen through tilted cameras."""
+"""Blind trackers against positions computed by hand, seen by tilted cameras."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from sim.optics import PinholeCamera, look_down_pose, project
 from trackers import registry
 from trackers.blind.dead_reckoning import (
     Below,
-    BelowParameters,
     Carried,
     CarriedParameters,
     StraightParameters,
@@ -44,10 +43,10 @@ MOVED = look_down_pose(np.array([12.0, -5.0, 64.0]), 1.1, -0.3, 0.25)
 
 
 def answer(parameters: CarriedParameters) -> NDArray[np.float64]:
-    """Return what is said two seconds after the exit, by way of a picture between."""
+    """Return the position two seconds after the exit, with one picture in between."""
     tracker = Carried(parameters, RNG)
     tracker.initialise(seen_from(START, 1.0), BOX)
-    tracker.told(seen_from(START, 1.0), state_from(START))
+    tracker.set_state(seen_from(START, 1.0), state_from(START))
     assert tracker.update(seen_from(START, 1.0)).position_px == pytest.approx(pixel(PLACE_M, START))
     tracker.update(seen_from(MOVED, 3.0))
     return tracker.update(seen_from(MOVED, 3.0)).position_px
@@ -67,7 +66,7 @@ def test_shares_of_both_add_up() -> None:
 
 
 def test_it_turns_with_the_camera() -> None:
-    """On a circle, under a camera that turns as fast, it stays on the target; straight on it is far off."""
+    """On a circle, below a camera that turns at the same rate, it stays on the target; the straight one does not."""
     rate_rad_s, speed_mps, dt_s = 0.4, 8.0, 1 / 15
     error_m = {}
     for parameters in (StraightParameters(), TurningParameters()):
@@ -78,35 +77,35 @@ def test_it_turns_with_the_camera() -> None:
             pose = look_down_pose(np.array([0.0, 0.0, 60.0]), angle, 0.1, -0.1)
             if k == 0:
                 state = TargetState((place_m - pose[:3, 3]) @ pose[:3, :3], np.array([speed_mps, 0, 0]) @ pose[:3, :3])
-                tracker.told(seen_from(pose, 0.0), state)
-            said_px = tracker.update(seen_from(pose, k * dt_s)).position_px
-            error_m[parameters.turns] = np.linalg.norm(said_px - pixel(place_m, pose)) * 60.0 / CAMERA.focal_px
+                tracker.set_state(seen_from(pose, 0.0), state)
+            answer_px = tracker.update(seen_from(pose, k * dt_s)).position_px
+            error_m[parameters.turns] = np.linalg.norm(answer_px - pixel(place_m, pose)) * 60.0 / CAMERA.focal_px
     assert error_m[1.0] < 1.0
     assert error_m[0.0] > 10.0
 
 
 def test_below_is_where_a_plumb_line_meets_the_ground() -> None:
     for pose in (START, MOVED):
-        said = Below(BelowParameters(), RNG).update(seen_from(pose, 0.0))
-        assert said.position_px == pytest.approx(pixel(pose[:3, 3] * [1.0, 1.0, 0.0], pose))
+        estimate = Below(registry.NoParameters(), RNG).update(seen_from(pose, 0.0))
+        assert estimate.position_px == pytest.approx(pixel(pose[:3, 3] * [1.0, 1.0, 0.0], pose))
 
 
 def test_without_instruments_it_stays_where_it_was_in_the_picture() -> None:
     tracker = Carried(CarriedParameters(), RNG)
-    tracker.told(seen_from(None, 0.0), TargetState(np.array([6.0, -3.0, 60.0]), np.zeros(3)))
+    tracker.set_state(seen_from(None, 0.0), TargetState(np.array([6.0, -3.0, 60.0]), np.zeros(3)))
     assert tracker.update(seen_from(None, 2.0)).position_px == pytest.approx([80 + 14.0, 60 - 7.0])
-    assert Below(BelowParameters(), RNG).update(seen_from(None, 0.0)).position_px == pytest.approx([80, 60])
+    assert Below(registry.NoParameters(), RNG).update(seen_from(None, 0.0)).position_px == pytest.approx([80, 60])
 
 
 @pytest.mark.parametrize("name", [name for name, entry in registry.entries().items() if entry.role == "blind"])
 def test_answers_are_finite_however_the_camera_is_held(name: str) -> None:
     rng = np.random.default_rng(5)
     tracker = registry.entry(name).create(rng)
-    tracker.told(seen_from(START, 0.0), state_from(START))  # type: ignore[attr-defined]
+    tracker.set_state(seen_from(START, 0.0), state_from(START))  # type: ignore[attr-defined]
     for k in range(200):
         pose = look_down_pose(rng.normal(0, 100, 3), *rng.uniform(-np.pi, np.pi, 3))
         assert np.isfinite(tracker.update(seen_from(pose, 0.1 * k)).position_px).all()
 
 
-def test_it_says_nothing_before_it_is_told() -> None:
+def test_it_says_nothing_before_it_has_a_state() -> None:
     assert np.isnan(Carried(CarriedParameters(), RNG).update(seen_from(START, 0.0)).position_px).all()

@@ -1,4 +1,4 @@
-"""The answer straight ahead, put back into metres."""
+"""The answer straight ahead, converted back to metres."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from trackers.types import CameraModel, Observation
 def test_it_is_always_as_far_straight_ahead() -> None:
     camera = CameraModel(640, 480, 500.0, baseline_m=0.12)
     tracker = StraightAhead(AheadParameters(2.5), np.random.default_rng(0))
-    said = tracker.update(Observation(np.empty((0, 0, 3), np.uint8), 0.0, camera))
-    assert said.depth_m is not None
-    assert Mounting.level(1.2).place_at(said.position_px, said.depth_m, camera) == pytest.approx([2.5, 0.0, 1.2])
+    estimate = tracker.update(Observation(np.empty((0, 0, 3), np.uint8), 0.0, camera))
+    assert estimate.depth_m is not None
+    assert Mounting.level(1.2).place_at(estimate.position_px, estimate.depth_m, camera) == pytest.approx(
+        [2.5, 0.0, 1.2]
+    )

@@ -1,4 +1,4 @@
-"""The centring controller flies towards the estimate, also while the camera is tilted."""
+"""The centring controller flies towards the estimate, with a tilted camera too."""
 
 from __future__ import annotations
 

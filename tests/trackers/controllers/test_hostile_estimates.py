@@ -1,4 +1,4 @@
-"""A controller steers by any estimate that ``check_estimate`` lets pass, whatever is measured on board."""
+"""A controller gives finite commands for any estimate that passes ``check_estimate``, with any measured pose."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SEQUENCES, _FRAMES = 12, 25
 
 
 def hostile_estimate(rng: np.random.Generator, width: int, height: int) -> Estimate:
-    """Return an estimate that keeps the contract, and often nothing else."""
+    """Return an estimate that keeps the contract but is often absurd."""
 
     def numbers(*shape: int) -> NDArray[np.float64]:
         return rng.normal(0.5, 1.0, shape) * rng.choice([0.0, 1e-9, width, height, 1e12, 1e300])
@@ -50,7 +50,7 @@ def hostile_estimate(rng: np.random.Generator, width: int, height: int) -> Estim
 
 
 def hostile_answers(seed: int) -> Iterator[tuple]:
-    """Yield observations and estimates of them that keep the contract."""
+    """Yield observations and estimates that keep the contract."""
     rng = np.random.default_rng(seed)
     for observation in hostile_sequence(seed, stereo=False, frames=_FRAMES).observations:
         estimate = hostile_estimate(rng, observation.camera.width_px, observation.camera.height_px)

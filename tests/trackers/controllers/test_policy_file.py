@@ -1,4 +1,4 @@
-"""A policy comes back from its files as it was, and steers as its network says; other files are refused."""
+"""A policy is loaded as it was saved and steers by its network; other files are refused."""
 
 from __future__ import annotations
 
@@ -78,9 +78,9 @@ def test_a_policy_for_another_carrier_is_refused(tmp_path: Path) -> None:
 
 def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
     path = save_policy(random_policy(CARRIER), tmp_path / "mine.json")
-    with pytest.raises(ValueError, match=r"policy: expected a file that can be read, got .*nobody.json"):
-        load_policy(str(tmp_path / "nobody.json"))
-    said = json.loads(path.read_text())
+    with pytest.raises(ValueError, match=r"policy: expected a file that can be read, got .*missing.json"):
+        load_policy(str(tmp_path / "missing.json"))
+    document = json.loads(path.read_text())
     wrong: list[dict[str, Any]] = [
         {"format": 2},
         {"layers": 3},
@@ -91,10 +91,10 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
     wrong += [{"hidden": "gelu"}, {"output": "sign"}, {"corrects": "never"}, {"correction_share": 0}]
     wrong += [{"weights_sha256": "0"}]
     for change in wrong:
-        path.write_text(json.dumps(said | change))
+        path.write_text(json.dumps(document | change))
         with pytest.raises(ValueError, match="policy: expected a policy of format 1, got"):
             load_policy(str(path))
-    path.write_text(json.dumps(said))
+    path.write_text(json.dumps(document))
     path.with_suffix(".safetensors").write_bytes(b"torn")
     with pytest.raises(ValueError, match="policy: expected a policy of format 1, got"):
         load_policy(str(path))

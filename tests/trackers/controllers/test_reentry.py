@@ -1,4 +1,4 @@
-"""The law of ``reentry``: what it answers to a belief, gust, loss and silence."""
+"""The commands of ``reentry`` for a belief, in a gust, after a loss and without estimates."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import pytest
 
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
 from trackers.belief.kernel import BELIEF
-from trackers.controllers.catalogue import controller_entry, create_controller
-from trackers.controllers.reentry import ReentryParameters
-from trackers.controllers.reentry_kernel import REENTRY, nearest_seen, steer
+from trackers.controllers.catalogue import controller_entry
+from trackers.controllers.reentry import REENTRY, ReentryParameters
+from trackers.controllers.reentry_kernel import nearest_seen, steer
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
@@ -48,10 +48,6 @@ def _random_beliefs(rng, count=400):
     beliefs["spread_m"] = rng.choice([0.0, 0.5, 15.0], count)
     beliefs["seconds_since_seen"] = rng.choice([0.0, 5.0], count)
     return beliefs
-
-
-def test_fields_of_the_record_are_the_parameters():
-    assert REENTRY.names == tuple(field.name for field in dataclasses.fields(ReentryParameters))
 
 
 def test_the_mirrored_belief_gives_the_mirrored_command():
@@ -167,11 +163,11 @@ def _observation(k):
     return Observation(np.zeros((2, 2, 3), np.uint8), k / 15, camera, ego=EgoPose(T))
 
 
-def test_it_is_ours_deterministic_and_never_at_a_loss():
+def test_it_is_ours_deterministic_and_its_commands_are_finite():
     assert controller_entry("reentry", "helicopter").role == "ours"
     runs = []
     for _ in range(2):
-        controller = create_controller("reentry", "helicopter")
+        controller = controller_entry("reentry", "helicopter").create()
         commands = []
         for k in range(40):
             place = np.full(2, np.nan) if k in (0, 20) else np.array([320.0 + 40 * k, 240.0 - 30 * k])

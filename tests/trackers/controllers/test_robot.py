@@ -1,4 +1,4 @@
-"""Controllers of the ground robot turn to their target, keep off it, look for it, and never ask for nonsense."""
+"""Controllers of the ground robot turn to their target, keep their distance, search for it, and stay finite."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ def _nothing():
 def _commands(name, estimates, drives=False):
     """Return commands (F, 4) of a controller as written; a robot that drives obeys them at once."""
     controller = controllers("robot")[name].create_as_written()
-    place_m, heading_rad, said = np.zeros(2), 0.0, []
+    place_m, heading_rad, commands = np.zeros(2), 0.0, []
     for frame, estimate in enumerate(estimates):
         command = controller.command(_observation(frame, place_m, heading_rad), estimate)
-        said.append([getattr(command, part) for part in PARTS])
+        commands.append([getattr(command, part) for part in PARTS])
         if drives:
             heading_rad += command.yaw_rate_rad_s / RATE_HZ
             place_m = place_m + command.forward_mps / RATE_HZ * np.array([np.cos(heading_rad), np.sin(heading_rad)])
-    return np.array(said)
+    return np.array(commands)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -54,18 +54,18 @@ def test_mirrored_targets_give_mirrored_commands(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_of_nothing_known_it_asks_for_nothing_but_finite_numbers(name):
-    said = _commands(name, [_nothing()] * 40)
-    assert np.isfinite(said).all()
-    assert (said[:, :3] == 0.0).all()
+def test_without_any_estimate_commands_are_finite(name):
+    commands = _commands(name, [_nothing()] * 40)
+    assert np.isfinite(commands).all()
+    assert (commands[:, :3] == 0.0).all()
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("distance_m", [0.15, 0.5, 0.9])
 def test_too_near_it_stops_or_backs_off(name, distance_m):
-    said = _commands(name, [_estimate(distance_m, 0.0)] * 15)
-    assert (said[:, 0] <= 0.0).all()
-    assert np.abs(said[:, 3]).max() < 0.05
+    commands = _commands(name, [_estimate(distance_m, 0.0)] * 15)
+    assert (commands[:, 0] <= 0.0).all()
+    assert np.abs(commands[:, 3]).max() < 0.05
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -76,8 +76,8 @@ def test_far_away_it_goes_there(name):
 @pytest.mark.parametrize("name", ["search", "reentry"])
 def test_lost_to_the_left_it_turns_left(name):
     walked = [_estimate(2.0, 0.2 + 0.07 * frame) for frame in range(15)]
-    said = _commands(name, walked + [_nothing()] * 8)
-    assert (said[15:, 3] > 0.2).all()
+    commands = _commands(name, walked + [_nothing()] * 8)
+    assert (commands[15:, 3] > 0.2).all()
 
 
 def test_reentry_turns_ahead_of_a_target_that_walks_aside():
@@ -93,7 +93,7 @@ def test_reentry_goes_where_the_target_was_lost_and_looks_around_there():
     place_m, heading_rad, looked = np.zeros(2), 0.0, []
     for frame in range(400):
         estimate = walked[frame] if frame < len(walked) else _nothing()
-        # A robot that stands while it sees, so that ``walked`` is where it says.
+        # The robot moves only after the target is lost, so ``walked`` is relative to its start.
         command = controller.command(_observation(frame, place_m, heading_rad), estimate)
         if frame >= len(walked):
             heading_rad += command.yaw_rate_rad_s / RATE_HZ
@@ -106,11 +106,11 @@ def test_reentry_goes_where_the_target_was_lost_and_looks_around_there():
     assert len(sectors) >= 6
 
 
-def test_reentry_goes_the_targets_way_where_the_straight_one_is_barred():
-    """He went ahead and then to the left; the robot, held by a wall on the straight way, turns to his way."""
+def test_reentry_follows_the_trail_where_the_straight_path_is_blocked():
+    """The target goes ahead and then left; the robot, blocked by a wall on the straight path, turns to its trail."""
     controller = controllers("robot")["reentry"].create_as_written()
     corner = [(1.0 + 0.08 * step, 0.0) for step in range(25)] + [(3.0, 0.08 * step) for step in range(25)]
     for frame, (x_m, y_m) in enumerate(corner):
         command = controller.command(_observation(frame), _estimate(x_m, y_m))
-    towards_him = controllers("robot")["centre"].create_as_written().command(_observation(0), _estimate(x_m, y_m))
-    assert command.yaw_rate_rad_s < towards_him.yaw_rate_rad_s
+    towards_target = controllers("robot")["centre"].create_as_written().command(_observation(0), _estimate(x_m, y_m))
+    assert command.yaw_rate_rad_s < towards_target.yaw_rate_rad_s

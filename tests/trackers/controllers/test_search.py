@@ -1,4 +1,4 @@
-"""``search`` is ``centre`` while it knows, and flies an expanding square while it does not."""
+"""``search`` is ``centre`` while the position is known, and otherwise flies an expanding square."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _estimate(place_m, seen, spread_px=5.0):
 def test_known_it_is_centre():
     search, centre = SearchController(SearchParameters()), CentreController(CentreParameters())
     for k in range(90):
-        # Out of view for most of it, and well known all the same.
+        # Out of view most of the time, but its position is known.
         estimate = _estimate((8.0 + 0.1 * k, -3.0), seen=k < 10)
         assert search.command(_observation(k), estimate) == centre.command(_observation(k), estimate)
 

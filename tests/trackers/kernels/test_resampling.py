@@ -1,4 +1,4 @@
-"""Systematic resampling: unbiased, of the least variance, and never of what weighs nothing."""
+"""Systematic resampling: unbiased, with the least variance, and never of zero weights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measured motion of the ground and the car's state, against plain arithmetic."""
+"""Measured motion of the ground and the car's state, against direct computation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Optical flow on pictures that are moved by a known motion: the signs of the paper's flow model, each on its own."""
+"""Optical flow of pictures moved by a known motion: each sign of the paper's flow model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CENTRE = np.array([160.0, 120.0])
 
 @pytest.fixture(scope="module")
 def ground() -> NDArray[np.uint8]:
-    """A textured ground, larger than the picture that is cut out of its middle."""
+    """Return a textured ground, larger than the picture, which is cut out of its middle."""
     rng = np.random.default_rng(0)
     blocks = cv2.resize(rng.integers(0, 256, (60, 70), dtype=np.uint8), (560, 480), interpolation=cv2.INTER_NEAREST)
     return cv2.GaussianBlur(blocks, (5, 5), 0)
@@ -24,7 +24,7 @@ def ground() -> NDArray[np.uint8]:
 def picture(ground: NDArray[np.uint8], motion: PictureMotion) -> NDArray[np.uint8]:
     """Return the picture after ``motion`` of the camera, drawn by its definition alone, pixel centre by pixel centre.
 
-    The camera moves by (Vx, Vy) over the picture and turns by ω clockwise as seen: a ground point at p comes to
+    The camera moves by (Vx, Vy) over the picture and turns by ω clockwise as seen: a ground point at p moves to
     ``Rot(-ω) p - V``, so what is now at q was at ``Rot(ω) (q + V)``.
     """
     columns, rows = np.meshgrid(np.arange(320) + 0.5, np.arange(240) + 0.5)

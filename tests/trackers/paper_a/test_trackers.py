@@ -21,7 +21,7 @@ HEIGHT_M = 60.0
 
 @pytest.fixture(scope="module")
 def bend() -> list[DrawnFrame]:
-    """A car on a bent road, the camera drifting and turning, the car always in view."""
+    """Return frames of a car on a bent road, always in view of a drifting and turning camera."""
     road = bent_road(40.0)
     town = DrawnTown(road, 220.0, np.random.default_rng(0))
     poses = [look_down(-25 + 0.55 * k, 2 + 0.1 * k, HEIGHT_M, 0.3 + 0.004 * k) for k in range(40)]
@@ -62,14 +62,14 @@ def test_the_same_seed_gives_the_same_answers(name: str, bend: list[DrawnFrame])
 
 
 def leaving() -> list[DrawnFrame]:
-    """The camera stands still while the car drives out over the right border and never comes back."""
+    """Return frames of a camera at rest while the car leaves over the right border."""
     road = straight_road()
     town = DrawnTown(road, 220.0, np.random.default_rng(1))
     return list(drive(town, road, 130.0, 1.2, [look_down(0, 0, HEIGHT_M, np.pi / 2)] * 35))
 
 
 @pytest.mark.parametrize("name", [*REPRODUCIBLE, "opencv_mil"])
-def test_says_numbers_whatever_part_of_the_car_is_outside(name: str) -> None:
+def test_estimates_are_finite_with_any_part_of_the_car_outside(name: str) -> None:
     frames = leaving()
     if name == "opencv_mil":
         frames = frames[::4]
@@ -115,7 +115,7 @@ def test_runs_where_there_is_no_road(name: str) -> None:
 
 
 def frame_out_at_a_bend() -> list[DrawnFrame]:
-    """The camera swings off the car while it rounds a bend, and stays off; motion is measured."""
+    """Return frames of a camera that swings off the car in a bend and stays off it; motion is measured."""
     road = bent_road(30.0)
     town = DrawnTown(road, 260.0, np.random.default_rng(3))
     poses = []
@@ -148,7 +148,7 @@ def test_an_unknown_class_model_is_named() -> None:
 
 
 def test_what_lies_outside_the_picture_is_like_nothing() -> None:
-    """Neither the border's pixels nor the whole picture's colours stand in for it."""
+    """Neither the border's pixels nor the whole picture's colours are used for it."""
     picture = np.full((40, 60, 3), (200, 40, 40), np.uint8)
     template = ColourTemplate.from_box(picture, np.array([10.0, 10.0, 20.0, 18.0]))
     _, similarity = best_match(template, picture, np.array([-3.0, 20.0]), reach_px=2.5)

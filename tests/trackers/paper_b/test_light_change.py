@@ -1,4 +1,4 @@
-"""How much the light has changed, by the camera's own numbers: paper B's formulas by hand."""
+"""Paper B's formulas of the change of the light, by hand."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_at_constant_settings_there_is_no_trend():
 
 
 def test_a_shutter_that_lengthens_evenly_has_the_slope_by_hand():
-    # One step a frame: h rises by 10 / 177 a frame, whatever ten frames are looked at.
+    # One step a frame: h rises by 10 / 177 a frame, over any ten frames.
     shutters = [4 * k for k in range(50, 80)]
     trend = _trend(shutters, [0] * 30)
     for frame in range(1, 30):

@@ -1,4 +1,4 @@
-"""What a stereo pair tells of people: distances, candidates, who hides whom. On pairs drawn by hand."""
+"""Distances, candidates and occlusion from stereo pairs drawn by hand."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from tests.trackers.drawn_people import BLUE, CAMERA, CAMERA_HEIGHT_M, GREY, Board, observation, person_box
 from trackers.paper_b.candidates import CandidateParameters, StereoView, below_head_top, see
 from trackers.paper_b.matching import StereoMatcher
-from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, Others, assign, share_before
+from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, OtherPeople, assign, share_before
 from trackers.paper_b.person_kalman import PersonKalman
 from trackers.paper_b.robot_frame import Mounting, points_m
 from trackers.types import CameraModel, Observation
@@ -55,7 +55,7 @@ def test_cameras_may_differ_a_little(gain, lower_px):
 
 
 @pytest.mark.parametrize("person", [Board(1.6, 0.2), Board(3.0, 0.0), Board(4.5, -0.8, BLUE, 0.55, 1.85)])
-def test_a_person_is_found_with_his_size(person):
+def test_a_person_is_found_with_the_right_size(person):
     (found,) = view_boards(person).candidates
     assert found.place_m == pytest.approx([person.ahead_m, person.left_m], abs=0.04 * person.ahead_m)
     assert found.width_m == pytest.approx(person.width_m, abs=0.12)
@@ -219,20 +219,20 @@ def test_assignment_is_the_least_sum_within_limits():
     assert assign(np.array([[0.3, 0.2]]), np.array([0.4])) == [1]
     assert assign(np.array([[0.5, 0.6]]), np.array([0.4])) == [None]
     assert assign(np.empty((2, 0)), np.array([0.4, 0.4])) == [None, None]
-    # The other explains the candidate better than the target does.
+    # The candidate fits the other person better than the target.
     assert assign(np.array([[0.3], [0.05]]), np.array([0.4, 0.6])) == [None, 0]
     assert assign(np.array([[0.2, 0.3], [0.05, 2.0]]), np.array([0.4, 0.6])) == [1, 0]
 
 
-def test_others_are_followed_and_forgotten():
+def test_other_people_are_tracked_and_dropped():
     candidates = view_boards(Board(2.0, 0.5), Board(3.0, -0.5, BLUE)).candidates
-    others = Others(OcclusionParameters(), acceleration_mps2=1.0, place_noise_m=0.1)
+    others = OtherPeople(OcclusionParameters(), acceleration_mps2=1.0, place_noise_m=0.1)
     none = np.full(2, 9.0)
     others.correct(candidates, 1, [], np.array([3.0, -0.5]))
     np.testing.assert_allclose(others.places_m, [candidates[0].place_m])
     target, associated = others.associate(candidates, none, 0.4, 1.0)
     assert (target, associated) == (None, [0])
-    # Where the target is expected nobody becomes an other while it is not found.
+    # While the target is not found, no new person is tracked at its expected position.
     others.correct(candidates, None, associated, np.array([3.0, -0.4]))
     assert len(others.places_m) == 1
     for _ in range(20):

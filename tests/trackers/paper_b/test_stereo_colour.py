@@ -22,7 +22,7 @@ from trackers.types import CameraSettings, EgoPose, Estimate
 
 BOTH = ("stereo_wb", "stereo_wb_shutter_gain")
 BRIGHTER = replace(CALM, shutter=520)
-"""P_l = 6 * 30 / 177 > 1: the place decides alone, for whom it counts."""
+"""P_l = 6 * 30 / 177 > 1: with P_l in its weight, only the position counts."""
 
 
 def start(name: str, person: Board, *others: Board) -> StereoColour:
@@ -75,7 +75,7 @@ def test_registered_for_the_stereo_suite_as_written():
 @pytest.mark.parametrize("name", BOTH)
 def test_follows_its_colour_while_the_light_stays(name):
     tracker = start(name, Board(3.0, 0.6), Board(3.2, -0.6, BLUE))
-    # They change sides between two pictures: colour alone can tell.
+    # They change sides between two pictures: only colour tells them apart.
     person = Board(3.1, -0.5)
     estimate = tracker.update(observation([person, Board(3.0, 0.6, BLUE)], 1))
     assert estimate.position_px == pytest.approx(centre_px(person), abs=10)
@@ -114,7 +114,7 @@ def test_without_a_candidate_under_the_threshold_nothing_is_learnt():
 
 
 @pytest.mark.parametrize("name", BOTH)
-def test_somebody_who_crosses_before_the_target_is_not_taken_for_it(name):
+def test_a_person_who_crosses_in_front_of_the_target_is_not_taken_for_it(name):
     paths = [(Board(3.2, 0.7 - 0.03 * f), Board(2.0, -0.7 + 0.05 * f, BLUE)) for f in range(32)]
     tracker = start(name, *paths[0])
     states, learnt_in, found = [], [], 0
@@ -166,11 +166,11 @@ def test_a_first_box_off_the_person_does_no_harm(box_xyxy, right):
     tracker.initialise(observation([Board(3.0, 0.0)], right=right), np.array(box_xyxy, dtype=float))
     for frame in range(1, 4):
         estimate = tracker.update(observation([Board(3.0, 0.0)], frame))
-        # Who is found is the only person there is.
+        # Whatever is found is the only person in the picture.
         assert says_nothing(estimate) or estimate.position_px == pytest.approx(centre_px(Board(3.0, 0.0)), abs=10)
 
 
-def test_who_passes_before_the_place_where_the_target_was_lost_gives_it_no_worth():
+def test_an_occluder_at_the_last_position_does_not_make_it_valid_again():
     tracker = start("stereo_wb", Board(3.0, 0.0))
     lost = []
     for frame in range(1, 40):
