@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scenarios.scenario import Frame, RendererName
-from scenarios.stage import Stage, tells_all
+from scenarios.stage import Stage, covers_all
 from scenarios.stereo_follow.building import Building
 from scenarios.stereo_follow.camera import camera, camera_model, camera_pose, registers
 from scenarios.stereo_follow.light_events import LightEvents
@@ -31,7 +31,7 @@ class StereoFollowEpisode(Stage):
     """See ``scenarios.scenario.Episode``."""
 
     def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
-        self._tells_all = tells_all(truth)
+        self._covers_all = covers_all(truth)
         preset, crowd = plan.preset, plan.crowd
         self.plan = plan
         self._camera = camera(preset.width_px, preset.height_px)
@@ -99,7 +99,7 @@ class StereoFollowEpisode(Stage):
         distance_m = np.linalg.norm((people.T_world_person[:, :3, 3] - pose[:3, 3])[:, :2], axis=1)
         is_close = distance_m < _NEAR_M
         is_target = np.arange(len(distance_m)) == TARGET
-        asked = np.full(len(distance_m), self._tells_all) | is_target
+        asked = np.full(len(distance_m), self._covers_all) | is_target
         seen = people.seen(self._camera, pose, left.instance_id, asked | is_close)
         fractions = np.array([each.visible_fraction for each in seen])
         lux = illuminance_lx(self._shader, people.chests_m(), pose[:3, 3])

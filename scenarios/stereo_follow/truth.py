@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Truth, told
+from scenarios.truth import Truth, truth_field
 from trackers.types import CameraRegisters
 
 LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]
@@ -28,13 +28,13 @@ class StereoTruth(Truth):
         registers: the camera's settings as it reports them.
     """
 
-    T_world_right: NDArray[np.float64] = told("m", 4, 4)
-    right_instance_map: NDArray[np.int32] = told("id", "H", "W", coding="as instance_map")
-    right_depth_m: NDArray[np.float32] = told("m", "H", "W", coding="as depth_m")
-    illuminance_lx: NDArray[np.float64] = told("lx", "N")
-    place: str = told("word")
-    light_event: LightEvent | None = told("word", coding="none where nothing of the light is new")
-    registers: CameraRegisters = told("1")
+    T_world_right: NDArray[np.float64] = truth_field("m", 4, 4)
+    right_instance_map: NDArray[np.int32] = truth_field("id", "H", "W", coding="as instance_map")
+    right_depth_m: NDArray[np.float32] = truth_field("m", "H", "W", coding="as depth_m")
+    illuminance_lx: NDArray[np.float64] = truth_field("lx", "N")
+    place: str = truth_field("word")
+    light_event: LightEvent | None = truth_field("word", coding="none where nothing of the light is new")
+    registers: CameraRegisters = truth_field("1")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,5 +49,5 @@ class PeopleTruth(StereoTruth):
         near_person: whether somebody other than the target is within 1.5 m of the camera and in its picture.
     """
 
-    occluder: NDArray[np.int64] = told("1", "N", coding="index of an object, -1 for none", left_out=True)
-    near_person: bool = told("1")
+    occluder: NDArray[np.int64] = truth_field("1", "N", coding="index of an object, -1 for none", left_out=True)
+    near_person: bool = truth_field("1")

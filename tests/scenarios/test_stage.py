@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from scenarios.scenario import Frame
-from scenarios.stage import Stage, tells_all
+from scenarios.stage import Stage, covers_all
 from scenarios.truth import Truth, check_truth
 from sim.optics import PinholeCamera
 from sim.render.pipeline import Capture
@@ -152,7 +152,7 @@ def test_larger_views_are_of_the_present_instant_and_closing_frees_the_world() -
 
 
 def test_how_much_truth_is_asked_for_is_a_word() -> None:
-    assert tells_all("all")
-    assert not tells_all("target")
+    assert covers_all("all")
+    assert not covers_all("target")
     with pytest.raises(ValueError, match=r"^truth: expected 'all' or 'target', got some"):
-        tells_all("some")  # type: ignore[arg-type]
+        covers_all("some")  # type: ignore[arg-type]

@@ -8,14 +8,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scenarios.envs.pictureless.life import life_with
+from scenarios.envs.pictureless.episode_state import state_dtype
 from scenarios.envs.pictureless.poses import turn_down
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.episode import NOD_KEPT, NOD_RAD
 from scenarios.stereo_follow.odometry import add_up
 from scenarios.stereo_follow.robot import driven
 
-DRIVE_LIFE = life_with(
+DRIVE_STATE = state_dtype(
     ("speed_mps", "f8"), ("shake_rad", "f8", (2,)), ("odometry", "f8", (3,)), ("odometry_scales", "f8", (2,))
 )
 """A drive: its speed, how the camera shakes, and what the wheels say of its place and heading."""
@@ -25,31 +25,38 @@ _HALF_WIDTH_M = 0.25
 
 
 @njit(cache=True)
-def drive(life: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.random.Generator) -> None:
-    """Obey ``life.obeyed`` for one frame, and add up what the wheels say of the way.
+def drive(state: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.random.Generator) -> None:
+    """Obey ``state.obeyed`` for one frame, and add up what the wheels say of the way.
 
     Args:
         free_m: (P, 4) rectangles x0, y0, x1, y1 where the robot can be.
     """
-    x_m, y_m, yaw_rad = life.place_m[0], life.place_m[1], life.yaw_rad
-    life.place_m[0], life.place_m[1], life.yaw_rad, life.speed_mps, life.yaw_rate_rad_s = driven(
-        life.place_m, yaw_rad, life.speed_mps, life.yaw_rate_rad_s, life.obeyed[0], life.obeyed[3], free_m, interval_s
+    x_m, y_m, yaw_rad = state.place_m[0], state.place_m[1], state.yaw_rad
+    state.place_m[0], state.place_m[1], state.yaw_rad, state.speed_mps, state.yaw_rate_rad_s = driven(
+        state.place_m,
+        yaw_rad,
+        state.speed_mps,
+        state.yaw_rate_rad_s,
+        state.obeyed[0],
+        state.obeyed[3],
+        free_m,
+        interval_s,
     )
-    step_m = (life.place_m[0] - x_m) * np.cos(yaw_rad) + (life.place_m[1] - y_m) * np.sin(yaw_rad)
-    add_up(life.odometry, life.odometry_scales, step_m, life.yaw_rad - yaw_rad, rng)
+    step_m = (state.place_m[0] - x_m) * np.cos(yaw_rad) + (state.place_m[1] - y_m) * np.sin(yaw_rad)
+    add_up(state.odometry, state.odometry_scales, step_m, state.yaw_rad - yaw_rad, rng)
 
 
 @njit(cache=True)
-def look_ahead(life: Any, rng: np.random.Generator) -> None:
+def look_ahead(state: Any, rng: np.random.Generator) -> None:
     """Write the camera's pose, true and as measured; the robot shakes it."""
     for axis in range(2):
         fresh = np.sqrt(1.0 - NOD_KEPT**2) * NOD_RAD * rng.standard_normal()
-        life.shake_rad[axis] = NOD_KEPT * life.shake_rad[axis] + fresh
-    turn_down(life.R, life.yaw_rad, _HALF_TURN_RAD + life.shake_rad[0], life.shake_rad[1])
-    turn_down(life.R_measured, life.odometry[2], _HALF_TURN_RAD, 0.0)
+        state.shake_rad[axis] = NOD_KEPT * state.shake_rad[axis] + fresh
+    turn_down(state.R, state.yaw_rad, _HALF_TURN_RAD + state.shake_rad[0], state.shake_rad[1])
+    turn_down(state.R_measured, state.odometry[2], _HALF_TURN_RAD, 0.0)
     for axis in range(2):
-        life.camera_m[axis], life.camera_measured_m[axis] = life.place_m[axis], life.odometry[axis]
-    life.camera_m[2] = life.camera_measured_m[2] = CAMERA_HEIGHT_M
+        state.camera_m[axis], state.camera_measured_m[axis] = state.place_m[axis], state.odometry[axis]
+    state.camera_m[2] = state.camera_measured_m[2] = CAMERA_HEIGHT_M
 
 
 @njit(cache=True)
@@ -66,12 +73,12 @@ def is_walled(from_x_m: float, from_y_m: float, to_x_m: float, to_y_m: float, op
 
 
 @njit(cache=True)
-def covered_share(life: Any, others_m: NDArray[np.float64], openings_m: NDArray[np.float64]) -> float:
+def covered_share(state: Any, others_m: NDArray[np.float64], openings_m: NDArray[np.float64]) -> float:
     """Return which share of the target is behind walls or, at most, behind one of the others (N, 2)."""
-    from_x_m, from_y_m = life.place_m[0], life.place_m[1]
-    if is_walled(from_x_m, from_y_m, life.target_m[0], life.target_m[1], openings_m):
+    from_x_m, from_y_m = state.place_m[0], state.place_m[1]
+    if is_walled(from_x_m, from_y_m, state.target_m[0], state.target_m[1], openings_m):
         return 1.0
-    to_x_m, to_y_m = life.target_m[0] - from_x_m, life.target_m[1] - from_y_m
+    to_x_m, to_y_m = state.target_m[0] - from_x_m, state.target_m[1] - from_y_m
     most, distance_m = 0.0, max(np.hypot(to_x_m, to_y_m), 1e-6)
     for n in range(len(others_m)):
         x_m, y_m = others_m[n, 0] - from_x_m, others_m[n, 1] - from_y_m

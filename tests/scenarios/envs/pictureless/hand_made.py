@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from scenarios.envs.pictureless.bank import EpisodeBank
+from scenarios.envs.pictureless.episode_state import LATENTS
 from scenarios.envs.pictureless.error_model import CONDITION_FRAMES, KNOT_FRAMES, QUANTILE_Z, ErrorModel
-from scenarios.envs.pictureless.life import LATENTS
 from scenarios.road_town.presets import PRESETS, FrameOuts
 
 FRAMES = 60

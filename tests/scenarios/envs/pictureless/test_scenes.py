@@ -26,10 +26,10 @@ SCENE_WORDS = {"road", "town", "stereo", "sheet", "helicopter", "robot"}
 class Drifting(RoadWorld):
     """Goes north with the wind, whatever is commanded."""
 
-    def move(self, lives: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
-        super().move(lives, wanted, waiting, sightings, rng)
-        lives["place_m"][:] = 0.0
-        lives["place_m"][:, 1] = lives["frame"]
+    def move(self, states: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
+        super().move(states, wanted, waiting, sightings, rng)
+        states["place_m"][:] = 0.0
+        states["place_m"][:, 1] = states["frame"]
 
 
 class BalloonPictureless(RoadPictureless):
@@ -60,7 +60,7 @@ def test_what_looks_down_moves_as_its_own_scenario_says() -> None:
     made.reset(seed=0)
     for _ in range(5):
         made.step(np.ones((3, 1)))
-    np.testing.assert_array_equal(made.lives["place_m"], np.tile([0.0, 5.0, 0.0], (3, 1)))
+    np.testing.assert_array_equal(made.states["place_m"], np.tile([0.0, 5.0, 0.0], (3, 1)))
 
 
 @pytest.mark.usefixtures("_known")

@@ -68,7 +68,7 @@ def test_who_ends_begins_anew_within_the_step() -> None:
     assert not any(infos[f"reward_{term}"].any() for term in TERMS)
     assert made.single_observation_space.contains(infos["final_obs"][0])
     assert not np.array_equal(observed[0], infos["final_obs"][0])
-    assert (made.lives["frame"] == 0).all()
+    assert (made.states["frame"] == 0).all()
     assert (made.step(nothing)[4]["frame"] == 1).all()
 
 
@@ -98,8 +98,8 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
         made.reset(seed=1)
         for _ in range(20):
             made.step(np.ones((2, 4)))
-    assert (always.lives["obeyed"][:, 3] > 0).all()
-    assert (unseen.lives["obeyed"][:, 3] == 0).all(), "it saw its target all the time"
+    assert (always.states["obeyed"][:, 3] > 0).all()
+    assert (unseen.states["obeyed"][:, 3] == 0).all(), "it saw its target all the time"
 
 
 @pytest.mark.parametrize(
