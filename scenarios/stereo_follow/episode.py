@@ -1,4 +1,4 @@
-"""One episode of ``stereo-follow``: the plan carried out, frame by frame."""
+"""One episode of ``stereo-follow``: the plan, frame by frame."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from sim.world import World
 from trackers.types import CameraCommand, EgoPose, Start
 
 NOD_RAD, NOD_KEPT = np.deg2rad(0.12), 0.8
-"""The robot shakes: standard deviation of its nod and roll, and what is left of them from frame to frame."""
+"""The robot shakes: standard deviation of nod and roll, and their autoregression coefficient."""
 _NEAR_M = 1.5
 
 
@@ -52,8 +52,8 @@ class StereoFollowEpisode(Stage):
         self._events = LightEvents(plan.places, plan.light.switched, preset.rate_hz)
         self._move_to(0)
         nothing = np.full((preset.height_px, preset.width_px), -1, np.int32)
-        nobody = np.zeros(len(self._people.names), dtype=np.bool_)
-        seen = self._people.seen(self._camera, self._T_world_camera, nothing, nobody)
+        boxes_alone = np.zeros(len(self._people.names), dtype=np.bool_)
+        seen = self._people.seen(self._camera, self._T_world_camera, nothing, boxes_alone)
         self._first_box_xyxy = seen[TARGET].box_xyxy
 
     @property
@@ -82,7 +82,7 @@ class StereoFollowEpisode(Stage):
 
     def _take(self, frame: int) -> Frame:
         pair = self._pair.take_pair(self._shader, self._T_world_camera, frame)
-        # In place: the maps are this frame's own, and nothing else asks for the parts.
+        # In place: the maps belong to this frame alone, and nothing else needs the parts.
         for capture in (pair.left, pair.right):
             self._people.merge(capture.instance_id)
         truth = self._truth(frame, pair)

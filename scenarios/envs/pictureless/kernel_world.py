@@ -1,4 +1,4 @@
-"""A world whose beginnings and steps are kernels."""
+"""A world whose starts and steps are kernels."""
 
 from __future__ import annotations
 

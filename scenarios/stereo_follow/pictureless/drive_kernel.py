@@ -1,4 +1,4 @@
-"""The robot's way and view for many at a time."""
+"""Motion and view of many robots at a time."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from scenarios.stereo_follow.robot import driven
 DRIVE_STATE = state_dtype(
     ("speed_mps", "f8"), ("shake_rad", "f8", (2,)), ("odometry", "f8", (3,)), ("odometry_scales", "f8", (2,))
 )
-"""A drive: its speed, how the camera shakes, and what the wheels say of its place and heading."""
+"""State of a drive: with its speed, the camera's shaking, and the odometry."""
 _HALF_TURN_RAD = 0.5 * np.pi
 _HALF_WIDTH_M = 0.25
-"""Of a person, as others are hidden behind."""
+"""Half width of people as occluders and as targets."""
 
 
 @njit(cache=True)
 def drive(state: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.random.Generator) -> None:
-    """Obey ``state.obeyed`` for one frame, and add up what the wheels say of the way.
+    """Obey ``state.obeyed`` for one frame, and advance the odometry.
 
     Args:
         free_m: (P, 4) rectangles x0, y0, x1, y1 where the robot can be.
@@ -48,7 +48,7 @@ def drive(state: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.ra
 
 @njit(cache=True)
 def look_ahead(state: Any, rng: np.random.Generator) -> None:
-    """Write the camera's pose, true and as measured; the robot shakes it."""
+    """Write the camera's pose, true with shaking, and as measured."""
     for axis in range(2):
         fresh = np.sqrt(1.0 - NOD_KEPT**2) * NOD_RAD * rng.standard_normal()
         state.shake_rad[axis] = NOD_KEPT * state.shake_rad[axis] + fresh
@@ -61,7 +61,7 @@ def look_ahead(state: Any, rng: np.random.Generator) -> None:
 
 @njit(cache=True)
 def is_walled(from_x_m: float, from_y_m: float, to_x_m: float, to_y_m: float, openings_m: NDArray[np.float64]) -> bool:
-    """Return whether a wall bars the line from one place to another: it has gaps (W, 4), x0, y0, x1, y1, alone."""
+    """Return whether a wall blocks the line between two places; its only gaps are (W, 4), x0, y0, x1, y1."""
     for k in range(len(openings_m)):
         for side in (0, 2):
             wall_x_m = openings_m[k, side]
@@ -74,7 +74,7 @@ def is_walled(from_x_m: float, from_y_m: float, to_x_m: float, to_y_m: float, op
 
 @njit(cache=True)
 def covered_share(state: Any, others_m: NDArray[np.float64], openings_m: NDArray[np.float64]) -> float:
-    """Return which share of the target is behind walls or, at most, behind one of the others (N, 2)."""
+    """Return the share of the target that is hidden by walls, or by the person (N, 2) who hides most of it."""
     from_x_m, from_y_m = state.place_m[0], state.place_m[1]
     if is_walled(from_x_m, from_y_m, state.target_m[0], state.target_m[1], openings_m):
         return 1.0
@@ -84,7 +84,7 @@ def covered_share(state: Any, others_m: NDArray[np.float64], openings_m: NDArray
         x_m, y_m = others_m[n, 0] - from_x_m, others_m[n, 1] - from_y_m
         share = (x_m * to_x_m + y_m * to_y_m) / distance_m**2
         if 0.02 < share < 1.0:
-            # His shadow on the plane of the target.
+            # The person's shadow on the plane of the target.
             aside_m = (x_m * to_y_m - y_m * to_x_m) / distance_m / share
             shadow_m = _HALF_WIDTH_M / share
             both_m = min(_HALF_WIDTH_M, aside_m + shadow_m) - max(-_HALF_WIDTH_M, aside_m - shadow_m)
