@@ -30,5 +30,5 @@ class RoadWorld(KernelWorld):
         assert ego is not None
         degrees = np.deg2rad([ego.attitude_bias_deg, ego.attitude_noise_deg])
         noise = np.array([(ego.position_bias_m, ego.position_noise_m, degrees[0], degrees[1])], ROAD_NOISE)
-        fixed = {"noise": noise, "errors": errors, "camera": camera_numbers(camera), "interval_s": 1.0 / preset.rate_hz}
-        super().__init__(Flights(**arrays, **fixed), link)
+        numbers, interval_s = camera_numbers(camera), 1.0 / preset.rate_hz
+        super().__init__(Flights(**arrays, noise=noise, errors=errors, camera=numbers, interval_s=interval_s), link)
