@@ -1,4 +1,4 @@
-"""Kernels are compiled for each scene's record by itself, in whichever order scenes come in one process."""
+"""Kernels are compiled for each scene's record separately, in any order of the scenes in one process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a tracker is made to say has the distribution that its model holds."""
+"""Drawn answers of a tracker have the distribution of its model."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def start_all(states: Any, rng: Any) -> None:
 
 
 def said_m(states: np.ndarray) -> np.ndarray:
-    """Return places (B, 2) that a camera straight above the origin makes of what is said."""
+    """Return the places (B, 2) of the answers for a camera straight above the origin."""
     offset_px = states["estimate_px"] - CAMERA[1:]
     return np.column_stack([-offset_px[:, 1], -offset_px[:, 0]]) * (60.0 - 0.75) / CAMERA[0]
 
@@ -50,7 +50,7 @@ def test_errors_have_the_model_s_mean_variance_and_memory() -> None:
     assert (states["mode"] == TRACKING).all()
     places_m = said_m(states)
     np.testing.assert_allclose(places_m.mean(axis=0), 0.0, atol=0.01)
-    # Outermost quantiles, beyond 2.4 deviations, are cut.
+    # Quantiles beyond 2.4 deviations are cut.
     np.testing.assert_allclose(places_m.std(axis=0), 0.3, rtol=0.02)
     for latent in (ALONG, ACROSS):
         assert np.corrcoef(before[:, latent], states["latent"][:, latent])[0, 1] == pytest.approx(0.5, abs=0.02)

@@ -1,4 +1,4 @@
-"""What is so and what is said without a picture is what it is with one."""
+"""Truth and sightings without pictures equal those of the rendered env."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def states_at(T_world_camera: np.ndarray, heading_rad: float) -> np.ndarray:
 
 
 def truth_of(T_world_camera: np.ndarray, heading_rad: float) -> Any:
-    """Return what the rendered env makes of a box at the origin."""
+    """Return the rendered env's truth of a box at the origin."""
     pose = pose_on_ground(0.0, 0.0, heading_rad)
     corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)]) * SIZE_M
     pixels = project(CAMERA, T_world_camera, corners @ pose[:3, :3].T)[0]

@@ -33,7 +33,7 @@ def test_helicopters_fly_alike() -> None:
     states["place_m"], states["yaw_rad"] = [5.0, -3.0, 70.0], 0.7
     attitude_rad = helicopter._attitude_rad
     for frame in range(1, 300):
-        # Now and then beyond every limit, long enough to reach the lowest height.
+        # Commands exceed every limit at times, and the flight is long enough to reach the lowest height.
         command = rng.normal([0, 0, -4, 0], [25, 25, 6, 1])
         helicopter.fly(CameraCommand(*command))
         fly_one(states, command, attitude_rad[frame], rng, scratch)

@@ -1,4 +1,4 @@
-"""The kernel drives, measures and hides as the rendered env does."""
+"""The kernel's motion, odometry and occlusion equal those of the rendered env."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_robots_drive_and_measure_alike() -> None:
     for _ in range(400):
         command = rng.normal([0.8, 0.0], [1.0, 1.5])
         robot.drive(CameraCommand(forward_mps=command[0], yaw_rate_rad_s=command[1]))
-        # Slips are drawn in the same order; the camera's shaking after them must not disturb that.
+        # Slips are drawn in the same order; the draws of the camera's shaking come after them.
         state = slips.bit_generator.state
         drive_one(states, command, plan.free_m, slips)
         slips.bit_generator.state = state
@@ -59,12 +59,12 @@ def test_robots_drive_and_measure_alike() -> None:
 def test_walls_and_people_hide() -> None:
     states = np.zeros(1, DRIVE_STATE)
     states["place_m"], states["target_m"] = [-2.0, 1.0, 0.0], [2.0, 1.0]
-    wall, nobody = np.array([[0.0, 0.0, 0.0, 2.0]]), np.full((1, 2), 1e6)
-    assert covered_one(states, nobody, wall) == 0.0
+    wall, far_away = np.array([[0.0, 0.0, 0.0, 2.0]]), np.full((1, 2), 1e6)
+    assert covered_one(states, far_away, wall) == 0.0
     # The opening is elsewhere.
-    assert covered_one(states, nobody, np.array([[0.0, 3.0, 0.0, 5.0]])) == 1.0
-    # On the line, his shadow is wider than the target; aside by a shadow's and the target's half widths it is gone.
+    assert covered_one(states, far_away, np.array([[0.0, 3.0, 0.0, 5.0]])) == 1.0
+    # On the line, the person's shadow is wider than the target; at the sum of both half widths it misses the target.
     assert covered_one(states, np.array([[0.0, 1.0]]), wall) == 1.0
     assert covered_one(states, np.array([[0.0, 1.0 + 0.5 * 0.5]]), wall) == pytest.approx(0.5)
     assert covered_one(states, np.array([[0.0, 1.0 + 0.5 * 0.76]]), wall) == 0.0
-    assert covered_one(states, np.array([[3.0, 1.0]]), wall) == 0.0, "he stands behind the target"
+    assert covered_one(states, np.array([[3.0, 1.0]]), wall) == 0.0, "the person stands behind the target"
