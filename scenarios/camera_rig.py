@@ -39,7 +39,7 @@ class SingleCamera:
         self._frame, self._settings = -1, SensorSettings(1.0, 1.0)
 
     def take(self, shader: Shader, T_world_camera: NDArray[np.float64], frame: int, **exposing: Any) -> Capture:
-        """Photograph the world as it is now; the sensor's loops take one step.
+        """Take a picture of the current world; the sensor's loops take one step.
 
         Args:
             frame: index, >= 0; it determines the noise.

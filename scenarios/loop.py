@@ -65,7 +65,7 @@ class ManyFromPictures:
 def first_box(start: Start) -> NDArray[np.float64]:
     """Return a copy of the target's box (4,) in the first picture. Raises ValueError if ``start`` has none."""
     if start.box_xyxy is None:
-        raise ValueError("start: expected the box of a target, got none: this scenario points at no target")
+        raise ValueError("start: expected the box of a target, got none: this scenario gives no target")
     return start.box_xyxy.copy()
 
 

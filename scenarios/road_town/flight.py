@@ -42,7 +42,7 @@ class Pulse:
     Attributes:
         start_frame, rise_frames, hold_frames, fall_frames: its timing.
         offset_m: (ahead, left) displacement of the aim on the ground at full swing, in the helicopter's frame.
-        tilts: True for a gust that tilts the helicopter, False for its drifting away.
+        tilts: True for a gust that tilts the helicopter, False for a drift of the helicopter.
     """
 
     start_frame: int

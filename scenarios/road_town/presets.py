@@ -15,7 +15,7 @@ APART_FRAMES = SETTLE_FRAMES + 14
 OVERHANG_FRAMES = 10
 """A frame-out may be nearer to either end of the episode by this much."""
 LAND_REACHES_M = 1600.0
-"""A town lies in a square of land of this side."""
+"""Side of the square of land around a town."""
 
 
 @dataclass(frozen=True)

@@ -107,7 +107,7 @@ class RoadMap:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return positions (..., 2), m, and headings (...), rad, of the street there (start to end).
 
-        ``arc_m`` beyond a street's ends is held at them.
+        ``arc_m`` is clamped to the street.
         """
         index, fraction = self._between(np.asarray(street), np.asarray(arc_m, dtype=float))
         blend = fraction[..., None]
