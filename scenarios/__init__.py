@@ -1,7 +1,7 @@
-"""Worlds to follow targets in: the catalogue, and what an episode and its truth are.
+"""Scenarios: the catalogue, and the contracts of an episode and its truth.
 
-Importing this makes the env ids known to Gymnasium, and imports neither Gymnasium nor a world: a public name is loaded
-where it is first asked for.
+Importing this package registers the env ids with Gymnasium, but imports neither Gymnasium nor a scene: a public name is
+loaded on its first use.
 """
 
 import importlib
@@ -20,7 +20,7 @@ _HOMES = {
     "Link": "scenarios.command_link",
     "Reward": "scenarios.envs.reward",
 }
-"""Public name -> module that defines it, or that it is the name of."""
+"""Public name -> the module that defines it; ``catalog`` is itself a module."""
 __all__ = tuple(_HOMES)
 
 register_envs()

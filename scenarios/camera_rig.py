@@ -1,4 +1,4 @@
-"""The cameras of an episode: renderer and sensor of the one whose picture is watched."""
+"""The cameras of an episode: renderer and sensor of the camera that the tracker watches."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from sim.world import World
 
 
 class Rig(Protocol):
-    """One camera or several that are carried together.
+    """One camera, or several on one carrier.
 
     Attributes:
-        camera: the one whose picture is watched.
+        camera: the one that the tracker watches.
     """
 
     camera: PinholeCamera
 
     def larger_view(self, shader: Shader, T_world_camera: NDArray[np.float64], scale: float) -> NDArray[np.uint8]:
-        """Return what the camera sees now in a picture ``scale`` times as wide and high."""
+        """Return the current instant in a picture ``scale`` times as wide and high."""
         ...
 
 
@@ -39,7 +39,7 @@ class SingleCamera:
         self._frame, self._settings = -1, SensorSettings(1.0, 1.0)
 
     def take(self, shader: Shader, T_world_camera: NDArray[np.float64], frame: int, **exposing: Any) -> Capture:
-        """Photograph the world as it is now; the sensor's loops take one step.
+        """Take a picture of the current world; the sensor's loops take one step.
 
         Args:
             frame: index, >= 0; it determines the noise.

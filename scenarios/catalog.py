@@ -17,14 +17,14 @@ def unversioned(name: str) -> str:
 
 @dataclass(frozen=True)
 class Entry:
-    """What is known of a scenario before its modules are imported, which takes seconds.
+    """A scenario's description, available without importing its modules, which takes seconds.
 
     Attributes:
         id: catalogue id with its version. place: ``module:name`` of the ``Scenario``.
-        env_id: Gymnasium's id of the env about it, '' if there is none.
-        tracker: the one in that env's loop if no other is asked for.
-        episode_steps: of that env, unless Gymnasium is told another number; 299 are those of 300 frames.
-        survey: ``module:name`` of what measures its presets (``Survey``), '' if nothing does.
+        env_id: Gymnasium's id of its env, '' if there is none.
+        tracker: default tracker of that env.
+        episode_steps: default ``max_episode_steps`` of that env; 300 frames have 299 steps.
+        survey: ``module:name`` of its ``Survey``, '' if there is none.
     """
 
     id: str
@@ -51,9 +51,9 @@ _ENTRIES: tuple[Entry, ...] = (
     ),
     Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
-"""In order of publication: of two versions of one scenario, the later stands later. Add yours here."""
+"""In order of publication: a later version of a scenario stands after an earlier one. Add yours here."""
 DEFAULT, DEFAULT_ENV = unversioned(_ENTRIES[0].id), _ENTRIES[0].env_id
-"""The scenario and the env of commands where none is named."""
+"""Default scenario and env of the commands."""
 
 
 def register(entry: Entry) -> None:
@@ -76,12 +76,12 @@ def names() -> tuple[str, ...]:
 
 
 def envs() -> dict[str, tuple[str, str]]:
-    """Return env id -> catalogue id, and the tracker in the loop if no other is asked for."""
+    """Return env id -> catalogue id and default tracker."""
     return {entry.env_id: (entry.id, entry.tracker) for entry in _ENTRIES if entry.env_id}
 
 
 def scenario(name: str) -> Scenario:
-    """Return a scenario by id; without a version (``road-town``) the latest.
+    """Return a scenario by id; an id without a version (``road-town``) means the latest version.
 
     Raises:
         ValueError: for an unknown name; lists the known ones. For a scenario with another id than its entry.
@@ -94,7 +94,7 @@ def scenario(name: str) -> Scenario:
 
 
 def survey(name: str) -> Survey | None:
-    """Return what measures a scenario's presets, if anything does. Raises ValueError for an unknown name."""
+    """Return a scenario's survey, None if it has none. Raises ValueError for an unknown name."""
     place = _entry(name).survey
     return _loaded(place) if place else None
 

@@ -1,9 +1,9 @@
-"""The link from who steers to what is steered: limits, delay and noise on the way."""
+"""The link from a controller to the carrier: limits, delay and noise of commands."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -15,23 +15,21 @@ from trackers.types import BODY_COMMANDS, CameraCommand, Carrier, CommandName
 
 
 def link_fields(count: int) -> list[tuple[Any, ...]]:
-    """Return what a record must have that commands of ``count`` numbers are sent to: steps so far, the latest command
-    after limits, the one obeyed.
-    """
+    """Return the link's fields in a record: steps so far, the latest command (count,) after limits, the one obeyed."""
     return [("steps", "i8"), ("command", "f8", (count,)), ("obeyed", "f8", (count,))]
 
 
 LINK_FIELDS = link_fields(len(BODY_COMMANDS))
-"""Those of the commands of a carrier that moves as a whole."""
+"""The link's fields for a carrier that moves as a whole."""
 
 
 @dataclass(frozen=True)
 class Link:
-    """What happens to a command on its way.
+    """Delay and noise of commands.
 
     Attributes:
-        delay_frames: a command given on one picture moves the carrier so many frames later than the next, >= 0.
-        noise: standard deviation of what is added to each number, as a share of its limit, >= 0.
+        delay_frames: frames by which a command is late; 0: it moves the carrier before the next picture.
+        noise: standard deviation of the noise on each number, as a share of its limit, >= 0.
     """
 
     delay_frames: int = 0
@@ -53,12 +51,11 @@ def link_named(name: str) -> Link:
     return LINKS[name]
 
 
-@dataclass(frozen=True, eq=False)
-class LinkLimits:
+class LinkLimits(NamedTuple):
     """A link to a carrier, for kernels.
 
     Attributes:
-        limits, steps: (A,) range and largest change a frame of each command, 0 of those that the carrier does not obey.
+        limits, steps: (A,) largest value and largest change per frame of each command; 0 if the carrier ignores it.
         delay_frames, noise: see ``Link``.
     """
 
@@ -71,7 +68,7 @@ class LinkLimits:
 def link_limits(
     carrier: Carrier, rate_hz: float, link: Link, names: tuple[CommandName, ...] = BODY_COMMANDS
 ) -> LinkLimits:
-    """Return the numbers of a link to a carrier, of the commands of these names in this order."""
+    """Return the limits of a link to a carrier, for the commands ``names`` in this order."""
     axes = {axis.name: axis for axis in carrier.axes}
     limits = [axes[name].limit if name in axes else 0.0 for name in names]
     steps = [axes[name].slew_per_s / rate_hz if name in axes else 0.0 for name in names]
@@ -79,10 +76,10 @@ def link_limits(
 
 
 class CommandLink:
-    """Passes commands on as the carrier gets them; one for each episode.
+    """Passes commands on to the carrier; one link per episode.
 
-    A command's numbers are limited to the carrier's range, and to what they may change from frame to frame; then they
-    wait their turn, and noise is added. Numbers that the carrier does not obey are dropped.
+    A command's numbers are limited in value and in change per frame, then delayed, then noise is added. Numbers that
+    the carrier ignores are dropped.
     """
 
     def __init__(self, carrier: Carrier, rate_hz: float, link: Link, rng: np.random.Generator) -> None:
@@ -93,65 +90,53 @@ class CommandLink:
         self._waiting = np.zeros((link.delay_frames, count))
 
     def send(self, command: CameraCommand) -> CameraCommand:
-        """Return what the carrier gets on this frame.
+        """Return the command that the carrier receives on this frame.
 
         Raises:
             ValueError: if the command is not finite.
         """
         wanted = np.array([getattr(command, name) for name in self._names], dtype=float)
         check("command", bool(np.isfinite(wanted).all()), "finite numbers", command)
-        link = self._link
-        _send_one(self._state, wanted, link.limits, link.steps, self._waiting, link.noise, self._rng)
+        _send_one(self._state, wanted, self._link, self._waiting, self._rng)
         obeyed = self._state["obeyed"][0]
         return CameraCommand(**{name: float(number) for name, number in zip(self._names, obeyed, strict=True)})
 
 
 @njit(cache=True)
 def send(
-    life: Any,
+    state: Any,
     wanted: NDArray[np.float64],
-    limits: NDArray[np.float64],
-    steps: NDArray[np.float64],
+    link: LinkLimits,
     waiting: NDArray[np.float64],
-    noise: float,
     rng: np.random.Generator,
 ) -> None:
-    """Write the command that the carrier gets to ``life.obeyed``; see ``CommandLink``.
+    """Write the command that the carrier receives to ``state.obeyed``; see ``CommandLink``.
 
     Args:
-        life: a record with ``LINK_FIELDS``.
-        wanted: (A,) the commands.
-        limits, steps, noise: see ``LinkLimits``.
-        waiting: (D, A) commands on their way, a ring whose place is the number of steps.
+        state: a record with ``LINK_FIELDS``.
+        wanted: (A,) the command.
+        waiting: (D, A) delayed commands, a ring buffer indexed by ``steps % D``.
     """
-    delay = len(waiting)
+    limits, steps, delay, noise = link.limits, link.steps, len(waiting), link.noise
     for axis in range(len(limits)):
         value = min(max(wanted[axis], -limits[axis]), limits[axis])
-        value = min(max(value, life.command[axis] - steps[axis]), life.command[axis] + steps[axis])
-        life.command[axis] = value
+        value = min(max(value, state.command[axis] - steps[axis]), state.command[axis] + steps[axis])
+        state.command[axis] = value
         if delay > 0:
-            place = life.steps % delay
+            place = state.steps % delay
             value, waiting[place, axis] = waiting[place, axis], value
         if noise > 0.0 and limits[axis] > 0.0:
             value += noise * limits[axis] * rng.standard_normal()
             value = min(max(value, -limits[axis]), limits[axis])
-        life.obeyed[axis] = value
+        state.obeyed[axis] = value
 
 
 @njit(cache=True)
-def _send_one(
-    states: Any,
-    wanted: NDArray[np.float64],
-    limits: NDArray[np.float64],
-    steps: NDArray[np.float64],
-    waiting: NDArray[np.float64],
-    noise: float,
-    rng: np.random.Generator,
-) -> None:
-    send(states[0], wanted, limits, steps, waiting, noise, rng)
+def _send_one(states: Any, wanted: Any, link: LinkLimits, waiting: Any, rng: np.random.Generator) -> None:
+    send(states[0], wanted, link, waiting, rng)
     states[0].steps += 1
 
 
 def episode_link(carrier: Carrier, rate_hz: float, link: Link, seed: int) -> CommandLink:
-    """Return the link of one episode: its noise is the same whoever steers, wherever it is lived through."""
+    """Return the link of one episode. Its noise depends on the seed alone, not on the controller or the caller."""
     return CommandLink(carrier, rate_hz, link, generator(seed, "link"))

@@ -1,4 +1,4 @@
-"""When a target counts as in view: what following is scored by, in every scenario."""
+"""When a target counts as in view: the measure of following in every scenario."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from scenarios.truth import Truth
 from sim.optics import PinholeCamera
 
 SHORTEST_LENGTH_PX = 12.0
-"""A target that is seen smaller than this is not watched: climbing and zooming out win nothing."""
+"""A target that appears smaller does not count as in view, so climbing and zooming out gain nothing."""
 
 
 def length_px(truth: Truth, target: int) -> float:
-    """Return the longer side of the target's amodal box; 0 where it is behind the camera."""
+    """Return the longer side of the target's amodal box; 0 if the target is behind the camera."""
     box = truth.box_xyxy[target]
     return 0.0 if np.isnan(box).any() else float(max(box[2] - box[0], box[3] - box[1]))
 
@@ -20,7 +20,7 @@ def length_px(truth: Truth, target: int) -> float:
 def centring(truth: Truth, target: int, camera: PinholeCamera) -> float:
     """Return how centred the target is: 1 in the middle, 0 on the border and outside (DAT's ``p``).
 
-    One minus its distance from the picture's centre over the distance from there to the border along the same ray.
+    It is one minus the target's distance from the picture's centre over the border's distance along the same ray.
     """
     x, y = truth.position_px[target]
     share = max(abs(2.0 * x / camera.width_px - 1.0), abs(2.0 * y / camera.height_px - 1.0))
@@ -28,5 +28,5 @@ def centring(truth: Truth, target: int, camera: PinholeCamera) -> float:
 
 
 def is_in_view(truth: Truth, target: int, camera: PinholeCamera) -> bool:
-    """Return whether the target's centre is inside the picture, hidden or not, and it is seen long enough."""
+    """Return whether the target's centre is inside the picture, hidden or not, and its box is long enough."""
     return centring(truth, target, camera) > 0.0 and length_px(truth, target) >= SHORTEST_LENGTH_PX

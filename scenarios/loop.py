@@ -1,6 +1,6 @@
-"""The one loop through an episode: the camera moves, a picture is taken, every contestant is asked about it.
+"""The loop through an episode: the camera moves, takes a picture, and every contestant answers on it.
 
-Benchmark, videos, envs and recorded runs all live through episodes by it.
+Benchmark, videos, envs and recorded runs all use this loop.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from trackers.types import Answer, CameraCommand, Estimate, Start, Track
 
 
 class Contestant(Protocol):
-    """Answers on every frame where the target is, or all targets are."""
+    """Answers on every frame where the target is, or where all targets are."""
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
-        """Start with what the scenario hands over, and answer on the first frame."""
+        """Start from the scenario's ``Start``, and answer on the first frame."""
         ...
 
     def update(self, frame: Frame) -> Answer:
@@ -31,13 +31,13 @@ class Contestant(Protocol):
 
 
 class FromPictures:
-    """A tracker of one target as a contestant: it is handed the observation of a frame, and nothing of its truth."""
+    """A tracker of one target as a contestant: it receives a frame's observation, never its truth."""
 
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """See ``Contestant``. The box that it is given is the answer."""
+        """See ``Contestant``. The answer is the given box."""
         self._tracker.initialise(frame.observation, first_box(start))
         return given(start)
 
@@ -53,7 +53,7 @@ class ManyFromPictures:
         self._tracker = tracker
 
     def initialise(self, frame: Frame, start: Start) -> Sequence[Track]:
-        """See ``Contestant``. No target is pointed at: the first picture is one like the others."""
+        """See ``Contestant``. No target is given: the first picture is treated like the others."""
         self._tracker.start(start.background, start.camera)
         return self.update(frame)
 
@@ -63,31 +63,31 @@ class ManyFromPictures:
 
 
 def first_box(start: Start) -> NDArray[np.float64]:
-    """Return a box (4,) of the target in the first picture to keep. Raises ValueError where none is pointed at."""
+    """Return a copy of the target's box (4,) in the first picture. Raises ValueError if ``start`` has none."""
     if start.box_xyxy is None:
-        raise ValueError("start: expected the box of a target, got none: this scenario points at no target")
+        raise ValueError("start: expected the box of a target, got none: this scenario gives no target")
     return start.box_xyxy.copy()
 
 
 def given(start: Start) -> Estimate:
-    """Return the answer on the first frame of a tracker that is given the target's box."""
+    """Return a tracker's answer on the first frame: the target's box that it was given."""
     box_xyxy = first_box(start)
     return Estimate(0.5 * (box_xyxy[:2] + box_xyxy[2:]), box_xyxy=box_xyxy, in_view_probability=1.0)
 
 
 def tracker_stream(seed: int, name: str, repeat: int = 0) -> np.random.Generator:
-    """Return what a tracker of this name draws from in the episode of a seed, wherever that is lived through."""
+    """Return the random stream of the tracker ``name`` in an episode; it is the same for every caller."""
     return generator(seed, f"tracker/{name}" if repeat == 0 else f"tracker/{name}/{repeat}")
 
 
 class Loop:
-    """One pass through an episode. What a contestant or a controller raises is not caught here.
+    """One pass through an episode. Exceptions of contestants and controllers are not caught here.
 
     Attributes:
-        episode: the scenario's own.
-        frame: the latest one; like the others, there is none before the first step.
-        answers: what each contestant says of it, in their order.
-        obeyed: the command as the carrier got it on the way to it; None for frame 0, and on a set path.
+        episode: the episode.
+        frame: the latest frame; this and the next two do not exist before the first step.
+        answers: each contestant's answer on it, in their order.
+        obeyed: the command that the carrier received before this frame; None for frame 0, and on a set path.
     """
 
     frame: Frame
@@ -97,13 +97,13 @@ class Loop:
     def __init__(
         self, episode: Episode, contestants: Sequence[Contestant] = (), link: CommandLink | None = None
     ) -> None:
-        """``link`` takes commands to the carrier; None takes them there as they are."""
+        """``link`` passes commands on to the carrier; None passes them on unchanged."""
         self.episode = episode
         self._contestants, self._link = contestants, link
         self._begun = False
 
     def step(self, command: CameraCommand | None = None) -> Frame:
-        """Move on by one frame and ask about it. On the way to frame 0, and on a set path, there is no command."""
+        """Advance by one frame and collect the answers. ``command`` is None before frame 0 and on a set path."""
         self.obeyed = command if command is None or self._link is None else self._link.send(command)
         self.frame = self.episode.step(self.obeyed)
         if self._begun:
@@ -115,7 +115,7 @@ class Loop:
         return self.frame
 
     def frames(self, controller: Controller | None = None, count: int | None = None) -> Iterator[Frame]:
-        """Step through the first ``count`` frames, None = all; a controller goes by what the first contestant says."""
+        """Step through the first ``count`` frames, None = all; the controller uses the first contestant's estimates."""
         yield self.step()
         for _ in range(1, self.episode.frame_count if count is None else count):
             command = None if controller is None else controller.command(self.frame.observation, self.estimate)
@@ -123,12 +123,12 @@ class Loop:
 
     @property
     def is_over(self) -> bool:
-        """Whether this was the last frame."""
+        """Whether the latest frame is the last one."""
         return self.frame.truth.frame + 1 >= self.episode.frame_count
 
     @property
     def estimate(self) -> Estimate:
-        """What the first contestant, one of one target, says of the latest frame: what a controller steers by."""
+        """The first contestant's estimate on the latest frame, which a controller steers by."""
         answer = self.answers[0]
         assert isinstance(answer, Estimate)
         return answer

@@ -1,4 +1,4 @@
-"""The contract of a scenario: what it offers by name, and how an episode of it is lived through."""
+"""The contracts of a scenario: its names and presets, its episodes, its surveys."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ RendererName = Literal["raster", "pybullet"]
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One instant: what trackers are told, and what is so.
+    """One instant: the observation that trackers get, and the truth.
 
     Attributes:
         observation, truth: of the camera that the tracker watches.
-        steered: truth of the steered camera, if that is another one, whose model ``observation.steered`` tells.
+        steered: truth of the steered camera, if that is another one; ``observation.steered`` holds its model.
     """
 
     observation: Observation
@@ -37,10 +37,10 @@ class Frame:
     @property
     def judged(self) -> tuple[Truth, PinholeCamera]:
         """Truth and camera that following is judged by: those of the steered camera, if the episode has two."""
-        told = self.observation.steered
-        if self.steered is None or told is None:
+        view = self.observation.steered
+        if self.steered is None or view is None:
             return self.truth, self.camera
-        return self.steered, _pinhole(told.camera)
+        return self.steered, _pinhole(view.camera)
 
 
 class Episode(Protocol):
@@ -49,7 +49,7 @@ class Episode(Protocol):
     Attributes:
         frame_count: number of frames.
         rate_hz: frames a second.
-        closed_loop: True if ``step`` needs a command, False if the camera flies a set path or is at rest.
+        closed_loop: True if ``step`` needs a command, False if the camera follows a set path or is at rest.
     """
 
     frame_count: int
@@ -58,21 +58,21 @@ class Episode(Protocol):
 
     @property
     def start(self) -> Start:
-        """What a tracker is told before the first picture."""
+        """What a tracker gets before the first picture."""
         ...
 
     def step(self, command: CameraCommand | None = None) -> Frame:
-        """Return the next frame, frame 0 at first. ``command`` moves the camera in closed loop."""
+        """Return the next frame, starting with frame 0. ``command`` moves the camera in closed loop."""
         ...
 
     def map_of(self) -> Any:
-        """Return the scenario's own map (road network …), for references with unfair knowledge."""
+        """Return the scenario's map (road network …), for reference trackers with unfair knowledge."""
         ...
 
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
-        """Return the current instant by the same camera with a picture ``scale`` times as wide and high.
+        """Return the current instant from the same camera in a picture ``scale`` times as wide and high.
 
-        Its middle shows what is observed, up to noise: the papers' figures draw what lies around, too.
+        Its middle equals the observed picture, up to noise; the papers' figures also draw the surroundings.
         """
         ...
 
@@ -83,13 +83,12 @@ class Episode(Protocol):
 
 @dataclass(frozen=True)
 class TrackerRuns:
-    """Of runs with pictures that a tracker's error model is fitted to.
+    """The rendered runs that a tracker's error model is fitted to.
 
     Attributes:
-        controllers: those that steer, in turn: between them the target is seen, cut, hidden, lost for moments and lost
-            for good.
-        wrong_from_m: error from which a tracker is not on its target.
-        jump_m: the tracker looks elsewhere where its error changes by more from frame to frame.
+        controllers: steer in turn; together they produce targets in view, cut, hidden, briefly lost and lost for good.
+        wrong_from_m: error from which a tracker is off its target.
+        jump_m: a larger change of the error between frames means that the tracker has moved its estimate elsewhere.
     """
 
     controllers: tuple[str, ...]
@@ -98,48 +97,48 @@ class TrackerRuns:
 
 
 class World(Protocol):
-    """Moves episodes without pictures, B at a time: records ``lives`` (B,) of dtype ``life``.
+    """Simulates B episodes at a time without pictures; their states (B,) are records of ``state_dtype``.
 
     Attributes:
-        life: ``scenarios.envs.pictureless.life.LIFE`` with fields of the carrier's own.
+        state_dtype: ``scenarios.envs.pictureless.episode_state.EPISODE_STATE`` and the carrier's own fields.
         camera: focal length, half width, half height (3,), pixels.
         interval_s: between frames.
     """
 
-    life: np.dtype[Any]
+    state_dtype: np.dtype[Any]
     camera: NDArray[np.float64]
     interval_s: float
 
     def begin(
         self,
-        lives: NDArray[np.void],
+        states: NDArray[np.void],
         which: NDArray[np.int64],
         episodes: NDArray[np.int64],
         at_frame_outs: bool,
         sightings: NDArray[np.void],
         rng: np.random.Generator,
     ) -> None:
-        """Begin episodes (K,) of the bank in the lives ``which`` (K,); write their first sightings."""
+        """Begin ``episodes`` (K,) of the bank in the rows ``which`` (K,) of ``states``; write their first sightings."""
         ...
 
     def move(
         self,
-        lives: NDArray[np.void],
+        states: NDArray[np.void],
         wanted: NDArray[np.float64],
         waiting: NDArray[np.float64],
         sightings: NDArray[np.void],
         rng: np.random.Generator,
     ) -> None:
-        """Move all on by a frame, by commands wanted (B, 4); ``waiting`` (B, D, 4) are those on their way."""
+        """Advance all episodes by a frame under the commands ``wanted`` (B, 4); ``waiting`` (B, D, 4) are delayed."""
         ...
 
 
 class Pictureless(Protocol):
-    """How a scenario's episodes are played without pictures, see ``scenarios.envs.pictureless``.
+    """A scenario's simulation without pictures, see ``scenarios.envs.pictureless``.
 
     Attributes:
-        version: of what ``arrays`` returns, to be counted up with every change of it.
-        runs: what error models of trackers are fitted to.
+        version: of the contents of ``arrays``; increment it with every change of them.
+        runs: the runs that error models of trackers are fitted to.
     """
 
     @property
@@ -149,17 +148,17 @@ class Pictureless(Protocol):
     def runs(self) -> TrackerRuns: ...
 
     def is_playable(self, preset: Any) -> bool:
-        """Return whether a configuration measures where its camera is, which there is no picture to tell."""
+        """Return whether a configuration measures the camera's pose, which no picture can replace here."""
         ...
 
     def arrays(self, preset: Any, seed: int) -> dict[str, NDArray[np.float64]]:
-        """Return what is decided of an episode before its first frame, by name, of the same shapes for every seed."""
+        """Return an episode's plan as arrays by name, of the same shapes for every seed."""
         ...
 
     def world(
         self, preset: Any, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
     ) -> World:
-        """Return what moves episodes: ``arrays`` of E of them, E first; ``errors`` as ``error_kernel`` reads them.
+        """Return the world of E episodes: ``arrays`` have E first; ``errors`` are as ``error_kernel`` reads them.
 
         Imports kernels, which takes seconds.
         """
@@ -181,27 +180,27 @@ class Scenario(Protocol):
 
     @property
     def start(self) -> str:
-        """What a tracker is given, in one line."""
+        """What a tracker gets before the first picture, in one line."""
         ...
 
     @property
     def target(self) -> str:
-        """Name of the object that a tracker of one target is started on, see ``Truth.names``."""
+        """Name of the object that a single-target tracker is started on, see ``Truth.names``."""
         ...
 
     @property
     def carrier(self) -> Carrier:
-        """What carries the camera: all that is needed to steer it, by a controller or in an env."""
+        """The camera's carrier: all that a controller or an env needs for steering it."""
         ...
 
     @property
     def pictureless(self) -> Pictureless | None:
-        """How its episodes are played without pictures; None if they cannot be."""
+        """Its simulation without pictures; None if it has none."""
         ...
 
     @property
     def presets(self) -> dict[str, Any]:
-        """Name -> the frozen dataclass that configures an episode.
+        """Name -> a frozen dataclass that configures an episode.
 
         It has at least ``summary``, ``closed_loop`` (whether a controller steers), ``width_px`` and ``height_px``.
         """
@@ -216,33 +215,33 @@ class Scenario(Protocol):
         closed_loop: bool | None = None,
         truth: TruthExtent = "all",
     ) -> Episode:
-        """Build one episode of a preset, by its name or as a configuration.
+        """Build one episode of a preset, given by name or as a configuration.
 
-        ``closed_loop`` None means as the preset says; ``truth`` see ``Truth``.
+        ``closed_loop`` None means as in the preset; for ``truth`` see ``Truth``.
         """
         ...
 
 
 class Survey(Protocol):
-    """Measures what a scenario's presets hold, without drawing a picture.
+    """Measures the contents of a scenario's presets without rendering.
 
     Attributes:
-        columns: headings of what a table tells of a preset.
+        columns: headings of the table of presets.
     """
 
     columns: tuple[str, ...]
 
     def measure(self, preset: Any, seeds: range) -> dict[str, Any]:
-        """Return what the episodes of a configuration hold, by name, as JSON knows it."""
+        """Return what the episodes of a configuration contain, by name, as JSON values."""
         ...
 
     def cells(self, held: dict[str, Any]) -> tuple[str, ...]:
-        """Return what ``measure`` returned in words, one for each of the columns."""
+        """Return the result of ``measure`` as text, one cell per column."""
         ...
 
 
 def preset_of(scenario: Scenario, preset: Any) -> Any:
-    """Return a scenario's preset by name, or a configuration as it is.
+    """Return a scenario's preset by name, or a configuration unchanged.
 
     Raises:
         ValueError: for an unknown name; lists the known ones.

@@ -1,4 +1,4 @@
-"""The skeleton of an episode: frame after frame, what moves is moved, the camera takes its picture, truth is told."""
+"""The skeleton of an episode: on each frame the bodies move, the camera takes its picture, and truth is recorded."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from trackers.types import CameraCommand, Start
 
 
 class Stage(ABC):
-    """See ``scenarios.scenario.Episode``. A scene says how its bodies and its carrier move, and what it alone knows.
+    """See ``scenarios.scenario.Episode``. A scene defines how its bodies and its carrier move, and its own truth.
 
     Attributes:
-        world: the bodies, where they are now; for other renderers to draw.
+        world: the bodies at their current places; other renderers may draw it.
         frame_count, rate_hz, closed_loop: see ``Episode``.
     """
 
@@ -36,16 +36,16 @@ class Stage(ABC):
     @property
     @abstractmethod
     def start(self) -> Start:
-        """What a tracker is told before the first picture."""
+        """What a tracker gets before the first picture."""
 
     @property
     @abstractmethod
     def _shader(self) -> Shader:
-        """What lights the world as it is now."""
+        """The current light."""
 
     @abstractmethod
     def map_of(self) -> Any:
-        """Return the scenario's own map, for references with unfair knowledge."""
+        """Return the scenario's map, for reference trackers with unfair knowledge."""
 
     @abstractmethod
     def _obey(self, command: CameraCommand) -> None:
@@ -53,11 +53,11 @@ class Stage(ABC):
 
     @abstractmethod
     def _move_to(self, frame: int) -> None:
-        """Put bodies, light and camera where they are on a frame."""
+        """Set bodies, light and camera to a frame."""
 
     @abstractmethod
     def _take(self, frame: int) -> Frame:
-        """Take the picture of the world as it is now, and tell what is so."""
+        """Take the picture of the current world, and record its truth."""
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame; see ``Episode.step``.
@@ -97,7 +97,7 @@ class Stage(ABC):
         box_xyxy: NDArray[np.float64],
         visible_fraction: NDArray[np.float64],
     ) -> dict[str, Any]:
-        """Return by field what every ``Truth`` holds but names, kinds, ids and speeds; see there."""
+        """Return the fields of ``Truth`` by name, except names, kinds, ids and speeds."""
         camera = self._rig.camera
         self._exits = self._exits or Exits(camera, len(box_xyxy))
         state = states_of(camera, box_xyxy, visible_fraction)
@@ -122,7 +122,7 @@ class Stage(ABC):
         }
 
 
-def tells_all(truth: TruthExtent) -> bool:
-    """Return whether truth is asked for of more than the target. Raises ValueError for what is no extent."""
+def covers_all(truth: TruthExtent) -> bool:
+    """Return whether truth has to cover more than the target. Raises ValueError for an unknown extent."""
     check("truth", truth in ("all", "target"), "'all' or 'target'", truth)
     return truth == "all"

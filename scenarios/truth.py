@@ -1,6 +1,6 @@
-"""What is really so. It is scored with; no tracker, controller or observation space ever gets it.
+"""Ground truth: scores use it; no tracker, controller or observation space ever gets it.
 
-Each field says once what it is (``told``). Stripping, checks, the ``info`` of envs and data sets are derived from that.
+``truth_field`` declares each field once. Stripping, checks, the ``info`` of envs and data sets follow from that.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 VisibilityState = Literal["in", "partial", "occluded", "out", "absent"]
 Side = Literal["left", "right", "top", "bottom"]
 TruthExtent = Literal["all", "target"]
-"""How much of it an episode's frames have, see ``Truth``."""
+"""How much truth an episode's frames hold, see ``Truth``."""
 
 _MEANING = "truth"
 _T = TypeVar("_T", bound="Truth")
@@ -23,14 +23,14 @@ _T = TypeVar("_T", bound="Truth")
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What a field of truth is.
+    """Unit, shape and coding of a field of truth.
 
     Attributes:
         unit: ``m``, ``px``, ``s`` …; ``fraction`` of 0 to 1, ``id``, ``word``, or ``1`` for a number without unit.
         shape: its axes; ``N`` objects, ``H`` rows and ``W`` columns of the picture.
-        coding: what single values stand for, where the unit does not say it.
-        left_out: whether an episode that is asked for ``truth="target"`` leaves it out: per pixel all of it, per object
-            that of all but the target (NaN, or -1 of whole numbers).
+        coding: the meaning of single values, where the unit does not give it.
+        left_out: whether episodes with ``truth="target"`` leave it out: a field per pixel wholly, a field per object
+            for all objects but the target (NaN, or -1 for integers).
     """
 
     unit: str
@@ -49,27 +49,27 @@ class Meaning:
         return self.shape[:2] == ("H", "W")
 
 
-def told(unit: str, *shape: str | int, coding: str = "", left_out: bool = False) -> Any:
+def truth_field(unit: str, *shape: str | int, coding: str = "", left_out: bool = False) -> Any:
     """Declare a field of truth, see ``Meaning``."""
     return dataclasses.field(metadata={_MEANING: Meaning(unit, shape, coding, left_out)})
 
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Truth of one frame, of N objects. Which are targets is not said here; each scenario adds what it alone knows.
+    """Truth of one frame with N objects. It does not mark targets; each scenario adds its own fields.
 
-    Boxes are amodal: of the whole object, also where it is hidden or outside the picture.
+    Boxes are amodal: they enclose the whole object, also where it is hidden or outside the picture.
 
-    Most of the work goes into what scores of following one target do not look at. An episode that is asked for
-    ``truth="target"`` leaves it out, see ``Meaning.left_out``; the state of all other objects is then told by their
-    boxes alone, as if none were hidden. All else, pictures above all, is the same byte for byte.
+    Scores of following one target do not use the most expensive fields. An episode with ``truth="target"`` leaves
+    them out, see ``Meaning.left_out``; the state of all other objects then follows from their boxes alone, as if none
+    were hidden. All else, the pictures included, is the same byte for byte.
 
     Attributes:
         frame: index from 0.
         time_s: seconds since frame 0.
         T_world_camera: (4, 4), the true pose.
         names: (N,) e.g. ``target``, ``traffic-3``.
-        kinds: (N,) kind of each, e.g. the vehicle's model.
+        kinds: (N,) e.g. the vehicle's model.
         T_world_object: (N, 4, 4), origin on the ground under the object's centre, x forward, z up.
         size_m: (N, 3) length, width, height.
         speed_mps: (N,).
@@ -77,37 +77,41 @@ class Truth:
             behind the camera.
         box_xyxy: (N, 4) amodal box in pixels, also outside; NaN where any corner is behind the camera.
         instance_id: (N,) id of each object in ``instance_map``.
-        visible_fraction: (N,) share of the object's own pixels (drawn alone on an unbounded picture) that are seen.
-        state: (N,) ``in`` (whole and seen), ``partial`` (cut by the border), ``occluded`` (inside, less than half of it
-            seen), ``out`` (nothing of its box inside), ``absent`` (not in the world now).
-        side: (N,) side the object left by, while it is out or since its last exit; "" before the first.
+        visible_fraction: (N,) visible share of the object's own pixels (rendered alone on an unbounded picture).
+        state: (N,) ``in`` (whole and visible), ``partial`` (cut by the border), ``occluded`` (inside, less than half
+            visible), ``out`` (its box entirely outside), ``absent`` (not in the world now).
+        side: (N,) side of the object's latest exit; "" before the first.
         frames_since_exit: (N,) 0 on the first frame that the object is out; -1 while it is not out.
         instance_map: (H, W) int32.
         depth_m: (H, W) float32.
         exposure_s, gain: the camera's settings for this picture.
     """
 
-    frame: int = told("1", coding="index from 0")
-    time_s: float = told("s", coding="since frame 0")
-    T_world_camera: NDArray[np.float64] = told("m", 4, 4)
-    names: tuple[str, ...] = told("word", "N")
-    kinds: tuple[str, ...] = told("word", "N")
-    T_world_object: NDArray[np.float64] = told("m", "N", 4, 4)
-    size_m: NDArray[np.float64] = told("m", "N", 3)
-    speed_mps: NDArray[np.float64] = told("m/s", "N")
-    position_px: NDArray[np.float64] = told("px", "N", 2, coding="x, y of the centre; NaN behind the camera")
-    box_xyxy: NDArray[np.float64] = told("px", "N", 4, coding="x_min, y_min, x_max, y_max; NaN behind the camera")
-    instance_id: NDArray[np.int64] = told("id", "N")
-    visible_fraction: NDArray[np.float64] = told("fraction", "N", left_out=True)
-    state: NDArray[np.str_] = told("word", "N", coding="in, partial, occluded, out or absent")
-    side: NDArray[np.str_] = told("word", "N", coding="left, right, top or bottom; empty before the first exit")
-    frames_since_exit: NDArray[np.int64] = told("frames", "N", coding="-1 while it is not out")
-    instance_map: NDArray[np.int32] = told(
+    frame: int = truth_field("1", coding="index from 0")
+    time_s: float = truth_field("s", coding="since frame 0")
+    T_world_camera: NDArray[np.float64] = truth_field("m", 4, 4)
+    names: tuple[str, ...] = truth_field("word", "N")
+    kinds: tuple[str, ...] = truth_field("word", "N")
+    T_world_object: NDArray[np.float64] = truth_field("m", "N", 4, 4)
+    size_m: NDArray[np.float64] = truth_field("m", "N", 3)
+    speed_mps: NDArray[np.float64] = truth_field("m/s", "N")
+    position_px: NDArray[np.float64] = truth_field("px", "N", 2, coding="x, y of the centre; NaN behind the camera")
+    box_xyxy: NDArray[np.float64] = truth_field(
+        "px", "N", 4, coding="x_min, y_min, x_max, y_max; NaN behind the camera"
+    )
+    instance_id: NDArray[np.int64] = truth_field("id", "N")
+    visible_fraction: NDArray[np.float64] = truth_field("fraction", "N", left_out=True)
+    state: NDArray[np.str_] = truth_field("word", "N", coding="in, partial, occluded, out or absent")
+    side: NDArray[np.str_] = truth_field("word", "N", coding="left, right, top or bottom; empty before the first exit")
+    frames_since_exit: NDArray[np.int64] = truth_field("frames", "N", coding="-1 while it is not out")
+    instance_map: NDArray[np.int32] = truth_field(
         "id", "H", "W", coding="instance_id of the object seen, others for what is no object"
     )
-    depth_m: NDArray[np.float32] = told("m", "H", "W", coding="along the optical axis; infinite where nothing is seen")
-    exposure_s: float = told("s")
-    gain: float = told("1", coding="1 is none")
+    depth_m: NDArray[np.float32] = truth_field(
+        "m", "H", "W", coding="along the optical axis; infinite where nothing is seen"
+    )
+    exposure_s: float = truth_field("s")
+    gain: float = truth_field("1", coding="1 is none")
 
     def index_of(self, name: str) -> int:
         """Return the index of the object of this name. Raises ValueError if there is none."""
@@ -117,18 +121,18 @@ class Truth:
 
 
 def meanings(kind: type[Truth] | Truth) -> dict[str, Meaning]:
-    """Return what each field of a kind of truth is, by name."""
+    """Return the meaning of each field of a kind of truth, by name."""
     return {field.name: field.metadata[_MEANING] for field in dataclasses.fields(kind)}
 
 
 def dtype_of(kind: type[Truth], name: str) -> np.dtype[Any]:
-    """Return the dtype of the numbers of a field, by its annotation: of an array, or of a plain number."""
+    """Return the dtype of a field, an array or a plain number, from its annotation."""
     hint = get_type_hints(kind)[name]
     return np.dtype(get_args(get_args(hint)[1])[0] if get_args(hint) else hint)
 
 
 def without_pixels(truth: _T) -> _T:
-    """Return a frame's truth with nothing per pixel: of an episode that is over a gigabyte."""
+    """Return a frame's truth with empty fields per pixel; for a whole episode those exceed a gigabyte."""
     changes: dict[str, Any] = {
         name: nothing_of(truth, name) for name, meaning in meanings(truth).items() if meaning.per_pixel
     }
@@ -136,15 +140,15 @@ def without_pixels(truth: _T) -> _T:
 
 
 def nothing_of(truth: Truth, name: str) -> NDArray[Any]:
-    """Return a map of no pixels, of the dtype and depth of a field per pixel."""
+    """Return an empty map (0, 0, ...) with the dtype and trailing axes of a field per pixel."""
     held = getattr(truth, name)
     return np.empty((0, 0, *held.shape[2:]), held.dtype)
 
 
 def check_truth(truth: Truth) -> None:
-    """Raise ValueError, naming the field, what was expected and what came, if a field is not what it says it is.
+    """Raise ValueError, naming the field, what was expected and what came, if a field differs from its meaning.
 
-    Fields per pixel may be left out (no pixel at all).
+    Fields per pixel may be empty.
     """
     height, width = (*truth.instance_map.shape, 0, 0)[:2]
     axes: dict[str | int, int] = {"N": len(truth.names), "H": height, "W": width}

@@ -1,4 +1,4 @@
-"""How objects are seen, by their boxes and what of them shows: the same words in every scenario."""
+"""Visibility states of objects from their boxes and visible shares, the same in every scenario."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from scenarios.truth import Side
 from sim.optics import PinholeCamera, project
 
 MOSTLY_SEEN = 0.5
-"""Share of an object that shows from which it counts as seen; one inside the picture with less is ``occluded``."""
+"""An object inside the picture is ``occluded`` if its visible share is less."""
 _SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
 
 
 class Exits:
-    """Follows when and where each of N objects leaves the picture."""
+    """Records when and where each of N objects leaves the picture."""
 
     def __init__(self, camera: PinholeCamera, count: int) -> None:
         self._camera = camera
@@ -24,7 +24,7 @@ class Exits:
     def follow(
         self, state: NDArray[np.str_], box_xyxy: NDArray[np.float64]
     ) -> tuple[NDArray[np.str_], NDArray[np.int64]]:
-        """Take in the next frame's states (N,) and boxes (N, 4); return ``Truth.side`` and ``frames_since_exit``."""
+        """Add the next frame's states (N,) and boxes (N, 4); return ``Truth.side`` and ``frames_since_exit``."""
         out = state == "out"
         self._frames_since_exit = np.where(out, self._frames_since_exit + 1, -1)
         left = self._frames_since_exit == 0
@@ -37,7 +37,7 @@ class Exits:
 def states_of(
     camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible_fraction: NDArray[np.float64]
 ) -> NDArray[np.str_]:
-    """Return the states (N,) of objects by their amodal boxes (N, 4) and the shares of them that are seen (N,)."""
+    """Return the states (N,) of objects from their amodal boxes (N, 4) and visible shares (N,)."""
     left, top, right, bottom = box_xyxy.T
     width, height = camera.width_px, camera.height_px
     # Comparisons with NaN are false.
@@ -52,13 +52,13 @@ def centres_px(
     poses: NDArray[np.float64],
     sizes_m: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return where objects' centres are seen (N, 2), by poses (N, 4, 4) on the ground and sizes (N, 3); NaN behind."""
+    """Return the pixels (N, 2) of objects' centres, from poses (N, 4, 4) on the ground and sizes (N, 3); NaN behind."""
     centres = poses[:, :3, 3] + 0.5 * sizes_m[:, 2:] * poses[:, :3, 2]
     return project(camera, T_world_camera, centres)[0]
 
 
 def _side_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64]) -> Side:
-    """Return the border that the box is furthest beyond; the bottom for one behind the camera."""
+    """Return the border that the box is furthest beyond; ``bottom`` for a box behind the camera."""
     if np.isnan(box_xyxy).any():
         return "bottom"
     x_min, y_min, x_max, y_max = box_xyxy

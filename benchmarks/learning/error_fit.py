@@ -17,6 +17,17 @@ from scipy import stats
 from benchmarks.learning.tracker_errors import Said, said_in
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import pictureless_of
+from scenarios.envs.pictureless.episode_state import (
+    ACROSS,
+    ALONG,
+    DENSEST_ACROSS,
+    DENSEST_ALONG,
+    DENSEST_SHARE,
+    LATENTS,
+    LENGTH,
+    PROBABILITY,
+    SPREAD,
+)
 from scenarios.envs.pictureless.error_model import (
     CONDITION_FRAMES,
     KNOT_FRAMES,
@@ -27,17 +38,6 @@ from scenarios.envs.pictureless.error_model import (
     UNSEEN,
     WRONG,
     ErrorModel,
-)
-from scenarios.envs.pictureless.life import (
-    ACROSS,
-    ALONG,
-    DENSEST_ACROSS,
-    DENSEST_ALONG,
-    DENSEST_SHARE,
-    LATENTS,
-    LENGTH,
-    PROBABILITY,
-    SPREAD,
 )
 
 _FEWEST = 25

@@ -1,4 +1,4 @@
-"""What an action means: a command, a correction of a controller's command, or a controller's parameters."""
+"""The kinds of actions: a command, a correction of a controller's command, or a controller's parameters."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ _TOLERANCE = 1e-6
 
 
 class Steering(Protocol):
-    """Turns an action (A,) in [-1, 1] into a command; one for each episode."""
+    """Turns an action (A,) in [-1, 1] into a command; one object per episode."""
 
     def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command that an action means, given what was told with the latest picture."""
+        """Return the command of an action, given the latest observation and estimate."""
         ...
 
 
 class Commands:
-    """An action is the command, each number over its limit."""
+    """An action is the command, each number as a share of its limit."""
 
     def __init__(self, carrier: Carrier) -> None:
         self._carrier = carrier
@@ -48,7 +48,7 @@ class Corrections:
     def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
         """See ``Steering``."""
         own = self._controller.command(observation, estimate)
-        # Uncorrected it is the controller's own to the last bit, not a share of a limit times that limit.
+        # Without a correction, keep the controller's command to the last bit: no division by a limit and back.
         if not action.any() or (self._only_unseen and is_seen(estimate)):
             return own
         return command_of(self._carrier, shares_of(self._carrier, own) + self._share * action)
@@ -72,7 +72,7 @@ def action_count(settings: FollowSettings, carrier: Carrier) -> int:
     """Return the length of an action.
 
     Raises:
-        ValueError: for an unknown controller, values that it does not take, or one that has nothing to set.
+        ValueError: for an unknown controller, values that it rejects, or a controller without tunable parameters.
     """
     if settings.action == "command":
         return len(carrier.axes)
@@ -87,7 +87,7 @@ def action_count(settings: FollowSettings, carrier: Carrier) -> int:
 
 
 def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
-    """Return what turns actions into commands in a fresh episode."""
+    """Return the steering of a new episode."""
     if settings.action == "command":
         return Commands(carrier)
     if settings.action == "parameters":
@@ -96,13 +96,13 @@ def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
     if isinstance(settings.controller, str):
         controller = controller_entry(settings.controller, carrier.name).create(**settings.controller_values)
     else:
-        # A copy, so that it carries nothing over from one episode to the next.
+        # A copy, so that no state carries over from one episode to the next.
         controller = copy.deepcopy(settings.controller)
     return Corrections(carrier, controller, settings.correction_share, settings.corrects == "unseen")
 
 
 def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
-    """Return an action, or those of many envs, as numbers of their own.
+    """Return a copy of an action, or of the actions of many envs, as floats.
 
     Raises:
         ValueError: for another shape, or numbers not finite or outside [-1, 1].
@@ -112,7 +112,7 @@ def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.f
     except (TypeError, ValueError):
         given = np.empty(0)
     good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
-    # Not written out here: that takes longer than many a step, and only what is refused needs it.
+    # ``actions`` is formatted only on refusal: formatting takes longer than many a step.
     check("action", good, f"numbers of shape {shape} from -1 to 1", actions)
     return given
 

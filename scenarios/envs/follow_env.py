@@ -1,4 +1,4 @@
-"""The env: a camera follows a target, and its policy is told what a tracker believes."""
+"""The env: a camera follows a target, and the policy observes a tracker's belief."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from trackers.belief.features import FEATURES
 from trackers.types import CameraCommand, Carrier
 
 DEVELOPMENT_SEEDS = 10_000
-"""Episodes are drawn below this number: those of the test split are reached by ``episode_seed`` alone."""
+"""Drawn episode seeds lie below this number; only ``episode_seed`` selects one of the test split."""
 
 Observed = NDArray[Any] | dict[str, NDArray[Any]]
 
 
 class FollowEnv(gym.Env, EzPickle):
-    """Follow a target with a camera that a carrier moves.
+    """A camera on a steered carrier follows a target.
 
-    Keywords are those of ``FollowSettings``, besides ``render_mode``. An observation is a vector ``track``
+    Keywords are ``render_mode`` and those of ``FollowSettings``. An observation is a vector ``track``
     (``trackers.belief.features.FEATURES``, in [-1, 1]), the picture ``pixels`` (H, W, 3) uint8, or a dictionary
     of both. An action is (A,) in [-1, 1]. Truth is in ``info`` alone, see ``truth_info``.
 
-    The episode is that of the catalogue with the seed ``info["episode_seed"]``, byte for byte: ``reset(seed=...)``
-    seeds the drawing of those below 10,000, ``reset(options={"episode_seed": n})`` asks for one. It is truncated after
-    its last frame, and terminates only as ``lost_after_s`` says.
+    The episode equals the catalogue's episode with the seed ``info["episode_seed"]`` byte for byte.
+    ``reset(seed=...)`` seeds the draw of episode seeds below 10,000; ``reset(options={"episode_seed": n})`` selects
+    one. An episode is truncated after its last frame, and terminates only by ``lost_after_s``.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 15}
@@ -56,13 +56,13 @@ class FollowEnv(gym.Env, EzPickle):
         self.observation_space = self._observation_space()
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
         self._run: _Run | None = None
-        # Without a screen it is refused here, before anything runs.
+        # A missing screen is refused here, before anything runs.
         self._window = Window(self.metadata["render_fps"]) if render_mode == "human" else None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observed, dict[str, Any]]:
-        """Begin another episode; ``options`` are ``episode_seed`` and settings for this episode alone."""
+        """Begin a new episode; ``options`` are ``episode_seed`` and settings for this episode alone."""
         super().reset(seed=seed)
         wanted = options or {}
         settings = self.settings.with_options(wanted)
@@ -76,18 +76,18 @@ class FollowEnv(gym.Env, EzPickle):
         return self._observed(self._run), self._run.info(NO_REWARD)
 
     def step(self, action: NDArray[Any]) -> tuple[Observed, float, bool, bool, dict[str, Any]]:
-        """Move on by one frame.
+        """Advance by one frame.
 
         Raises:
             ResetNeeded: before the first reset, and after the last frame.
             ValueError: for an action of another shape, not finite or outside [-1, 1].
-            RuntimeError: if the tracker raises, or returns what is no estimate.
+            RuntimeError: if the tracker raises, or returns no valid estimate.
         """
         run = self._run
         if run is None or run.ended:
             raise gym.error.ResetNeeded("step: expected reset() before it, got an episode not begun or over")
         checked = checked_actions(action, self.action_space.shape)
-        # Unless this step succeeds: after an error only a reset goes on.
+        # Stays True if this step raises: after an error only a reset continues.
         run.ended = True
         terms = run.step(checked)
         self._show()
@@ -97,14 +97,14 @@ class FollowEnv(gym.Env, EzPickle):
         return self._observed(run), float(sum(terms.values())), terminated, truncated, run.info(terms)
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return the picture within the larger view (H, W, 3), with truth and estimate drawn; None in a window."""
+        """Return the larger view (H, W, 3) with the picture, truth and estimate drawn in; None in ``human`` mode."""
         if self._run is None:
             raise gym.error.ResetNeeded("render: expected reset() before it, got an episode that has not begun")
         return draw_view(self._run.loop, self._run.target) if self.render_mode == "rgb_array" else None
 
     @property
     def episode(self) -> Loop:
-        """The loop through the episode under way, with its truth: for those who score it."""
+        """The loop through the current episode, with its truth, for scoring."""
         if self._run is None:
             raise gym.error.ResetNeeded("episode: expected reset() before it, got an episode that has not begun")
         return self._run.loop
@@ -147,11 +147,11 @@ def _picture_size(settings: FollowSettings) -> tuple[int, int, int]:
 
 
 class _Run:
-    """All that one episode of the env has."""
+    """One episode of the env."""
 
     def __init__(self, settings: FollowSettings, seed: int, carrier: Carrier) -> None:
         self._carrier = carrier
-        # Before the world is made: what is refused leaves none behind.
+        # Before the world is built: a refusal leaves no world behind.
         self._steering: Steering = steering(settings, carrier)
         self.loop = watched_episode(settings, seed)
         self.ended = False
@@ -174,22 +174,22 @@ class _Run:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the target has been out of view for as long as ends an episode."""
+        """Whether the target has been out of view for ``lost_after_s``."""
         return self._lost_frames is not None and self._rewarder.frames_out >= self._lost_frames
 
     def step(self, action: NDArray[np.float64]) -> dict[str, float]:
-        """Move on by one frame; return the reward's terms."""
+        """Advance by one frame; return the reward's terms."""
         self._move(self._steering.command(action, self.loop.frame.observation, self.loop.estimate))
         shares = shares_of(self._carrier, self._obeyed)
         effort = float(np.linalg.norm(shares) / np.sqrt(max(len(shares), 1)))
         return self._rewarder.terms(self.loop.frame, self.target, effort)
 
     def features(self) -> NDArray[np.float32]:
-        """Return the belief as a fresh vector."""
+        """Return the belief's features as a new vector."""
         return self._features.copy()
 
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
-        """Return what is so."""
+        """Return the truth of the latest frame, see ``truth_info``."""
         return truth_info(self.loop.frame, self.target, self.loop.estimate, self._obeyed, terms, self._seed)
 
     def _move(self, command: CameraCommand | None = None) -> None:

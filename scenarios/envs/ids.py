@@ -1,4 +1,4 @@
-"""Makes the env ids of the catalogue known to Gymnasium."""
+"""Registration of the catalogue's env ids with Gymnasium."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _REGISTRATION = "gymnasium.envs.registration"
 
 
 def register_envs() -> None:
-    """Make every id known to Gymnasium: at once if it is loaded, otherwise as soon as it is.
+    """Register every env id with Gymnasium, now if it is loaded, otherwise when it is imported.
 
-    Calling it again adds those that are new in the catalogue. Gymnasium is not imported: catalogue, trackers and
-    benchmarks do without it.
+    Another call adds the catalogue's new ids. Gymnasium is not imported here: catalogue, trackers and benchmarks do not
+    need it.
     """
     loaded = sys.modules.get(_REGISTRATION)
     if loaded is not None:
@@ -34,14 +34,14 @@ def _register(registration: ModuleType) -> None:
                 entry_point="scenarios.envs.follow_env:FollowEnv",
                 vector_entry_point="scenarios.envs.vector_entry:follow_vector_env",
                 max_episode_steps=entry.episode_steps,
-                # Gymnasium's checker fails in the first step after a reset that was refused; tests run the full one.
+                # Gymnasium's checker fails in the first step after a refused reset; the tests run the full checker.
                 disable_env_checker=True,
                 kwargs={"scenario": entry.id, "tracker": entry.tracker},
             )
 
 
 class _RegistersOnImport:
-    """A finder that leaves Gymnasium's registry to the other finders, and adds the ids once it has been run."""
+    """An import finder that lets the other finders load Gymnasium's registry, and then registers the ids."""
 
     @staticmethod
     def find_spec(name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:

@@ -1,4 +1,4 @@
-"""Envs with pictures side by side, each in a process of its own."""
+"""Rendered envs in parallel, one process each."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from gymnasium.vector import AsyncVectorEnv
 
 
 class EnvProcesses(AsyncVectorEnv[Any, Any]):
-    """Gymnasium's ``AsyncVectorEnv``, closed without waiting and deaf to Ctrl-C, which is its owner's to handle.
+    """Gymnasium's ``AsyncVectorEnv`` that closes without waiting and ignores Ctrl-C, which its owner handles.
 
-    Processes are spawned: OpenCV's and numba's threads, which this process may have started, do not outlive a fork.
+    Processes are spawned: threads of OpenCV and numba in this process would not survive a fork.
 
     Args:
-        env_fns: what makes each env, can be pickled.
+        env_fns: picklable constructors, one per env.
         options: of ``AsyncVectorEnv``.
 
     Raises:
@@ -26,28 +26,28 @@ class EnvProcesses(AsyncVectorEnv[Any, Any]):
     """
 
     def __init__(self, env_fns: Sequence[Callable[[], gym.Env[Any, Any]]], **options: Any) -> None:
-        # It would let Ctrl-C through again when it is started by the first process.
+        # Started later, by the first process, the tracker would unblock Ctrl-C again.
         resource_tracker.ensure_running()
-        # A process inherits which signals are blocked.
+        # A process inherits the blocked signals.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            with _deaths_told():
+            with _naming_deaths():
                 super().__init__(env_fns, context="spawn", **options)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def reset(self, **options: Any) -> Any:
         """See ``AsyncVectorEnv``."""
-        with _deaths_told():
+        with _naming_deaths():
             return super().reset(**options)
 
     def step(self, actions: Any) -> Any:
         """See ``AsyncVectorEnv``."""
-        with _deaths_told():
+        with _naming_deaths():
             return super().step(actions)
 
     def close_extras(self, timeout: float | None = None, terminate: bool = False) -> None:
-        """End the processes and their worlds; Gymnasium's waits for answers, which Ctrl-C or a death may have lost."""
+        """Kill the processes; Gymnasium's version waits for answers, which Ctrl-C or a dead process may have lost."""
         for process in self.processes:
             process.kill()
         for process in self.processes:
@@ -55,7 +55,7 @@ class EnvProcesses(AsyncVectorEnv[Any, Any]):
 
 
 @contextlib.contextmanager
-def _deaths_told() -> Iterator[None]:
+def _naming_deaths() -> Iterator[None]:
     try:
         yield
     except (EOFError, ConnectionError):

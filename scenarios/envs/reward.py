@@ -1,4 +1,4 @@
-"""The reward of a step: a weighted sum of terms, each of which is in ``info``."""
+"""The reward of a step: a weighted sum of terms; ``info`` holds each term."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ TERMS = ("in_view", "centred", "size", "effort", "loss")
 
 @dataclass(frozen=True)
 class Reward:
-    """Weights of the terms of a step's reward; each term is its weight times the value given here.
+    """Weights of the reward's terms; each term is its weight times the value below.
 
     Attributes:
         in_view: 1 while the target's centre is in the picture and it is at least 12 pixels long, else 0.
         centred: tanh(4 p³), where p is 1 in the middle of the picture and 0 on its border and outside (the reward of
             DAT_Benchmark).
-        size: while in view exp(-ln²(length / wanted length) / 2), which is 1 for a target of ``length_share`` of the
+        size: while in view exp(-ln²(length / wanted length) / 2), which is 1 for a length of ``length_share`` of the
             picture's width.
-        effort: minus the norm of the command obeyed, each number over its limit, over the root of their number.
-        loss: -1 on the step on which the target has been out of view for ``loss_after_s``, else 0.
+        effort: minus the root mean square of the obeyed command's numbers, each over its limit.
+        loss: -1 on the step at which the target has been out of view for ``loss_after_s``, else 0.
         length_share: wanted length in ``size``, in widths of the picture.
         loss_after_s: time out of view in ``loss``, in seconds.
     """
@@ -54,7 +54,7 @@ class Rewarder:
         self.frames_out = 0
 
     def terms(self, frame: Frame, target: int, effort: float) -> dict[str, float]:
-        """Take in a frame and return its terms, weights included, about the object ``target``; ``effort`` in [0, 1]."""
+        """Add a frame and return its weighted terms for the object ``target``; ``effort`` is in [0, 1]."""
         reward, (truth, camera) = self._reward, frame.judged
         seen = is_in_view(truth, target, camera)
         self.frames_out = 0 if seen else self.frames_out + 1

@@ -1,4 +1,4 @@
-"""How an env is set up: what ``gym.make`` takes, checked at once, and what ``reset(options=...)`` may change."""
+"""Settings of an env: the keywords of ``gym.make``, checked at once; ``reset(options=...)`` may change some."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from trackers import registry
 ObservationMode = Literal["track", "pixels", "both"]
 ActionMode = Literal["command", "correction", "parameters"]
 EPISODE_OPTIONS = ("preset", "changes", "randomise", "difficulty", "link")
-"""Settings that an episode may have other than the env, by ``reset(options=...)``."""
+"""Settings that ``reset(options=...)`` may change for one episode."""
 RESET_OPTIONS = ("episode_seed", *EPISODE_OPTIONS)
 
 
 @dataclass(frozen=True)
 class FollowSettings:
-    """An env about following.
+    """Settings of an env.
 
     Attributes:
         scenario: catalogue id.
@@ -33,19 +33,19 @@ class FollowSettings:
         preset: name of one of the scenario's presets.
         changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
         randomise: numeric fields of the preset -> (low, high), drawn anew for every episode.
-        difficulty: None, or 0 (preset ``standard``) to 1 (``hard``): numbers of the presets between those; then it
-            takes the place of ``preset``.
+        difficulty: None, or 0 (preset ``standard``) to 1 (``hard``), which interpolates these presets' numbers and
+            replaces ``preset``.
         link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``), or a ``Link``.
-        controller: name, or an object with ``command``; for the actions ``correction`` and ``parameters`` alone.
-        controller_values: values of a named controller's parameters, other than those it was tuned to.
-        observation: what is observed: ``track`` what the tracker believes and the carrier measures, ``pixels`` the
-            picture (the left one of a pair), ``both``.
-        action: what an action is: the ``command`` itself, a ``correction`` that is added to the controller's command,
-            or the controller's ``parameters``.
+        controller: name, or an object with ``command``; used by the actions ``correction`` and ``parameters`` alone.
+        controller_values: parameters of a named controller that replace its tuned values.
+        observation: ``track`` (the tracker's belief and the carrier's measurements), ``pixels`` (the picture, the left
+            one of a pair), or ``both``.
+        action: the ``command`` itself, a ``correction`` that is added to the controller's command, or the controller's
+            ``parameters``.
         correction_share: the largest correction, as a share of the command's limit.
         corrects: when corrections are added: ``always``, or while the target is ``unseen``.
-        reward: what is rewarded.
-        lost_after_s: the episode terminates when the target has been out of view for so long; None: never.
+        reward: weights of the reward's terms.
+        lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
         renderer: ``raster`` or ``pybullet``.
     """
 
@@ -95,7 +95,7 @@ class FollowSettings:
             self.configuration({name: limits[end] for name, limits in self._checked_ranges().items()})
 
     def with_options(self, options: Mapping[str, Any]) -> FollowSettings:
-        """Return these settings with those of ``reset(options=...)`` in their places."""
+        """Return these settings, changed by ``options`` of ``reset``."""
         for name in options:
             check("options", name in RESET_OPTIONS, f"keys among {', '.join(RESET_OPTIONS)}", repr(name))
         seed = options.get("episode_seed", 0)
@@ -105,7 +105,7 @@ class FollowSettings:
         return dataclasses.replace(self, **changes) if changes else self
 
     def _checked_ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Return ``randomise``. Raises ValueError for what is no range of a number that may differ by episode."""
+        """Return ``randomise``. Raises ValueError for an invalid range, or a field that must not vary by episode."""
         preset = self.configuration({})
         for name, limits in self.randomise.items():
             check("randomise", _is_number(getattr(preset, name)), "fields that are numbers", repr(name))
@@ -117,14 +117,14 @@ class FollowSettings:
 
     @property
     def link_settings(self) -> Link:
-        """Delay and noise."""
+        """The link's delay and noise."""
         return self.link if isinstance(self.link, Link) else LINKS[self.link]
 
     def configuration(self, drawn: Mapping[str, float]) -> Any:
-        """Return the preset with its changes, and the values drawn for the fields of ``randomise``.
+        """Return the preset with ``changes`` and with ``drawn``, the values of the fields in ``randomise``.
 
         Raises:
-            ValueError: for a field that the preset does not have, or a value that it does not take.
+            ValueError: for an unknown field, or a value that the preset rejects.
         """
         scenario = catalog.scenario(self.scenario)
         preset = scenario.presets[self.preset]
@@ -143,7 +143,7 @@ class FollowSettings:
 
 
 def between(easy: Any, hard: Any, difficulty: float) -> Any:
-    """Return a configuration part of the way from one to another; what is no number is of the nearer one."""
+    """Interpolate two configurations; values that are not numbers come from the nearer one."""
     values = {
         each.name: _between(getattr(easy, each.name), getattr(hard, each.name), difficulty)
         for each in dataclasses.fields(easy)
@@ -169,5 +169,5 @@ def _is_tracker(tracker: Any) -> bool:
 
 
 def _like(example: Any, value: float) -> Any:
-    """Return a value as a whole number where the example is one."""
+    """Return a value, rounded if the example is an integer."""
     return round(value) if isinstance(example, int) else float(value)

@@ -1,4 +1,4 @@
-"""What ``info`` holds: truth, for scoring. The same keys on every step; plain numbers and arrays of fixed shape."""
+"""The ``info`` of envs: truth, for scoring. Every step has the same keys, with numbers or arrays of fixed shape."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ COMMANDS = get_args(CommandName)
 NO_REWARD = dict.fromkeys(TERMS, 0.0)
 
 
-def _told_by_truth() -> dict[str, tuple[str, tuple[int, ...], str]]:
-    """Return what ``Truth`` says of the frame and of the target in numbers: key -> dtype, shape and words."""
-    told = {}
+def _truth_fields() -> dict[str, tuple[str, tuple[int, ...], str]]:
+    """Return the numeric fields of ``Truth`` about the frame and the target: key -> dtype, shape and description."""
+    fields = {}
     for name, meaning in meanings(Truth).items():
         if meaning.per_pixel or meaning.unit == "word":
             continue
         shape = tuple(int(size) for size in (meaning.shape[1:] if meaning.per_object else meaning.shape))
         words = ("of the target" if meaning.per_object else "", meaning.unit.removeprefix("1"), meaning.coding)
-        told[name] = (dtype_of(Truth, name).name, shape, ", ".join(filter(None, words)))
-    return told
+        fields[name] = (dtype_of(Truth, name).name, shape, ", ".join(filter(None, words)))
+    return fields
 
 
-_TOLD = _told_by_truth()
+_TRUTH_FIELDS = _truth_fields()
 INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "episode_seed": ("int64", (), "seed of the episode in the catalogue"),
-    **_TOLD,
+    **_TRUTH_FIELDS,
     "state": ("int64", (), f"index of the target's state in {', '.join(_STATES)}"),
     "in_view": ("bool", (), "target's centre in the picture, hidden or not, and its box at least 12 pixels long"),
     "centring": ("float64", (), "1 with the target in the middle of the picture, 0 on its border and outside"),
@@ -43,7 +43,7 @@ INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "command": ("float64", (len(COMMANDS),), f"command obeyed: {', '.join(COMMANDS)}"),
     **{f"reward_{term}": ("float64", (), "weighted term of the step's reward; 0 after a reset") for term in TERMS},
 }
-"""Key -> dtype and shape of its value, and what that is. Truth is that of the steered camera, if there are two."""
+"""Key -> dtype, shape and description of its value. If there are two cameras, truth is that of the steered one."""
 
 
 def truth_info(
@@ -54,12 +54,12 @@ def truth_info(
     terms: Mapping[str, float],
     episode_seed: int,
 ) -> dict[str, Any]:
-    """Return the info of one step about the object ``target``, see ``INFO``; ``terms`` are the reward's."""
+    """Return the info of one step for the object ``target``, see ``INFO``; ``terms`` are the reward's."""
     truth, camera = frame.judged
     error_px = np.asarray(estimate.position_px) - frame.truth.position_px[target]
     return {
         "episode_seed": episode_seed,
-        **{name: _plain(_of_target(truth, target, name)) for name in _TOLD},
+        **{name: _of_target(truth, target, name) for name in _TRUTH_FIELDS},
         "state": _STATES.index(truth.state[target]),
         "in_view": is_in_view(truth, target, camera),
         "centring": centring(truth, target, camera),
@@ -71,14 +71,11 @@ def truth_info(
     }
 
 
-def _of_target(truth: Truth, target: int, name: str) -> Any:
-    value = getattr(truth, name)
-    return value[target] if _PER_OBJECT[name] else value
-
-
 _PER_OBJECT = {name: meaning.per_object for name, meaning in meanings(Truth).items()}
 
 
-def _plain(value: Any) -> Any:
-    """Return a number as Python has it, or a copy of an array."""
+def _of_target(truth: Truth, target: int, name: str) -> Any:
+    """Return a field of the frame or of the target: a copy of an array, or a Python number."""
+    value = getattr(truth, name)
+    value = value[target] if _PER_OBJECT[name] else value
     return value.copy() if np.ndim(value) else getattr(value, "item", lambda: value)()

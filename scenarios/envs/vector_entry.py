@@ -1,4 +1,4 @@
-"""What ``gym.make_vec`` calls unless it is told how to put envs side by side: envs without pictures."""
+"""The vector entry point of ``gym.make_vec``, used without a ``vectorization_mode``: envs without pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def follow_vector_env(num_envs: int = 1, *, pictures: bool = True, **keywords: A
     """Return ``PicturelessVectorEnv`` with these keywords.
 
     Raises:
-        ValueError: with ``pictures``: such envs are put side by side by Gymnasium itself.
+        ValueError: with ``pictures``: Gymnasium itself vectorises rendered envs.
     """
     check("pictures", not pictures, 'False, or vectorization_mode="async" (or "sync") for envs with pictures', pictures)
     return PicturelessVectorEnv(num_envs, **keywords)

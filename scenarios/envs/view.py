@@ -1,4 +1,4 @@
-"""What an env shows of itself: the picture within the larger view, and a window."""
+"""Display of an env: the picture within a larger view, and a window."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SCALE = 1.6
 _TRUE_RGB, _BELIEVED_RGB, _FRAME_RGB = (0, 114, 178), (230, 159, 0), (255, 255, 255)
 _INSTALL = "pip install 'frameout[play]'"
 _INVISIBLE = ("dummy", "offscreen")
-"""SDL's drivers that show nothing; it falls back to them without a screen."""
+"""SDL's drivers that show nothing; SDL falls back to them without a screen."""
 
 
 def draw_view(loop: Loop, target: int) -> NDArray[np.uint8]:
@@ -45,10 +45,10 @@ def _rectangle(view: NDArray[np.uint8], box_xyxy: NDArray[Any], colour: tuple[in
 def open_display(parameter: str) -> None:
     """Open pygame's display.
 
-    SDL_VIDEODRIVER=dummy, set by the user, is a display on request: windows open and are not seen.
+    A user may ask for invisible windows with SDL_VIDEODRIVER=dummy.
 
     Raises:
-        ValueError: naming the parameter, if there is no screen: SDL would open an invisible window then.
+        ValueError: naming the parameter, if there is no screen, where SDL would open an invisible window.
     """
     import pygame
 
@@ -65,7 +65,7 @@ def open_display(parameter: str) -> None:
 
 
 class Window:
-    """A window on the screen; pygame's, which is an extra."""
+    """A window on the screen; needs pygame, an optional dependency."""
 
     def __init__(self, rate_hz: float) -> None:
         try:
@@ -92,5 +92,5 @@ class Window:
         self._clock.tick(self._rate_hz)
 
     def close(self) -> None:
-        """Close it."""
+        """Close the window."""
         self._pygame.display.quit()

@@ -1,4 +1,4 @@
-"""The episode that an env steps through, with the tracker that watches it."""
+"""The episode of an env, with its tracker."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from trackers.types import Estimate, Observation, Start
 
 
 def watched_episode(settings: FollowSettings, seed: int) -> Loop:
-    """Open one episode in closed loop, as ``frameout bench follow`` lives it: same pictures, same estimates.
+    """Open one episode in closed loop, with the same pictures and estimates as in ``frameout bench follow``.
 
-    Its steps raise RuntimeError if the tracker raises, or returns what is no estimate.
+    Its steps raise RuntimeError if the tracker raises, or returns no valid estimate.
     """
     scenario = catalog.scenario(settings.scenario)
     rng = generator(seed, "randomise")
@@ -38,10 +38,10 @@ def watched_episode(settings: FollowSettings, seed: int) -> Loop:
 
 
 class _Watcher:
-    """An env's tracker as a contestant: what goes wrong is told as its fault."""
+    """An env's tracker as a contestant; its exceptions become RuntimeErrors that name it."""
 
     def __init__(self, tracker: Any, seed: int, background: Sequence[Observation]) -> None:
-        """``tracker`` is a name, or an object, of which a copy watches: so it carries nothing over."""
+        """``tracker`` is a name, or an object, which is copied so that no state carries over between episodes."""
         self._seed = seed
         if isinstance(tracker, str):
             rng = tracker_stream(seed, tracker)

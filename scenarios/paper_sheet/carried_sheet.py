@@ -1,4 +1,4 @@
-"""A robot carries a green sheet before its camera through corridors: the world of paper B's experiment II."""
+"""A robot carries a green sheet in front of its camera through corridors: the world of paper B's experiment II."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, sheet_mesh
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera
 from scenarios.stereo_follow.floor_plan import Area
-from scenarios.stereo_follow.indoors import add_bright_panel, add_panel, grained, panel, plain
+from scenarios.stereo_follow.indoors import grained, panel, plain
+from scenarios.stereo_follow.panels import SHINING, Panel, add_panel, bright_area, new_panel
 from sim.checks import check
 from sim.pose import pose_on_ground
 from sim.rng import generator
@@ -21,17 +22,17 @@ from sim.world import Body, World
 _SHEET_AHEAD_M = 1.6
 _WIDTH_M, _HEIGHT_M = 2.6, 2.6
 _FIRST_M, _SECOND_M = 18.0, 26.0
-"""Lengths of the two corridors' middle lines: along +x to the corner, and from there along +y."""
+"""Lengths of the two corridors' centre lines: along +x to the corner, and from there along +y."""
 _TURN_RADIUS_M = 0.8
 _START_M, _END_M = 1.0, 23.5
 _LIGHT_EVERY_M, _LIGHT_M = 4.0, (1.2, 0.3)
 _DARK_M = 15.0
-"""No lights in the first part of the second corridor."""
+"""The second corridor has no lights before this place."""
 _WALL_RGB, _FLOOR_RGB, _CEILING_RGB = (214, 208, 194), (128, 120, 110), (232, 232, 228)
 _DOOR_RGB, _SKIRTING_RGB, _POLE_RGB = (122, 84, 56), (84, 78, 72), (60, 60, 64)
 _ROOM = Surroundings(surface_m2=470.0, reflectance=0.3)
-"""Closed corridors of these colours would throw back nearly 0.6; but light that is the same everywhere would then fill
-the dark stretch, into which little of it finds its way round the corner.
+"""Closed corridors of these colours would reflect nearly 0.6. But the model's reflected light is uniform, and
+would fill the dark stretch, which little light reaches round the corner.
 """
 _HALF_M, _CORNER_X_M = 0.5 * _WIDTH_M, _FIRST_M + 0.5 * _WIDTH_M
 _PLAN = Rooms(
@@ -45,13 +46,13 @@ _PLAN = Rooms(
 
 @dataclass(frozen=True, slots=True)
 class CarriedSheet:
-    """How an episode is made: a drive past lights and windows, the sheet always before the camera.
+    """Configuration of an episode: a drive past lights and windows with the sheet in front of the camera.
 
     Attributes:
         summary: one line.
-        frame_count, rate_hz: frames, evenly along the way, and how many a second.
+        frame_count, rate_hz: number of frames, evenly along the path, and frames per second.
         width_px, height_px: of each picture.
-        closed_loop: the way is set.
+        closed_loop: False, since the path is set.
     """
 
     summary: str
@@ -73,9 +74,9 @@ class CarriedSheet:
 class CarriedSheetScene:
     """See ``sheet.SheetScene``.
 
-    Along a corridor under ceiling lights, towards the window at its end (back light), round the corner into another
-    whose first lights are off (shade), on to warm lights and another window. How bright and of what colour lights and
-    windows are is drawn from the seed.
+    The robot drives along a corridor under ceiling lights towards the window at its end (back light), round the corner
+    into a corridor without lights in its first part (shade), and on to warm lights and another window. Brightness and
+    colour of lights and windows are drawn from the seed.
     """
 
     settling_steps = 0
@@ -123,13 +124,23 @@ def _ahead(heading_rad: float) -> NDArray[np.float64]:
 
 
 def _pole(world: World) -> Body:
-    """Add what the sheet stands on, a centimetre behind it; its frame is on the ground under the sheet's."""
+    """Add the sheet's pole, a centimetre behind the sheet; its frame is on the ground below the sheet's frame."""
     shape = panel((-0.01, -0.02, 0.0), (0.0, 0.04, 0.0), (0.0, 0.0, CAMERA_HEIGHT_M), plain(_POLE_RGB))
     return world.add(shape, np.eye(4), name="pole", category="furniture", movable=True)
 
 
 def _build(world: World, rng: np.random.Generator) -> list[BrightArea]:
-    """Build the two corridors and return what shines in them."""
+    """Build the two corridors and return their lights and windows."""
+    bright = []
+    for piece in (*_surfaces(rng), *_windows(rng), *_ceiling_lights(rng)):
+        body = add_panel(world, piece)
+        if piece.luminance_nit > 0:
+            bright.append(bright_area(body, piece))
+    return bright
+
+
+def _surfaces(rng: np.random.Generator) -> Iterator[Panel]:
+    """Yield walls, skirtings, floors, ceilings and doors."""
     half, corner_x, end_y = _HALF_M, _CORNER_X_M, _SECOND_M
     up = np.array([0.0, 0.0, _HEIGHT_M])
     wall, floor, ceiling = (grained(rgb, rng) for rgb in (_WALL_RGB, _FLOOR_RGB, _CEILING_RGB))
@@ -142,69 +153,46 @@ def _build(world: World, rng: np.random.Generator) -> list[BrightArea]:
         ("end wall", (corner_x - _WIDTH_M, end_y, 0.0), (_WIDTH_M, 0.0, 0.0)),
     )
     for name, corner_m, along_m in walls:
-        add_panel(world, name, corner_m, along_m, up, wall)
+        yield new_panel(name, corner_m, along_m, up, wall)
         inward = np.cross(along_m, up) / np.linalg.norm(np.cross(along_m, up))
         skirting_m = np.array(corner_m) + 0.01 * inward
-        add_panel(world, f"{name} skirting", skirting_m, along_m, (0.0, 0.0, 0.09), plain(_SKIRTING_RGB))
+        yield new_panel(f"{name} skirting", skirting_m, along_m, (0.0, 0.0, 0.09), plain(_SKIRTING_RGB))
     for name, x_m, y_m, size_m in (
         ("first", 0.0, -half, (corner_x, _WIDTH_M)),
         ("second", corner_x - _WIDTH_M, half, (_WIDTH_M, end_y - half)),
     ):
         along, across = np.array([size_m[0], 0.0, 0.0]), np.array([0.0, size_m[1], 0.0])
-        add_panel(world, f"{name} floor", (x_m, y_m, 0.0), along, across, floor)
-        add_panel(world, f"{name} ceiling", (x_m, y_m, _HEIGHT_M), across, along, ceiling)
+        yield new_panel(f"{name} floor", (x_m, y_m, 0.0), along, across, floor)
+        yield new_panel(f"{name} ceiling", (x_m, y_m, _HEIGHT_M), across, along, ceiling)
     for k, x_m in enumerate(np.arange(3.0, corner_x - _WIDTH_M - 1.5, 5.0)):
-        add_panel(world, f"door {k}", (x_m, half - 0.02, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, 2.05), plain(_DOOR_RGB))
-    return [*_windows(world, rng), *_ceiling_lights(world, rng)]
+        yield new_panel(f"door {k}", (x_m, half - 0.02, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, 2.05), plain(_DOOR_RGB))
 
 
-def _windows(world: World, rng: np.random.Generator) -> Iterator[BrightArea]:
-    """Put windows into both corridors' ends: the one by the corner is seen from the first corridor."""
-    corner_x = _CORNER_X_M - 0.01
+def _windows(rng: np.random.Generator) -> Iterator[Panel]:
+    """Yield the windows at the corridors' ends; the first corridor faces the corner window."""
     sky_k = rng.uniform(5500.0, 7500.0)
-    yield add_bright_panel(
-        world,
-        "corner window",
-        (corner_x, 0.8, 0.7),
-        (0.0, -1.6, 0.0),
-        (0.0, 0.0, 1.5),
-        luminance_nit=rng.uniform(1500.0, 3000.0),
-        temperature_k=sky_k,
-    )
-    yield add_bright_panel(
-        world,
-        "end window",
-        (_FIRST_M - 0.9, _SECOND_M - 0.01, 0.9),
-        (1.8, 0.0, 0.0),
-        (0.0, 0.0, 1.4),
-        luminance_nit=rng.uniform(600.0, 1500.0),
-        temperature_k=sky_k,
-    )
+    for name, corner_m, along_m, height_m, low_nit, high_nit in (
+        ("corner window", (_CORNER_X_M - 0.01, 0.8, 0.7), (0.0, -1.6, 0.0), 1.5, 1500.0, 3000.0),
+        ("end window", (_FIRST_M - 0.9, _SECOND_M - 0.01, 0.9), (1.8, 0.0, 0.0), 1.4, 600.0, 1500.0),
+    ):
+        light = {"luminance_nit": rng.uniform(low_nit, high_nit), "temperature_k": sky_k}
+        yield new_panel(name, corner_m, along_m, (0.0, 0.0, height_m), SHINING, **light)
 
 
-def _ceiling_lights(world: World, rng: np.random.Generator) -> Iterator[BrightArea]:
-    """Put lights under the ceiling: neutral ones in the first corridor, warm ones in the second's further part."""
+def _ceiling_lights(rng: np.random.Generator) -> Iterator[Panel]:
+    """Yield ceiling lights: neutral ones in the first corridor, warm ones in the far part of the second."""
     length_m, width_m = _LIGHT_M
-    under_m = _HEIGHT_M - 0.01
     neutral_k, warm_k = rng.uniform(3800.0, 5000.0), rng.uniform(2400.0, 3000.0)
     neutral_nit, warm_nit = rng.uniform(2500.0, 4500.0), rng.uniform(1500.0, 3000.0)
     for x_m in np.arange(0.5 * _LIGHT_EVERY_M, _FIRST_M - 1.0, _LIGHT_EVERY_M):
-        yield add_bright_panel(
-            world,
-            f"light at {x_m:g} m",
-            (x_m - 0.5 * length_m, -0.5 * width_m, under_m),
-            (0.0, width_m, 0.0),
-            (length_m, 0.0, 0.0),
-            luminance_nit=neutral_nit,
-            temperature_k=neutral_k,
-        )
+        yield _ceiling_light(f"light at {x_m:g} m", (x_m, 0.0), (length_m, width_m), neutral_nit, neutral_k)
     for y_m in np.arange(_DARK_M, _SECOND_M, _LIGHT_EVERY_M):
-        yield add_bright_panel(
-            world,
-            f"warm light at {y_m:g} m",
-            (_FIRST_M - 0.5 * width_m, y_m - 0.5 * length_m, under_m),
-            (0.0, length_m, 0.0),
-            (width_m, 0.0, 0.0),
-            luminance_nit=warm_nit,
-            temperature_k=warm_k,
-        )
+        yield _ceiling_light(f"warm light at {y_m:g} m", (_FIRST_M, y_m), (width_m, length_m), warm_nit, warm_k)
+
+
+def _ceiling_light(
+    name: str, middle_m: tuple[float, float], size_m: tuple[float, float], luminance_nit: float, temperature_k: float
+) -> Panel:
+    corner_m = (middle_m[0] - 0.5 * size_m[0], middle_m[1] - 0.5 * size_m[1], _HEIGHT_M - 0.01)
+    light = {"luminance_nit": luminance_nit, "temperature_k": temperature_k}
+    return new_panel(name, corner_m, (0.0, size_m[1], 0.0), (size_m[0], 0.0, 0.0), SHINING, **light)

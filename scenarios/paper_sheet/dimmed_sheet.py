@@ -1,4 +1,4 @@
-"""A green sheet on a white wall under one lamp that is dimmed: the world of paper B's experiment I."""
+"""A green sheet on a white wall under one dimmed lamp: the world of paper B's experiment I."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, illuminance_on_sheet_lx, sheet_mesh
 from scenarios.stereo_follow.camera import camera
 from scenarios.stereo_follow.floor_plan import Area
-from scenarios.stereo_follow.indoors import add_panel, grained
+from scenarios.stereo_follow.indoors import grained
+from scenarios.stereo_follow.panels import add_panel, new_panel
 from sim.checks import check
 from sim.rng import generator
 from sim.shaders.lamps import Lamp, LampShader, Surroundings
@@ -27,11 +28,11 @@ _BEFORE_WALL_M = 0.001
 
 @dataclass(frozen=True, slots=True)
 class DimmedSheet:
-    """How an episode is made: a picture for each illuminance, when the camera's loops have come to rest.
+    """Configuration of an episode: one picture per illuminance, after the camera's loops have settled.
 
     Attributes:
         summary: one line.
-        illuminances_lx: mean on the sheet, one after the other.
+        illuminances_lx: means on the sheet, in order.
         width_px, height_px: of each picture.
         closed_loop: the camera is at rest.
     """
@@ -48,12 +49,12 @@ class DimmedSheet:
 
     @property
     def frame_count(self) -> int:
-        """As many frames as illuminances."""
+        """One frame per illuminance."""
         return len(self.illuminances_lx)
 
     @property
     def rate_hz(self) -> float:
-        """The camera's loops run at 15 Hz, between pictures too."""
+        """Rate of the pictures; the camera's loops run at 15 Hz in between."""
         return _LOOPS_HZ / _SETTLING_FRAMES
 
     def scene(self, seed: int) -> DimmedSheetScene:
@@ -64,9 +65,8 @@ class DimmedSheet:
 class DimmedSheetScene:
     """See ``sheet.SheetScene``.
 
-    Distance, angle, the lamp's stand and grain are drawn from the seed. The lamp is a bulb: what it dims to glows
-    redder (flux ~ V^3.4, temperature ~ V^0.42, the usual rule for tungsten). The room throws light back like a closed
-    one of 100 m².
+    Distance, angle, the lamp's place and grain are drawn from the seed. The lamp is a bulb, redder when dimmed (flux ~
+    V^3.4, temperature ~ V^0.42, the usual rule for tungsten). The room reflects light like a closed room of 100 m².
     """
 
     def __init__(self, preset: DimmedSheet, seed: int) -> None:
@@ -85,12 +85,13 @@ class DimmedSheetScene:
         self.world = World()
         width_m, height_m = _WALL_M
         wall = grained(_WALL_RGB, rng)
-        add_panel(self.world, "wall", (0.0, -0.5 * width_m, 0.0), (0.0, width_m, 0.0), (0.0, 0.0, height_m), wall)
+        corner_m, along_m, up_m = (0.0, -0.5 * width_m, 0.0), (0.0, width_m, 0.0), (0.0, 0.0, height_m)
+        add_panel(self.world, new_panel("wall", corner_m, along_m, up_m, wall))
         self.sheet = self.world.add(sheet_mesh(rng), self.T_world_sheet, name="sheet", category="sheet")
         self.move_to(0)
 
     def move_to(self, frame: int) -> None:
-        """See ``SheetScene``: the bulb alone changes, to the flux that brings the sheet to its mean illuminance."""
+        """See ``SheetScene``. Only the bulb changes, to the flux that gives the sheet its mean illuminance."""
         illuminance_lx = self._illuminances_lx[frame]
         temperature_k = _BRIGHTEST_K * (illuminance_lx / self._illuminances_lx[0]) ** _TEMPERATURE_EXPONENT
         of_1_lm = LampShader([Lamp(self._bulb_m, 1.0, temperature_k)], _ROOM)

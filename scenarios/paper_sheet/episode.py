@@ -20,13 +20,13 @@ from sim.rng import generator
 from sim.shaders.lamps import LampShader
 from trackers.types import CameraCommand, EgoPose, Start
 
-_NOBODY = np.empty(0, np.int64)
+_NO_IDS = np.empty(0, np.int64)
 _SIZE_M = np.array([[0.0, *SHEET_M]])
 
 
 @dataclass(frozen=True, slots=True)
 class SheetMap:
-    """What ``SheetEpisode.map_of`` knows: where the walls are."""
+    """The map of a sheet's world: its walls."""
 
     plan: Rooms
 
@@ -34,8 +34,8 @@ class SheetMap:
 class SheetEpisode(Stage):
     """See ``scenarios.scenario.Episode``. The camera follows a set path.
 
-    The sheet alone is in truth. Its origin is the middle of its lower edge instead of a place on the ground, and its
-    illuminance the mean over it.
+    Truth holds the sheet alone. The sheet's origin is the middle of its lower edge, not a place on the ground, and its
+    illuminance is the mean over its surface.
     """
 
     def __init__(self, scene: SheetScene, seed: int, renderer: RendererName) -> None:
@@ -60,15 +60,15 @@ class SheetEpisode(Stage):
         return self._scene.shader
 
     def hold(self, *, exposure: bool, white_balance: bool) -> None:
-        """Let the camera's exposure or white balance stay as they are from now on, or follow the light again."""
+        """Hold the camera's exposure or white balance from now on, or let them follow the light again."""
         self._pair.hold(exposure=exposure, white_balance=white_balance)
 
     def map_of(self) -> SheetMap:
-        """Return where the walls are."""
+        """Return the map of the walls."""
         return SheetMap(self._scene.plan)
 
     def _obey(self, command: CameraCommand) -> None:
-        raise NotImplementedError("a sheet of paper is not followed in closed loop")
+        raise NotImplementedError("paper-sheet has no closed loop")
 
     def _move_to(self, frame: int) -> None:
         self._scene.move_to(frame)
@@ -86,7 +86,7 @@ class SheetEpisode(Stage):
     def _truth(self, frame: int, pair: StereoPair) -> StereoTruth:
         scene, pose, left = self._scene, self._T_world_camera, pair.left
         T_world_sheet, instance_id = scene.T_world_sheet[None], scene.sheet.index
-        seen = seen_body(self._shape, T_world_sheet, scene.camera, pose, left.instance_id, instance_id, hiders=_NOBODY)
+        seen = seen_body(self._shape, T_world_sheet, scene.camera, pose, left.instance_id, instance_id, hiders=_NO_IDS)
         lux = illuminance_on_sheet_lx(scene.shader, scene.T_world_sheet)
         return StereoTruth(
             **self._seen(

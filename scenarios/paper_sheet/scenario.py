@@ -1,6 +1,6 @@
-"""The scenario ``paper-sheet-v1``: a green sheet of paper before a stereo camera, of paper B's experiments I and II.
+"""The scenario ``paper-sheet-v1``: a green sheet of paper before a stereo camera, as in paper B's experiments I and II.
 
-Camera, rig, odometry, rooms and events of light are those of ``stereo-follow``: it is the same robot, in other rooms.
+Camera, rig, odometry, panels and light events are those of ``stereo-follow``: the same robot in other rooms.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from trackers.types import Carrier
 Preset = DimmedSheet | CarriedSheet
 
 _SEEDED_AS = "stereo-follow-v1"
-"""The presets were that scenario's once: seeds are still derived from its id, so that the pictures of published figures
-stay as they are.
+"""The presets once belonged to this scenario: seeds still derive from its id, so that the pictures of published figures
+stay the same.
 """
 
 
@@ -56,7 +56,7 @@ class PaperSheetScenario:
         Args:
             seed: any whole number >= 0; 10,000 to 19,999 is the test split.
             closed_loop: None or False, since the camera follows a set path.
-            truth: either extent is the same: the sheet is all that there is.
+            truth: both extents are the same, since the sheet is the only object.
 
         Raises:
             ValueError: for an unknown preset or renderer, a negative seed, or a closed loop.

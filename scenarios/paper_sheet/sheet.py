@@ -1,6 +1,6 @@
-"""A sheet of green drawing paper, the target of paper B's experiments on the camera alone, and the worlds it is in.
+"""A sheet of green drawing paper, the target of paper B's experiments on the camera, and the protocol of its worlds.
 
-Its frame: the origin is the middle of its lower edge, x leads away from its green side, z is up.
+The sheet's frame: the origin is the middle of its lower edge, x points away from its green side, z is up.
 """
 
 from __future__ import annotations
@@ -23,32 +23,32 @@ from sim.world import Body, World
 SHEET_M = (0.54, 0.38)
 """Width and height."""
 LOWER_EDGE_M = CAMERA_HEIGHT_M - 0.5 * SHEET_M[1]
-"""Above the ground: its middle is as high as the camera."""
+"""Height above the ground: the sheet's middle is as high as the camera."""
 _SHEET_RGB = (62, 146, 92)
 _INNER = 0.8
 
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """Where the walls are; see ``floor_plan.RoomPlan``."""
+    """See ``floor_plan.RoomPlan``."""
 
     rooms: dict[str, Area]
     openings: tuple[Area, ...]
 
 
 class SheetScene(Protocol):
-    """A world with a sheet in it, and where its camera is on each frame.
+    """A world with a sheet, and the camera's path in it.
 
     Attributes:
-        frame_count, rate_hz: frames, and how many a second.
-        settling_steps: the camera's loops take so many steps before each picture, besides the one of the picture.
-        camera: each of the pair.
-        world, sheet: the bodies, and the one that is the target.
-        shader: lights the world as it is now.
-        place_m, heading_rad: of the camera now: (2,) and about the upright.
+        frame_count, rate_hz: number of frames, and frames per second.
+        settling_steps: steps of the camera's loops before each picture, in addition to the picture's own step.
+        camera: the model of both cameras.
+        world, sheet: the bodies, and the target's body.
+        shader: the current light.
+        place_m, heading_rad: of the camera now: (2,) and about the vertical.
         T_world_sheet: (4, 4) now. speed_mps: of the sheet now.
-        place: what the place is called.
-        plan: where its walls are.
+        place: name of the place.
+        plan: its walls.
     """
 
     frame_count: int
@@ -66,12 +66,12 @@ class SheetScene(Protocol):
     plan: Rooms
 
     def move_to(self, frame: int) -> None:
-        """Put everything where it is on a frame, and light it so."""
+        """Set bodies, camera and light to a frame."""
         ...
 
 
 def sheet_mesh(rng: np.random.Generator) -> TexturedMesh:
-    """Return the sheet in its frame, with a grain of its own."""
+    """Return the sheet in its frame, with its own grain."""
     width_m, height_m = SHEET_M
     return panel((0.0, -0.5 * width_m, 0.0), (0.0, width_m, 0.0), (0.0, 0.0, height_m), grained(_SHEET_RGB, rng))
 
@@ -89,7 +89,7 @@ def illuminance_on_sheet_lx(shader: LampShader, T_world_sheet: NDArray[np.float6
 def region_of_sheet(
     camera: PinholeCamera, T_world_camera: NDArray[np.float64], T_world_sheet: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the rectangle (4,) within the picture of the inner part of the sheet, pixels."""
+    """Return the rectangle (4,), pixels, that lies within the picture of the sheet's inner part."""
     y, z = 0.5 * _INNER * SHEET_M[0], 0.5 * _INNER * SHEET_M[1]
     corners = np.array([(0.0, a * y, 0.5 * SHEET_M[1] + b * z) for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1))])
     corners = corners @ T_world_sheet[:3, :3].T + T_world_sheet[:3, 3]

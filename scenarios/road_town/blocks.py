@@ -1,4 +1,4 @@
-"""What stands between the streets: houses that face them, car parks, trees along kerbs and in gardens."""
+"""Houses along the streets, car parks, and trees along kerbs and in gardens."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOST_PARKED = 30
 
 
 def fill_blocks(graph: RoadGraph, rng: np.random.Generator, extent_m: float) -> Layout:
-    """Return the town of a road graph: nothing overlaps a road, a pavement or anything else that stands.
+    """Return the town of a road graph; its objects overlap no road, no pavement and not each other.
 
     Args:
         extent_m: side of the square ground.
@@ -35,7 +35,7 @@ def fill_blocks(graph: RoadGraph, rng: np.random.Generator, extent_m: float) -> 
 
 
 class _FreeGround:
-    """Which places are still free, on a grid of ``_CELL_M``."""
+    """A grid of ``_CELL_M`` that marks occupied ground."""
 
     def __init__(self, graph: RoadGraph, extent_m: float) -> None:
         self.half_m = 0.5 * extent_m
@@ -47,7 +47,7 @@ class _FreeGround:
             cv2.polylines(self._taken, [line], False, 1, round(width / _CELL_M) + 1)
 
     def take(self, centre_m: NDArray[np.float64], size_m: tuple[float, float], yaw_rad: float, margin_m: float) -> bool:
-        """Take a rectangle if it is free and inside the town, with a margin; return whether it was."""
+        """Occupy a rectangle with a margin if it is free and inside the town; return whether it was."""
         corners = rectangle(centre_m, (size_m[0] + 2 * margin_m, size_m[1] + 2 * margin_m), yaw_rad)
         if np.abs(corners).max() > self.half_m - 2.0:
             return False
@@ -68,9 +68,9 @@ class _FreeGround:
 def _beside(
     graph: RoadGraph, rng: np.random.Generator, depth_m: float, setback_m: float
 ) -> tuple[NDArray[np.float64], float]:
-    """Return a random place beside a street: centre of a thing ``depth_m`` deep, and the yaw of its front.
+    """Return a random place beside a street: centre of an object ``depth_m`` deep, and the yaw of its front.
 
-    The front is along the street; its left normal points to the street.
+    The front runs along the street; its left normal points to the street.
     """
     street = graph.streets[int(rng.integers(len(graph.streets)))]
     index = int(rng.integers(1, len(street.centre_m) - 1))
@@ -105,7 +105,7 @@ def _place_houses(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generato
 
 
 def _place_car_parks(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generator) -> list[CarPark]:
-    """Place car parks: two rows of bays and between them a lane that leads to the street, along the length axis."""
+    """Place car parks: two rows of bays, and between them a lane along the length axis to the street."""
     car_parks: list[CarPark] = []
     parked = 0
     for _ in range(200):

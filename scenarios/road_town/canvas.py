@@ -1,4 +1,4 @@
-"""A square picture of the ground that is drawn on in metres."""
+"""A square picture of the ground with drawing functions in metres."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 _SHIFT = 4
-"""OpenCV's fixed-point bits below a pixel."""
+"""OpenCV's fractional bits of pixel coordinates."""
 _GRAIN_TILE_PX = 512
 
 Colour = int | tuple[int, int, int]
@@ -35,7 +35,7 @@ class Canvas:
         cv2.fillConvexPoly(self.picture, self._fixed_point(corners_m), _scalar(colour), self._line_type, _SHIFT)
 
     def area(self, area: shapely.Geometry, colour: Colour) -> None:
-        """Fill polygons with their holes left out."""
+        """Fill polygons, except their holes."""
         rings = [self._fixed_point(shapely.get_coordinates(ring)) for ring in rings_of(area)]
         cv2.fillPoly(self.picture, rings, _scalar(colour), self._line_type, _SHIFT)
 
@@ -68,7 +68,7 @@ class Canvas:
             cv2.circle(self.picture, centre, radius, _scalar(colour), -1, self._line_type, _SHIFT)
 
     def grain(self, rng: np.random.Generator, deviation: float) -> None:
-        """Add noise of texel size to everything drawn so far; a tile of it is repeated, turned and mirrored."""
+        """Add noise of texel size to the picture; one tile of it is repeated, turned and mirrored."""
         noise = rng.normal(0.0, deviation, (_GRAIN_TILE_PX, _GRAIN_TILE_PX, 1)).round()
         brighter, darker = (np.maximum(sign * noise, 0).astype(np.uint8) + np.zeros(3, np.uint8) for sign in (1, -1))
         turned = [(_turned(brighter, *turn), _turned(darker, *turn)) for turn in _TURNS]
@@ -117,7 +117,7 @@ def rectangle(
 
 
 def rings_of(area: shapely.Geometry) -> list[shapely.LinearRing]:
-    """Return the outlines and holes of a polygon or several."""
+    """Return the outlines and holes of one or more polygons."""
     polygons = [part for part in shapely.get_parts(area) if isinstance(part, shapely.Polygon)]
     return [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
 

@@ -1,4 +1,4 @@
-"""One episode of ``road-town``: the plan carried out, frame by frame."""
+"""One episode of ``road-town``: the plan, frame by frame."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, build_town
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame, RendererName
-from scenarios.stage import Stage, tells_all
+from scenarios.stage import Stage, covers_all
 from scenarios.truth import TruthExtent
 from sim.labels import amodal_boxes, backward_flow, ground_homography, outline, visible_fraction
 from sim.optics import CameraMotion, PinholeCamera
@@ -35,7 +35,7 @@ class RoadTownEpisode(Stage):
     """See ``scenarios.scenario.Episode``."""
 
     def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
-        self._tells_all = tells_all(truth)
+        self._covers_all = covers_all(truth)
         world = build_town(plan.layout, generator(plan.seed, "town"))
         self._cars = [
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
@@ -88,9 +88,9 @@ class RoadTownEpisode(Stage):
         self._helicopter.fly(command)
 
     def _move_to(self, frame: int) -> None:
-        # Before the first frame everything is where it is on it.
+        # Before the first frame, all poses are those of frame 0.
         self._T_world_camera_before = self._T_world_camera
-        self._body_poses_before = self.world.poses.copy() if self._tells_all else _NO_POSES
+        self._body_poses_before = self.world.poses.copy() if self._covers_all else _NO_POSES
         self.world.move_all(self._cars, self.plan.motion.T_world_car[frame])
         self._T_world_camera = self._set_path[frame] if self._helicopter is None else self._helicopter.pose(frame)
 
@@ -105,7 +105,7 @@ class RoadTownEpisode(Stage):
         seen = self._camera.take(self._shader, T_world_camera, frame, motion=motion)
         settings = seen.picture.settings
         flow_px = _NO_FLOW
-        if self._tells_all:
+        if self._covers_all:
             poses = self.world.poses
             flow_px = backward_flow(
                 seen, camera, T_world_camera, self._T_world_camera_before, poses, self._body_poses_before
@@ -143,7 +143,7 @@ class RoadTownEpisode(Stage):
         camera, T_world_camera = self.plan.camera, self._T_world_camera
         fractions = np.full(len(self._cars), np.nan)
         for car, body in enumerate(self._cars):
-            if self._tells_all or car == TARGET:
+            if self._covers_all or car == TARGET:
                 fractions[car] = visible_fraction(
                     seen, camera, T_world_camera, body.mesh, poses[car], body.index, boxes[car]
                 )

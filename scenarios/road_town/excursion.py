@@ -1,4 +1,4 @@
-"""Ways off the road: a route bent aside over grass or paving, clear of houses, trees and parked cars."""
+"""Excursions off the road: a route bent aside over grass or paving, clear of houses, trees and parked cars."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Excursion:
     """A stretch of a route that is off the road.
 
     Attributes:
-        leave_m, return_m: arc lengths on the bent route where it starts to leave, and is back.
+        leave_m, return_m: arc lengths on the bent route where it leaves the road, and where it is back.
     """
 
     leave_m: float
@@ -37,16 +37,16 @@ def with_excursion(
     aside_m: tuple[float, float],
     along_m: tuple[float, float],
 ) -> tuple[Route, Layout, Excursion | None]:
-    """Bend a route off the road where least is in its way, and take that away: trees, at most one house.
+    """Bend a route off the road where the fewest obstacles stand, and remove those: trees, at most one house.
 
     Args:
-        between_m: arc lengths between which it may leave.
+        between_m: arc lengths between which the excursion lies.
         aside_m: range of the sideways distance from the lane.
         along_m: range of the distance driven off the road.
 
     Returns:
-        The bent route, the layout with a free way and where the route is off the road; or the same route and layout and
-        None where there is no room.
+        The bent route, the layout without the obstacles, and the excursion; or the same route and layout and None if
+        there is no room.
     """
     obstacles = _Obstacles(layout)
     arc = np.arange(len(route.points_m), dtype=float) * POINT_SPACING_M
@@ -55,7 +55,7 @@ def with_excursion(
         leave = float(rng.uniform(*between_m))
         along = float(rng.uniform(*along_m))
         aside = float(rng.uniform(*aside_m)) * (1 if rng.integers(2) else -1)
-        # To the left the opposite lane has to be crossed first.
+        # To the left, the route first crosses the opposite lane.
         aside += 3.5 if aside > 0 else 0.0
         if leave + along > between_m[1] or any(
             p.enter_m - 2 < leave + along and p.leave_m + 2 > leave for p in route.passages
@@ -88,10 +88,12 @@ def with_excursion(
 def aside_share(
     arc_m: NDArray[np.float64], leave_m: float | NDArray[np.float64], along_m: float | NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return how far aside (0-1 of its most) a way off the road is at arc lengths: a smooth step out, one back.
+    """Return an excursion's sideways distance at arc lengths, as a share (0-1) of its largest.
+
+    It is a smooth step out and one back.
 
     Args:
-        leave_m: arc length where it leaves.
+        leave_m: arc length where it leaves the road.
         along_m: distance from there to where it is back.
     """
     back_m = arc_m - leave_m - along_m + _LEAVE_OVER_M
@@ -110,7 +112,7 @@ def _rebuilt(route: Route, bent: NDArray[np.float64], leave_m: float, return_m: 
 
 @dataclass(frozen=True, slots=True)
 class _Hits:
-    """What stands in the way: indices of buildings and trees, and whether a parked car does."""
+    """Obstacles of a path: indices of buildings and trees, and whether a parked car is among them."""
 
     buildings: frozenset[int]
     trees: frozenset[int]
@@ -118,7 +120,7 @@ class _Hits:
 
 
 class _Obstacles:
-    """What a car must not drive into."""
+    """Buildings, parked cars and trees of a town."""
 
     def __init__(self, layout: Layout) -> None:
         boxes = [(b.centre_m, b.size_m[:2], b.yaw_rad) for b in layout.buildings]
@@ -134,7 +136,7 @@ class _Obstacles:
         self._trees = np.array([tree.centre_m for tree in layout.trees]).reshape(-1, 2)
 
     def hits(self, points_m: NDArray[np.float64]) -> _Hits:
-        """Return what is nearer to any of the points (M, 2) than a car needs."""
+        """Return the obstacles within ``_CLEARANCE_M`` of any of the points (M, 2)."""
         offset = points_m[:, None] - self._centre[None]
         lengthwise = np.einsum("mbk,bk->mb", offset, self._axis)
         across = offset[..., 1] * self._axis[:, 0] - offset[..., 0] * self._axis[:, 1]

@@ -1,4 +1,4 @@
-"""How the helicopter flies: set paths that lose the car on purpose, rough air, gusts, the closed loop."""
+"""The helicopter's flight: set paths that lose the car on purpose, rough air, gusts, the closed loop."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ HELICOPTER = Carrier(
     ),
     "down",
 )
-"""A stick goes from its middle to the stop within about half a second."""
+"""A stick moves from its centre to its stop within about half a second."""
 _ATTITUDE_TIME_CONSTANT_S = 0.6
 RESPONSE_TIME_S = 0.5
 _WANDER_SHARE = 0.13
-"""Standard deviation of a set path's wandering, as a share of half the picture's width on the ground."""
+"""Standard deviation of a set path's deviation, as a share of half the picture's width on the ground."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +41,8 @@ class Pulse:
 
     Attributes:
         start_frame, rise_frames, hold_frames, fall_frames: its timing.
-        offset_m: (ahead, left) displacement of the aim on the ground at full swing, in the helicopter's
-            frame.
-        tilts: True for a gust that tilts the helicopter, False for its drifting away.
+        offset_m: (ahead, left) displacement of the aim on the ground at full swing, in the helicopter's frame.
+        tilts: True for a gust that tilts the helicopter, False for a drift of the helicopter.
     """
 
     start_frame: int
@@ -54,7 +53,7 @@ class Pulse:
     tilts: bool
 
     def share(self, frame_count: int) -> NDArray[np.float64]:
-        """Return how far the swing is carried out (T,), 0-1."""
+        """Return the share (T,) of the full swing on each frame, 0-1."""
         t = np.arange(frame_count) - self.start_frame
         back = t - self.rise_frames - self.hold_frames
         return smooth_step(t / self.rise_frames) - smooth_step(back / self.fall_frames)
@@ -62,13 +61,13 @@ class Pulse:
 
 @dataclass(frozen=True, eq=False)
 class AirState:
-    """What the air does to the helicopter, whoever flies it; decided before the episode starts.
+    """The air of one episode, drawn before it starts and independent of the controller.
 
     Attributes:
-        altitude_m: height to be held.
-        attitude_rad: (T, 3) roll, pitch and yaw deviations of rough air.
-        wander_m: (T, 2) slow deviation of a set path from the car's.
-        yaw_rad: (T,) heading of a set path; its first value is where the closed loop starts.
+        altitude_m: height of a set path and of the start.
+        attitude_rad: (T, 3) roll, pitch and yaw deviations in rough air.
+        wander_m: (T, 2) slow deviation of a set path from the car's path.
+        yaw_rad: (T,) heading of a set path; the closed loop starts with the first value.
     """
 
     altitude_m: float
@@ -98,7 +97,7 @@ def draw_air(
 def set_path(
     preset: RoadTown, air: AirState, car_position_m: NDArray[np.float64], pulses: list[Pulse]
 ) -> NDArray[np.float64]:
-    """Return T_world_camera (T, 4, 4) of a flight along the car's path that swings away as ``pulses`` say."""
+    """Return T_world_camera (T, 4, 4) of a flight along the car's path with the swings ``pulses``."""
     frames = len(car_position_m)
     smooth = ndimage.gaussian_filter1d(car_position_m, 0.8 * preset.rate_hz, axis=0, mode="nearest")
     position = smooth + air.wander_m
@@ -106,7 +105,7 @@ def set_path(
     for pulse in pulses:
         if not pulse.tilts:
             ahead, left = pulse.offset_m
-            # Of the moment it starts: a turn of the helicopter must not whirl the view about.
+            # The heading at the start of the swing: later turns of the helicopter must not rotate the view.
             yaw = air.yaw_rad[np.clip(pulse.start_frame, 0, frames - 1)]
             direction = np.array([ahead * np.cos(yaw) - left * np.sin(yaw), ahead * np.sin(yaw) + left * np.cos(yaw)])
             position = position + pulse.share(frames)[:, None] * direction
@@ -119,7 +118,7 @@ def set_path(
 
 
 def gust_attitude_rad(pulses: list[Pulse], altitude_m: float, frame_count: int) -> NDArray[np.float64]:
-    """Return roll, pitch and yaw (T, 3) by which gusts tilt the helicopter."""
+    """Return roll, pitch and yaw (T, 3) of the helicopter due to gusts."""
     attitude = np.zeros((frame_count, 3))
     for pulse in pulses:
         if pulse.tilts:
@@ -131,7 +130,7 @@ def gust_attitude_rad(pulses: list[Pulse], altitude_m: float, frame_count: int) 
 
 
 class Helicopter:
-    """Closed loop: flies as commanded, with a first-order response, while air and gusts tilt it."""
+    """A steered helicopter: it follows commands with a first-order response, while air and gusts tilt it."""
 
     def __init__(self, preset: RoadTown, air: AirState, pulses: list[Pulse], start_m: NDArray[np.float64]) -> None:
         frames = len(air.attitude_rad)
@@ -143,7 +142,7 @@ class Helicopter:
         self._yaw_rate_rad_s = 0.0
 
     def fly(self, command: CameraCommand) -> None:
-        """Move on by one frame.
+        """Advance by one frame.
 
         Raises:
             ValueError: if the command is not finite.
@@ -179,7 +178,7 @@ def swing_out(camera: PinholeCamera, altitude_m: float, direction_rad: float, ma
     half_ahead = 0.5 * camera.height_px / camera.focal_px * altitude_m
     half_left = 0.5 * camera.width_px / camera.focal_px * altitude_m
     c, s = np.cos(direction_rad), np.sin(direction_rad)
-    # A tilted camera sees less towards its own foot: the near border of the picture comes closer to it.
+    # A tilted camera sees less ground towards the point below it: the near border of the picture comes closer.
     border = min(half_ahead / max(abs(c), 1e-6), half_left / max(abs(s), 1e-6))
     distance = border + margin_m
     return float(distance * c), float(distance * s)

@@ -1,4 +1,4 @@
-"""When the target leaves the picture: swings of the view, tuned until their lengths are as wanted."""
+"""Frame-outs of the target: swings of the view, fitted to the wanted starts and lengths."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from scenarios.road_town.presets import APART_FRAMES, OVERHANG_FRAMES, SETTLE_FR
 from sim.optics import PinholeCamera
 
 _STEERING_LAG_M = 9.0
-"""A camera that follows an estimate trails the car by so much; gusts in closed loop swing it further out."""
-_WISHES, _PLACEMENTS, _FITS = 40, 400, 6
-"""Lengths are drawn anew only after that many placements, or fits of likely ones, have failed."""
+"""Distance by which a steered camera trails the car; gusts in closed loop swing the view further out by as much."""
+_LENGTH_DRAWS, _PLACEMENTS, _FITS = 40, 400, 6
+"""Numbers of draws of lengths, of placements per draw, and of fits per draw before lengths are drawn anew."""
 _DRIFT_FROM_FRAMES = 45
-"""Longer frame-outs may come from the helicopter's drifting away; no drift is shorter."""
+"""Only frame-outs of at least this length may come from the helicopter's drift."""
 _DRIFT_SPEED_MPS = 16.0
 
 IN, PARTIAL, OUT = 0, 1, 2
@@ -55,22 +55,22 @@ def draw_pulses(
     closed_loop: bool,
     rng: np.random.Generator,
 ) -> list[Pulse]:
-    """Return swings of the view that lose the car as often and as long as the preset wants.
+    """Return swings of the view that lose the car as often and as long as the preset demands.
 
     Args:
         car_position_m: (T, 2). car_corners_m: (T, 8, 3) of its bounding box.
-        events: frames at which the car starts a ``turn`` or an ``excursion``; frame-outs are laid over them.
+        events: frames at which the car starts a ``turn`` or an ``excursion``; frame-outs are placed over them.
 
     Raises:
         ValueError: if no schedule fits, which a test over many seeds excludes for the presets.
     """
-    # An excursion too near either end cannot happen outside the picture; it is then seen to happen.
+    # An excursion too near either end cannot lie within a frame-out; it then happens in the picture.
     first, last = (
         SETTLE_FRAMES + 22,
         preset.frame_count - SETTLE_FRAMES - preset.frame_outs.excursion_frames - 8,
     )
     events = {**events, "excursion": [frame for frame in events["excursion"] if first <= frame <= last]}
-    for _ in range(_WISHES):
+    for _ in range(_LENGTH_DRAWS):
         lengths = _draw_lengths(preset, events, rng)
         schedules = (_place(preset, events, lengths, rng) for _ in range(_PLACEMENTS))
         for wanted in islice((schedule for schedule in schedules if schedule), _FITS):
@@ -87,16 +87,16 @@ def draw_pulses(
 
 
 def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random.Generator) -> list[int]:
-    """Return the frames outside of every frame-out; the first ones are for the excursions."""
-    wish = preset.frame_outs
-    low, high = np.log(wish.frames[0]), np.log(wish.frames[1] + 1)
-    count = int(rng.integers(wish.count[0], wish.count[1] + 1))
+    """Return the length of every frame-out, in frames; the first ones are for the excursions."""
+    settings = preset.frame_outs
+    low, high = np.log(settings.frames[0]), np.log(settings.frames[1] + 1)
+    count = int(rng.integers(settings.count[0], settings.count[1] + 1))
     lengths = np.exp(rng.uniform(low, high, count)).astype(int).tolist()
     for k in range(min(count, len(events["excursion"]))):
-        # Long enough for the car to be well off the road before it is back in the picture.
-        lengths[k] = max(lengths[k], wish.excursion_frames)
-    # Rather one frame-out less than shorter ones: the lengths' distribution is what the preset says.
-    while len(lengths) > wish.count[0] and sum(lengths) + APART_FRAMES * len(lengths) > preset.frame_count - 50:
+        # Long enough for the car to be well off the road when it is back in the picture.
+        lengths[k] = max(lengths[k], settings.excursion_frames)
+    # Drop frame-outs instead of shortening them: this keeps the preset's distribution of lengths.
+    while len(lengths) > settings.count[0] and sum(lengths) + APART_FRAMES * len(lengths) > preset.frame_count - 50:
         lengths.pop()
     return lengths
 
@@ -104,15 +104,15 @@ def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random
 def _place(
     preset: RoadTown, events: dict[str, list[int]], lengths: list[int], rng: np.random.Generator
 ) -> list[tuple[int, int]] | None:
-    """Return (first frame out, frames out) of every frame-out in order, or None if they come too close."""
-    wish, excursions, turns = preset.frame_outs, events["excursion"], events["turn"]
+    """Return (first frame out, frames out) of every frame-out in order, or None if two are too close."""
+    settings, excursions, turns = preset.frame_outs, events["excursion"], events["turn"]
     spans: list[tuple[int, int]] = []
     for k, frames in enumerate(lengths):
-        if wish.start_frame is not None and k == 0:
-            start = wish.start_frame
+        if settings.start_frame is not None and k == 0:
+            start = settings.start_frame
         elif k < len(excursions):
             start = excursions[k] - int(rng.integers(0, 8))
-        elif turns and rng.random() < wish.turn_share:
+        elif turns and rng.random() < settings.turn_share:
             start = turns[int(rng.integers(len(turns)))] - int(rng.integers(0, max(2, frames // 2)))
         else:
             start = int(rng.integers(SETTLE_FRAMES, max(preset.frame_count - frames, SETTLE_FRAMES + 1)))
@@ -133,13 +133,13 @@ def _draw_pulse(
     closed_loop: bool,
     rng: np.random.Generator,
 ) -> Pulse:
-    wish = preset.frame_outs
-    direction = 0.0 if wish.aim == "ahead" else float(rng.uniform(-np.pi, np.pi))
+    settings = preset.frame_outs
+    direction = 0.0 if settings.aim == "ahead" else float(rng.uniform(-np.pi, np.pi))
     margin = float(rng.uniform(5.0, 9.0)) if frames < 15 else float(rng.uniform(6.0, 16.0))
     if closed_loop:
         margin += _STEERING_LAG_M
     offset = swing_out(camera, air.altitude_m, direction, margin)
-    tilts = closed_loop or wish.gusts_only or frames < _DRIFT_FROM_FRAMES or rng.random() < 0.3
+    tilts = closed_loop or settings.gusts_only or frames < _DRIFT_FROM_FRAMES or rng.random() < 0.3
     if tilts:
         rise, fall = (int(rng.integers(5, 11)) for _ in range(2))
     else:
@@ -156,7 +156,7 @@ def _fit(
     pulses: list[Pulse],
     wanted: list[tuple[int, int]],
 ) -> list[Pulse]:
-    """Shift and stretch the swings until start and length of each frame-out are as wanted, or nearly."""
+    """Shift and stretch the swings until start and length of each frame-out are close to those wanted."""
     for _ in range(6):
         states = picture_states(camera, set_path(preset, air, car_position_m, pulses), car_corners_m)
         spans = frame_out_spans(states)
@@ -185,10 +185,10 @@ def _acceptable(preset: RoadTown, states: NDArray[np.int64], wanted: list[tuple[
         return False
     low, high = preset.frame_outs.frames
     lengths = [end - start for start, end in spans]
-    # An excursion may have to be longer than the rest.
-    if not all(low <= length <= max(high, wish[1]) + 2 for length, wish in zip(lengths, wanted, strict=True)):
+    # A frame-out over an excursion may be longer than the preset's range.
+    if not all(low <= length <= max(high, goal[1]) + 2 for length, goal in zip(lengths, wanted, strict=True)):
         return False
-    if any(abs(span[0] - wish[0]) > 3 for span, wish in zip(spans, wanted, strict=True)):
+    if any(abs(span[0] - goal[0]) > 3 for span, goal in zip(spans, wanted, strict=True)):
         return False
     if not (states[:SETTLE_FRAMES] == IN).all():
         return False

@@ -1,6 +1,6 @@
-"""The ground of a town: the picture that is laid on it, and the map of what is road, building or other.
+"""The ground of a town: its texture, and its map of road, building and other ground.
 
-Painted with OpenCV, coarse things first, each layer with grain of its own: trackers that estimate motion from pixels
+OpenCV paints the texture from coarse to fine, each layer with its own grain: trackers that estimate motion from pixels
 need corners everywhere, and real ground has them.
 """
 

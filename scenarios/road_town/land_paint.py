@@ -1,4 +1,4 @@
-"""Paints what grows: meadows, fields, footpaths, and the plots that houses stand on with all that is in gardens."""
+"""Paints the land: meadows, fields, footpaths, and the plots of houses with their gardens."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TUFTS: tuple[Rgb, ...] = ((62, 78, 42), (54, 66, 40), (126, 128, 84), (140, 124
 
 
 def paint_land(layout: Layout, rng: np.random.Generator, size_px: int) -> NDArray[np.uint8]:
-    """Return the land (size_px, size_px, 3) without anything paved: flat tones first, then light and hue over all."""
+    """Return the land (size_px, size_px, 3) without paved areas: flat tones first, then variations of light and hue."""
     canvas = Canvas(np.full((size_px, size_px, 3), MEADOW, dtype=np.uint8), layout.extent_m)
     _paint_meadows(canvas, rng)
     _paint_fields(canvas, rng)
@@ -43,7 +43,7 @@ def paint_countryside(extent_m: float, rng: np.random.Generator, size_px: int) -
 
 
 def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator) -> None:
-    """Paint what is too small for ``paint_land``: terraces, beds, sheds' floors, pools, garden paths, driveways."""
+    """Paint the details of gardens: terraces, beds, sheds' floors, pools, garden paths, driveways."""
     for building in layout.buildings:
         frame = _HouseFrame(building)
         _paint_beds(canvas, frame, rng)
@@ -65,7 +65,7 @@ def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator) ->
 
 
 def _varied(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Vary lightness at several scales and hue slowly."""
+    """Return the picture with variations of lightness at several scales, and of hue at a large one."""
     size_px = len(picture)
     light = smooth_noise(rng, size_px, {24: 3.0, 128: 5.0, 400: 6.0, 1024: 7.0})
     hue = rng.normal(0.0, 3.5, (_HUE_CELLS, _HUE_CELLS, 3)).astype(np.float32)
@@ -83,7 +83,7 @@ class _HouseFrame:
         self._axes = np.array([[c, s], [-s, c]])
 
     def place(self, along: float, across: float, beyond_m: tuple[float, float]) -> NDArray[np.float64]:
-        """Return the world place (2,) of fractions of the house's length and width, and metres beyond it."""
+        """Return a world place (2,) at fractions of the house's length and width, plus ``beyond_m`` along both."""
         size = np.array(self.building.size_m[:2])
         local = np.array([along, across]) * size + beyond_m
         world: NDArray[np.float64] = np.array(self.building.centre_m) + local @ self._axes
@@ -103,7 +103,7 @@ def _paint_meadows(canvas: Canvas, rng: np.random.Generator) -> None:
 
 
 def _paint_tufts(canvas: Canvas, rng: np.random.Generator) -> None:
-    """Paint what stands out of any grass: weeds, bare spots, molehills, shrubs and their shade, in loose groups."""
+    """Paint weeds, bare spots, molehills, shrubs and their shade on the grass, in loose groups."""
     half_m = 0.5 * canvas.extent_m
     sizes = rng.integers(2, 9, _TUFT_GROUPS)
     middles = rng.uniform(-half_m, half_m, (_TUFT_GROUPS, 2))
@@ -136,7 +136,7 @@ def _paint_footpaths(canvas: Canvas, rng: np.random.Generator) -> None:
 
 
 def _nearest_building(layout: Layout, size_px: int) -> NDArray[np.int32]:
-    """Return for each pixel which building is nearest (size, size)."""
+    """Return the index of the nearest building for each pixel (size, size)."""
     footprints = Canvas(np.ones((size_px // 2, size_px // 2, 1), dtype=np.uint8), layout.extent_m)
     for building in layout.buildings:
         footprints.polygon(rectangle(building.centre_m, building.size_m[:2], building.yaw_rad), 0)
@@ -153,10 +153,10 @@ def _nearest_building(layout: Layout, size_px: int) -> NDArray[np.int32]:
 def _paint_plot(
     canvas: Canvas, building: Building, nearest: NDArray[np.int32], index: int, rng: np.random.Generator
 ) -> None:
-    """Paint a plot up to the neighbours' plots: lawn, perhaps in mowing stripes, or yard; hedge or fence around it.
+    """Paint a plot up to the neighbours' plots: lawn, sometimes with mowing stripes, or yard; hedge or fence around it.
 
     Args:
-        nearest: (size, size) number of the building that each pixel belongs to; ``index`` is this one's.
+        nearest: (size, size) index of the building that each pixel belongs to; ``index`` is this building's.
     """
     margin, depth = rng.uniform(4.0, 9.0), rng.uniform(6.0, 15.0)
     size = (building.size_m[0] + 2 * margin, building.size_m[1] + 12.0 + depth)

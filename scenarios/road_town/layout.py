@@ -1,4 +1,4 @@
-"""The map of a town: streets as a graph of curves, and what stands beside them. Plain data."""
+"""The map of a town as plain data: streets as a graph of curves, and the objects beside them."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ class Street:
     Attributes:
         start, end: node indices.
         centre_m: (M, 2) points of the centre line, at most 1 m apart, from start to end.
-        width_m: kerb to kerb, two lanes; traffic keeps right (lane centres are width / 4 right of the
-            centre line).
+        width_m: kerb to kerb, two lanes; traffic keeps right (lane centres are width / 4 right of the centre line).
     """
 
     start: int
@@ -34,7 +33,7 @@ class RoadGraph:
 
     Attributes:
         nodes_m: (K, 2).
-        streets: edges; every street may be driven both ways.
+        streets: edges; traffic uses every street in both directions.
     """
 
     nodes_m: NDArray[np.float64]
@@ -63,7 +62,7 @@ class Building:
 
 @dataclass(frozen=True)
 class Tree:
-    """A tree with a crown of ``radius_m``; it is two to three times as high."""
+    """A tree with a crown of ``radius_m``; its height is two to three times that."""
 
     centre_m: tuple[float, float]
     radius_m: float
@@ -75,7 +74,7 @@ class CarPark:
 
     Attributes:
         centre_m, size_m, yaw_rad: the rectangle.
-        bays: (x, y, yaw) of every bay; ``taken`` says where a car stands.
+        bays: (x, y, yaw) of every bay. taken: whether a car stands in it.
     """
 
     centre_m: tuple[float, float]
@@ -91,7 +90,7 @@ class Layout:
 
     Attributes:
         extent_m: side of the square ground.
-        graph, buildings, trees, car_parks: what is there.
+        graph, buildings, trees, car_parks: its parts.
     """
 
     extent_m: float

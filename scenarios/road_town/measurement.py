@@ -1,4 +1,4 @@
-"""What the helicopter's instruments say of its pose."""
+"""The helicopter's instruments, which measure its pose."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sim.pose import rotation_by
 
 
 class Instruments:
-    """Measures poses with white noise and a bias that is drawn once. Draws the same numbers whatever is measured."""
+    """Measures poses with white noise and a constant bias. The errors do not depend on the pose."""
 
     def __init__(self, errors: EgoErrors, rng: np.random.Generator) -> None:
         self._errors = errors
@@ -19,7 +19,7 @@ class Instruments:
         self._attitude_bias_deg = rng.normal(0.0, 1.0, 3) * errors.attitude_bias_deg
 
     def measure(self, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the measured T_world_camera (4, 4); the attitude's error turns about the camera's axes."""
+        """Return the measured T_world_camera (4, 4); the attitude error is a rotation about the camera's axes."""
         noise = self._rng.normal(0.0, 1.0, (2, 3))
         turn_deg = self._attitude_bias_deg + self._errors.attitude_noise_deg * noise[1]
         measured = T_world_camera.copy()

@@ -1,4 +1,4 @@
-"""Colours of a town, sRGB 0-255: what cars, walls, roofs and grounds are painted with."""
+"""Colours of a town, sRGB 0-255: cars, walls, roofs and grounds."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PAINTS: dict[str, tuple[Rgb, float]] = {
     "brown": ((98, 64, 42), 0.03),
     "sky": ((92, 158, 200), 0.04),
 }
-"""Car paints and their shares, roughly those of new cars in Europe with more colours than there are today."""
+"""Car paints and their shares: roughly those of new cars in Europe, with more colours than today."""
 
 WALLS: tuple[Rgb, ...] = (
     (214, 204, 186),

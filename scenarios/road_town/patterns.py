@@ -1,13 +1,13 @@
-"""Street patterns: how the roads of a town run. A new one is one decorated function.
+"""Street patterns of towns. A new pattern is one decorated function.
 
     @street_pattern("comb")
     def comb(rng, extent_m):
         sketch = Sketch()
-        ...                                   # put points and roads down
+        ...                                   # add points and roads
         return graph_of_roads(sketch.points_m, sketch.roads)
 
-A pattern draws a sketch (control points and the roads through them); ``street_curves`` makes curves of it.
-The patterns here redraw ever more gently until the network is sound, so every generator gives a usable town.
+A pattern draws a sketch (control points and the roads through them); ``street_curves`` turns it into curves. The
+patterns here redraw with decreasing randomness until the network is valid, so every seed gives a usable town.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from scenarios.road_town.street_sketch import Rail, Sketch, height_on_superellip
 DEFAULT_EXTENT_M = 420.0
 SMALLEST_EXTENT_M = 300.0
 EDGE_MARGIN_M = 38.0
-"""Kept free of roads at every edge, so that houses and gardens stand outside the last street too."""
+"""Margin without roads at every edge, so that houses and gardens stand outside the last street too."""
 SNAP_M = 30.0
-"""Streets that would join another one this close to a crossing share that crossing."""
+"""A street that would join another one this close to a crossing uses that crossing."""
 
 Pattern = Callable[[np.random.Generator, float], RoadGraph]
 
@@ -158,7 +158,7 @@ def ring(rng: np.random.Generator, extent_m: float) -> RoadGraph:
 
 @street_pattern("winding")
 def winding(rng: np.random.Generator, extent_m: float) -> RoadGraph:
-    """One long winding road, closed so that nobody gets stuck, bends of 25 to 60 m radius, a few side streets."""
+    """One long winding road, closed so that no car gets stuck, bends of 25 to 60 m radius, a few side streets."""
     half_m = extent_m / 2 - EDGE_MARGIN_M
     lobes = 5
 
@@ -202,7 +202,7 @@ def _first_sound(
     warp_m: float,
     min_radius_m: float = MIN_RADIUS_M,
 ) -> RoadGraph:
-    """Return the first sound network of ``draw(strength)``, turned and warped, with falling strength."""
+    """Return the first valid network of ``draw(strength)``, warped, with decreasing strength."""
     faults = []
     for attempt in range(60):
         strength = 0.94**attempt
@@ -240,7 +240,7 @@ def _lines(rng: np.random.Generator, half_m: float, strength: float) -> NDArray[
 
 
 def _row(sketch: Sketch, ring_road: Rail, height_m: float, half_m: float, exponent: float, width_m: float) -> Rail:
-    """Return a street across the ring at one height, ready for streets to join it."""
+    """Return a street across the ring at one height, which other streets can join."""
     end_m = height_on_superellipse(height_m, half_m, exponent)
     row = Rail(sketch, lambda x_m: np.array([x_m, height_m]), width_m)
     for x_m in (-end_m, end_m):
@@ -249,7 +249,7 @@ def _row(sketch: Sketch, ring_road: Rail, height_m: float, half_m: float, expone
 
 
 def _join(rows: list[Rail], ring_road: Rail, index: int, x_m: float, half_m: float, exponent: float) -> int:
-    """Return the point where a lane at ``x_m`` joins row ``index``, or the ring beyond the first and last row."""
+    """Return the point where a lane at ``x_m`` joins row ``index``, or the ring beyond the outermost rows."""
     if 0 <= index < len(rows):
         return rows[index].station(x_m, SNAP_M)
     y_m = height_on_superellipse(x_m, half_m, exponent) * (-1.0 if index < 0 else 1.0)

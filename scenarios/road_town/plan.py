@@ -1,6 +1,6 @@
-"""All that is decided before an episode's first picture: town, traffic, air, swings of the view, sun.
+"""The plan of an episode, drawn before its first picture: town, traffic, air, swings of the view, sun.
 
-Cheap (no picture is drawn), so that surveys over many seeds and searches over schedules need nothing else.
+It needs no rendering, so surveys over many seeds and searches over schedules are cheap.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ TARGET = 0
 _NEAR_TARGET_M = 110.0
 _SPAWN_GAP_M = 14.0
 EXCURSION_ASIDE_M, EXCURSION_ALONG_M = (7.0, 16.0), (34.0, 70.0)
-"""Ranges of the sideways distance and of the length of a way off the road."""
+"""Ranges of an excursion's sideways distance and length."""
 STOP_S = (0.8, 2.5)
-"""So long a car halts at a crossing where it does."""
+"""Range of the time that a car halts at a crossing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What a car looks like: a registered vehicle model and its paint (sRGB 0-255)."""
+    """A car's look: a registered vehicle model and its paint (sRGB 0-255)."""
 
     model: str
     paint_rgb: tuple[int, int, int]
@@ -44,12 +44,12 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """One episode, decided. The target is car 0.
+    """The plan of one episode. The target is car 0.
 
     Attributes:
-        sun_azimuth_rad, sun_elevation_rad: where the sun stands.
         sizes_m: (N, 3) length, width, height of the cars.
         excursions: where the target's route is off the road.
+        sun_azimuth_rad, sun_elevation_rad: direction of the sun.
     """
 
     preset: RoadTown
@@ -83,7 +83,7 @@ class Plan:
 
 
 def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
-    """Decide an episode. The same arguments always give the same plan."""
+    """Draw the plan of an episode. The same arguments always give the same plan."""
     streams = {name: generator(seed, name) for name in ("streets", "blocks", "looks", "traffic", "air", "sun")}
     pattern = str(streams["streets"].choice(preset.street_patterns))
     graph = make_streets(pattern, streams["streets"], preset.extent_m)
@@ -143,7 +143,7 @@ def _draw_looks(preset: RoadTown, rng: np.random.Generator) -> tuple[Look, ...]:
 def _target_driver(
     preset: RoadTown, layout: Layout, rng: np.random.Generator
 ) -> tuple[Driver, Layout, tuple[Excursion, ...]]:
-    """Return the target's plan, the layout with a free way for it, and where it leaves the road."""
+    """Return the target's driver, the layout without obstacles on its route, and its excursions."""
     cruise = float(rng.uniform(*preset.cruise_mps))
     needed = 1.15 * cruise * preset.frame_count / preset.rate_hz
     route = random_route(
@@ -159,7 +159,7 @@ def _target_driver(
     excursions: list[Excursion] = []
     wanted = int(rng.integers(preset.excursions[0], preset.excursions[1] + 1))
     for k in range(wanted):
-        # Bends and stops cost time: it gets about two thirds as far as at its cruising speed.
+        # Bends and stops cost time: the car drives about two thirds of the distance at cruising speed.
         share = 0.65 * needed / wanted
         route, layout, excursion = with_excursion(
             route,
@@ -175,7 +175,7 @@ def _target_driver(
 
 
 def _start_before_bend(preset: RoadTown, route: Route, needed_m: float, cruise_mps: float) -> float:
-    """Return the start from which the car is at the sharpest bend after a straight when it is first lost."""
+    """Return the start from which the car reaches the sharpest bend after a straight at its first frame-out."""
     lead_m = cruise_mps * (preset.frame_outs.start_frame or 0) / preset.rate_hz
     arcs = np.arange(lead_m, max(route.length_m - needed_m, lead_m + 1.0), 1.0)
     heading = route.at(arcs)[1]
@@ -197,7 +197,7 @@ def _stops(preset: RoadTown, route: Route, start_m: float, rng: np.random.Genera
 
 
 def _traffic(preset: RoadTown, layout: Layout, target: Driver, rng: np.random.Generator) -> list[Driver]:
-    """Return the other cars' plans; they start near where the target will pass."""
+    """Return the other cars' drivers; they start near the target's path."""
     span = np.linspace(target.start_m, target.route.length_m, 60)
     path = target.route.at(span)[0]
     places = [target.route.at(np.array(target.start_m))[0]]
@@ -212,7 +212,7 @@ def _traffic(preset: RoadTown, layout: Layout, target: Driver, rng: np.random.Ge
         place = route.at(np.array(start))[0]
         if np.linalg.norm(np.array(places) - place, axis=1).min() < _SPAWN_GAP_M:
             continue
-        # The further away, the less likely it is kept: cars that nobody sees are of no use.
+        # The further from the target's path, the less likely a car is kept: cars outside the picture are useless.
         distance = np.linalg.norm(path - place, axis=1).min()
         if rng.random() < min(1.0, distance / _NEAR_TARGET_M) ** 2:
             continue

@@ -1,4 +1,4 @@
-"""How an episode of ``road-town`` is configured, and the presets that users name."""
+"""Configuration of ``road-town``, and its presets."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
 from sim.checks import check, check_types, check_within
 
 SETTLE_FRAMES = 25
-"""The target is whole in the picture this long at least, at both ends and between frame-outs."""
+"""Shortest time that the target is whole in the picture at both ends and between frame-outs."""
 APART_FRAMES = SETTLE_FRAMES + 14
-"""From the end of a frame-out to the start of the next: the car also has to come in and to go out."""
+"""Shortest time from the end of a frame-out to the start of the next: the car also crosses the border twice."""
 OVERHANG_FRAMES = 10
-"""So much nearer to either end of the episode may a frame-out be."""
+"""A frame-out may be nearer to either end of the episode by this much."""
 LAND_REACHES_M = 1600.0
-"""A town lies in a square of land of this side."""
+"""Side of the square of land around a town."""
 
 
 @dataclass(frozen=True)
@@ -39,17 +39,17 @@ class EgoErrors:
 
 @dataclass(frozen=True)
 class FrameOuts:
-    """The times at which the target is made to leave the picture.
+    """Frame-outs of the target.
 
     Attributes:
-        count: range of the number an episode, both included.
+        count: range of the number per episode, both ends included.
         frames: range of their lengths, drawn log-uniformly.
-        excursion_frames: one that hides a way off the road is at least so long: the car is then well off it.
-        turn_share: share that is laid over a turn at a crossing, where the route has one.
+        excursion_frames: shortest length of one that hides an excursion: the car is then well off the road.
+        turn_share: share that is placed over a turn at a crossing, where the route has one.
         start_frame: frame of the first one, or None for a random time.
-        aim: where the camera looks meanwhile: ``any`` direction, or ``ahead`` of the car.
-        gusts_only: False lets long ones come from the helicopter's drifting away; True (and always in closed loop)
-            makes all of them gusts that tilt it.
+        aim: direction of the camera meanwhile: ``any``, or ``ahead`` of the car.
+        gusts_only: False allows long ones by drift of the helicopter; True (and always in closed loop) makes all of
+            them gusts that tilt it.
     """
 
     count: tuple[int, int] = (2, 4)
@@ -70,7 +70,7 @@ class FrameOuts:
 
     @property
     def fewest_frames(self) -> int:
-        """Length of the shortest episode that may hold them."""
+        """Length of the shortest episode that can contain them."""
         count = max(self.count[0], 1)
         return count * self.frames[0] + (count + 1) * APART_FRAMES - 2 * OVERHANG_FRAMES
 
@@ -81,25 +81,24 @@ class RoadTown:
 
     Attributes:
         summary: one line for ``frameout list``.
-        width_px, height_px, field_of_view_deg: the camera; the field is horizontal.
-        rate_hz, frame_count: length of an episode.
-        street_patterns: one is drawn an episode.
+        width_px, height_px, field_of_view_deg: the camera; the field of view is horizontal.
+        rate_hz, frame_count: frames per second, and length of an episode.
+        street_patterns: one is drawn per episode.
         extent_m: side of the town.
-        traffic_cars: number of moving cars beside the target.
-        traffic_looks: ``others`` = any model and any paint but the target's; ``twins`` = half of them are
-            the target's
-            own model and paint.
+        traffic_cars: number of moving cars besides the target.
+        traffic_looks: ``others`` = any model and any paint but the target's; ``twins`` = half of them have the target's
+            model and paint.
         cruise_mps: range of the target's speed on a free straight.
         turn_preference: weight of turning against going straight on at a crossing.
-        start_before_bend: start a little before the sharpest bend of the route instead of anywhere.
+        start_before_bend: whether the target starts shortly before the sharpest bend of its route.
         stop_share: share of crossings where a car halts first.
-        excursions: range of the number of ways off the road an episode, both included.
+        excursions: range of the number of excursions off the road per episode, both ends included.
         altitude_m: range.
         attitude_noise_deg: standard deviation of roll and pitch; yaw has 1.5 times that.
-        frame_outs: see there.
+        frame_outs: see ``FrameOuts``.
         sun_elevation_deg: range.
         ego: errors of the measured pose, or None for no instruments.
-        closed_loop: whether the tracker steers the camera, unless a command line says otherwise.
+        closed_loop: whether a controller steers the camera by default.
     """
 
     summary: str
@@ -158,7 +157,7 @@ PRESETS: dict[str, RoadTown] = {
         start_before_bend=True,
         stop_share=0.0,
         excursions=(0, 0),
-        # From high up through a long lens the picture moves almost rigidly, as the paper's motion model has it.
+        # From high up through a long lens the picture moves almost rigidly, as the paper's motion model assumes.
         field_of_view_deg=24.0,
         altitude_m=(90.0, 99.0),
         attitude_noise_deg=0.4,
@@ -174,8 +173,8 @@ PRESETS: dict[str, RoadTown] = {
         street_patterns=("grid", "organic"),
         traffic_cars=10,
         cruise_mps=(7.0, 10.0),
-        # Straight over crossings wherever the street goes on: the paper's road is one curve without branches, and its
-        # car leaves the picture along it; which way a car turns off unseen is a question the paper does not ask.
+        # Cars go straight over crossings where possible: the paper's road is one curve without branches, along which
+        # the car leaves the picture. The paper does not treat turns while the car is out of view.
         turn_preference=0.0001,
         stop_share=0.0,
         excursions=(1, 1),

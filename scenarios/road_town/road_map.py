@@ -1,8 +1,7 @@
-"""Where things are on a road network: questions of geometry that traffic, references and scores ask.
+"""Geometry of a road network, for traffic, reference trackers and scores.
 
-A place on the network is (street, arc_m, lateral_m): which street, how far along its centre line from its
-start,
-and how far to the *left* of it, seen from start to end (so a lane driven forward lies at a negative offset).
+A place on the network is (street, arc_m, lateral_m): the street, the distance along its centre line from its start, and
+the distance to the *left* of it, seen from start to end (so a lane driven forward has a negative offset).
 """
 
 from __future__ import annotations
@@ -22,14 +21,13 @@ FILLET_RADIUS_M = 5.0
 
 @dataclass(frozen=True, slots=True)
 class RoadPlace:
-    """Places on the network; every array has the shape of the points that were asked about.
+    """Places on the network; every array has the shape of the queried points.
 
     Attributes:
         street: (...) int, index into ``RoadGraph.streets``.
         arc_m: (...) along the centre line from the street's start, within [0, its length].
-        lateral_m: (...) signed distance from the centre line, positive to the left. Beyond a street's end
-            it is the
-            distance to that end, with the sign of the side.
+        lateral_m: (...) signed distance from the centre line, positive to the left; beyond a street's end the distance
+            to that end, with the sign of the side.
     """
 
     street: NDArray[np.int64]
@@ -39,13 +37,13 @@ class RoadPlace:
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """A way to drive on from a node.
+    """A way to continue from a node.
 
     Attributes:
         street: index of the street.
         forward: True to drive it from its start to its end.
         turn_rad: change of heading from the arriving street, in (-pi, pi], positive to the left.
-        back: True for turning round into the street that one comes from.
+        back: True for turning back into the arriving street.
     """
 
     street: int
@@ -55,14 +53,14 @@ class Departure:
 
 
 def road_area(graph: RoadGraph) -> shapely.Geometry:
-    """Return everything paved for driving, rounded kerb corners at crossings included, as a shapely polygon, m."""
+    """Return the carriageways with rounded kerb corners at crossings, as shapely polygons in metres."""
     strips = [shapely.LineString(street.centre_m).simplify(0.02).buffer(street.width_m / 2) for street in graph.streets]
     # Growing and shrinking again fills the corners of crossings with fillets.
     return shapely.union_all(strips).buffer(FILLET_RADIUS_M).buffer(-FILLET_RADIUS_M)
 
 
 class RoadMap:
-    """A road graph made ready for fast questions.
+    """A road graph prepared for fast queries.
 
     Attributes:
         graph: the network.
@@ -109,7 +107,7 @@ class RoadMap:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return positions (..., 2), m, and headings (...), rad, of the street there (start to end).
 
-        ``arc_m`` beyond a street's ends is held at them.
+        ``arc_m`` is clamped to the street.
         """
         index, fraction = self._between(np.asarray(street), np.asarray(arc_m, dtype=float))
         blend = fraction[..., None]
@@ -121,11 +119,11 @@ class RoadMap:
         return position_m, np.arctan2(tangent[..., 1], tangent[..., 0])
 
     def node_reached(self, street: int, forward: bool) -> int:
-        """Return the node at the far end of a street driven in this direction."""
+        """Return the node at the far end of a street in this direction."""
         return self.graph.streets[street].end if forward else self.graph.streets[street].start
 
     def departures(self, street: int, forward: bool) -> tuple[Departure, ...]:
-        """Return every way to drive on at the end of a street, sharpest right turn first, turning back last."""
+        """Return every way to continue at the end of a street, sharpest right turn first, turning back last."""
         node = self.node_reached(street, forward)
         _, heading = self.pose_at(street, self.length_m[street] if forward else 0.0)
         arriving = float(heading) + (0.0 if forward else np.pi)
@@ -149,7 +147,7 @@ class RoadMap:
     def _between(
         self, street: NDArray[np.int64], arc_m: NDArray[np.float64]
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the sample before each place and how far (0-1) it is to the next. Samples are equally spaced."""
+        """Return the sample before each place and the fraction (0-1) to the next. Samples are equally spaced."""
         intervals = self._last[street] - self._first[street]
         steps = np.clip(arc_m / self.length_m[street], 0.0, 1.0) * intervals
         whole = np.minimum(steps.astype(np.int64), intervals - 1)

@@ -1,4 +1,4 @@
-"""Paths that cars drive: right-hand lanes of streets, joined by smooth curves over the crossings."""
+"""Paths of cars: right-hand lanes of streets, joined by smooth curves over the crossings."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _TURN_THRESHOLD_RAD = 0.6
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """A path's way over one crossing.
+    """The part of a path over one crossing.
 
     Attributes:
         node: the crossing.
-        enter_m, leave_m: arc lengths where the path's lane ends and the next one starts.
+        enter_m, leave_m: arc lengths where the lane ends and where the next one starts.
         turn_rad: change of heading, positive to the left.
     """
 
@@ -31,7 +31,7 @@ class Passage:
 
     @property
     def is_turn(self) -> bool:
-        """Whether the car changes its direction noticeably (more than about 34 degrees)."""
+        """Whether the car turns by more than about 34 degrees."""
         return abs(self.turn_rad) > _TURN_THRESHOLD_RAD
 
 
@@ -42,7 +42,7 @@ class Route:
     Attributes:
         points_m: (M, 2), ``POINT_SPACING_M`` apart.
         heading_rad: (M,) unwrapped.
-        passages: crossings in the order they are driven over.
+        passages: crossings in driving order.
     """
 
     points_m: NDArray[np.float64]
@@ -80,7 +80,7 @@ def random_route(
     """Return a route of at least ``length_m`` that starts at a random place.
 
     Args:
-        keep_within_m: prefers to stay this near the town's centre.
+        keep_within_m: preferred largest distance from the town's centre along x and y.
         turn_preference: weight of turning against going straight on, > 0; 1 = no preference.
     """
     outgoing = _outgoing_lanes(graph)
@@ -99,7 +99,7 @@ Lane = tuple[int, bool]
 
 
 def route_along(graph: RoadGraph, lanes: list[Lane]) -> Route:
-    """Join the given lanes, each of which must start at the node where the one before ends."""
+    """Return the route over lanes, each of which must start at the node where the one before ends."""
     pieces = [_lane_points(graph, lanes[0])]
     joints: list[tuple[int, int, int]] = []
     count = len(pieces[0])
@@ -126,7 +126,7 @@ def _end_node(graph: RoadGraph, lane: Lane) -> int:
 
 
 def _outgoing_lanes(graph: RoadGraph) -> list[list[Lane]]:
-    """Return, per node, the lanes that lead away from it."""
+    """Return for each node the lanes that leave it."""
     lanes: list[list[Lane]] = [[] for _ in graph.nodes_m]
     for index, street in enumerate(graph.streets):
         lanes[street.start].append((index, True))
@@ -198,7 +198,7 @@ def _next_lane(
     keep_within_m: float,
     turn_preference: float,
 ) -> Lane:
-    """Choose how to go on at the end of a lane: not back, not out of the town, not into a hairpin."""
+    """Draw the lane after a lane: not back; rarely out of the town or into a hairpin."""
     node = _end_node(graph, lane)
     direction = _unit(np.diff(_lane_points(graph, lane)[-3:], axis=0).sum(axis=0))
     options, weights = [], []

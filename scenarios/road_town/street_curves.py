@@ -1,4 +1,4 @@
-"""From a sketch of roads (control points) to a graph of smooth streets, and whether that graph is sound."""
+"""Smooth streets from a sketch of roads (control points), and the check of the resulting graph."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from scipy.interpolate import CubicSpline
 from scenarios.road_town.layout import RoadGraph, Street
 
 SAMPLE_M = 0.95
-"""Spacing aimed at along centre lines (the contract allows 1 m)."""
+"""Nominal spacing along centre lines (the contract allows 1 m)."""
 MIN_RADIUS_M = 20.0
 """Tightest bend of any street."""
 MIN_STREET_M = 25.0
 MIN_ANGLE_RAD = np.deg2rad(48.0)
 """Sharpest angle between two streets that meet."""
 MIN_GAP_M = 16.0
-"""Streets that do not meet stay this far apart (centre lines)."""
+"""Smallest distance between the centre lines of streets that do not meet."""
 
 
 @dataclass(frozen=True)
 class Road:
-    """A long curve through control points, which crosses or meets other roads where it shares points with them.
+    """A long curve through control points; it crosses or meets other roads at shared points.
 
     Attributes:
         points: indices into the sketch's control points, in order.
@@ -40,10 +40,10 @@ class Road:
 
 
 def graph_of_roads(points_m: NDArray[np.float64], roads: list[Road]) -> RoadGraph:
-    """Cut roads into streets wherever they share control points or end.
+    """Cut roads into streets at shared control points and at ends.
 
-    Each road is one C2 cubic spline through its control points (chord-length parameter), so a street goes on
-    through a crossing without a kink.
+    Each road is one C2 cubic spline through its control points (chord-length parameter), so streets continue through a
+    crossing without a kink.
 
     Args:
         points_m: (P, 2) control points.
@@ -61,7 +61,7 @@ def graph_of_roads(points_m: NDArray[np.float64], roads: list[Road]) -> RoadGrap
         spline, knots, order = _spline(points_m, road)
         cuts = [i for i, point in enumerate(order) if point in node_of_point]
         if road.closed:
-            # Begin the ring at its first node, so that no street is cut where the sketch happens to begin.
+            # Begin the ring at its first node, so that the sketch's first point does not cut a street.
             turned = road.points[cuts[0] :] + road.points[: cuts[0]]
             spline, knots, order = _spline(points_m, Road(turned, road.width_m, closed=True))
             cuts = [i for i, point in enumerate(order) if point in node_of_point]
@@ -78,13 +78,13 @@ def curvature_per_m(centre_m: NDArray[np.float64]) -> NDArray[np.float64]:
     acceleration = np.gradient(velocity, axis=0, edge_order=2)
     cross = velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0]
     curvature = cross / np.linalg.norm(velocity, axis=1) ** 3
-    # One-sided differences of differences are poor at the ends; take the neighbour's curvature there.
+    # One-sided second differences are inaccurate at the ends; use the neighbour's curvature there.
     curvature[:2], curvature[-2:] = curvature[2], curvature[-3]
     return curvature
 
 
 def fault_of(graph: RoadGraph, half_m: float, min_radius_m: float = MIN_RADIUS_M) -> str | None:
-    """Return why a graph will not do as a road network, or None if it will.
+    """Return why a graph is invalid as a road network, or None if it is valid.
 
     Args:
         half_m: every centre line must stay within ``|x|, |y| <= half_m``.
@@ -117,7 +117,7 @@ def _equal_steps(spline: CubicSpline, start: float, end: float) -> NDArray[np.fl
 
 
 def _fault_of_meetings(graph: RoadGraph) -> str | None:
-    """Say which streets meet at too sharp an angle, or come close without meeting."""
+    """Return which streets meet at too sharp an angle or come too close without meeting, None if there are none."""
     departures: dict[int, list[float]] = {}
     for street in graph.streets:
         for node, inward in ((street.start, street.centre_m), (street.end, street.centre_m[::-1])):
@@ -141,7 +141,7 @@ def _fault_of_meetings(graph: RoadGraph) -> str | None:
 
 
 def _apart_from_nodes(first: Street, second: Street, clear_m: float = 22.0) -> bool:
-    """Return whether two streets that meet come close again away from where they meet."""
+    """Return whether two streets that meet come too close again away from their shared nodes."""
     shared = {first.start, first.end} & {second.start, second.end}
     trimmed = []
     for street in (first, second):

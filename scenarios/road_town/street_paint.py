@@ -1,4 +1,4 @@
-"""Paints what is paved: pavements with kerbs, worn asphalt, road markings, car parks."""
+"""Paints paved areas: pavements with kerbs, worn asphalt, road markings, car parks."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from scenarios.road_town.palette import ASPHALT, KERB, MARKING, PAVEMENT, Rgb, p
 from scenarios.road_town.road_map import road_area
 
 CROSSING_CLEAR_M = 10.0
-"""Markings end so far before the middle of a crossing."""
+"""Markings end at this distance from the middle of a crossing."""
 EDGE_LINE_INSET_M = 0.5
 _JOINT: Rgb = (132, 128, 122)
 _SEAM: Rgb = (60, 60, 62)
 _PIECE_M = 14.0
-"""Length of road between small irregularities' counts."""
+"""Length of road to which the density of small irregularities refers."""
 
 
 def paint_streets(canvas: Canvas, graph: RoadGraph, rng: np.random.Generator) -> None:
@@ -38,7 +38,7 @@ def paint_streets(canvas: Canvas, graph: RoadGraph, rng: np.random.Generator) ->
 
 
 def paint_car_park(canvas: Canvas, car_park: CarPark, rng: np.random.Generator) -> None:
-    """Paint a car park: its way in over the pavement, edge, asphalt, bays, oil and seams."""
+    """Paint a car park: its entrance over the pavement, edge, asphalt, bays, oil and seams."""
     shade = pick(ASPHALT, rng, 6.0)
     length, width = car_park.size_m
     to_street = np.array([np.cos(car_park.yaw_rad), np.sin(car_park.yaw_rad)])
@@ -63,11 +63,11 @@ def paint_car_park(canvas: Canvas, car_park: CarPark, rng: np.random.Generator) 
 
 
 class _Strip:
-    """A street to be painted along and across.
+    """A street with drawing functions along and across it.
 
     Attributes:
-        length_m, half_m: of the street, and half its width.
-        clear_m: how far from its ends markings begin, None if it is too short for any.
+        length_m, half_m: length, and half the width.
+        clear_m: distance from the ends to the markings, None if the street is too short for any.
     """
 
     def __init__(self, canvas: Canvas, street: Street) -> None:
@@ -76,7 +76,7 @@ class _Strip:
         tangent = np.gradient(street.centre_m, axis=0)
         tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         self._left = np.column_stack([-tangent[:, 1], tangent[:, 0]])
-        # Contiguous, and once: places on a street are asked for thousands of times.
+        # Contiguous copies, made once: ``at`` runs thousands of times.
         self._columns = [(self._centre_m[:, axis].copy(), self._left[:, axis].copy()) for axis in range(2)]
         self._places = np.arange(len(self._centre_m), dtype=float)
         self._step_m = float(np.linalg.norm(np.diff(street.centre_m, axis=0), axis=1).mean())
@@ -118,7 +118,7 @@ def _paint_slabs(strip: _Strip, rng: np.random.Generator) -> None:
 
 
 def _paint_wear(strip: _Strip, rng: np.random.Generator) -> None:
-    """Paint a street's own surface with wheel tracks and a seam, then patches, cracks, manholes and the like."""
+    """Paint a street's surface with wheel tracks and a seam, then patches, cracks, manholes and gullies."""
     shade = pick(ASPHALT, rng, 4.0)
     if strip.clear_m is not None:
         start, end = strip.clear_m - 1.0, strip.length_m - strip.clear_m + 1.0
@@ -180,7 +180,7 @@ def _paint_lines(strip: _Strip, clear_m: float) -> None:
 
 
 def _paint_crossing_ends(strip: _Strip, clear_m: float, rng: np.random.Generator) -> None:
-    """Paint a stop line at each end on the lane that leads up to it (right-hand traffic), and some zebra crossings."""
+    """Paint a stop line at each end on the arriving lane (right-hand traffic), and some zebra crossings."""
     edge = strip.half_m - EDGE_LINE_INSET_M
     for along, outward in ((clear_m, -1.0), (strip.length_m - clear_m, 1.0)):
         strip.across(along, 0.0, -outward * edge, 0.4, MARKING)

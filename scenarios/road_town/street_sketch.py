@@ -1,4 +1,4 @@
-"""Pencil and ruler for street patterns: control points, rails that collect stations, a rounded-square ring."""
+"""Tools for street patterns: control points, guide curves with stations, superellipses, a smooth warp."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from scenarios.road_town.street_curves import Road
 
 
 class Sketch:
-    """Control points of the roads that are being drawn."""
+    """Control points, and the roads through them."""
 
     def __init__(self) -> None:
         self._points: list[NDArray[np.float64]] = []
         self.roads: list[Road] = []
 
     def add(self, point_m: NDArray[np.float64]) -> int:
-        """Put a control point (2,) down and return its index."""
+        """Add a control point (2,) and return its index."""
         self._points.append(np.asarray(point_m, dtype=float))
         return len(self._points) - 1
 
@@ -34,7 +34,7 @@ class Sketch:
 
 
 class Rail:
-    """A guide curve ``at(t)`` on which stations are set, in any order, to become a road through all of them."""
+    """A guide curve ``at(t)`` that collects stations in any order and becomes a road through them."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class Rail:
         self._stations.append((t if self._period is None else t % self._period, point))
 
     def station(self, t: float, snap_m: float = 0.0) -> int:
-        """Return the station at ``t``: one already there within ``snap_m``, or a new one."""
+        """Return the station at ``t``: an existing one within ``snap_m``, or a new one."""
         here = self._at(t)
         for _, point in self._stations:
             if np.linalg.norm(self._sketch.point(point) - here) < snap_m:
@@ -64,7 +64,7 @@ class Rail:
         return point
 
     def draw(self, fill_m: float) -> None:
-        """Add the road to the sketch, with extra stations where the others are more than ``fill_m`` apart."""
+        """Add the road to the sketch, with extra stations in gaps longer than ``fill_m``."""
         stations = sorted(self._stations)
         if self._period is not None:
             stations.append((stations[0][0] + self._period, stations[0][1]))
@@ -97,7 +97,7 @@ def height_on_superellipse(x_m: float, half_m: float, exponent: float) -> float:
 def smooth_warp(
     rng: np.random.Generator, extent_m: float, amplitude_m: float
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return a smooth random displacement field of the plane, waves of 0.45 to 1 extent long."""
+    """Return a smooth random displacement of the plane: a sum of waves 0.45 to 1 extent long."""
     count = 5
     wavelength_m = extent_m * rng.uniform(0.45, 1.0, count)
     heading = rng.uniform(0, 2 * np.pi, count)

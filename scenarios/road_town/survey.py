@@ -1,4 +1,4 @@
-"""What a preset holds, measured: frame-outs, their lengths, turns and ways off the road while outside."""
+"""The survey of presets: frame-outs, their lengths, and turns and excursions during them."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from sim.rng import episode_seed
 
 @dataclass(frozen=True)
 class Held:
-    """What the episodes of one preset hold on their set paths.
+    """Contents of one preset's episodes on their set paths.
 
     Attributes:
-        episodes: how many were looked at.
-        frames: frames an episode.
-        frame_outs_mean, frame_outs_minimum: number an episode.
+        episodes: number of episodes.
+        frames: frames per episode.
+        frame_outs_mean, frame_outs_minimum: number per episode.
         length_frames_minimum, length_frames_median, length_frames_maximum: of a frame-out.
-        share_turning, share_off_road: share of frame-outs in which the target turns at a crossing, or is off the road,
-            while it is outside.
+        share_turning, share_off_road: share of frame-outs during which the target turns at a crossing, or is off the
+            road.
         share_of_frames_outside: of all frames.
     """
 

@@ -1,4 +1,4 @@
-"""Builds the world of a town from its layout."""
+"""The world of a town, built from its layout."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _KINDS_OF_TREES = 12
 
 
 def build_town(layout: Layout, rng: np.random.Generator) -> World:
-    """Return the world of a town with everything in it that never moves."""
+    """Return the world of a town with all its static objects."""
     world = World()
     town = Texture(paint_ground(layout, rng), smooth=True)
     world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
@@ -42,7 +42,7 @@ def build_town(layout: Layout, rng: np.random.Generator) -> World:
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
         pose = pose_on_ground(*building.centre_m, building.yaw_rad)
         world.add(mesh, pose, name=f"building-{k}", category="building")
-    # Growing a tree takes milliseconds; a dozen of them, scaled and turned, make a wood.
+    # Building a tree takes milliseconds, so a dozen are reused, scaled and turned.
     grown = [tree(1.0, float(rng.uniform(2.3, 3.2)), rng) for _ in range(_KINDS_OF_TREES)]
     for k, planted in enumerate(layout.trees):
         mesh = _scaled(grown[int(rng.integers(len(grown)))], planted.radius_m)
@@ -53,12 +53,12 @@ def build_town(layout: Layout, rng: np.random.Generator) -> World:
 
 
 def add_vehicle(world: World, name: str, model: str, paint_rgb: Rgb) -> Body:
-    """Add a car that moves, at the origin until it is moved."""
+    """Add a movable car at the origin."""
     return world.add(vehicle(model, paint_rgb), np.eye(4), name=name, category="vehicle", movable=True)
 
 
 def _park_cars(world: World, layout: Layout, rng: np.random.Generator) -> None:
-    """Put cars into the taken bays, none quite straight, some backwards."""
+    """Put cars into the taken bays, slightly askew, some backwards."""
     models = list(VEHICLES)
     bays = [bay for park in layout.car_parks for bay, taken in zip(park.bays, park.taken, strict=True) if taken]
     for k, (x, y, facing) in enumerate(bays):
@@ -73,7 +73,7 @@ def _scaled(mesh: TexturedMesh, factor: float) -> TexturedMesh:
 
 
 def _add_kerbs(world: World, layout: Layout) -> None:
-    """Add the kerb stones around the carriageways, in pieces that renderers can leave out where they are not seen."""
+    """Add the kerbs around the carriageways, in pieces that renderers can cull."""
     pieces = 0
     for ring in rings_of(road_area(layout.graph).simplify(_KERB_TOLERANCE_M)):
         corners = shapely.get_coordinates(ring.segmentize(_KERB_PIECE_M))

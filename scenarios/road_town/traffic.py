@@ -1,8 +1,7 @@
-"""Who drives where: cars move along their routes, keep their distance and take turns at crossings.
+"""Traffic: cars move along their routes, keep their distance and share crossings.
 
-Speeds follow the intelligent driver model (Treiber, Hennecke, Helbing 2000), limited by the bends ahead.
-A crossing
-is used by one car at a time, first come, first served; some cars stop there first.
+Speeds follow the intelligent driver model (Treiber, Hennecke, Helbing 2000), limited by the bends ahead. One car at a
+time uses a crossing, first come, first served; some cars stop there first.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ TIME_GAP_S = 1.2
 STANDSTILL_GAP_M = 2.5
 SLOWEST_LIMIT_MPS = 2.0
 HALTS_BELOW_MPS, PASSED_STOP_M = 0.3, 2.0
-"""A car slower than this, close to its stop, waits; one so far beyond it has passed it."""
+"""A car below this speed close to its stop waits; a car this far beyond its stop has passed it."""
 _CAR_LENGTH_M = 4.8
 _LOOK_AHEAD_M = np.arange(1.0, 42.0, 1.5)
 _HERE_AND_AHEAD_M = np.concatenate([[0.0], _LOOK_AHEAD_M])
@@ -32,7 +31,7 @@ _SAME_LANE_M = 1.7
 
 @dataclass(frozen=True, eq=False)
 class Driver:
-    """One car's plan.
+    """The plan of one car.
 
     Attributes:
         route: the path.
@@ -49,7 +48,7 @@ class Driver:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """How N cars move over T frames.
+    """Motion of N cars over T frames.
 
     Attributes:
         position_m: (T, N, 2). heading_rad: (T, N). speed_mps: (T, N). arc_m: (T, N), along each car's route.
@@ -62,7 +61,7 @@ class Motion:
 
     @cached_property
     def T_world_car(self) -> NDArray[np.float64]:
-        """Poses (T, N, 4, 4): origin on the ground under the car's centre, x forward. Not to be written to."""
+        """Poses (T, N, 4, 4): origin on the ground under the car's centre, x forward. Read only."""
         poses = np.zeros((*self.heading_rad.shape, 4, 4))
         c, s = np.cos(self.heading_rad), np.sin(self.heading_rad)
         poses[..., 0, 0], poses[..., 0, 1], poses[..., 1, 0], poses[..., 1, 1] = c, -s, s, c
@@ -72,7 +71,7 @@ class Motion:
 
 
 def simulate(drivers: list[Driver], frame_count: int, rate_hz: float) -> Motion:
-    """Let all cars drive for ``frame_count`` frames."""
+    """Return the motion of all cars over ``frame_count`` frames."""
     state = _State(drivers)
     arcs, speeds = np.empty((2, frame_count, len(drivers)))
     for frame in range(frame_count):
@@ -88,7 +87,7 @@ def simulate(drivers: list[Driver], frame_count: int, rate_hz: float) -> Motion:
 
 
 def speed_limit_mps(route: Route, cruise_mps: float) -> NDArray[np.float64]:
-    """Return the highest speed (M,) at each point of a route that bends there and ahead allow."""
+    """Return the highest speed (M,) at each point of a route that the bends there and ahead allow."""
     curvature = np.maximum(np.abs(route.curvature_per_m()), 1e-6)
     limit = np.minimum(cruise_mps, np.sqrt(LATERAL_ACCELERATION_MPS2 / curvature))
     limit = np.maximum(limit, SLOWEST_LIMIT_MPS)
@@ -100,7 +99,7 @@ def speed_limit_mps(route: Route, cruise_mps: float) -> NDArray[np.float64]:
 
 @dataclass(eq=False)
 class _State:
-    """Where all cars are, and who has which crossing."""
+    """Places and speeds of all cars, and the car that holds each crossing."""
 
     drivers: list[Driver]
     arc_m: NDArray[np.float64] = field(init=False)
@@ -135,7 +134,7 @@ class _State:
         return float(np.interp(self.arc_m[car] / POINT_SPACING_M, self.places[car], self.limits[car]))
 
     def _gap_to_cars(self) -> NDArray[np.float64]:
-        """Return the free distance (N,) to the next car that stands or drives on each car's own path."""
+        """Return the free distance (N,) to the next car on each car's path."""
         path = np.stack([d.route.at(self.arc_m[i] + _HERE_AND_AHEAD_M)[0] for i, d in enumerate(self.drivers)])
         here, ahead = path[:, 0], path[:, 1:]
         distance = np.linalg.norm(ahead[:, :, None] - here[None, None], axis=-1)
@@ -146,7 +145,7 @@ class _State:
         return first - _CAR_LENGTH_M
 
     def _gap_to_crossing(self, car: int) -> float:
-        """Return the distance to a crossing that somebody else has; take and give back crossings."""
+        """Return the distance to a crossing that another car holds; take and release crossings."""
         passages = self.drivers[car].route.passages
         k = self.next_passage[car]
         if k >= len(passages):
@@ -165,7 +164,7 @@ class _State:
         return np.inf
 
     def _gap_to_stop(self, car: int, dt_s: float) -> float:
-        """Return the distance to the next place where the car halts for a while."""
+        """Return the distance to the car's next stop."""
         if not self.stops[car]:
             return np.inf
         place_m, seconds = self.stops[car][0]

@@ -1,4 +1,4 @@
-"""A building and its yard over a floor plan: what stands there, what shines, and under what sky."""
+"""A building and its yard on a floor plan: panels, lights, trees and the sky."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from scenarios.stereo_follow import surfaces
 from scenarios.stereo_follow.floor_plan import WALL_M, Area, FloorPlan
 from scenarios.stereo_follow.indoors import RGB, grained, plain
-from scenarios.stereo_follow.panels import Panel, box, new_panel, wall
+from scenarios.stereo_follow.panels import SHINING, Panel, box, new_panel, wall
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.tree import tree
 from sim.pose import pose_on_ground
 
 CORRIDOR_LIGHTS, HALL_LIGHTS, WINDOWS, SUN, SKY = "corridor lights", "hall lights", "windows", "sun", "sky"
 LIGHT_GROUPS = (CORRIDOR_LIGHTS, HALL_LIGHTS, WINDOWS, SUN, SKY)
-"""What is switched together, or changes together behind a cloud."""
-_SHINING = plain((255, 255, 255))
+"""Groups of lights that are switched together, or change together behind a cloud."""
+
 _SKIRTING = plain((84, 78, 72))
 _DOOR_M = (0.9, 2.05)
 _PROUD_M = 0.012
-"""How far before a wall hangs what hangs on it."""
+"""Distance from a wall to the objects that hang on it."""
 _WALLS_RGB: tuple[RGB, ...] = ((214, 208, 194), (222, 220, 214), (206, 212, 206), (220, 206, 186))
 _FLOORS_RGB: tuple[RGB, ...] = ((128, 120, 110), (150, 140, 126), (104, 108, 112), (142, 118, 98))
 _FACADES_RGB: tuple[RGB, ...] = ((170, 122, 100), (186, 176, 158), (164, 160, 154), (196, 182, 150))
@@ -39,8 +39,8 @@ class Sky:
 
     Attributes:
         sun_direction: (3,) unit vector towards the sun.
-        sun_illuminance_lx: on a surface square to it. sun_temperature_k: its colour.
-        luminance_nit: of the sky, everywhere the same. temperature_k: its colour.
+        sun_illuminance_lx: on a surface square to it. sun_temperature_k: its colour temperature.
+        luminance_nit: of the sky, uniform. temperature_k: its colour temperature.
     """
 
     sun_direction: NDArray[np.float64]
@@ -52,10 +52,10 @@ class Sky:
 
 @dataclass(frozen=True, slots=True)
 class Building:
-    """Everything that never moves.
+    """All static objects.
 
     Attributes:
-        plan: where one can go.
+        plan: where people and the robot can go.
         panels: walls, floors, windows, lights …
         trees: meshes with their poses.
         sky: light from outdoors.
@@ -68,7 +68,7 @@ class Building:
 
 
 def draw_building(plan: FloorPlan, rng: np.random.Generator) -> Building:
-    """Draw what stands on a floor plan."""
+    """Draw a building on a floor plan."""
     sky = _sky(rng)
     panels = [*_corridor(plan, sky, rng), *_hall(plan, sky, rng), *_doorway(plan, rng), *_yard(plan, rng)]
     return Building(plan, tuple(panels), tuple(_trees(plan.yard, plan.door, rng)), sky)
@@ -106,7 +106,7 @@ def _corridor(plan: FloorPlan, sky: Sky, rng: np.random.Generator) -> Iterator[P
         (area.x0 + _PROUD_M, area.y0 + 0.5 * (width_m - window_m), 0.85),
         (0.0, window_m, 0.0),
         (0.0, 0.0, 1.35),
-        _SHINING,
+        SHINING,
         luminance_nit=rng.uniform(0.3, 0.9) * sky.luminance_nit,
         temperature_k=sky.temperature_k,
         group=WINDOWS,
@@ -181,7 +181,7 @@ def _hall_windows(
             (middle_m - 0.5 * sign * width_m, y_m, 0.9),
             (sign * width_m, 0.0, 0.0),
             (0.0, 0.0, tall_m),
-            _SHINING,
+            SHINING,
             luminance_nit=nit,
             temperature_k=sky.temperature_k,
             group=WINDOWS,
@@ -211,7 +211,7 @@ def _hall_furniture(area: Area, windowed_left: bool, rng: np.random.Generator) -
 
 
 def _doorway(plan: FloorPlan, rng: np.random.Generator) -> Iterator[Panel]:
-    """Yield what is seen of the wall's thickness in the door: jambs, lintel, sill."""
+    """Yield the visible sides of the wall in the door: jambs, lintel, sill."""
     door, top_m = plan.door, plan.opening_height_m
     jamb = grained((150, 146, 140), rng)
     yield new_panel("jamb", (door.x1, door.y0, 0.0), (-WALL_M, 0.0, 0.0), (0.0, 0.0, top_m), jamb)
@@ -255,7 +255,7 @@ def _facade_windows(
     door: tuple[float, float, float] | None,
     rng: np.random.Generator,
 ) -> Iterator[Panel]:
-    """Yield dark panes on a facade that stands along y and is looked at from the right of ``sign * y``."""
+    """Yield dark panes on a facade along y that faces the right of ``sign * y``."""
     glass, width_m = surfaces.pane(rng), rng.uniform(1.1, 1.6)
     for low_m in np.arange(1.0, height_m - 1.6, 2.9):
         for at_m in np.arange(1.2, length_m - 2.5, rng.uniform(2.6, 3.4)):
@@ -266,7 +266,7 @@ def _facade_windows(
 
 
 def _trees(yard: Area, door: Area, rng: np.random.Generator) -> Iterator[tuple[TexturedMesh, NDArray[np.float64]]]:
-    """Yield trees along the hedges: their crowns reach over the ways."""
+    """Yield trees along the hedges; their crowns reach over the paths."""
     for y_m, first_m in ((yard.y0 + 1.0, 5.0), (yard.y1 - 1.0, 3.5)):
         for x_m in np.arange(yard.x0 + first_m, yard.x1 - 1.5, rng.uniform(5.0, 8.0)):
             yield tree(rng.uniform(1.2, 2.0), rng.uniform(4.0, 6.0), rng), pose_on_ground(x_m, y_m, rng.uniform(0, 6.3))
@@ -292,4 +292,4 @@ def _ceiling_light(
 ) -> Panel:
     corner_m = (middle_m[0] - 0.5 * size_m[0], middle_m[1] - 0.5 * size_m[1], ceiling_m - _PROUD_M)
     light: dict[str, float | str] = {"luminance_nit": luminance_nit, "temperature_k": temperature_k, "group": group}
-    return new_panel(name, corner_m, (0.0, size_m[1], 0.0), (size_m[0], 0.0, 0.0), _SHINING, **light)
+    return new_panel(name, corner_m, (0.0, size_m[1], 0.0), (size_m[0], 0.0, 0.0), SHINING, **light)

@@ -1,8 +1,7 @@
 """The camera on the robot: a stereo camera like the Bumblebee2, which reports its settings with every picture.
 
-It reports whole numbers, in the ranges of paper B, Table 1. The paper gives the ranges and the longest exposure alone;
-which gain belongs to which number is a choice: even steps of a factor for gains, as in machine-vision cameras, and of
-time for the shutter.
+It reports integers in the ranges of paper B, Table 1. The paper gives only the ranges and the longest exposure. The
+mapping is our choice: gains are logarithmic, as in machine-vision cameras, and the shutter is linear in time.
 """
 
 from __future__ import annotations
@@ -19,11 +18,11 @@ from trackers.types import CameraModel, CameraRegisters
 
 CAMERA_HEIGHT_M = 1.2
 BASELINE_M = 0.12
-"""From the left camera to the right one."""
+"""Distance from the left camera to the right one."""
 _MISALIGNED_RAD = np.deg2rad(0.03)
 _GAIN_DIFFERENCE = 0.015
 LONGEST_EXPOSURE_S = 20.85e-3
-"""At the largest shutter number."""
+"""Exposure time at the largest shutter number."""
 _LARGEST_WHITE_BALANCE, _LARGEST_SHUTTER, _LARGEST_GAIN = 1023, 707, 683
 _NEUTRAL_WHITE_BALANCE = 512
 _LARGEST_COLOUR_GAIN, _LARGEST_GAIN_DB = 4.0, 24.0
@@ -39,24 +38,24 @@ SENSOR = SensorConfig(
     full_well_e=13_000.0,
     read_noise_e=14.0,
 )
-"""A small CCD behind a fast lens: on a white wall the shutter is at its longest from some 200 lx downwards."""
+"""A small CCD behind a fast lens: on a white wall the exposure is at its longest below about 200 lx."""
 
 
 def camera(width_px: int, height_px: int) -> PinholeCamera:
-    """Return the camera with a lens of 66 degrees, at a size of its picture."""
+    """Return the camera, with a horizontal field of view of 66 degrees, for a picture size."""
     return PinholeCamera.from_field_of_view(width_px, height_px, float(np.deg2rad(66.0)))
 
 
 def camera_model(camera: PinholeCamera) -> CameraModel:
-    """Return the camera as trackers are told it: one of a pair."""
+    """Return the model of the stereo camera for trackers."""
     return CameraModel(camera.width_px, camera.height_px, camera.focal_px, BASELINE_M)
 
 
 def registers(settings: SensorSettings) -> CameraRegisters:
     """Return settings as the camera reports them.
 
-    ``red`` and ``blue`` are 512 at a gain of 1, 0 and 1023 at a quarter and at 4; ``shutter`` is in proportion to the
-    exposure time, ``gain`` to decibels, at most 24.
+    ``red`` and ``blue`` are 512 at a gain of 1, 0 at 1/4 and 1023 at 4; ``shutter`` is proportional to the exposure
+    time, ``gain`` to the gain in decibels, at most 24.
     """
     return CameraRegisters(
         _white_balance(settings.red_gain),
@@ -78,19 +77,20 @@ def _whole(value: float, largest: int) -> int:
 def camera_pose(
     place_m: NDArray[np.float64], heading_rad: float, nod_rad: float = 0.0, roll_rad: float = 0.0
 ) -> NDArray[np.float64]:
-    """Return T_world_camera (4, 4) of the camera on a robot at a place (2,), looking along its heading: level, but for
-    nose up and right side down by two small angles.
+    """Return T_world_camera (4, 4) of the camera on a robot at a place (2,), looking along its heading.
+
+    It is level, except for the small angles ``nod_rad`` (nose up) and ``roll_rad`` (right side down).
     """
     return look_down_pose(np.append(place_m, CAMERA_HEIGHT_M), heading_rad, 0.5 * np.pi + nod_rad, roll_rad)
 
 
 @dataclass(frozen=True, slots=True)
 class StereoMount:
-    """How the right camera really sits and differs: a rig is calibrated, but never quite.
+    """The right camera's pose and gain relative to the left one, with the remaining errors of calibration.
 
     Attributes:
         T_left_right: (4, 4), camera frames.
-        gain: its sensor gives so much more than the left one at the same settings.
+        gain: of its sensor over that of the left one at the same settings.
     """
 
     T_left_right: NDArray[np.float64]
@@ -98,7 +98,7 @@ class StereoMount:
 
 
 def draw_mount(rng: np.random.Generator) -> StereoMount:
-    """Draw a mount: turned about each axis by hundredths of a degree (a quarter of a pixel), a per cent of gain."""
+    """Draw a mount: turned about each axis by hundredths of a degree (a quarter of a pixel), gain off by about 1 %."""
     T_left_right = np.eye(4)
     T_left_right[:3, :3] = Rotation.from_rotvec(rng.normal(0.0, _MISALIGNED_RAD, 3)).as_matrix()
     T_left_right[0, 3] = BASELINE_M

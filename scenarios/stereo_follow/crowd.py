@@ -1,4 +1,4 @@
-"""Where everybody goes: the target his way, the robot after him, and others so that they get in between."""
+"""The paths of the target, of the robot that follows it, and of other people who get in between."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _CHANGES_ROOM = 0.8
 
 @dataclass(frozen=True, slots=True)
 class Crowd:
-    """Everybody over F frames.
+    """Paths of people and robot over F frames.
 
     Attributes:
         walks: the target's first. kinds: ``target``, ``crosser``, ``oncomer`` …
@@ -43,7 +43,7 @@ class Crowd:
 
 
 def draw_crowd(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Crowd:
-    """Draw everybody's ways. Nobody comes nearer to target, robot or others than people do in a crowd."""
+    """Draw all paths. People keep the distances of a crowd to the target, to the robot and to each other."""
     way_m, along_m, driven_m, heading_rad = _followed_way(preset, plan, rng)
     target_m = at_distance(way_m, along_m)
     walks, kinds = [walk_of(target_m, preset.rate_hz)], ["target"]
@@ -65,7 +65,7 @@ def draw_crowd(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) 
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """What others are sent into."""
+    """The paths of target and robot, around which other people's paths are drawn."""
 
     preset: StereoFollow
     plan: FloorPlan
@@ -78,10 +78,10 @@ class _Scene:
 def _followed_way(
     preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the target's way (S, 2), how far along it he is (F,), and the robot's places (F, 2) and headings (F,).
+    """Return the target's path (S, 2), its distance along it (F,), and the robot's places (F, 2) and headings (F,).
 
-    Of some draws the first on which he neither walks into the robot nor leaves it behind, else the one that comes
-    closest to that.
+    This is the first of some draws in which the target's distance from the robot stays in range, otherwise the draw
+    that comes closest to that.
     """
     tried = []
     for _ in range(_TRIES):
@@ -100,7 +100,7 @@ def _followed_way(
 def _targets_way(
     preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return his way (S, 2) from where the robot starts, and how far along it he is on each frame (F,)."""
+    """Return the target's path (S, 2) from the robot's start, and its distance along it on each frame (F,)."""
     pace_m = _HEAD_START_M + steady_pace(
         preset.frame_count, preset.rate_hz, rng.uniform(0.95, 1.25), rng, preset.pauses
     )
@@ -124,7 +124,7 @@ def _targets_way(
 
 
 def _goes_on(way_m: NDArray[np.float64], leg_m: NDArray[np.float64]) -> bool:
-    """Return whether a leg (M, 2) is long, and no turn of it nor into it brings a walker back on who follows him."""
+    """Return whether a leg (M, 2) is long and has no turn, at its start or later, back towards the follower."""
     corners_m = np.concatenate([way_m[-1 - int(1.0 / STEP_M) : -1][:1], leg_m])
     sides_m = np.diff(corners_m, axis=0)
     lengths_m = np.linalg.norm(sides_m, axis=1)
@@ -140,7 +140,7 @@ def _drive(
     heading_rad: float,
     rng: np.random.Generator,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return places (F, 2) and headings (F,) of the robot, driven after the target by hand."""
+    """Return places (F, 2) and headings (F,) of the robot, driven by hand after the target."""
     robot = Robot(plan, start_m, heading_rad, preset.rate_hz)
     driver = HandDriver(plan, rng.uniform(1.3, 2.0), rng)
     driven_m, headings = [], []
@@ -157,7 +157,7 @@ def _first_that_fits(
     draw: Callable[[_Scene, np.random.Generator], NDArray[np.float64] | None],
     rng: np.random.Generator,
 ) -> NDArray[np.float64] | None:
-    """Return places (F, 2) of one more person, the first of some draws that keeps off everybody; None if none does."""
+    """Return places (F, 2) of one more person, the first of some draws that keeps its distances; None if none does."""
     for _ in range(_TRIES):
         place_m = draw(scene, rng)
         if place_m is None or not scene.plan.is_free(place_m).all() or _hides_at_first(scene, place_m):
@@ -170,7 +170,7 @@ def _first_that_fits(
 
 
 def _hides_at_first(scene: _Scene, place_m: NDArray[np.float64]) -> bool:
-    """Return whether somebody at places (F, 2) is about the line from robot to target when a tracker is told of him."""
+    """Return whether a person at places (F, 2) is near the line of sight to the target on the first frames."""
     first = slice(0, _SEEN_AT_FIRST_FRAMES)
     robot_m, sight_m = scene.robot_m[first], (scene.target_m - scene.robot_m)[first]
     to_m = place_m[first] - robot_m
@@ -179,7 +179,7 @@ def _hides_at_first(scene: _Scene, place_m: NDArray[np.float64]) -> bool:
 
 
 def _crosser(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    """Cross the line from robot to target at a moment, coming from somewhere and going on somewhere."""
+    """Cross the line from robot to target on a random frame, between two random places."""
     frame = int(rng.uniform(0.08, 0.92) * len(scene.target_m))
     sight_m = scene.target_m[frame] - scene.robot_m[frame]
     middle_m = scene.robot_m[frame] + rng.uniform(0.4, 0.75) * sight_m
@@ -194,7 +194,7 @@ def _crosser(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | N
 
 
 def _oncomer(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    """Come the target's way towards him, beside his line, and pass him at a moment, then the robot."""
+    """Walk beside the target's path in the opposite direction; pass the target on a random frame, then the robot."""
     frame = int(rng.uniform(0.1, 0.9) * len(scene.target_m))
     met_m = scene.along_m[frame]
     offset_m = rng.choice([-1.0, 1.0]) * rng.uniform(0.6, 0.95)
@@ -206,19 +206,19 @@ def _oncomer(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | N
 
 
 def _follower(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    """Wait beside the target's way, walk close behind him for a while, changing sides behind his back, and stay."""
+    """Wait beside the target's path, walk close behind the target for a while with changes of side, then stop."""
     rate_hz, frames = scene.preset.rate_hz, len(scene.target_m)
     changes, change_s = rng.integers(1, 3), rng.uniform(3.0, 4.5)
     begin = int(rng.uniform(0.1, 0.8) * frames)
     end = min(begin + int(changes * change_s * rate_hz), frames - 1)
     followed = np.clip(np.arange(frames), begin, end)
     along_m = scene.along_m[followed] - rng.uniform(0.65, 1.0)
-    # Squared off, so that he is beside the line most of the time.
+    # Nearly a square wave: the person is beside the line most of the time.
     sway = np.tanh(1.5 * np.cos(np.pi * (followed - begin) / (change_s * rate_hz)))
     beside_m = rng.choice([-1.0, 1.0]) * rng.uniform(0.65, 0.8) * sway
     index = np.clip((along_m / STEP_M).astype(int), 0, len(scene.way_m) - 1)
     line_m, left = at_distance(scene.way_m, along_m), sideways(scene.way_m)[index]
-    # Through a door he goes in the target's steps.
+    # Through a door the person follows the target's path exactly.
     tight = ~scene.plan.is_free(line_m + 1.2 * beside_m[:, None] * left)
     room = (~binary_dilation(tight, iterations=_MAKES_WAY_FRAMES)).astype(float)
     offset_m = (room * beside_m)[:, None] * left
@@ -228,7 +228,7 @@ def _follower(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | 
 
 
 def _walker(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    """Go from somewhere to somewhere, being at a place near the target's way at a moment."""
+    """Walk between two random places, passing a place in the target's room on a random frame."""
     plan, rooms = scene.plan, list(scene.plan.rooms)
     frame = int(rng.uniform(0.0, 1.0) * (len(scene.target_m) - 1))
     here = plan.room_of(scene.target_m[frame])
@@ -239,7 +239,7 @@ def _walker(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | No
 
 
 def _stander(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    """Stand beside the target's way."""
+    """Stand beside the target's path."""
     index = int(rng.uniform(0.1, 0.9) * scene.along_m[-1] / STEP_M)
     offset_m = rng.choice([-1.0, 1.0]) * rng.uniform(0.8, 1.8)
     place_m = scene.way_m[index] + offset_m * sideways(scene.way_m)[index]
@@ -252,7 +252,7 @@ _DRAWN = {"crosser": _crosser, "oncomer": _oncomer, "follower": _follower, "walk
 def _paced_through(
     way_m: NDArray[np.float64], point_m: NDArray[np.float64], frame: int, speed_mps: float, scene: _Scene
 ) -> NDArray[np.float64]:
-    """Return places (F, 2) of one who goes a way at a speed, at a point of it on a frame; he stands at its ends."""
+    """Return places (F, 2) on a path walked at a speed, at ``point_m`` on ``frame``; the person stands at its ends."""
     passed = int(np.linalg.norm(way_m - point_m, axis=1).argmin())
     frames = np.arange(len(scene.target_m), dtype=np.float64)
     return at_distance(way_m, STEP_M * passed + speed_mps * (frames - frame) / scene.preset.rate_hz)

@@ -1,11 +1,11 @@
-"""One episode of ``stereo-follow``: the plan carried out, frame by frame."""
+"""One episode of ``stereo-follow``: the plan, frame by frame."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from scenarios.scenario import Frame, RendererName
-from scenarios.stage import Stage, tells_all
+from scenarios.stage import Stage, covers_all
 from scenarios.stereo_follow.building import Building
 from scenarios.stereo_follow.camera import camera, camera_model, camera_pose, registers
 from scenarios.stereo_follow.light_events import LightEvents
@@ -23,7 +23,7 @@ from sim.world import World
 from trackers.types import CameraCommand, EgoPose, Start
 
 NOD_RAD, NOD_KEPT = np.deg2rad(0.12), 0.8
-"""The robot shakes: standard deviation of its nod and roll, and what is left of them from frame to frame."""
+"""The robot shakes: standard deviation of nod and roll, and their autoregression coefficient."""
 _NEAR_M = 1.5
 
 
@@ -31,7 +31,7 @@ class StereoFollowEpisode(Stage):
     """See ``scenarios.scenario.Episode``."""
 
     def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
-        self._tells_all = tells_all(truth)
+        self._covers_all = covers_all(truth)
         preset, crowd = plan.preset, plan.crowd
         self.plan = plan
         self._camera = camera(preset.width_px, preset.height_px)
@@ -52,8 +52,8 @@ class StereoFollowEpisode(Stage):
         self._events = LightEvents(plan.places, plan.light.switched, preset.rate_hz)
         self._move_to(0)
         nothing = np.full((preset.height_px, preset.width_px), -1, np.int32)
-        nobody = np.zeros(len(self._people.names), dtype=np.bool_)
-        seen = self._people.seen(self._camera, self._T_world_camera, nothing, nobody)
+        boxes_alone = np.zeros(len(self._people.names), dtype=np.bool_)
+        seen = self._people.seen(self._camera, self._T_world_camera, nothing, boxes_alone)
         self._first_box_xyxy = seen[TARGET].box_xyxy
 
     @property
@@ -82,7 +82,7 @@ class StereoFollowEpisode(Stage):
 
     def _take(self, frame: int) -> Frame:
         pair = self._pair.take_pair(self._shader, self._T_world_camera, frame)
-        # In place: the maps are this frame's own, and nothing else asks for the parts.
+        # In place: the maps belong to this frame alone, and nothing else needs the parts.
         for capture in (pair.left, pair.right):
             self._people.merge(capture.instance_id)
         truth = self._truth(frame, pair)
@@ -99,7 +99,7 @@ class StereoFollowEpisode(Stage):
         distance_m = np.linalg.norm((people.T_world_person[:, :3, 3] - pose[:3, 3])[:, :2], axis=1)
         is_close = distance_m < _NEAR_M
         is_target = np.arange(len(distance_m)) == TARGET
-        asked = np.full(len(distance_m), self._tells_all) | is_target
+        asked = np.full(len(distance_m), self._covers_all) | is_target
         seen = people.seen(self._camera, pose, left.instance_id, asked | is_close)
         fractions = np.array([each.visible_fraction for each in seen])
         lux = illuminance_lx(self._shader, people.chests_m(), pose[:3, 3])

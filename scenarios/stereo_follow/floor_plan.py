@@ -1,6 +1,6 @@
-"""Where one can go: a corridor, a hall and a yard behind its door, drawn anew for every episode.
+"""Floor plans: a corridor, a hall and a yard behind its door, drawn anew for every episode.
 
-World frame: x leads from the corridor through the hall (its corner at the origin) out into the yard, z is up.
+World frame: x runs from the corridor through the hall (one corner at the origin) into the yard, z is up.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 PLACES = ("corridor", "hall", "door", "yard")
 WALL_M = 0.3
-"""How thick the wall between hall and yard is."""
+"""Thickness of the wall between hall and yard."""
 _CLEARANCE_M = {"corridor": 0.45, "hall": 1.1, "yard": 1.8}
-"""People keep off walls; what stands along the walls of hall and yard stands within this."""
+"""Distance of people from walls; objects along the walls of hall and yard stand within it."""
 _BESIDE_DOOR_M = 0.45
 _APPROACH_M = 0.9
-"""Ways lead straight through openings from this far before to this far behind."""
+"""Paths lead straight through openings from this distance before to this distance behind."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Area:
     y1: float
 
     def shrunk(self, margin_m: float) -> Area:
-        """Return what is left of it off its border."""
+        """Return the area without a margin at its border."""
         return Area(self.x0 + margin_m, self.y0 + margin_m, self.x1 - margin_m, self.y1 - margin_m)
 
     def holds(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -46,7 +46,7 @@ class Area:
 
 
 class RoomPlan(Protocol):
-    """Where the walls are, for whoever draws them."""
+    """Walls of a plan, for drawings."""
 
     @property
     def rooms(self) -> dict[str, Area]:
@@ -55,7 +55,7 @@ class RoomPlan(Protocol):
 
     @property
     def openings(self) -> tuple[Area, ...]:
-        """Gaps in the walls between rooms, so deep along x as the wall is."""
+        """Gaps in the walls between rooms, as deep along x as the wall."""
         ...
 
 
@@ -65,8 +65,8 @@ class FloorPlan:
 
     Attributes:
         corridor, hall, yard: the rooms.
-        corridor_height_m, hall_height_m, facade_height_m, far_height_m: of ceilings, of the building seen from the
-            yard, and of the one across.
+        corridor_height_m, hall_height_m, facade_height_m, far_height_m: of the ceilings, of the building's facade on
+            the yard, and of the facade across.
         passage: opening between corridor and hall, through a wall without thickness.
         door: opening between hall and yard.
         opening_height_m: of both.
@@ -90,27 +90,27 @@ class FloorPlan:
 
     @property
     def openings(self) -> tuple[Area, Area]:
-        """What leads from room to room."""
+        """The openings between rooms."""
         return self.passage, self.door
 
     def room_of(self, point_m: NDArray[np.float64]) -> str:
-        """Return which room a point (2,) belongs to, openings to the nearer one."""
+        """Return the room of a point (2,); a point in an opening belongs to the nearer room."""
         if point_m[0] < 0.0:
             return "corridor"
         return "hall" if point_m[0] < self.door.x0 + 0.5 * WALL_M else "yard"
 
     def place_of(self, point_m: NDArray[np.float64]) -> str:
-        """Return the place of a point (2,), one of ``PLACES``: within a metre of it one is at the door."""
+        """Return the place of a point (2,), one of ``PLACES``; the door reaches one metre around its opening."""
         near = self.door.shrunk(-1.0)
         return "door" if bool(near.holds(point_m)) else self.room_of(point_m)
 
     def free_area(self, room: str) -> Area:
-        """Return where in a room people go."""
+        """Return the area of a room where people walk."""
         return self.rooms[room].shrunk(_CLEARANCE_M[room])
 
     @property
     def free_parts(self) -> tuple[Area, ...]:
-        """Where people and the robot can be: in one of these, the free areas of rooms and lanes through openings."""
+        """Areas where people and the robot can be: the free areas of rooms, and lanes through openings."""
         lanes = (
             Area(gap.x0 - before_m, gap.y0 + _BESIDE_DOOR_M, gap.x1 + behind_m, gap.y1 - _BESIDE_DOOR_M)
             for gap, before_m, behind_m in (
@@ -126,16 +126,16 @@ class FloorPlan:
         return np.array([[part.x0, part.y0, part.x1, part.y1] for part in self.free_parts])
 
     def is_free(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return at which points (..., 2) a person or the robot can be."""
+        """Return whether a person or the robot can be at points (..., 2)."""
         free = np.zeros(points_m.shape[:-1], dtype=np.bool_)
         for part in self.free_parts:
             free |= part.holds(points_m)
         return free
 
     def way(self, stops_m: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-        """Return corners (M, 2) of a way from stop to stop (N, 2) that leads through the openings.
+        """Return corners (M, 2) of a path from stop to stop (N, 2) through the openings.
 
-        Everybody goes through an opening where he likes: drawn for each.
+        The place within each opening is drawn anew.
         """
         rooms = list(self.rooms)
         corners = [stops_m[0]]

@@ -1,4 +1,4 @@
-"""What rooms are made of: plane panels of plaster, floor or paper, and panels that shine."""
+"""Meshes and textures of plane panels: plaster, floor, paper."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets
-from sim.shaders.lamps import BrightArea
-from sim.world import Body, World
 
 RGB = tuple[int, int, int]
 _CELL_M = 2.0
-"""Panels are cut into cells of about this side: TinyRenderer draws no triangle that reaches behind the camera."""
+"""Side of the cells into which panels are cut: TinyRenderer draws no triangle that reaches behind the camera."""
 _GRAIN_TEXELS = 256
 
 
@@ -37,36 +35,13 @@ def panel(corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture
     return facets.mesh(texture)
 
 
-def add_panel(
-    world: World, name: str, corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture: Texture
-) -> Body:
-    """Add a panel to the world for good."""
-    return world.add(panel(corner_m, side_a_m, side_b_m, texture), np.eye(4), name=name, category="building")
-
-
-def add_bright_panel(
-    world: World,
-    name: str,
-    corner_m: ArrayLike,
-    side_a_m: ArrayLike,
-    side_b_m: ArrayLike,
-    *,
-    luminance_nit: float,
-    temperature_k: float,
-) -> BrightArea:
-    """Add a panel that shines: a window with daylight behind it, a ceiling light."""
-    body = add_panel(world, name, corner_m, side_a_m, side_b_m, plain((255, 255, 255)))
-    corner, a, b = (np.asarray(each, dtype=float) for each in (corner_m, side_a_m, side_b_m))
-    return BrightArea(body.index, corner, a, b, luminance_nit, temperature_k)
-
-
 def plain(rgb: RGB) -> Texture:
-    """Return one even colour."""
+    """Return a texture of one colour."""
     return Texture(np.full((4, 4, 3), rgb, np.uint8))
 
 
 def grained(rgb: RGB, rng: np.random.Generator) -> Texture:
-    """Return an even colour with a little grain, fine and coarse: paper, plaster, linoleum."""
+    """Return a texture of one colour with slight fine and coarse grain: paper, plaster, linoleum."""
     fine, coarse = rng.normal(size=(2, _GRAIN_TEXELS, _GRAIN_TEXELS)).astype(np.float32)
     clouds: NDArray[np.float32] = cv2.GaussianBlur(coarse, (0, 0), _GRAIN_TEXELS / 16).astype(np.float32)
     grain = 1.0 + 0.012 * fine + 0.015 * clouds / clouds.std()

@@ -1,4 +1,4 @@
-"""What of the light has just changed, by truth: the words that results are divided by."""
+"""Recent changes of the light, from truth; results are grouped by them."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from sim.shaders.colour import LUMINANCE_WEIGHTS, srgb_to_linear
 
 _LINEAR = srgb_to_linear(np.arange(256) / 255.0)
 _BACK_LIGHT = 3.0
-"""Mean luminance of the picture, in units of that of a grey coat (reflectance 0.3) on the target's back."""
+"""Threshold of back light: mean luminance of the picture over that of a grey coat on the target's back."""
 _COAT = 0.3
+"""Reflectance of the grey coat."""
 _SHADE = 0.4
-"""Of the illuminance a second before."""
+"""Threshold of shade: share of the highest illuminance within the last second."""
 _STEP_PX = 8
 
 
 class LightEvents:
-    """Says on each frame which change of the light is new, the most particular first.
+    """Detects new changes of the light; of several, the first of these counts.
 
-    Lamps that are switched; the target about a door (light of two places); back light that begins; shade: the light on
-    the target falls below two fifths within a second. Each counts as new for a second.
+    They are: a switched lamp; the target at a door, in the light of two places; the start of back light; shade, a fall
+    of the light on the target below two fifths within a second. Each is new for a second.
     """
 
     def __init__(self, places: Sequence[str], switched: Sequence[LightEvent | None], rate_hz: float) -> None:
-        """Know beforehand where the target is on each frame, and what is switched about it within the last second."""
+        """``places`` (F,) are the target's places; ``switched`` (F,) are the lamp events there, see ``LightPlan``."""
         self._places, self._switched = places, switched
         self._new_frames = int(NEW_S * rate_hz)
         self._illuminance_lx: deque[float] = deque(maxlen=self._new_frames)
@@ -39,7 +40,7 @@ class LightEvents:
         self._since = self._new_frames
 
     def follow(self, frame: int, picture: Picture, illuminance_lx: float) -> LightEvent | None:
-        """Take in a frame; return ``PeopleTruth.light_event``.
+        """Add a frame; return ``PeopleTruth.light_event``.
 
         Args:
             illuminance_lx: on the target, towards the camera.
@@ -57,7 +58,7 @@ class LightEvents:
         self._since += 1
         switched = self._switched[frame]
         if switched is not None:
-            # What follows from the lamp is the lamp's: nothing else begins by it, nor after it.
+            # A lamp also causes other changes; they do not count as events, during it or after it.
             self._latest, self._since = None, self._new_frames
             self._illuminance_lx.clear()
             return switched
@@ -67,8 +68,8 @@ class LightEvents:
 
 
 def _luminance_nit(picture: Picture) -> float:
-    """Return the mean luminance that a picture shows; what is white may be brighter."""
-    # Luminances first: a mean over two axes of three colours takes twice as long.
+    """Return the mean luminance of a picture; white pixels may be brighter."""
+    # Luminances first: averaging three colours over both axes takes twice as long.
     level = float((_LINEAR[picture.image_rgb[::_STEP_PX, ::_STEP_PX]] @ LUMINANCE_WEIGHTS).mean())
     used = picture.settings
     return level * SENSOR.full_well_e / (SENSOR.electrons_per_nit_s * used.exposure_s * used.gain)

@@ -1,4 +1,4 @@
-"""How light changes while somebody walks: lamps that are switched, clouds before the sun."""
+"""Changes of the light during an episode: switched lamps, and clouds before the sun."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenarios.stereo_follow.presets import StereoFollow
 from scenarios.stereo_follow.truth import LightEvent
 
 NEW_S = 1.0
-"""So long a change counts as new."""
+"""Time during which a change counts as new."""
 _SUN_BEHIND_CLOUD = (0.05, 0.25)
 _LAMP_EDGE_FRAMES = 0.7
 
@@ -25,7 +25,7 @@ class LightPlan:
 
     Attributes:
         strengths: group -> (F,) of its full strength.
-        switched: (F,) what was switched within the last second where the target is: ``lamp on``, ``lamp off`` or None.
+        switched: (F,) the lamp event within the last second at the target's place: ``lamp on``, ``lamp off`` or None.
     """
 
     strengths: dict[str, NDArray[np.float64]]
@@ -33,10 +33,10 @@ class LightPlan:
 
 
 def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.random.Generator) -> LightPlan:
-    """Draw the changes. Lamps go off or on where the target is just then, and change back after some seconds.
+    """Draw the changes. Lamps at the target's current place are switched, and switched back after some seconds.
 
     Args:
-        places: (F,) where the target is.
+        places: (F,) of the target.
     """
     frames, rate_hz = len(places), preset.rate_hz
     strengths = {group: np.ones(frames) for group in LIGHT_GROUPS}
@@ -44,13 +44,13 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
     for begin in _spread(preset.lamp_events, 0.08, 0.8, frames, rng):
         group = CORRIDOR_LIGHTS if places[begin] == "corridor" else HALL_LIGHTS
         end = begin + int(rng.uniform(*preset.lamps_off_s) * rate_hz)
-        # A second switching of lamps that are off already would be none.
+        # Lamps that are off already cannot be switched off.
         if (strengths[group][begin : end + 1] < 1.0).any() or places[begin] == "yard":
             continue
         strengths[group][begin:end] = rng.uniform(*preset.lamps_left_on)
-        _tell(switched, begin, "lamp off", rate_hz)
+        _note(switched, begin, "lamp off", rate_hz)
         if end < frames and places[end] == places[begin]:
-            _tell(switched, end, "lamp on", rate_hz)
+            _note(switched, end, "lamp on", rate_hz)
     for group in (CORRIDOR_LIGHTS, HALL_LIGHTS):
         strengths[group] = gaussian_filter1d(strengths[group], _LAMP_EDGE_FRAMES, mode="nearest")
     cloud = np.zeros(frames)
@@ -68,19 +68,19 @@ def draw_light_plan(preset: StereoFollow, places: tuple[str, ...], rng: np.rando
 
 
 def _spread(count: int, first: float, last: float, frames: int, rng: np.random.Generator) -> Iterator[int]:
-    """Yield frames drawn between two shares of an episode, one from each of as many equal parts of it."""
+    """Yield ``count`` frames between two shares of an episode, one from each of ``count`` equal parts."""
     for part in range(count):
         yield int((first + (last - first) * (part + rng.random()) / count) * frames)
 
 
 def _held_back(strength: NDArray[np.float64], brightening_frames: float) -> NDArray[np.float64]:
-    """Return strengths (F,) that grow by no more than a factor of e in so many frames."""
+    """Return strengths (F,) that grow by at most a factor of e in ``brightening_frames``."""
     held = strength.copy()
     for frame in range(1, len(held)):
         held[frame] = min(held[frame], held[frame - 1] * np.exp(1.0 / brightening_frames))
     return held
 
 
-def _tell(switched: list[LightEvent | None], frame: int, event: LightEvent, rate_hz: float) -> None:
+def _note(switched: list[LightEvent | None], frame: int, event: LightEvent, rate_hz: float) -> None:
     for k in range(frame, min(frame + int(NEW_S * rate_hz), len(switched))):
         switched[k] = event

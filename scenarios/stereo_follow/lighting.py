@@ -1,4 +1,4 @@
-"""A building's light: what its panels shine, baked once, and set to what the light plan says on each frame."""
+"""A building's light: baked once from its panels, and set to the light plan's strengths on each frame."""
 
 from __future__ import annotations
 
@@ -6,26 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow.building import LIGHT_GROUPS, SKY, SUN, Building
-from scenarios.stereo_follow.indoors import add_panel
 from scenarios.stereo_follow.light_plan import LightPlan
+from scenarios.stereo_follow.panels import add_panel, bright_area
 from sim.shaders.baked.bake import BakedLight, Panel, Sky, Source, bake_light, mean_reflectance
 from sim.shaders.baked.shader import BakedLightShader
 from sim.shaders.black_body import black_body_rgb
 from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.daylight import Sun
-from sim.shaders.lamps import BrightArea
 from sim.world import World
 
 
 def build(world: World, building: Building) -> BakedLight:
-    """Put a building into a world and work out its light."""
+    """Add a building to a world and bake its light."""
     lights: dict[str, list[Source]] = {group: [] for group in LIGHT_GROUPS}
     panels = []
     for piece in building.panels:
-        body = add_panel(world, piece.name, piece.corner_m, piece.side_a_m, piece.side_b_m, piece.texture)
+        body = add_panel(world, piece)
         if piece.group:
-            light = (piece.luminance_nit, piece.temperature_k)
-            lights[piece.group].append(BrightArea(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, *light))
+            lights[piece.group].append(bright_area(body, piece))
         else:
             reflectance = mean_reflectance(piece.texture)
             panels.append(Panel(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, reflectance))
@@ -45,7 +43,7 @@ def set_light(shader: BakedLightShader, plan: LightPlan, frame: int) -> None:
 def illuminance_lx(
     shader: BakedLightShader, places_m: NDArray[np.float64], viewer_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return what falls (N,) on upright surfaces at places (N, 3) that face a viewer (3,)."""
+    """Return the illuminance (N,) on upright surfaces at places (N, 3) that face a viewer (3,)."""
     normals = viewer_m - places_m
     normals[:, 2] = 0.0
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)

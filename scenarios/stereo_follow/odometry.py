@@ -1,4 +1,4 @@
-"""What the robot's wheels say of its way: increments with errors, added up."""
+"""Wheel odometry of the robot: increments with errors, summed up."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from scenarios.stereo_follow.camera import camera_pose
 SCALE_ERROR, TURN_SCALE_ERROR = 0.01, 0.02
 SLIP_M, TURN_SLIP_RAD = 0.002, np.deg2rad(0.08)
 _STANDS = 1e-4
-"""Metres and radians a frame: a robot that moves less than both slips not."""
+"""Metres and radians per frame: a robot that moves less than both does not slip."""
 
 
 class Odometry:
-    """Dead reckoning from where the robot starts: its frame is that place, x ahead.
+    """Dead reckoning in the frame of the robot's start, x ahead.
 
-    Wheels are a little larger or smaller than believed (one error an episode for ways, one for turns), and slip a
-    little every frame in which the robot moves: 2 mm and 0.08 degrees, standard deviations.
+    Scale errors of the wheels are constant over an episode, one for distances and one for turns. On every frame in
+    which the robot moves, the wheels slip: 2 mm and 0.08 degrees, standard deviations.
     """
 
     def __init__(self, rng: np.random.Generator) -> None:
@@ -28,10 +28,10 @@ class Odometry:
         self._true: tuple[NDArray[np.float64], float] | None = None
 
     def measure(self, place_m: NDArray[np.float64], heading_rad: float) -> NDArray[np.float64]:
-        """Take in where the robot now really is and return T_world_camera (4, 4) as it believes: level."""
+        """Add the robot's true pose and return the measured T_world_camera (4, 4), which is level."""
         if self._true is not None:
             before_m, before_rad = self._true
-            # NumPy's product rounds other than a compiled sum by a bit: pictureless drives sum up on their own.
+            # NumPy's product differs from a compiled sum in the last bit, so pictureless drives compute their own.
             step_m = float((place_m - before_m) @ (np.cos(before_rad), np.sin(before_rad)))
             add_up(self._believed, self._scales, step_m, float(heading_rad - before_rad), self._rng)
         self._true = (np.array(place_m), heading_rad)
@@ -46,10 +46,10 @@ def add_up(
     turn_rad: float,
     rng: np.random.Generator,
 ) -> None:
-    """Move the place and heading believed (3,) on by what the wheels say of a step ahead and a turn.
+    """Advance the believed place and heading (3,) by the wheels' measurement of a step ahead and a turn.
 
     Args:
-        scales: (2,) what they say of ways and of turns, over what is so.
+        scales: (2,) measured over true distances, and measured over true turns.
     """
     slip_m, slip_rad = SLIP_M * rng.standard_normal(), TURN_SLIP_RAD * rng.standard_normal()
     moves = abs(step_m) > _STANDS or abs(turn_rad) > _STANDS

@@ -1,4 +1,4 @@
-"""Plane panels as data, before they stand in a world: what a building is made of and what its light falls on."""
+"""Plane panels of rooms as data, and as bodies and bright areas of a world."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scenarios.stereo_follow.indoors import panel, plain
 from sim.mesh import Texture
+from sim.shaders.lamps import BrightArea
+from sim.world import Body, World
+
+SHINING = plain((255, 255, 255))
+"""Texture of panels that emit light."""
 
 Opening = tuple[float, float, float]
-"""From and to along a wall, and height: it begins at the ground."""
+"""Start and end along a wall, and height above the ground."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,10 +27,10 @@ class Panel:
     Attributes:
         name: of its body.
         corner_m, side_a_m, side_b_m: (3,) one corner and the two sides that begin there, world frame.
-        texture: its picture, the lower left corner at ``corner_m``.
-        luminance_nit: its own light; 0 for what does not shine.
+        texture: with its lower left corner at ``corner_m``.
+        luminance_nit: of its own light; 0 for none.
         temperature_k: colour temperature of that light.
-        group: of its light: what is switched together.
+        group: of lights that are switched together.
     """
 
     name: str
@@ -40,9 +46,21 @@ class Panel:
 def new_panel(
     name: str, corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture: Texture, **light: float | str
 ) -> Panel:
-    """Return a panel of plain numbers; ``light`` are the last three of its attributes."""
+    """Return a panel from plain numbers; ``light`` are the last three of its attributes."""
     corner, a, b = (np.asarray(each, dtype=float) for each in (corner_m, side_a_m, side_b_m))
     return Panel(name, corner, a, b, texture, **light)  # type: ignore[arg-type]
+
+
+def add_panel(world: World, piece: Panel) -> Body:
+    """Add a panel to a world as a static body."""
+    mesh = panel(piece.corner_m, piece.side_a_m, piece.side_b_m, piece.texture)
+    return world.add(mesh, np.eye(4), name=piece.name, category="building")
+
+
+def bright_area(body: Body, piece: Panel) -> BrightArea:
+    """Return the light of a panel that stands in a world as ``body``."""
+    light = (piece.luminance_nit, piece.temperature_k)
+    return BrightArea(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, *light)
 
 
 def wall(
@@ -54,10 +72,10 @@ def wall(
     opening: Opening | None = None,
     offset_m: float = 0.0,
 ) -> Iterator[Panel]:
-    """Yield the panels of an upright wall over a line, which faces the right of the way from ``start_m`` to ``end_m``.
+    """Yield the panels of an upright wall that faces the right of the line from ``start_m`` to ``end_m``.
 
     Args:
-        offset_m: how far before that line it stands.
+        offset_m: distance of the wall before that line.
     """
     start, along = np.array([*start_m, 0.0]), np.array([end_m[0] - start_m[0], end_m[1] - start_m[1], 0.0])
     length_m = float(np.linalg.norm(along))
@@ -77,7 +95,7 @@ def wall(
 def box(
     name: str, middle_m: tuple[float, float], size_m: tuple[float, float, float], texture: Texture, low_m: float = 0.0
 ) -> Iterator[Panel]:
-    """Yield the five panels of a box that stands on the ground or ``low_m`` above it: bench, machine, planter."""
+    """Yield the five visible panels of a box whose bottom is ``low_m`` above the ground: bench, machine, planter."""
     x, y = middle_m[0] - 0.5 * size_m[0], middle_m[1] - 0.5 * size_m[1]
     dx, dy, dz = size_m
     corners = ((x, y), (x + dx, y), (x + dx, y + dy), (x, y + dy))

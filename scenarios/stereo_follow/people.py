@@ -1,4 +1,4 @@
-"""People in a world: bodies of jointed parts, put where they are on each frame."""
+"""People in a world: bodies of jointed parts, posed on each frame."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class People:
 
     Attributes:
         names: ``target``, ``crosser-1`` …
-        size_m: (N, 3) length, width, height of those who stand.
-        instance_id: (N,) id that stands for all parts of a person in maps, see ``merge``.
+        size_m: (N, 3) length, width, height of standing people.
+        instance_id: (N,) id of all parts of a person in maps, see ``merge``.
         T_world_person: (N, 4, 4) on the ground, x ahead.
         part_poses: (N, P, 4, 4).
     """
@@ -55,7 +55,7 @@ class People:
         self.part_poses = np.tile(np.eye(4), (len(parts), len(PART_NAMES), 1, 1))
 
     def move_to(self, frame: int) -> None:
-        """Put everybody where he is on a frame."""
+        """Move all people to their poses on a frame."""
         for k, walk in enumerate(self._plan.crowd.walks):
             (x_m, y_m), heading_rad = walk.place_m[frame], walk.heading_rad[frame]
             phase_rad, speed_mps = self._plan.phase_rad[frame, k], walk.speed_mps[frame]
@@ -70,7 +70,7 @@ class People:
                 self._world.move(body, part_pose)
 
     def merge(self, instance_map: NDArray[np.int32]) -> None:
-        """Put one id a person into a map (H, W) of bodies instead of one a part."""
+        """Replace the ids of parts in a map (H, W) by one id per person."""
         merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
 
     def seen(
@@ -78,26 +78,24 @@ class People:
         camera: PinholeCamera,
         T_world_camera: NDArray[np.float64],
         merged: NDArray[np.int32],
-        whom: NDArray[np.bool_],
+        in_full: NDArray[np.bool_],
     ) -> list[SeenBody]:
-        """Return what is seen of each person in a map that ``merge`` was given; of those not in ``whom`` (N,)
-        the box alone.
-        """
+        """Return the visible part of each person in a merged map; only the box of people not ``in_full`` (N,)."""
         return [
             seen_body(
                 shape,
                 poses,
                 camera,
                 T_world_camera,
-                merged if asked else _NO_PICTURE,
+                merged if is_full else _NO_PICTURE,
                 int(own),
                 hiders=self.instance_id[self.instance_id != own],
             )
-            for shape, poses, own, asked in zip(self._shapes, self.part_poses, self.instance_id, whom, strict=True)
+            for shape, poses, own, is_full in zip(self._shapes, self.part_poses, self.instance_id, in_full, strict=True)
         ]
 
     def chests_m(self) -> NDArray[np.float64]:
-        """Return the middles of everybody's chest (N, 3)."""
+        """Return the centres of all chests (N, 3)."""
         places_m = self.T_world_person[:, :3, 3].copy()
         places_m[:, 2] = CHEST * self.size_m[:, 2]
         return places_m

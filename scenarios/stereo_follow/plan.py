@@ -1,4 +1,4 @@
-"""Everything about an episode that is decided beforehand."""
+"""The plan of an episode, drawn before its first picture."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ TARGET = 0
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """An episode before it is lived.
+    """The plan of one episode.
 
     Attributes:
-        preset, seed: what it is made from. closed_loop: whether commands drive the robot.
-        building, crowd, light: what stands there, who goes where, what shines when.
+        preset, seed: of the episode. closed_loop: whether commands drive the robot.
+        building, crowd, light: the static objects, the paths, the changes of the light.
         looks: of N people. phase_rad: (F, N) of their strides.
-        places: (F,) where the target is.
+        places: (F,) of the target.
         dropped: (F,) whether the right picture is lost.
     """
 
@@ -46,7 +46,7 @@ class Plan:
 
 
 def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool) -> Plan:
-    """Decide an episode.
+    """Draw the plan of an episode.
 
     Args:
         seed: of the episode, see ``sim.rng.episode_seed``.
@@ -71,7 +71,7 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool) -> Plan:
 
 
 def _phases(crowd: Crowd, looks: list[PersonLook], rate_hz: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the phase of everybody's stride on each frame (F, N)."""
+    """Return the phase of each person's stride on each frame (F, N)."""
     rates = [
         [phase_rate_radps(look.stature_m, speed) for speed in walk.speed_mps]
         for walk, look in zip(crowd.walks, looks, strict=True)

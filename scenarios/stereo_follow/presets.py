@@ -11,30 +11,31 @@ from sim.checks import check, check_types
 
 @dataclass(frozen=True, slots=True)
 class StereoFollow:
-    """How an episode is made. People are counted as wished for: one for whom no way is free does not come.
+    """Configuration of an episode. Numbers of people are upper limits: a person without a free path is left out.
 
     Attributes:
         summary: one line.
-        frame_count, rate_hz: frames, and how many a second.
+        frame_count, rate_hz: number of frames, and frames per second.
         width_px, height_px: of each picture.
-        closed_loop: True if commands drive the robot, False if a hand does.
-        crossers: people who cross between robot and target, so that he is hidden for a moment.
-        oncomers: people who come the target's way towards him and pass close by the robot.
-        followers: people who walk close behind the target, now to the left, now to the right of him.
-        walkers: people who go their own ways.
-        standers: people who stand beside the target's way.
-        alike: how many of the others wear a top of the target's colour; the first of them his trousers' colour too.
-        uniformed: how many of the others wear the same working clothes as the target; 0: nobody wears such, nor he.
-        pauses: times the target stands still.
-        lamp_events: times that lights of a room are switched off or on. clouds: times that the sun goes or comes.
-        lamps_off_s, cloud_s: shortest and longest time they are off, and that a cloud stays.
-        lamps_left_on: least and most of a room's lamps that stay on, a share: mostly brightness changes, not colour.
-        cloud_edge_s: how softly a cloud comes and goes, standard deviation.
-        sky_behind_cloud: what is left of the light of sky and windows then, in (0, 1].
-        brightening_s: light that comes back grows by a factor of e in this time, as hall lamps warm up and haze
-            clears; 0: it comes as suddenly as it went.
+        closed_loop: True if commands drive the robot, False if it is driven by hand.
+        crossers: people who cross between robot and target, and hide the target for a moment.
+        oncomers: people who walk the target's path in the opposite direction and pass close by the robot.
+        followers: people who walk close behind the target and change sides.
+        walkers: people on paths of their own.
+        standers: people who stand beside the target's path.
+        alike: number of others with a top of the target's colour; the first of them also has the trousers' colour.
+        uniformed: number of others in the same working clothes as the target; 0: no one wears working clothes.
+        pauses: number of times that the target stands still.
+        lamp_events: number of times that a room's lights are switched. clouds: number of clouds before the sun.
+        lamps_off_s, cloud_s: shortest and longest time that lamps are off, and that a cloud stays.
+        lamps_left_on: smallest and largest share of a room's lamps that stay on, so that brightness changes more than
+            colour.
+        cloud_edge_s: standard deviation of the smoothing of a cloud's start and end.
+        sky_behind_cloud: remaining share of the light of sky and windows under a cloud, in (0, 1].
+        brightening_s: time in which returning light grows by at most a factor of e, as lamps warm up and haze clears;
+            0: light returns at once.
         dropped_share: share of pairs whose right picture is lost, in [0, 1].
-        odometry: whether the robot measures its own way.
+        odometry: whether the robot has odometry.
     """
 
     summary: str
@@ -68,19 +69,8 @@ class StereoFollow:
         check("rate_hz", self.rate_hz > 0, "a number > 0", self.rate_hz)
         for name in ("width_px", "height_px"):
             check(name, 32 <= getattr(self, name) <= 4096, "a whole number from 32 to 4096", getattr(self, name))
-        people = (
-            "crossers",
-            "oncomers",
-            "followers",
-            "walkers",
-            "standers",
-            "alike",
-            "uniformed",
-            "pauses",
-            "lamp_events",
-            "clouds",
-        )
-        for name in people:
+        counts = "crossers oncomers followers walkers standers alike uniformed pauses lamp_events clouds"
+        for name in counts.split():
             check(name, getattr(self, name) >= 0, "a whole number >= 0", getattr(self, name))
         for name, largest in (("lamps_off_s", np.inf), ("cloud_s", np.inf), ("lamps_left_on", 1.0)):
             low, high = getattr(self, name)

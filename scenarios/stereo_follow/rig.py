@@ -1,4 +1,4 @@
-"""The pair of cameras on the robot: both pictures of an instant, taken with the left camera's settings."""
+"""The pair of cameras on the robot; both take their pictures with the left camera's settings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from trackers.types import CameraSettings, EgoPose, Observation
 
 @dataclass(frozen=True, slots=True)
 class StereoPair:
-    """Both pictures of an instant, and where the right camera really was, T_world_right (4, 4)."""
+    """Both pictures of an instant, and the right camera's true pose, T_world_right (4, 4)."""
 
     left: Capture
     right: Capture
@@ -30,10 +30,10 @@ class StereoPair:
 
 
 class StereoRig(SingleCamera):
-    """Two cameras, mounted as the episode's seed has it, and their sensors. The left one's picture is watched.
+    """Two cameras with their sensors; the seed determines the mount. The left picture is the watched one.
 
     Attributes:
-        camera: each of the two.
+        camera: the model of both.
     """
 
     _sensor: CameraSensor
@@ -45,7 +45,7 @@ class StereoRig(SingleCamera):
         self._mount = draw_mount(generator(seed, "mount"))
 
     def take_pair(self, shader: Shader, T_world_left: NDArray[np.float64], frame: int) -> StereoPair:
-        """Photograph the world as it is now; the left sensor's loops take one step.
+        """Take both pictures of the current world; the left sensor's loops take one step.
 
         Args:
             frame: index, >= 0; it determines the noise.
@@ -60,7 +60,7 @@ class StereoRig(SingleCamera):
         return StereoPair(left, right, T_world_right)
 
     def observation(self, pair: StereoPair, time_s: float, ego: EgoPose | None, *, is_lost: bool) -> Observation:
-        """Return what trackers are told of a pair; without its right picture if that is lost."""
+        """Return a pair as an observation; without its right picture if that is lost."""
         used = pair.left.picture.settings
         return Observation(
             image_rgb=pair.left.picture.image_rgb,
@@ -72,12 +72,12 @@ class StereoRig(SingleCamera):
         )
 
     def settle(self, shader: Shader, T_world_left: NDArray[np.float64], steps: int) -> None:
-        """Let the left sensor's loops take some steps in the light that there is now; no picture is taken."""
+        """Let the left sensor's loops take some steps in the current light, without a picture."""
         gbuffer = self._renderer.gbuffer(self.camera, T_world_left)
         metered = metered_radiance(shader.shade(gbuffer, self.camera, T_world_left))
         for _ in range(steps):
             self._left_sensor.step(metered)
 
     def hold(self, *, exposure: bool, white_balance: bool) -> None:
-        """Let exposure or white balance stay as they are from now on, see ``CameraSensor.hold``."""
+        """Hold exposure or white balance from now on, see ``CameraSensor.hold``."""
         self._left_sensor.hold(exposure=exposure, white_balance=white_balance)

@@ -1,4 +1,4 @@
-"""The robot that carries the camera, and the hand that drives it after the target where no tracker does."""
+"""The robot that carries the camera, and the driver that follows the target where no controller does."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROBOT = Carrier(
     ),
     "ahead",
 )
-"""Its motors set the same limits."""
+"""The limits are those of its motors."""
 _TURN_GAIN, _SPEED_GAIN = 2.2, 1.1
 _REACTION_FRAMES = 4
 _TRAIL_FRAMES, _TRAIL_STEP_FRAMES = 75, 5
@@ -27,7 +27,7 @@ _ALONG_LINE = np.linspace(0.0, 1.0, 20)
 
 
 class Robot:
-    """A robot on two driven wheels: it goes ahead or back and turns, with limits, and stops at walls.
+    """A robot on two driven wheels: it moves ahead or back and turns, within limits, and stops at walls.
 
     Attributes:
         place_m: (2,). heading_rad: counter-clockwise from world x.
@@ -41,7 +41,7 @@ class Robot:
         self.heading_rad = float(heading_rad)
 
     def drive(self, command: CameraCommand) -> None:
-        """Obey a command for one frame: ``forward_mps`` and ``yaw_rate_rad_s``, as far as it can, nothing else."""
+        """Obey ``forward_mps`` and ``yaw_rate_rad_s`` of a command for one frame, within limits."""
         x_m, y_m, self.heading_rad, self._speed_mps, self._turn_rad_s = driven(
             self.place_m,
             self.heading_rad,
@@ -66,7 +66,7 @@ def driven(
     free_m: NDArray[np.float64],
     interval_s: float,
 ) -> tuple[float, float, float, float, float]:
-    """Return place x, y, heading, speed and turn rate one frame later; at a wall a robot slides along.
+    """Return place x, y, heading, speed and turn rate one frame later; the robot slides along walls.
 
     Args:
         free_m: (P, 4) rectangles x0, y0, x1, y1 where the robot can be.
@@ -100,10 +100,10 @@ def _is_free(free_m: NDArray[np.float64], x_m: float, y_m: float) -> bool:
 
 
 class HandDriver:
-    """A person who drives the robot after the target by what he sees of it, a quarter of a second late.
+    """A human driver who follows the target with a delay of about a quarter of a second.
 
-    He turns towards it in proportion to its bearing and keeps a distance, both with the unsteadiness of a hand. Where a
-    wall is between he steers for where it went.
+    The robot turns in proportion to the target's bearing and keeps a distance, both with random errors. Behind a wall
+    the driver steers for the target's trail.
     """
 
     def __init__(self, plan: FloorPlan, distance_m: float, rng: np.random.Generator) -> None:
@@ -114,7 +114,7 @@ class HandDriver:
         self._unsteady = np.zeros(2)
 
     def command(self, robot: Robot, target_m: NDArray[np.float64]) -> CameraCommand:
-        """Return the command for the next frame, the target being at (2,)."""
+        """Return the command for the next frame; ``target_m`` (2,) is the target's current place."""
         self._seen.append(np.array(target_m, dtype=float))
         seen_m = self._seen[max(len(self._seen) - 1 - _REACTION_FRAMES, 0)]
         ahead_m = self._steered_for(robot.place_m) - robot.place_m
@@ -129,7 +129,7 @@ class HandDriver:
         )
 
     def _steered_for(self, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the latest place (2,) seen of the target to which one can go straight."""
+        """Return the target's latest seen place (2,) that a straight free line reaches."""
         latest = max(len(self._seen) - 1 - _REACTION_FRAMES, 0)
         trail_m = np.array(self._seen[max(latest - _TRAIL_FRAMES, 0) : latest + 1][::-_TRAIL_STEP_FRAMES])
         lines_m = place_m + _ALONG_LINE[:, None, None] * (trail_m - place_m)

@@ -40,8 +40,8 @@ class StereoFollowScenario:
 
         Args:
             seed: any whole number >= 0; 10,000 to 19,999 is the test split.
-            closed_loop: whether commands drive the robot; None = as the preset says.
-            truth: ``target`` leaves out what takes long and following does not ask for, see ``Truth``.
+            closed_loop: whether commands drive the robot; None = as in the preset.
+            truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
 
         Raises:
             ValueError: for an unknown preset or renderer, or a negative seed.

@@ -1,6 +1,6 @@
-"""What walls, floors and things along them look like: textures, drawn anew for every episode.
+"""Textures of walls, floors and furniture, drawn anew for every episode.
 
-A texture's rows run from the panel's top to its bottom; sizes are in texels, chosen for what is seen from 2 m away.
+A texture's rows run from the panel's top to its bottom. Resolutions suit a distance of 2 m.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def tiled(
     *,
     unlike: float = 0.03,
 ) -> Texture:
-    """Return tiles, slabs or bricks with joints, row by row half a tile further, each a little unlike the others.
+    """Return tiles, slabs or bricks with joints, every second row shifted by half a tile.
 
     Args:
         size_m: width and height of the panel. tile_m: of a tile. unlike: relative standard deviation from tile to tile.
@@ -40,7 +40,7 @@ def tiled(
 
 
 def stained(rgb: RGB, size_m: tuple[float, float], rng: np.random.Generator, *, strength: float = 0.05) -> Texture:
-    """Return plaster or concrete with stains, darker towards its foot."""
+    """Return plaster or concrete with stains, darker towards the ground."""
     columns, rows = _texels(size_m, 30.0)
     coarse = cv2.resize(
         rng.normal(size=(max(rows // 24, 2), max(columns // 24, 2))), (columns, rows), interpolation=cv2.INTER_CUBIC
@@ -61,7 +61,7 @@ def leafy(rgb: RGB, size_m: tuple[float, float], rng: np.random.Generator) -> Te
 
 
 def poster(size_m: tuple[float, float], rng: np.random.Generator) -> Texture:
-    """Return a poster or a notice board: blocks of colour, lines of writing."""
+    """Return a poster or a notice board: blocks of colour, lines of text."""
     columns, rows = _texels(size_m, 160.0)
     sheet = np.full((rows, columns, 3), rng.uniform(170, 250, 3))
     for _ in range(int(rng.integers(2, 5))):

@@ -1,4 +1,4 @@
-"""What is really so before the stereo camera, besides what is so everywhere."""
+"""Truth before a stereo camera, in addition to the fields of every scenario."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Truth, told
+from scenarios.truth import Truth, truth_field
 from trackers.types import CameraRegisters
 
 LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]
@@ -16,38 +16,38 @@ LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]
 
 @dataclass(frozen=True, slots=True)
 class StereoTruth(Truth):
-    """Truth of one frame that a stereo camera sees. Masks and depth of the base are the left camera's.
+    """Truth of one frame of a stereo camera. Maps and depth of ``Truth`` are those of the left camera.
 
     Attributes:
-        T_world_right: (4, 4), pose of the right camera, as it is really mounted.
+        T_world_right: (4, 4), true pose of the right camera.
         right_instance_map: (H, W) int32, right_depth_m: (H, W) float32, as those of the left camera.
-        illuminance_lx: (N,) on the side of each object that the camera sees.
-        place: where the target is, e.g. ``corridor``, ``hall``, ``door``, ``yard``.
-        light_event: what of the light on the target or in the picture has just begun to change (it stands for as long
-            as the change counts as new), None if nothing has.
+        illuminance_lx: (N,) on the side of each object that faces the camera.
+        place: of the target, e.g. ``corridor``, ``hall``, ``door``, ``yard``.
+        light_event: a new change of the light on the target or in the picture, for as long as it counts as new; None
+            without one.
         registers: the camera's settings as it reports them.
     """
 
-    T_world_right: NDArray[np.float64] = told("m", 4, 4)
-    right_instance_map: NDArray[np.int32] = told("id", "H", "W", coding="as instance_map")
-    right_depth_m: NDArray[np.float32] = told("m", "H", "W", coding="as depth_m")
-    illuminance_lx: NDArray[np.float64] = told("lx", "N")
-    place: str = told("word")
-    light_event: LightEvent | None = told("word", coding="none where nothing of the light is new")
-    registers: CameraRegisters = told("1")
+    T_world_right: NDArray[np.float64] = truth_field("m", 4, 4)
+    right_instance_map: NDArray[np.int32] = truth_field("id", "H", "W", coding="as instance_map")
+    right_depth_m: NDArray[np.float32] = truth_field("m", "H", "W", coding="as depth_m")
+    illuminance_lx: NDArray[np.float64] = truth_field("lx", "N")
+    place: str = truth_field("word")
+    light_event: LightEvent | None = truth_field("word", coding="none without a new change")
+    registers: CameraRegisters = truth_field("1")
 
 
 @dataclass(frozen=True, slots=True)
 class PeopleTruth(StereoTruth):
     """Truth of one frame of a person followed among N people.
 
-    Illuminance is that on an upright surface at each person's chest that faces the camera.
+    Illuminance is measured on an upright surface at each person's chest that faces the camera.
 
     Attributes:
-        occluder: (N,) index of the person who hides most of each person, -1 if nobody does; -1 for all but the
-            target if that is all that is asked for.
-        near_person: whether somebody other than the target is within 1.5 m of the camera and in its picture.
+        occluder: (N,) index of the person who hides most of each person, -1 for none; with ``truth="target"`` -1 for
+            all but the target.
+        near_person: whether a person other than the target is within 1.5 m of the camera and in its picture.
     """
 
-    occluder: NDArray[np.int64] = told("1", "N", coding="index of an object, -1 for none", left_out=True)
-    near_person: bool = told("1")
+    occluder: NDArray[np.int64] = truth_field("1", "N", coding="index of an object, -1 for none", left_out=True)
+    near_person: bool = truth_field("1")

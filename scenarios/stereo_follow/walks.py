@@ -1,4 +1,4 @@
-"""Ways of people and how they are walked, one place for each frame."""
+"""Paths of people, and their walks along them, one place per frame."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 STEP_M = 0.05
-"""Ways are points at about this distance."""
+"""Approximate spacing of a path's points."""
 _ROUNDING_M = 0.3
-"""Corners are rounded by a normal distribution of this standard deviation along the way."""
+"""Standard deviation of the Gaussian filter along a path that rounds its corners."""
 _TURNING_FRAMES = 3.0
 _STANDING_MPS = 0.08
-"""Who is slower than this looks where he looked before."""
+"""A person who is slower than this keeps the heading."""
 
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """One person over F frames.
+    """Motion of one person over F frames.
 
     Attributes:
         place_m: (F, 2). heading_rad: (F,) counter-clockwise from world x, unwrapped. speed_mps: (F,).
@@ -31,30 +31,30 @@ class Walk:
 
 
 def rounded_way(corners_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return points (S, 2), ``STEP_M`` apart, of a way through corners (M, 2), rounded; its ends draw in by 0.1 m."""
+    """Return points (S, 2), ``STEP_M`` apart, of a rounded path through corners (M, 2); its ends move in by 0.1 m."""
     dense_m = _evenly(corners_m)
     return _evenly(gaussian_filter1d(dense_m, _ROUNDING_M / STEP_M, axis=0, mode="nearest"))
 
 
 def at_distance(way_m: NDArray[np.float64], along_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points (F, 2) at distances (F,) along a way; before its beginning and beyond its end those ends."""
+    """Return the points (F, 2) at distances (F,) along a path, clamped to its ends."""
     index = np.clip(along_m / STEP_M, 0.0, len(way_m) - 1.0)
     grid = np.arange(len(way_m))
     return np.column_stack([np.interp(index, grid, way_m[:, k]) for k in range(2)])
 
 
 def sideways(way_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return unit vectors (S, 2) to the left of a way's direction at each of its points."""
+    """Return the unit vectors (S, 2) to the left of a path at each of its points."""
     along = np.gradient(way_m, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
     return np.column_stack([-along[:, 1], along[:, 0]])
 
 
 def walk_of(place_m: NDArray[np.float64], rate_hz: float, first_heading_rad: float | None = None) -> Walk:
-    """Return the walk through places (F, 2): people look where they go, and turn within a few frames.
+    """Return the walk through places (F, 2): people look ahead, and turn within a few frames.
 
     Args:
-        first_heading_rad: where one who stands from the beginning looks; None = where he will go first.
+        first_heading_rad: heading of a person who stands at first; None = the direction of the first step.
     """
     step_m = np.diff(place_m, axis=0, append=place_m[-1:])
     length_m = np.linalg.norm(step_m, axis=1)
@@ -75,7 +75,7 @@ def walk_of(place_m: NDArray[np.float64], rate_hz: float, first_heading_rad: flo
 def steady_pace(
     frames: int, rate_hz: float, speed_mps: float, rng: np.random.Generator, pauses: int
 ) -> NDArray[np.float64]:
-    """Return distances (F,) walked since frame 0 at about a speed, which wavers, with pauses of one to two seconds."""
+    """Return distances (F,) walked since frame 0 at a speed that varies, with pauses of one to two seconds."""
     seconds = np.arange(frames) / rate_hz
     waver = 1.0 + 0.12 * np.sin(2 * np.pi * seconds / rng.uniform(5.0, 9.0) + rng.uniform(0, 2 * np.pi))
     going = np.ones(frames)

@@ -1,4 +1,4 @@
-"""Who wears what: clothes as people wear them, some dressed like the target."""
+"""Clothes of people; some are dressed like the target."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ _UNIFORMS_RGB: tuple[tuple[RGB, RGB], ...] = (
     ((176, 36, 40), (36, 52, 108)),
     ((214, 168, 44), (40, 104, 66)),
 )
-"""Tops and trousers of working clothes: of strong colours, as such are."""
+"""Tops and trousers of working clothes, in strong colours."""
 _DYE = 6.0
-"""Standard deviation of clothes of one colour, sRGB."""
+"""Standard deviation between clothes of one colour, sRGB."""
 
 
 def draw_looks(count: int, alike: int, uniformed: int, rng: np.random.Generator) -> list[PersonLook]:
     """Draw looks of people, the target's first.
 
-    The ``alike`` next ones wear a top of his colour, the first of them trousers of his colour too; nobody else's top is
-    of that colour. With ``uniformed`` > 0 he wears working clothes, and so do that many next ones, whatever else they
-    would wear.
+    The next ``alike`` people wear a top of the target's colour, the first of them also trousers of its colour; no one
+    else's top has that colour. With ``uniformed`` > 0 the target and the next ``uniformed`` people wear the same
+    working clothes instead.
     """
     target = _look(_TOPS_RGB[rng.integers(len(_TOPS_RGB))], rng)
     if uniformed > 0:

@@ -18,8 +18,8 @@ from scenarios import catalog
 from scenarios.camera_rig import SingleCamera
 from scenarios.envs.ids import register_envs
 from scenarios.scenario import Frame, RendererName, Scenario, preset_of
-from scenarios.stage import Stage, tells_all
-from scenarios.truth import Truth, TruthExtent, told
+from scenarios.stage import Stage, covers_all
+from scenarios.truth import Truth, TruthExtent, truth_field
 from sim.labels import amodal_boxes, outline, visible_fraction
 from sim.mesh import TexturedMesh
 from sim.meshes.facets import Facets, palette, swatch_uv
@@ -58,14 +58,14 @@ class Belt:
 class BeltTruth(Truth):
     """Attributes: run_m: how far the belt has run since frame 0."""
 
-    run_m: float = told("m", coding="since frame 0, against the camera's x axis where negative")
+    run_m: float = truth_field("m", coding="since frame 0, against the camera's x axis where negative")
 
 
 class BeltEpisode(Stage):
     """One run of the belt. Poses (3, 4, 4) are those of the boxes, in the order of ``PAINTS_RGB``."""
 
     def __init__(self, preset: Belt, seed: int, renderer: RendererName, closed_loop: bool, truth: TruthExtent) -> None:
-        self._preset, self._all = preset, tells_all(truth)
+        self._preset, self._all = preset, covers_all(truth)
         world = World()
         world.add(_slab((8.0, 8.0, 0.1), (150, 150, 145)), pose_on_ground(0, 0, 0), name="floor", category="ground")
         self._boxes = [

@@ -1,4 +1,4 @@
-"""A command arrives limited, late and noisy, as the link says."""
+"""Commands arrive limited, delayed and noisy as the link is configured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Of two cameras the steered one is judged; of one that one."""
+"""Following is judged by the steered camera where an episode has two."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ ZOOMED = CameraModel(64, 48, 100.0)
 
 @pytest.fixture
 def watched() -> Frame:
-    """A frame whose target is in the picture."""
+    """Return a frame with its target in the picture."""
     return FakeEpisode().step()
 
 
 def steered(frame: Frame) -> Frame:
-    """Return it with a second camera, in whose picture the target is not."""
+    """Return the frame with a second camera that does not see the target."""
     elsewhere = replace(frame.truth, position_px=np.full((1, 2), -99.0), state=np.array(["out"]))
     return replace(frame, observation=replace(frame.observation, steered=SteeredCamera(ZOOMED)), steered=elsewhere)
 
@@ -42,13 +42,13 @@ def test_a_frame_is_judged_by_the_steered_camera_if_there_is_one(watched: Frame)
 
 def test_reward_and_info_are_of_the_judged_camera_and_the_estimate_s_error_of_the_watched_one(watched: Frame) -> None:
     estimate = Estimate(watched.truth.position_px[0] + [3.0, 4.0])
-    told = {}
+    infos = {}
     for name, frame in (("one", watched), ("two", steered(watched))):
         reward = Rewarder(Reward(), 15.0).terms(frame, 0, 0.0)
-        told[name] = truth_info(frame, 0, estimate, CameraCommand(), NO_REWARD, 0) | {"reward": reward["in_view"]}
-        assert set(told[name]) == {*INFO, "reward"}
-        assert told[name]["error_px"] == pytest.approx(5.0)
-    assert [told[name]["in_view"] for name in told] == [True, False]
-    assert [told[name]["reward"] for name in told] == [1.0, 0.0]
-    assert told["two"]["position_px"].tolist() == [-99.0, -99.0]
-    assert told["two"]["state"] != told["one"]["state"]
+        infos[name] = truth_info(frame, 0, estimate, CameraCommand(), NO_REWARD, 0) | {"reward": reward["in_view"]}
+        assert set(infos[name]) == {*INFO, "reward"}
+        assert infos[name]["error_px"] == pytest.approx(5.0)
+    assert [infos[name]["in_view"] for name in infos] == [True, False]
+    assert [infos[name]["reward"] for name in infos] == [1.0, 0.0]
+    assert infos["two"]["position_px"].tolist() == [-99.0, -99.0]
+    assert infos["two"]["state"] != infos["one"]["state"]

@@ -1,4 +1,4 @@
-"""In view: the centre in the picture, and long enough."""
+"""In view means a centre in the picture and a box that is long enough."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_centring_falls_to_the_border(x: float, y: float, p: float) -> None:
 @given(st.floats(-300, 500), st.floats(-300, 500))
 def test_centring_is_by_the_ray_to_the_border(x: float, y: float) -> None:
     offset = np.array([x - 100.0, y - 50.0])
-    # Along the ray the border is where the larger of both shares is one.
+    # The ray meets the border where the larger of both shares is one.
     if np.abs(offset).max() < 1e-6:
         return
     scale = min(100.0 / max(abs(offset[0]), 1e-12), 50.0 / max(abs(offset[1]), 1e-12))

@@ -1,4 +1,4 @@
-"""The loop through an episode: what each is told and when, and what reaches the carrier."""
+"""The loop through an episode: its calls of contestants and controllers, and the commands that reach the carrier."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from trackers.types import CameraCommand, CameraModel, Estimate, Observation, St
 
 @dataclass
 class Writing:
-    """Writes down what it is told; answers that its target is at ``place_px`` and the frame's number."""
+    """Records its calls; answers with a target at ``place_px`` and the frame's number."""
 
     place_px: float
-    told: list[tuple[str, int]] = field(default_factory=list)
+    calls: list[tuple[str, int]] = field(default_factory=list)
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``Contestant``."""
-        self.told.append(("start", frame.truth.frame))
+        self.calls.append(("start", frame.truth.frame))
         return self._answer(frame)
 
     def update(self, frame: Frame) -> Estimate:
         """See ``Contestant``."""
-        self.told.append(("ask", frame.truth.frame))
+        self.calls.append(("ask", frame.truth.frame))
         return self._answer(frame)
 
     def _answer(self, frame: Frame) -> Estimate:
@@ -39,7 +39,7 @@ class Writing:
 
 
 class SpoilsItsBox:
-    """A tracker that writes into the box that it is given, and answers with it."""
+    """A tracker that overwrites the box that it is given, and answers with it."""
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """See ``Tracker``."""
@@ -52,7 +52,7 @@ class SpoilsItsBox:
 
 
 class Background:
-    """A tracker of many that tells pictures by their time: a track for each one of the background."""
+    """A multi-target tracker that answers with one track per picture of the background."""
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """See ``MultiTracker``."""
@@ -64,7 +64,7 @@ class Background:
 
 
 class ToTheSide:
-    """Commands as many metres a second as the estimate's first number."""
+    """Commands a speed in m/s equal to the estimate's first number."""
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """See ``Controller``."""
@@ -74,12 +74,12 @@ class ToTheSide:
 def test_each_is_started_once_and_asked_about_every_later_frame() -> None:
     contestants = [Writing(1.0), Writing(2.0)]
     loop = Loop(FakeEpisode(), contestants)
-    said = [(frame.truth.frame, loop.answers, loop.obeyed, loop.is_over) for frame in loop.frames(count=3)]
-    assert [each.told for each in contestants] == [[("start", 0), ("ask", 1), ("ask", 2)]] * 2
-    assert [frame for frame, *_ in said] == [0, 1, 2]
-    places = [[answer.position_px.tolist() for answer in answers] for _, answers, *_ in said]
+    steps = [(frame.truth.frame, loop.answers, loop.obeyed, loop.is_over) for frame in loop.frames(count=3)]
+    assert [each.calls for each in contestants] == [[("start", 0), ("ask", 1), ("ask", 2)]] * 2
+    assert [frame for frame, *_ in steps] == [0, 1, 2]
+    places = [[answer.position_px.tolist() for answer in answers] for _, answers, *_ in steps]
     assert places == [[[1.0, k], [2.0, k]] for k in (0.0, 1.0, 2.0)]
-    assert [(obeyed, over) for *_, obeyed, over in said] == [(None, False)] * 3
+    assert [(obeyed, over) for *_, obeyed, over in steps] == [(None, False)] * 3
 
 
 def test_the_box_given_is_a_tracker_s_first_answer_whatever_becomes_of_it() -> None:

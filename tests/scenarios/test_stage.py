@@ -1,4 +1,4 @@
-"""The skeleton of an episode, by a scene of one ball that goes to the right and out of the picture."""
+"""The skeleton of an episode, with a scene of one ball that leaves the picture to the right."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from scenarios.scenario import Frame
-from scenarios.stage import Stage, tells_all
+from scenarios.stage import Stage, covers_all
 from scenarios.truth import Truth, check_truth
 from sim.optics import PinholeCamera
 from sim.render.pipeline import Capture
@@ -24,7 +24,7 @@ AHEAD = CameraCommand(forward_mps=1.0)
 
 
 class FakeRig:
-    """Remembers how larger views are asked for."""
+    """Records the requests for larger views."""
 
     camera = CAMERA
 
@@ -34,7 +34,7 @@ class FakeRig:
 
 
 class BallStage(Stage):
-    """Writes down what it is asked to do."""
+    """Records its calls."""
 
     def __init__(self, closed_loop: bool) -> None:
         self.done: list[Any] = []
@@ -44,7 +44,7 @@ class BallStage(Stage):
 
     @property
     def start(self) -> Start:
-        """No target is pointed at."""
+        """A start without a box."""
         return Start(MODEL)
 
     @property
@@ -133,7 +133,7 @@ def test_truth_that_all_scenes_share_is_told_of_the_frame_just_taken() -> None:
         assert truth.time_s == k / RATE_HZ
         assert (truth.exposure_s, truth.gain) == (0.01, 2.0)
         assert truth.position_px[0] == pytest.approx([8.0 + 14.0 * k / 5.5, 6.0])
-        # Bodies move on; what was told of a frame does not.
+        # Bodies move on; the truth of an earlier frame does not change.
         assert truth.T_world_object[0, 0, 3] == k
     assert [str(truth.state[0]) for truth in truths] == ["occluded", "occluded", "out", "out"]
     assert [str(truth.side[0]) for truth in truths] == ["", "", "right", "right"]
@@ -152,7 +152,7 @@ def test_larger_views_are_of_the_present_instant_and_closing_frees_the_world() -
 
 
 def test_how_much_truth_is_asked_for_is_a_word() -> None:
-    assert tells_all("all")
-    assert not tells_all("target")
+    assert covers_all("all")
+    assert not covers_all("target")
     with pytest.raises(ValueError, match=r"^truth: expected 'all' or 'target', got some"):
-        tells_all("some")  # type: ignore[arg-type]
+        covers_all("some")  # type: ignore[arg-type]

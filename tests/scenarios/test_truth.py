@@ -1,4 +1,4 @@
-"""Truth's fields are what they say they are, and all that is derived from that follows them: in every scenario."""
+"""Fields of truth match their meanings in every scenario, and so does all that derives from them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FRAMES, SEED = 24, 3
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of configuration of a scenario: each may have a truth, and ways to leave out of it, of its own."""
+    """One kind of configuration of a scenario; each may have its own truth and its own way to leave fields out."""
 
     scenario: str
     preset: str
@@ -50,7 +50,7 @@ def _frames(kind: Kind, extent: TruthExtent) -> list[Frame]:
 
 
 def _kinds() -> list[Kind]:
-    """Return those of all scenarios but the tests' own; of configurations of one kind ``quick`` before others."""
+    """Return the kinds of all scenarios but those of tests; the preset ``quick`` stands for its kind."""
     kinds = []
     for entry in catalog._ENTRIES:
         if entry.place.startswith("scenarios."):
@@ -65,7 +65,7 @@ each_extent = pytest.mark.parametrize("extent", get_args(TruthExtent))
 
 
 def assert_equal(ours: Any, theirs: Any, name: str) -> None:
-    """Hold two values of a field to each other, NaN equal to NaN."""
+    """Compare two values of a field, NaN equal to NaN."""
     if dataclasses.is_dataclass(ours):
         for field in dataclasses.fields(ours):
             assert_equal(getattr(ours, field.name), getattr(theirs, field.name), f"{name}.{field.name}")
@@ -94,21 +94,21 @@ def test_what_is_left_out_is_what_says_so_and_nothing_else_differs(kind: Kind) -
         target = whole.truth.index_of(name_of_target)
         others = np.arange(len(whole.truth.names)) != target
         for name, meaning in meanings(whole.truth).items():
-            told, left = getattr(whole.truth, name), getattr(less.truth, name)
+            held, left = getattr(whole.truth, name), getattr(less.truth, name)
             if not meaning.left_out:
                 if name != "state":
-                    assert_equal(told, left, name)
+                    assert_equal(held, left, name)
             elif meaning.per_pixel:
-                assert told.shape[:2] == whole.observation.image_rgb.shape[:2]
-                assert (left.shape, left.dtype) == ((0, 0, *told.shape[2:]), told.dtype)
+                assert held.shape[:2] == whole.observation.image_rgb.shape[:2]
+                assert (left.shape, left.dtype) == ((0, 0, *held.shape[2:]), held.dtype)
             else:
-                assert_equal(told[target], left[target], name)
-                if told.dtype.kind == "f":
-                    assert not np.isnan(told[others]).any()
+                assert_equal(held[target], left[target], name)
+                if held.dtype.kind == "f":
+                    assert not np.isnan(held[others]).any()
                     assert np.isnan(left[others]).all()
                 else:
                     assert (left[others] == -1).all()
-        # Of the others the state is told by their boxes alone.
+        # The state of the others follows from their boxes alone.
         by_boxes = states_of(whole.camera, whole.truth.box_xyxy, np.full(len(others), np.nan))
         assert_equal(np.where(others, by_boxes, whole.truth.state), less.truth.state, "state")
 
@@ -169,7 +169,7 @@ def test_an_object_that_there_is_not_is_refused_by_name(kind: Kind) -> None:
 def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) -> None:
     frame = kind.frames("all")[-1]
     truth, target = frame.truth, len(frame.truth.names) - 1
-    told = truth_info(frame, target, Estimate(np.zeros(2)), CameraCommand(), NO_REWARD, SEED)
+    held = truth_info(frame, target, Estimate(np.zeros(2)), CameraCommand(), NO_REWARD, SEED)
     rest = {"episode_seed", "in_view", "centring", "length_px", "place_m", "error_px", "command"}
     rest |= {f"reward_{term}" for term in TERMS}
     expected = {"state": get_args(VisibilityState).index(truth.state[target])}
@@ -180,7 +180,7 @@ def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) 
             expected[field.name] = value[target] if meaning.per_object else value
             assert (meaning.unit in words.split(", ")) == (meaning.unit != "1")
             assert meaning.coding in words
-    assert set(INFO) == set(told) == rest | set(expected)
+    assert set(INFO) == set(held) == rest | set(expected)
     for name, value in expected.items():
-        assert_equal(told[name], value, name)
-        assert not (isinstance(told[name], np.ndarray) and np.shares_memory(told[name], getattr(truth, name)))
+        assert_equal(held[name], value, name)
+        assert not (isinstance(held[name], np.ndarray) and np.shares_memory(held[name], getattr(truth, name)))

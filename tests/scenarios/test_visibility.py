@@ -1,4 +1,4 @@
-"""States and exits of objects, held to a reference that takes one object at a time and asks one question at a time."""
+"""States and exits of objects, compared with a reference that treats one object at a time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SHARES = st.sampled_from([0.0, np.nextafter(MOSTLY_SEEN, 0), MOSTLY_SEEN, 1.0, n
 
 @st.composite
 def boxes(draw: st.DrawFn) -> tuple[float, float, float, float]:
-    """Draw a box; of one that is partly or wholly behind the camera some numbers or all are NaN."""
+    """Draw a box; for one partly or wholly behind the camera some or all numbers are NaN."""
     (left, right), (top, bottom) = sorted((draw(X), draw(X))), sorted((draw(Y), draw(Y)))
     unknown = draw(st.sampled_from([(0.0, 0.0, 0.0, 0.0)] * 6 + [(np.nan,) * 4, (np.nan, 0, 0, 0), (0, 0, 0, np.nan)]))
     return left + unknown[0], top + unknown[1], right + unknown[2], bottom + unknown[3]
@@ -41,7 +41,7 @@ def state_by_hand(box: tuple[float, float, float, float], share: float) -> str:
 
 
 def side_by_hand(box: tuple[float, float, float, float]) -> str:
-    """Return the side of the border that one object is furthest beyond; of several the first."""
+    """Return the side of the border that one object is furthest beyond; the first of equal ones."""
     if any(np.isnan(value) for value in box):
         return "bottom"
     left, top, right, bottom = box
@@ -60,7 +60,7 @@ def test_states_are_those_of_each_object_alone(objects: list[tuple[tuple[float, 
 
 
 @st.composite
-def lives(draw: st.DrawFn) -> list[list[tuple[str, tuple[float, float, float, float]]]]:
+def histories(draw: st.DrawFn) -> list[list[tuple[str, tuple[float, float, float, float]]]]:
     """Draw state and box of each object on each frame: (F, N)."""
     count = draw(st.integers(0, 3))
     state = st.sampled_from([*get_args(VisibilityState), "out", "out"])
@@ -68,13 +68,13 @@ def lives(draw: st.DrawFn) -> list[list[tuple[str, tuple[float, float, float, fl
     return draw(st.lists(frame, min_size=1, max_size=12))
 
 
-@given(lives())
+@given(histories())
 def test_exits_are_those_of_each_object_alone(
     frames: list[list[tuple[str, tuple[float, float, float, float]]]],
 ) -> None:
     count = len(frames[0])
     exits = Exits(CAMERA, count)
-    told = [
+    followed = [
         exits.follow(
             np.array([state for state, _ in frame], dtype="<U8"),
             np.array([box for _, box in frame], dtype=float).reshape(-1, 4),
@@ -83,8 +83,8 @@ def test_exits_are_those_of_each_object_alone(
     ]
     for k in range(count):
         side, since = "", -1
-        # Compared when all is over: what a frame was told stays as it was.
-        for frame, (sides, counts) in zip(frames, told, strict=True):
+        # Compared at the end: results of earlier frames must not change.
+        for frame, (sides, counts) in zip(frames, followed, strict=True):
             state, box = frame[k]
             since = since + 1 if state == "out" else -1
             if since == 0:
@@ -94,18 +94,18 @@ def test_exits_are_those_of_each_object_alone(
 
 def test_objects_leave_and_come_back_each_at_its_time() -> None:
     inside, left, above = (5.0, 5.0, 9.0, 9.0), (-9.0, 5.0, -5.0, 9.0), (5.0, -9.0, 9.0, -5.0)
-    exits, told = Exits(CAMERA, 2), []
+    exits, followed = Exits(CAMERA, 2), []
     for frame in ((inside, inside), (left, inside), (left, above), (inside, above), (above, inside)):
         box_xyxy = np.array(frame)
-        told.append(exits.follow(states_of(CAMERA, box_xyxy, np.ones(2)), box_xyxy))
-    assert [side.tolist() for side, _ in told] == [
+        followed.append(exits.follow(states_of(CAMERA, box_xyxy, np.ones(2)), box_xyxy))
+    assert [side.tolist() for side, _ in followed] == [
         ["", ""],
         ["left", ""],
         ["left", "top"],
         ["left", "top"],
         ["top", "top"],
     ]
-    assert [since.tolist() for _, since in told] == [[-1, -1], [0, -1], [1, 0], [-1, 1], [0, -1]]
+    assert [since.tolist() for _, since in followed] == [[-1, -1], [0, -1], [1, 0], [-1, 1], [0, -1]]
 
 
 def test_centres_are_half_their_height_up_and_none_behind_the_camera() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenarios.camera_rig import SingleCamera
 from scenarios.scenario import Frame, RendererName, preset_of
-from scenarios.stage import Stage, tells_all
+from scenarios.stage import Stage, covers_all
 from scenarios.truth import Truth, TruthExtent, without_pixels
 from scenarios.visibility import Exits, centres_px, states_of
 from sim.labels import amodal_boxes, outline, visible_fraction
@@ -110,7 +110,7 @@ class YardEpisode(Stage):
     """See ``scenarios.scenario.Episode``."""
 
     def __init__(self, preset: Yard, seed: int, renderer: RendererName, closed_loop: bool, truth: TruthExtent) -> None:
-        self._all, self._seed = tells_all(truth), seed
+        self._all, self._seed = covers_all(truth), seed
         world = World()
         world.add(box_mesh((2 * YARD_M, 2 * YARD_M, 0.01)), pose_on_ground(0, 0, 0), name="ground", category="ground")
         names = tuple("target" if k == 0 else f"crate-{k}" for k in range(preset.crates))

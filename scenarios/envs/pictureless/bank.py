@@ -1,4 +1,4 @@
-"""Episodes decided but not drawn, as arrays: what a pictureless env plays through."""
+"""Planned but not rendered episodes as arrays, for pictureless envs."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class EpisodeBank:
 
     Attributes:
         scenario: catalogue id. preset: its configuration.
-        seeds: (E,) as ``reset(options={"episode_seed": ...})`` takes them.
-        arrays: what was planned, by name, E first; see the scenario's ``Pictureless``.
+        seeds: (E,) episode seeds.
+        arrays: the plans by name, E first; see the scenario's ``Pictureless``.
     """
 
     scenario: str
@@ -40,7 +40,7 @@ class EpisodeBank:
         return int(self.preset.frame_count)
 
     def index_of(self, seed: int) -> int:
-        """Return which episode has a seed. Raises ValueError for one that is not in the bank."""
+        """Return the index of the episode with a seed. Raises ValueError if the bank does not hold it."""
         found = np.flatnonzero(self.seeds == seed)
         few = f"one of the {len(self.seeds)} seeds in the bank, {self.seeds[0]} to {self.seeds[-1]}"
         check("episode_seed", len(found) > 0, few, seed)
@@ -48,52 +48,46 @@ class EpisodeBank:
 
 
 def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path | None = None) -> EpisodeBank:
-    """Plan episodes, or read those of an earlier call from a folder; planning one takes about a second.
+    """Plan episodes, or read the plans of an earlier call from a folder; planning one takes about a second.
 
     Args:
-        preset: configuration. cache: folder, made if it is not there; None: nothing is kept.
+        preset: configuration. cache: folder, created if missing; None: plans are not stored.
 
     Raises:
-        ValueError: for a scenario, or a preset of it, that cannot be played without pictures.
+        ValueError: for a scenario or a preset without envs without pictures.
     """
-    playing = pictureless_of(scenario)
-    check("preset", playing.is_playable(preset), "one with instruments (ego) or odometry", "neither")
+    pictureless = pictureless_of(scenario)
+    check("preset", pictureless.is_playable(preset), "one with instruments (ego) or odometry", "neither")
     wanted = np.array(list(seeds), dtype=np.int64)
     check("seeds", len(wanted) > 0, "at least one", "none")
-    if cache is None:
-        fresh = [playing.arrays(preset, episode_seed(int(seed), scenario, 0)) for seed in wanted]
-        return EpisodeBank(scenario, preset, wanted, _stacked(fresh))
     settings = {k: v for k, v in dataclasses.asdict(preset).items() if k not in ("summary", "closed_loop")}
-    key = hashlib.sha256(repr((scenario, playing.version, sorted(settings.items()))).encode()).hexdigest()[:16]
-    folder = cache / f"{scenario}-{key}"
-    folder.mkdir(parents=True, exist_ok=True)
-    planned: list[dict[str, Any]] = []
+    key = hashlib.sha256(repr((scenario, pictureless.version, sorted(settings.items()))).encode()).hexdigest()[:16]
+    planned: list[dict[str, NDArray[np.float64]]] = []
     for seed in wanted:
-        path = folder / f"{seed}.npz"
-        if path.is_file():
+        path = None if cache is None else cache / f"{scenario}-{key}" / f"{seed}.npz"
+        if path is not None and path.is_file():
             with np.load(path, allow_pickle=False) as stored:
-                planned.append({name: stored[name] for name in stored.files})
+                planned.append(dict(stored))
             continue
-        planned.append(playing.arrays(preset, episode_seed(int(seed), scenario, 0)))
-        # Whoever is stopped half way leaves no file that looks whole; several may plan the same episode at a time.
-        with atomic_file(path) as file:
-            np.savez(file, **planned[-1])
-    return EpisodeBank(scenario, preset, wanted, _stacked(planned))
+        planned.append(pictureless.arrays(preset, episode_seed(int(seed), scenario, 0)))
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            # Atomic: an interrupted run leaves no partial file, and several processes may plan the same episode.
+            with atomic_file(path) as file:
+                np.savez(file, **planned[-1])  # type: ignore[arg-type]
+    arrays = {name: np.ascontiguousarray(np.stack([each[name] for each in planned])) for name in planned[0]}
+    return EpisodeBank(scenario, preset, wanted, arrays)
 
 
 def pictureless_of(scenario: str) -> Pictureless:
-    """Return how a scenario is played without pictures. Raises ValueError for one that cannot be."""
-    playing = catalog.scenario(scenario).pictureless
-    check("scenario", playing is not None, "one that can be played without pictures", repr(scenario))
-    assert playing is not None
-    return playing
+    """Return a scenario's simulation without pictures. Raises ValueError if it has none."""
+    pictureless = catalog.scenario(scenario).pictureless
+    check("scenario", pictureless is not None, "one that can be played without pictures", repr(scenario))
+    assert pictureless is not None
+    return pictureless
 
 
 def is_playable(scenario: str, preset: Any) -> bool:
-    """Return whether there are envs without pictures of a configuration."""
-    playing = catalog.scenario(scenario).pictureless
-    return playing is not None and playing.is_playable(preset)
-
-
-def _stacked(planned: list[dict[str, NDArray[np.float64]]]) -> dict[str, NDArray[np.float64]]:
-    return {name: np.ascontiguousarray(np.stack([each[name] for each in planned])) for name in planned[0]}
+    """Return whether a configuration has envs without pictures."""
+    pictureless = catalog.scenario(scenario).pictureless
+    return pictureless is not None and pictureless.is_playable(preset)

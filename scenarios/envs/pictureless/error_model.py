@@ -1,11 +1,10 @@
-"""What a tracker gets wrong, fitted to logged runs of the rendered env: it stands for picture and tracker.
+"""Error models of trackers, fitted to logged runs of the rendered env; they replace picture and tracker.
 
-A tracker is in one of three modes on every frame: *tracking* (it says that it sees its target, and it is there),
-*lost* (it does not say so), *wrong* (it says so, and the target is elsewhere). Which mode follows is drawn by rates
-that depend on what is so: the condition (the target plain to see, cut or half hidden, or unseen), for how long that
-has been so, and whether it was tracked a moment ago. What the tracker answers is drawn from the distributions logged
-in each mode: every random thing is a latent first-order autoregression of unit variance, mapped through logged
-quantiles.
+On every frame a tracker is in one of three modes: *tracking* (it reports its target in view, and is right), *lost* (it
+reports it out of view), *wrong* (it reports it in view, and the target is elsewhere). The next mode is drawn with rates
+that depend on the target's condition (plainly visible, cut or half hidden, or unseen), on the condition's duration, and
+on whether the target was tracked recently. The answers have the distributions logged in each mode: every random
+quantity is a latent first-order autoregression of unit variance, mapped through logged quantiles.
 """
 
 from __future__ import annotations
@@ -22,21 +21,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.envs.pictureless.bank import pictureless_of
-from scenarios.envs.pictureless.life import LATENTS
+from scenarios.envs.pictureless.episode_state import LATENTS
 from sim.checks import check
 
 TRACKING, LOST, WRONG = range(3)
 PLAIN, CUT, UNSEEN = range(3)
 PLAIN_SHARE, UNSEEN_SHARE = 0.6, 0.1
-"""Shares of the target that is seen: from the first on it is plain to see, below the second unseen."""
+"""Visible shares of the target: from the first on it is plainly visible, below the second it is unseen."""
 CONDITION_FRAMES = (0, 2, 5, 15, 45)
-"""Since the condition began: from how many frames on each row of rates holds."""
+"""Each row of rates holds from this many frames after the condition began."""
 LONG_LOST_FRAMES = 15
 KNOT_FRAMES = (1.0, 4.0, 10.0, 22.0, 45.0, 90.0)
-"""Since the tracker was last tracking: where distributions are held; between them they are interpolated. Of the mode
-``tracking`` the first three are those of the conditions instead."""
+"""Frames since the tracker was last tracking at which distributions are stored, with interpolation between them. In the
+mode ``tracking`` the first three knots stand for the conditions instead."""
 QUANTILE_Z = np.linspace(-2.4, 2.4, 17)
-"""Quantiles are held at these places of the standard normal distribution."""
+"""Deviates of the standard normal distribution at which quantiles are stored."""
+SHAPES: dict[str, tuple[int, ...]] = {
+    "rates": (3, len(CONDITION_FRAMES), 2, 3, 3),
+    "kept": (3, LATENTS),
+    "error_m": (2, 3, len(KNOT_FRAMES), len(QUANTILE_Z)),
+    "spread_m": (3, len(KNOT_FRAMES), len(QUANTILE_Z)),
+    "densest_share": (3, len(KNOT_FRAMES), len(QUANTILE_Z)),
+    "densest_offset": (2, 3, len(QUANTILE_Z)),
+    "probability": (3, 2, len(QUANTILE_Z)),
+    "length": (3, len(QUANTILE_Z)),
+    "known_share": (3, len(KNOT_FRAMES)),
+}
+"""Shapes of a model's arrays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,18 +55,18 @@ class ErrorModel:
     """One tracker in one env; modes M = 3, conditions C = 3, knots K = 6, quantiles Q = 17.
 
     Attributes:
-        tracker, scenario: whose answers these are, and where.
-        made: how it was made: seeds, controllers, frames, date.
-        rates: (C, 5, 2, M, M) chance of each mode (last axis) after each mode, by condition, how long that has been
-            so, and whether it is longer than ``LONG_LOST_FRAMES`` since the tracker was tracking.
-        kept: (M, 8) what is left of each latent number from frame to frame.
-        error_m: (2, M, K, Q) of the place, along and across the axis: the target's heading, or the line of sight of a
-            camera that looks ahead, as it was when last tracked.
+        tracker, scenario: names of the modelled tracker and of its scenario.
+        made: its origin: seeds, controllers, frames, date.
+        rates: (C, 5, 2, M, M) probability of each mode (last axis) after each mode, by condition, by the condition's
+            duration, and by whether the tracker was last tracking more than ``LONG_LOST_FRAMES`` ago.
+        kept: (M, 8) coefficient of each latent autoregression.
+        error_m: (2, M, K, Q) of the place, along and across the axis: the target's heading, or for a camera that looks
+            ahead the line of sight, both as when last tracked.
         spread_m, densest_share: (M, K, Q). densest_offset: (2, M, Q) over the spread.
-        probability: (M, 2, Q) of being in view, of an estimate outside the picture and in it.
-        length: (M, Q) the box's length over that of the target if it were there.
-        known_share: (M, K) of frames on which the tracker says where.
-        looked_again: chance on each frame that a lost tracker whose estimate lies in the picture moves it elsewhere.
+        probability: (M, 2, Q) of being in view, for an estimate outside the picture and inside it.
+        length: (M, Q) the box's length over the length of the target at the estimated place.
+        known_share: (M, K) share of frames with an estimate.
+        looked_again: probability per frame that a lost tracker with an estimate in the picture moves it elsewhere.
     """
 
     tracker: str
@@ -73,24 +84,12 @@ class ErrorModel:
     looked_again: float
 
     def __post_init__(self) -> None:
-        knots, quantiles = len(KNOT_FRAMES), len(QUANTILE_Z)
-        shapes = {
-            "rates": (3, len(CONDITION_FRAMES), 2, 3, 3),
-            "kept": (3, LATENTS),
-            "error_m": (2, 3, knots, quantiles),
-            "spread_m": (3, knots, quantiles),
-            "densest_share": (3, knots, quantiles),
-            "densest_offset": (2, 3, quantiles),
-            "probability": (3, 2, quantiles),
-            "length": (3, quantiles),
-            "known_share": (3, knots),
-        }
-        for name, shape in shapes.items():
+        for name, shape in SHAPES.items():
             got = getattr(self, name)
             check(name, got.shape == shape and bool(np.isfinite(got).all()), f"finite numbers {shape}", got.shape)
 
     def to_json(self) -> str:
-        """Return it as text, numbers to five digits."""
+        """Return the model as text, numbers to five digits."""
         values = {
             name: _rounded(value.tolist()) if isinstance(value, np.ndarray) else value
             for name, value in ((field.name, getattr(self, field.name)) for field in dataclasses.fields(self))
@@ -100,7 +99,7 @@ class ErrorModel:
 
 
 def model_from_json(text: str) -> ErrorModel:
-    """Return a model as ``to_json`` wrote it."""
+    """Return a model from the text of ``to_json``."""
     values = json.loads(text)
     arrays: dict[str, Any] = {
         name: np.array(value, dtype=float) if isinstance(value, list) else value for name, value in values.items()
@@ -109,12 +108,12 @@ def model_from_json(text: str) -> ErrorModel:
 
 
 def model_path(scenario: str, tracker: str) -> Path:
-    """Return the file of a tracker's model: it lies beside the module of the scenario's ``Pictureless``."""
+    """Return the file of a tracker's model, which lies beside the module of the scenario's ``Pictureless``."""
     return Path(inspect.getfile(type(pictureless_of(scenario)))).with_name(f"{tracker}.json")
 
 
 def error_model(scenario: str, tracker: str) -> ErrorModel:
-    """Return the model that comes with a scenario. Raises ValueError for a tracker without one."""
+    """Return a tracker's model from its scenario's package. Raises ValueError if there is none."""
     path = model_path(scenario, tracker)
     known = ", ".join(sorted(each.stem for each in path.parent.glob("*.json")))
     check("tracker", path.is_file(), f"one with an error model: {known}", repr(tracker))

@@ -16,11 +16,11 @@ def camera_numbers(camera: PinholeCamera) -> NDArray[np.float64]:
 
 @njit(cache=True)
 def turn_down(R: NDArray[np.float64], yaw_rad: float, pitch_rad: float, roll_rad: float) -> None:
-    """Write R_world_camera (3, 3) of ``sim.optics.look_down_pose``."""
+    """Write R_world_camera (3, 3) as in ``sim.optics.look_down_pose``."""
     cy, sy = np.cos(yaw_rad), np.sin(yaw_rad)
     cp, sp = np.cos(pitch_rad), np.sin(pitch_rad)
     cr, sr = np.cos(roll_rad), np.sin(roll_rad)
-    # Yaw times what pitch, roll and the mounting make of the camera's axes.
+    # Yaw times the product of pitch, roll and mounting.
     R[0, 0], R[0, 1], R[0, 2] = cy * sp * sr + sy * cr, -cy * cp, cy * sp * cr - sy * sr
     R[1, 0], R[1, 1], R[1, 2] = sy * sp * sr - cy * cr, -sy * cp, sy * sp * cr + cy * sr
     R[2, 0], R[2, 1], R[2, 2] = -cp * sr, -sp, -cp * cr
@@ -28,7 +28,7 @@ def turn_down(R: NDArray[np.float64], yaw_rad: float, pitch_rad: float, roll_rad
 
 @njit(cache=True)
 def turned(R: NDArray[np.float64], vector: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-    """Write R times the rotation by a vector (3,) of small angles (Rodrigues' formula), about the camera's axes."""
+    """Write R times the rotation by ``vector`` (3,), small angles about the camera's axes (Rodrigues' formula)."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
     a = np.sin(angle) / angle if angle > 1e-12 else 1.0
     b = (1.0 - np.cos(angle)) / angle**2 if angle > 1e-12 else 0.5
@@ -44,7 +44,7 @@ def turned(R: NDArray[np.float64], vector: NDArray[np.float64], out: NDArray[np.
 def in_camera(
     R: NDArray[np.float64], t: NDArray[np.float64], x_m: float, y_m: float, z_m: float
 ) -> tuple[float, float, float]:
-    """Return a world point in the camera's frame: right, down, ahead."""
+    """Return a world point in camera coordinates: right, down, ahead."""
     x, y, z = x_m - t[0], y_m - t[1], z_m - t[2]
     return (
         R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
@@ -57,7 +57,10 @@ def in_camera(
 def on_ground(
     R: NDArray[np.float64], height_m: float, right: float, down: float, farthest_m: float
 ) -> tuple[float, float]:
-    """Return where a ray, tangents of its angles right and down, meets the ground, from under the camera."""
+    """Return where a ray meets the ground, relative to the point below the camera.
+
+    ``right`` and ``down`` are the tangents of the ray's angles.
+    """
     x = R[0, 0] * right + R[0, 1] * down + R[0, 2]
     y = R[1, 0] * right + R[1, 1] * down + R[1, 2]
     z = R[2, 0] * right + R[2, 1] * down + R[2, 2]

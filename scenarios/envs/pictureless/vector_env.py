@@ -1,4 +1,4 @@
-"""Many envs about following at a time, without pictures: for training, see ``error_model`` for what stands for them."""
+"""Many envs at a time without pictures, for training; ``error_model`` replaces picture and tracker."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from scenarios.envs.actions import checked_actions
 from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank, pictureless_of
 from scenarios.envs.pictureless.error_kernel import error_record
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
-from scenarios.envs.pictureless.laws import Law, law_of
 from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
+from scenarios.envs.pictureless.vector_controllers import VectorController, vector_controller
 from scenarios.envs.reward import TERMS
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.truth_info import COMMANDS
@@ -33,10 +33,10 @@ Starts = Literal["episodes", "frame-outs"]
 class PicturelessVectorEnv(gym.vector.VectorEnv):
     """B envs with the observation ``track`` and the actions ``command`` and ``correction`` of ``FollowEnv``.
 
-    Nothing is drawn: where the target goes, the air and the walls are those of the rendered episodes with the same
-    seeds, and an error model stands for picture and tracker. A policy trained here is to be checked in the rendered
-    env. Episodes are drawn from a bank; who ends is begun anew within the same step, in Gymnasium's form: ``final_obs``
-    and ``final_info`` say with what it ended. Infos are those of ``truth_info`` that are known without a picture.
+    Nothing is rendered: the target's path, the air and the walls are those of the rendered episodes with the same
+    seeds, and an error model replaces picture and tracker. Check a policy trained here in the rendered env. Episodes
+    are drawn from a bank. An env whose episode ends begins another one within the same step, as Gymnasium defines it,
+    with the end in ``final_obs`` and ``final_info``. Infos are those of ``truth_info`` that need no picture.
     """
 
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
@@ -59,12 +59,11 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
         Args:
             max_episode_steps: longer episodes are truncated; None: at their last frame.
-            starts: ``episodes``: on frame 0, as in the rendered env; ``frame-outs``: a little before the target is
-                about to be lost.
-            seeds: episodes of the bank. cache: folder where planned episodes are kept.
-            bank: takes the place of ``seeds``; the settings' configuration must be its own.
-            model: another error model than the one that comes with the tracker.
-            settings: those of ``FollowSettings``, as far as they need no picture.
+            starts: ``episodes``: on frame 0, as in the rendered env; ``frame-outs``: shortly before a likely loss.
+            seeds: episodes of the bank. cache: folder that stores planned episodes.
+            bank: replaces ``seeds``; its configuration must be that of the settings.
+            model: replaces the tracker's own error model.
+            settings: those of ``FollowSettings`` that need no picture.
         """
         check("num_envs", num_envs >= 1, "a whole number >= 1", num_envs)
         good = max_episode_steps is None or max_episode_steps >= 1
@@ -86,15 +85,15 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         link = link_limits(self.carrier, preset.rate_hz, self.settings.link_settings)
         self._world: World = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
         self._limits = link.limits
-        self._law: Law | None = None
+        self._controller: VectorController | None = None
         if self.settings.action == "correction":
-            self._law = law_of(self.settings, self.carrier, self._world, num_envs)
+            self._controller = vector_controller(self.settings, self.carrier, self._world, num_envs)
         self._obeyed = np.flatnonzero(self._limits)
         self.single_observation_space = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, (len(self._obeyed),), np.float32)
         self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, num_envs)
         self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
-        self.lives = np.zeros(num_envs, self._world.life)
+        self.states = np.zeros(num_envs, self._world.state_dtype)
         self.beliefs, self.sightings = np.zeros(num_envs, BELIEF), np.zeros(num_envs, SIGHTING)
         self._waiting = np.zeros((num_envs, link.delay_frames, 4))
         self._wanted, self._terms = np.zeros((num_envs, 4)), np.zeros((num_envs, len(TERMS)))
@@ -108,12 +107,11 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin everywhere anew.
+        """Begin an episode in every env.
 
         Args:
-            seed: of all that is random, one number for all envs together.
-            options: ``episode_seed``: which of the bank's episodes all envs, or each of them (B,), live through, from
-                frame 0 on.
+            seed: one number for all random draws of all envs.
+            options: ``episode_seed``: the bank's episode for all envs, or for each (B,), from frame 0 on.
         """
         self._check_open()
         check("seed", seed is None or isinstance(seed, int | np.integer), "None or one whole number", seed)
@@ -134,7 +132,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
     def step(
         self, actions: NDArray[Any]
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Move all on by a frame.
+        """Advance all envs by a frame.
 
         Raises:
             ResetNeeded: before the first reset.
@@ -145,12 +143,12 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         if not self._begun:
             raise gym.error.ResetNeeded("step: expected reset() before it, got episodes not begun")
         self._command(checked_actions(actions, self.action_space.shape))
-        self._world.move(self.lives, self._wanted, self._waiting, self.sightings, self.np_random)
+        self._world.move(self.states, self._wanted, self._waiting, self.sightings, self.np_random)
         update_beliefs(self.beliefs, self.sightings, self._world.interval_s)
-        lives = self.lives
-        terms_of(lives, self._weights, self._loss_frames, 2.0 * self._world.camera[1], self._limits, self._terms)
-        terminated = lives["frames_out"] >= self._lost_frames
-        truncated = (lives["frame"] + 1 >= self.bank.frame_count) | (lives["steps"] >= self._most_steps)
+        states = self.states
+        terms_of(states, self._weights, self._loss_frames, 2.0 * self._world.camera[1], self._limits, self._terms)
+        terminated = states["frames_out"] >= self._lost_frames
+        truncated = (states["frame"] + 1 >= self.bank.frame_count) | (states["steps"] >= self._most_steps)
         observed, rewards, infos = self._observed(), self._terms.sum(axis=1), self._infos()
         ended = terminated | truncated
         final = self._begun_again(ended, observed, infos) if ended.any() else {}
@@ -164,7 +162,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
     def _begun_again(
         self, ended: NDArray[np.bool_], observed: NDArray[np.float32], infos: dict[str, Any]
     ) -> dict[str, Any]:
-        """Begin anew where episodes have ended; return what infos say of how they ended."""
+        """Begin new episodes where others have ended; return ``final_obs`` and ``final_info``."""
         which = np.flatnonzero(ended)
         last = np.full(self.num_envs, None, dtype=object)
         for k in which:
@@ -180,60 +178,60 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
     def _begin(self, which: NDArray[np.int64], episodes: NDArray[np.int64], at_frame_outs: bool) -> None:
         self._waiting[which] = self._wanted[which] = 0.0
-        self._world.begin(self.lives, which, episodes, at_frame_outs, self.sightings, self.np_random)
+        self._world.begin(self.states, which, episodes, at_frame_outs, self.sightings, self.np_random)
         beliefs = np.zeros(len(which), BELIEF)
         update_beliefs(beliefs, self.sightings[which], self._world.interval_s)
         self.beliefs[which] = beliefs
-        if self._law is not None:
-            self._law.begin(which)
+        if self._controller is not None:
+            self._controller.begin(which)
 
     def _command(self, actions: NDArray[np.float64]) -> None:
-        """Write the commands (B, 4) that actions mean."""
+        """Write the commands (B, 4) of actions."""
         limits = self._limits[self._obeyed]
-        if self._law is None:
+        if self._controller is None:
             self._wanted[:, self._obeyed] = np.clip(actions, -1.0, 1.0) * limits
             return
-        self._law.command(self.lives, self.beliefs, self._wanted)
+        self._controller.command(self.states, self.beliefs, self._wanted)
         own = np.clip(self._wanted[:, self._obeyed] / limits, -1.0, 1.0)
         corrected = np.clip(own + self.settings.correction_share * actions, -1.0, 1.0) * limits
         if self.settings.corrects == "unseen":
-            seen = (self.lives["known"] > 0.0) & (self.lives["probability"] >= SEEN_PROBABILITY)
+            seen = (self.states["known"] > 0.0) & (self.states["probability"] >= SEEN_PROBABILITY)
             corrected[seen] = self._wanted[:, self._obeyed][seen]
         self._wanted[:, self._obeyed] = corrected
 
     def _observed(self) -> NDArray[np.float32]:
-        """Return the beliefs' features (B, F), a fresh array."""
+        """Return the beliefs' features (B, F) as a new array."""
         shares = self._wanted / np.where(self._limits > 0.0, self._limits, np.inf)
         features_of(self.beliefs, np.clip(shares, -1.0, 1.0), self._features)
         return np.clip(self._features, -1.0, 1.0)
 
     def _infos(self) -> dict[str, Any]:
-        """Return what is so, as ``truth_info`` has it: arrays (B, ...)."""
-        lives = self.lives
-        known = lives["known"] > 0.0
-        error_px = np.hypot(*(lives["estimate_px"] - lives["target_px"]).T)
+        """Return the truth as in ``truth_info``: arrays (B, ...)."""
+        states = self.states
+        known = states["known"] > 0.0
+        error_px = np.hypot(*(states["estimate_px"] - states["target_px"]).T)
         return {
-            "episode_seed": self.bank.seeds[lives["episode"]],
-            "frame": lives["frame"].copy(),
-            "time_s": lives["frame"] * self._world.interval_s,
-            "in_view": lives["in_view"] > 0.0,
-            "centring": lives["centring"].copy(),
-            "length_px": lives["length_px"].copy(),
-            "position_px": lives["target_px"].copy(),
+            "episode_seed": self.bank.seeds[states["episode"]],
+            "frame": states["frame"].copy(),
+            "time_s": states["frame"] * self._world.interval_s,
+            "in_view": states["in_view"] > 0.0,
+            "centring": states["centring"].copy(),
+            "length_px": states["length_px"].copy(),
+            "position_px": states["target_px"].copy(),
             "error_px": np.where(known, error_px, np.nan),
-            # Only the first commands are those of a carrier that moves as a whole.
-            "command": np.pad(lives["obeyed"], ((0, 0), (0, len(COMMANDS) - lives["obeyed"].shape[1]))),
+            # A carrier that moves as a whole has the first of these commands only.
+            "command": np.pad(states["obeyed"], ((0, 0), (0, len(COMMANDS) - states["obeyed"].shape[1]))),
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }
 
 
 def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_]) -> dict[str, Any]:
     """Return an array for each key, 0 outside the mask (B,), and the mask as ``_key``."""
-    told: dict[str, Any] = {}
+    masked: dict[str, Any] = {}
     for name, array in infos.items():
         array[~mask] = 0
-        told[name], told[f"_{name}"] = array, mask.copy()
-    return told
+        masked[name], masked[f"_{name}"] = array, mask.copy()
+    return masked
 
 
 def _checked(settings: FollowSettings) -> FollowSettings:

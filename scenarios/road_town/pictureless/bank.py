@@ -1,4 +1,4 @@
-"""What a pictureless env needs of an episode of ``road-town``."""
+"""Pictureless ``road-town``: the arrays of a plan."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class RoadPictureless:
         return preset.ego is not None
 
     def arrays(self, preset: RoadTown, seed: int) -> dict[str, NDArray[np.float64]]:
-        """Return the target's way and the helicopter's air, all in closed loop.
+        """Return the target's path and the helicopter's air in closed loop.
 
         ``target_m`` (T, 2), ``target_rad`` (T,) and ``size_m`` (3,) of the car; ``attitude_rad`` (T, 3) of rough air
-        and gusts; ``start_m`` (3,) of the helicopter, ``yaw_rad`` (T,) of a set path; ``path_m`` (T, 2) of that;
-        ``onsets`` (8,) frames on which gusts begin, -1 for none.
+        and gusts; ``start_m`` (3,) of the helicopter; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of a set path; ``onsets``
+        (8,) frames on which gusts begin, -1 for none.
         """
         plan = make_plan(preset, seed, closed_loop=True)
         poses = plan.camera_poses
@@ -54,7 +54,7 @@ class RoadPictureless:
         self, preset: RoadTown, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
     ) -> World:
         """Return the helicopters' world."""
-        # Imported where it is wanted: its kernels take seconds to load.
+        # Imported on use: its kernels take seconds to load.
         from scenarios.road_town.pictureless.world import RoadWorld
 
         return RoadWorld(preset, arrays, link, errors)

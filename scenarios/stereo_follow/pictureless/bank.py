@@ -1,4 +1,4 @@
-"""What a pictureless env needs of an episode of ``stereo-follow``."""
+"""Pictureless ``stereo-follow``: the arrays of a plan."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ _MOST_OTHERS = 16
 _FAR_AWAY_M = 1e6
 _MOST_LOSSES = 16
 _LOST_RAD, _BEFORE_M = np.deg2rad(28.0), 0.35
-"""A target so far aside of the robot's heading, or with somebody so near the line of sight, is about to be lost."""
+"""A loss is likely if the target's bearing exceeds the first, or a person is nearer to the line of sight than the
+second."""
 
 
 class StereoPictureless:
@@ -29,16 +30,16 @@ class StereoPictureless:
     )
 
     def is_playable(self, preset: Any) -> bool:
-        """Return whether a robot drives, and measures its own way: no sheet is followed."""
+        """Return whether the preset has a robot with odometry."""
         return isinstance(preset, StereoFollow) and preset.odometry
 
     def arrays(self, preset: StereoFollow, seed: int) -> dict[str, NDArray[np.float64]]:
-        """Return everybody's way, and where walls are.
+        """Return all paths, and the walls.
 
-        ``target_m`` (T, 2), ``target_rad`` (T,), ``size_m`` (3,) of the target; ``others_m`` (T, 16, 2), far away for
-        nobody; ``free_m`` (5, 4) rectangles x0, y0, x1, y1 where one can be; ``openings_m`` (2, 4) those of the gaps in
-        the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven by hand; ``onsets`` (16,) frames on which
-        the target is about to be lost by it, -1 for none.
+        ``target_m`` (T, 2), ``target_rad`` (T,), ``size_m`` (3,) of the target; ``others_m`` (T, 16, 2), unused places
+        far away; ``free_m`` (5, 4) rectangles x0, y0, x1, y1 where the robot can be; ``openings_m`` (2, 4) those of the
+        gaps in the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven by hand; ``onsets`` (16,) frames
+        on which a loss becomes likely there, -1 for none.
         """
         plan = make_plan(preset, seed, closed_loop=True)
         crowd, floor = plan.crowd, plan.building.plan
@@ -61,7 +62,7 @@ class StereoPictureless:
         self, preset: StereoFollow, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
     ) -> World:
         """Return the robots' world."""
-        # Imported where it is wanted: its kernels take seconds to load.
+        # Imported on use: its kernels take seconds to load.
         from scenarios.stereo_follow.pictureless.world import StereoWorld
 
         return StereoWorld(preset, arrays, link, errors)
@@ -73,7 +74,7 @@ def _onsets(
     robot_m: NDArray[np.float64],
     heading_rad: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the frames (16,) on which the target goes far aside, or behind somebody, -1 for none."""
+    """Return the frames (16,) on which the target moves far aside, or behind a person, -1 for none."""
     sight_m = target_m - robot_m
     to_m = others_m - robot_m[:, None]
     bearing_rad = np.arctan2(sight_m[:, 1], sight_m[:, 0]) - heading_rad
@@ -81,7 +82,7 @@ def _onsets(
     share = (to_m * sight_m[:, None]).sum(axis=-1) / np.maximum((sight_m**2).sum(axis=-1), 1e-6)[:, None]
     off_m = np.linalg.norm(to_m - share[..., None] * sight_m[:, None], axis=-1)
     behind = ((share > 0.02) & (share < 0.95) & (off_m < _BEFORE_M)).any(axis=1)
-    # Near its end an episode is too short to be worth beginning.
+    # A start near the end would leave too short an episode.
     begins = np.flatnonzero(np.diff((aside | behind).astype(int)) > 0)
     begins = begins[begins < 0.85 * len(target_m)][:_MOST_LOSSES]
     onsets = np.full(_MOST_LOSSES, -1.0)

@@ -1,4 +1,4 @@
-"""The robot's way and view for many at a time."""
+"""Motion and view of many robots at a time."""
 
 from __future__ import annotations
 
@@ -8,53 +8,60 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scenarios.envs.pictureless.life import life_with
+from scenarios.envs.pictureless.episode_state import state_dtype
 from scenarios.envs.pictureless.poses import turn_down
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.episode import NOD_KEPT, NOD_RAD
 from scenarios.stereo_follow.odometry import add_up
 from scenarios.stereo_follow.robot import driven
 
-DRIVE_LIFE = life_with(
+DRIVE_STATE = state_dtype(
     ("speed_mps", "f8"), ("shake_rad", "f8", (2,)), ("odometry", "f8", (3,)), ("odometry_scales", "f8", (2,))
 )
-"""A drive: its speed, how the camera shakes, and what the wheels say of its place and heading."""
+"""State of a drive: with its speed, the camera's shaking, and the odometry."""
 _HALF_TURN_RAD = 0.5 * np.pi
 _HALF_WIDTH_M = 0.25
-"""Of a person, as others are hidden behind."""
+"""Half width of people as occluders and as targets."""
 
 
 @njit(cache=True)
-def drive(life: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.random.Generator) -> None:
-    """Obey ``life.obeyed`` for one frame, and add up what the wheels say of the way.
+def drive(state: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.random.Generator) -> None:
+    """Obey ``state.obeyed`` for one frame, and advance the odometry.
 
     Args:
         free_m: (P, 4) rectangles x0, y0, x1, y1 where the robot can be.
     """
-    x_m, y_m, yaw_rad = life.place_m[0], life.place_m[1], life.yaw_rad
-    life.place_m[0], life.place_m[1], life.yaw_rad, life.speed_mps, life.yaw_rate_rad_s = driven(
-        life.place_m, yaw_rad, life.speed_mps, life.yaw_rate_rad_s, life.obeyed[0], life.obeyed[3], free_m, interval_s
+    x_m, y_m, yaw_rad = state.place_m[0], state.place_m[1], state.yaw_rad
+    state.place_m[0], state.place_m[1], state.yaw_rad, state.speed_mps, state.yaw_rate_rad_s = driven(
+        state.place_m,
+        yaw_rad,
+        state.speed_mps,
+        state.yaw_rate_rad_s,
+        state.obeyed[0],
+        state.obeyed[3],
+        free_m,
+        interval_s,
     )
-    step_m = (life.place_m[0] - x_m) * np.cos(yaw_rad) + (life.place_m[1] - y_m) * np.sin(yaw_rad)
-    add_up(life.odometry, life.odometry_scales, step_m, life.yaw_rad - yaw_rad, rng)
+    step_m = (state.place_m[0] - x_m) * np.cos(yaw_rad) + (state.place_m[1] - y_m) * np.sin(yaw_rad)
+    add_up(state.odometry, state.odometry_scales, step_m, state.yaw_rad - yaw_rad, rng)
 
 
 @njit(cache=True)
-def look_ahead(life: Any, rng: np.random.Generator) -> None:
-    """Write the camera's pose, true and as measured; the robot shakes it."""
+def look_ahead(state: Any, rng: np.random.Generator) -> None:
+    """Write the camera's pose, true with shaking, and as measured."""
     for axis in range(2):
         fresh = np.sqrt(1.0 - NOD_KEPT**2) * NOD_RAD * rng.standard_normal()
-        life.shake_rad[axis] = NOD_KEPT * life.shake_rad[axis] + fresh
-    turn_down(life.R, life.yaw_rad, _HALF_TURN_RAD + life.shake_rad[0], life.shake_rad[1])
-    turn_down(life.R_measured, life.odometry[2], _HALF_TURN_RAD, 0.0)
+        state.shake_rad[axis] = NOD_KEPT * state.shake_rad[axis] + fresh
+    turn_down(state.R, state.yaw_rad, _HALF_TURN_RAD + state.shake_rad[0], state.shake_rad[1])
+    turn_down(state.R_measured, state.odometry[2], _HALF_TURN_RAD, 0.0)
     for axis in range(2):
-        life.camera_m[axis], life.camera_measured_m[axis] = life.place_m[axis], life.odometry[axis]
-    life.camera_m[2] = life.camera_measured_m[2] = CAMERA_HEIGHT_M
+        state.camera_m[axis], state.camera_measured_m[axis] = state.place_m[axis], state.odometry[axis]
+    state.camera_m[2] = state.camera_measured_m[2] = CAMERA_HEIGHT_M
 
 
 @njit(cache=True)
 def is_walled(from_x_m: float, from_y_m: float, to_x_m: float, to_y_m: float, openings_m: NDArray[np.float64]) -> bool:
-    """Return whether a wall bars the line from one place to another: it has gaps (W, 4), x0, y0, x1, y1, alone."""
+    """Return whether a wall blocks the line between two places; its only gaps are (W, 4), x0, y0, x1, y1."""
     for k in range(len(openings_m)):
         for side in (0, 2):
             wall_x_m = openings_m[k, side]
@@ -66,18 +73,18 @@ def is_walled(from_x_m: float, from_y_m: float, to_x_m: float, to_y_m: float, op
 
 
 @njit(cache=True)
-def covered_share(life: Any, others_m: NDArray[np.float64], openings_m: NDArray[np.float64]) -> float:
-    """Return which share of the target is behind walls or, at most, behind one of the others (N, 2)."""
-    from_x_m, from_y_m = life.place_m[0], life.place_m[1]
-    if is_walled(from_x_m, from_y_m, life.target_m[0], life.target_m[1], openings_m):
+def covered_share(state: Any, others_m: NDArray[np.float64], openings_m: NDArray[np.float64]) -> float:
+    """Return the share of the target that is hidden by walls, or by the person (N, 2) who hides most of it."""
+    from_x_m, from_y_m = state.place_m[0], state.place_m[1]
+    if is_walled(from_x_m, from_y_m, state.target_m[0], state.target_m[1], openings_m):
         return 1.0
-    to_x_m, to_y_m = life.target_m[0] - from_x_m, life.target_m[1] - from_y_m
+    to_x_m, to_y_m = state.target_m[0] - from_x_m, state.target_m[1] - from_y_m
     most, distance_m = 0.0, max(np.hypot(to_x_m, to_y_m), 1e-6)
     for n in range(len(others_m)):
         x_m, y_m = others_m[n, 0] - from_x_m, others_m[n, 1] - from_y_m
         share = (x_m * to_x_m + y_m * to_y_m) / distance_m**2
         if 0.02 < share < 1.0:
-            # His shadow on the plane of the target.
+            # The person's shadow on the plane of the target.
             aside_m = (x_m * to_y_m - y_m * to_x_m) / distance_m / share
             shadow_m = _HALF_WIDTH_M / share
             both_m = min(_HALF_WIDTH_M, aside_m + shadow_m) - max(-_HALF_WIDTH_M, aside_m - shadow_m)

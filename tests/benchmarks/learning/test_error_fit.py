@@ -8,8 +8,8 @@ import pytest
 from benchmarks.learning.error_fit import fit
 from benchmarks.learning.recorded_runs import RUN
 from benchmarks.learning.tracker_errors import said_in
+from scenarios.envs.pictureless.episode_state import ACROSS, ALONG
 from scenarios.envs.pictureless.error_model import CUT, LOST, PLAIN, TRACKING, UNSEEN, ErrorModel
-from scenarios.envs.pictureless.life import ACROSS, ALONG
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.road_town.flight import HELICOPTER
 from tests.scenarios.envs.pictureless.hand_made import FRAMES, SETTINGS, bank, model
@@ -23,13 +23,13 @@ def runs_of(known: ErrorModel, count: int) -> list[np.ndarray]:
     for frame in range(FRAMES - 1):
         if frame > 0:
             envs.step(np.zeros((count, 4)))
-        lives, row = envs.lives, runs[:, frame]
-        row["T_world_camera"] = np.concatenate([lives["R"], lives["camera_m"][:, :, None]], axis=2)
-        row["place_m"], row["heading_rad"] = lives["target_m"], lives["target_rad"]
-        row["size_m"], row["position_px"] = [4.6, 1.9, 1.5], lives["target_px"]
-        row["estimate_px"] = np.where(lives["known"][:, None] > 0, lives["estimate_px"], np.nan)
-        row["visible_fraction"], row["out"] = lives["visible"], lives["visible"] == 0.0
-        row["in_view"], row["sighting"] = lives["in_view"] > 0, envs.sightings
+        states, row = envs.states, runs[:, frame]
+        row["T_world_camera"] = np.concatenate([states["R"], states["camera_m"][:, :, None]], axis=2)
+        row["place_m"], row["heading_rad"] = states["target_m"], states["target_rad"]
+        row["size_m"], row["position_px"] = [4.6, 1.9, 1.5], states["target_px"]
+        row["estimate_px"] = np.where(states["known"][:, None] > 0, states["estimate_px"], np.nan)
+        row["visible_fraction"], row["out"] = states["visible"], states["visible"] == 0.0
+        row["in_view"], row["sighting"] = states["in_view"] > 0, envs.sightings
     return list(runs)
 
 

@@ -1,4 +1,4 @@
-"""Answers of envs held to each other."""
+"""Comparison of the results of envs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def assert_same(ours: Any, theirs: Any) -> None:
-    """Hold two answers to each other: keys in order, kinds, dtypes, every number."""
+    """Compare two results: keys in order, types, dtypes, every number."""
     assert type(ours) is type(theirs)
     if isinstance(ours, dict):
         assert list(ours) == list(theirs)

@@ -1,4 +1,4 @@
-"""The env ids over a world without a renderer, in which a reset costs nothing."""
+"""The env ids over a world without a renderer, where resets are cheap."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def keywords(**others: Any) -> dict[str, Any]:
-    """Return those of an env in the stand-in's world, with a tracker that is right but for noise."""
+    """Return the keywords of an env in the stand-in's world, with a tracker that is right except for noise."""
     return {"preset": "tiny", "changes": {"frame_count": FRAMES}, "observation": "both", "tracker": knowing()} | others
 
 

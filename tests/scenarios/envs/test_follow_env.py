@@ -1,4 +1,4 @@
-"""What an env promises, held in a world without a renderer: that is all the env's own code."""
+"""The env's contract in a world without a renderer, which runs all of the env's own code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.usefixtures("stand_in")
 
 
 class Far(Still):
-    """Answers places that no picture has."""
+    """Answers with places outside every picture."""
 
     def misbehave(self, observation: Observation) -> Estimate:
         return Estimate(np.array([1e12, -1e12]), np.array([-1e12, -1e12, 1e12, 1e12]), in_view_probability=1.0)
@@ -49,16 +49,16 @@ def test_the_same_seed_brings_exactly_the_same_and_an_env_from_a_pickle_too(env_
     env.step(env.action_space.high)
     again = pickle.loads(pickle.dumps(env))
     assert again.settings.link == "noisy"
-    lives = []
+    rollouts = []
     for each in (env, again, env):
         rng = np.random.default_rng(2)
-        told: list[Any] = [each.reset(seed=9), each.reset()]
+        results: list[Any] = [each.reset(seed=9), each.reset()]
         for _ in range(15):
-            told.append(each.step(rng.uniform(-1, 1, each.action_space.shape).astype(np.float32)))
-        lives.append(tuple(told))
-    assert_same(lives[0], lives[1])
-    assert_same(lives[0], lives[2])
-    assert lives[0][0][1]["episode_seed"] != lives[0][1][1]["episode_seed"]
+            results.append(each.step(rng.uniform(-1, 1, each.action_space.shape).astype(np.float32)))
+        rollouts.append(tuple(results))
+    assert_same(rollouts[0], rollouts[1])
+    assert_same(rollouts[0], rollouts[2])
+    assert rollouts[0][0][1]["episode_seed"] != rollouts[0][1][1]["episode_seed"]
 
 
 def test_seeds_are_of_development_unless_one_is_asked_for():
@@ -127,10 +127,10 @@ def run(env: FollowEnv) -> tuple[list[Any], list[Any]]:
 
 def test_an_observation_does_not_change_when_truth_alone_does(monkeypatch):
     expected, true_infos = run(make())
-    said = fakes_scenario.FakeEpisode._truth
+    original = fakes_scenario.FakeEpisode._truth
 
     def elsewhere(self: Any, *arguments: Any) -> Any:
-        truth = said(self, *arguments)
+        truth = original(self, *arguments)
         places = truth.T_world_object.copy()
         places[:, :3, 3] += 7.0
         box = truth.box_xyxy + 5.0
@@ -145,21 +145,21 @@ def test_an_observation_does_not_change_when_truth_alone_does(monkeypatch):
 
 
 def test_what_a_silent_tracker_does_not_say_is_not_observed(monkeypatch):
-    told = {}
+    results = {}
     for tracker in (Silent, fakes_scenario.Knowing):
         for turn_rad_s in (0.5, -0.5):
-            # The first box is the same: from there the car drives on, or back.
+            # The first box is the same; from there the car drives forward or backward.
             monkeypatch.setattr(fakes_scenario, "TURN_RAD_S", turn_rad_s)
             env = make(tracker=fresh(tracker))
-            told[tracker, turn_rad_s] = run_from_the_same_place(env)
-    assert_same(told[Silent, 0.5][0], told[Silent, -0.5][0])
-    assert not np.allclose(told[Silent, 0.5][1], told[Silent, -0.5][1]), "truth differs"
-    knows = [told[fakes_scenario.Knowing, turn][0] for turn in (0.5, -0.5)]
-    assert not np.allclose(knows[0][-1]["track"], knows[1][-1]["track"]), "who sees it, says so"
+            results[tracker, turn_rad_s] = run_from_the_same_place(env)
+    assert_same(results[Silent, 0.5][0], results[Silent, -0.5][0])
+    assert not np.allclose(results[Silent, 0.5][1], results[Silent, -0.5][1]), "truth differs"
+    knows = [results[fakes_scenario.Knowing, turn][0] for turn in (0.5, -0.5)]
+    assert not np.allclose(knows[0][-1]["track"], knows[1][-1]["track"]), "a tracker that sees it reports it"
 
 
 def run_from_the_same_place(env: FollowEnv) -> tuple[tuple[Any, ...], np.ndarray]:
-    """Return what is observed, and where the target is, of an episode whose car begins where its phase is 0."""
+    """Return observations and target places of an episode whose car starts at phase 0."""
     env.reset(options={"episode_seed": 0})
     steps = [env.step(np.full(4, 0.3, dtype=np.float32)) for _ in range(FRAMES - 1)]
     return tuple(step[0] for step in steps), np.array([step[-1]["place_m"] for step in steps])

@@ -24,27 +24,27 @@ def keywords(env_id: str) -> dict[str, Any]:
     return {"scenario": catalog.envs()[env_id][0], "tracker": TRACKERS[env_id]} | common
 
 
-def live(env: FollowEnv) -> tuple[Any, ...]:
-    """Return what a few steps of one episode bring."""
+def rollout(env: FollowEnv) -> tuple[Any, ...]:
+    """Return the results of a few steps of one episode."""
     rng = np.random.default_rng(0)
-    told = [env.reset(seed=0, options={"episode_seed": SEED})]
+    results = [env.reset(seed=0, options={"episode_seed": SEED})]
     for _ in range(STEPS):
-        told.append(env.step(rng.uniform(-1, 1, env.action_space.shape)))
-    return tuple(told)
+        results.append(env.step(rng.uniform(-1, 1, env.action_space.shape)))
+    return tuple(results)
 
 
 @pytest.mark.parametrize("env_id", catalog.envs())
 def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_lives_it_again(env_id):
     env = FollowEnv(**keywords(env_id))
-    told = live(env)
+    results = rollout(env)
     again = pickle.loads(pickle.dumps(env))
     env.close()
-    assert_same(live(again), told)
+    assert_same(rollout(again), results)
     again.close()
     settings = env.settings
     scenario = catalog.scenario(settings.scenario)
     episode = scenario.episode(settings.configuration({}), SEED, closed_loop=True)
-    for observed, *_, info in told:
+    for observed, *_, info in results:
         assert observed in env.observation_space
         command = CameraCommand(*info["command"].tolist()) if info["frame"] else None
         frame = episode.step(command)
@@ -58,7 +58,7 @@ def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_li
 
 @pytest.mark.parametrize("env_id", catalog.envs())
 def test_a_checker_is_content(env_id):
-    """That of fewer resets, which take long here; both look at every mode of the same env in ``test_follow_env``."""
+    """The checker with fewer resets, which are slow here; both run on every mode of the env in ``test_follow_env``."""
     env = FollowEnv(**keywords(env_id))
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
     checker.check_env(env)
@@ -78,8 +78,8 @@ def test_two_worlds_in_one_process_do_not_disturb_each_other(capfd):
         assert_same({key: pair[key][1] for key in one}, one)
     assert not np.array_equal(both[0]["pixels"][0], both[0]["pixels"][1])
     envs.close()
-    # The world that stays is not the one that was closed.
+    # The world that is still open is not the closed one.
     assert single.step(np.zeros(4))[0] in single.observation_space
     single.close()
-    said = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("compiling kernels")]
-    assert said == []
+    lines = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("compiling kernels")]
+    assert lines == []

@@ -1,4 +1,4 @@
-"""What an env refuses, and that nothing is left behind then."""
+"""Refusals of an env, which leave nothing behind."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_a_window_without_a_screen_is_refused_when_the_env_is_made(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "x11")
     with pytest.raises(ValueError, match=r"render_mode: expected a screen .*, got none .*x11 not available"):
         make(render_mode="human")
-    # On request it is drawn where nobody sees it.
+    # On request, the window is invisible.
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     env = make(render_mode="human")
     env.reset(seed=0)

@@ -29,7 +29,7 @@ def test_terms_by_hand() -> None:
     rewarder = Rewarder(reward, RATE_HZ)
     terms = rewarder.terms(frame(150.0), TARGET, effort=0.25)
     assert tuple(terms) == TERMS
-    # Half way to the border; as long as is wanted.
+    # Half way to the border, with the wanted length.
     assert terms == pytest.approx(
         {"in_view": 2.0, "centred": 3 * np.tanh(0.5), "size": 5.0, "effort": -1.75, "loss": 0.0}
     )

@@ -1,4 +1,4 @@
-"""What an env is set up with is checked where it is made, and says what was wrong."""
+"""Settings of an env are checked when it is made, with messages that name the fault."""
 
 from __future__ import annotations
 

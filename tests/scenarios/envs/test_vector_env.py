@@ -1,4 +1,4 @@
-"""The ids in Gymnasium's vector envs, and envs in processes of their own when something goes wrong."""
+"""The env ids in Gymnasium's vector envs, and failures of envs in processes of their own."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ register_envs()
 
 
 def keywords() -> dict[str, Any]:
-    """Return those of an env of the world without a renderer; the tracker brings it along to processes."""
+    """Return the keywords of an env in the world without a renderer; the tracker carries that world to processes."""
     tracker = Still(NoParameters(), np.random.default_rng(0))
     changes = {"frame_count": LAST_FRAME + 1}
     return {"scenario": "fake-town-v1", "preset": "tiny", "tracker": tracker, "changes": changes, "observation": "both"}
@@ -43,9 +43,9 @@ def processes() -> EnvProcesses:
     return EnvProcesses([partial(FollowEnv, **keywords())] * COUNT)
 
 
-def assert_lives_of_single_envs(envs: gym.vector.VectorEnv, single: list[gym.Env]) -> None:
-    """Two episodes of each env, with seeds and options, are those of the envs alone; infos have their keys."""
-    told, alone = envs.reset(seed=7, options={"link": "noisy"}), []
+def assert_episodes_of_single_envs(envs: gym.vector.VectorEnv, single: list[gym.Env]) -> None:
+    """Compare two episodes of each env, with seeds and options, with those of single envs; infos have their keys."""
+    results, alone = envs.reset(seed=7, options={"link": "noisy"}), []
     for k, env in enumerate(single):
         alone.append(env.reset(seed=7 + k, options={"link": "noisy"}))
     rng = np.random.default_rng(5)
@@ -53,17 +53,17 @@ def assert_lives_of_single_envs(envs: gym.vector.VectorEnv, single: list[gym.Env
     over = np.zeros(len(single), dtype=bool)
     while True:
         for k in range(len(single)):
-            assert_same({key: told[0][key][k] for key in alone[k][0]}, alone[k][0])
+            assert_same({key: results[0][key][k] for key in alone[k][0]}, alone[k][0])
             for key, value in alone[k][-1].items():
-                np.testing.assert_array_equal(told[-1][key][k], value, err_msg=key)
-            if len(told) == 5 and len(alone[k]) == 5:
-                assert [each[k] for each in told[1:4]] == list(alone[k][1:4])
+                np.testing.assert_array_equal(results[-1][key][k], value, err_msg=key)
+            if len(results) == 5 and len(alone[k]) == 5:
+                assert [each[k] for each in results[1:4]] == list(alone[k][1:4])
         if ended == 2:
             return
         actions = rng.uniform(-1, 1, envs.action_space.shape).astype(np.float32)
-        told = envs.step(actions)
+        results = envs.step(actions)
         alone = [env.reset() if over[k] else env.step(actions[k]) for k, env in enumerate(single)]
-        over = told[2] | told[3]
+        over = results[2] | results[3]
         ended += int(over.all())
 
 
@@ -72,12 +72,12 @@ def assert_lives_of_single_envs(envs: gym.vector.VectorEnv, single: list[gym.Env
 def test_gymnasium_s_vector_envs_take_the_ids(env_id):
     single = [gym.make(env_id, **of_ids()) for _ in range(COUNT)]
     with contextlib.closing(gym.make_vec(env_id, COUNT, vectorization_mode="sync", **of_ids())) as envs:
-        assert_lives_of_single_envs(envs, single)
+        assert_episodes_of_single_envs(envs, single)
 
 
 def test_processes_live_as_single_envs_do():
     with contextlib.closing(processes()) as envs:
-        assert_lives_of_single_envs(envs, [FollowEnv(**keywords()) for _ in range(COUNT)])
+        assert_episodes_of_single_envs(envs, [FollowEnv(**keywords()) for _ in range(COUNT)])
 
 
 def test_with_pictures_one_says_how_they_are_put_side_by_side():
@@ -107,8 +107,8 @@ def test_a_process_that_is_killed_is_told_in_one_line_and_the_others_are_ended(m
 
         monkeypatch.setattr(cli, "_parsed", lambda *_: Steps())
         assert cli.main(["list"]) == 1
-    told = capsys.readouterr().err.splitlines()
-    assert told == ["error: envs: expected every process to answer, got the end of one (out of memory?)"]
+    results = capsys.readouterr().err.splitlines()
+    assert results == ["error: envs: expected every process to answer, got the end of one (out of memory?)"]
     assert not any(is_alive(each) for each in ids)
 
 
@@ -135,17 +135,17 @@ def test_ctrl_c_ends_all_processes_with_one_traceback():
         ids = [int(each) for each in process.stdout.readline().split()]
         assert len(ids) == COUNT
         assert all(is_alive(each) for each in ids)
-        # As a terminal does: to every process of the group.
+        # As from a terminal: to every process of the group.
         os.killpg(process.pid, signal.SIGINT)
-        complaints = told_by(process)[1]
+        complaints = output_of(process)[1]
     assert complaints.count("Traceback") == 1
     assert complaints.rstrip().endswith("KeyboardInterrupt")
     assert process.returncode == -signal.SIGINT
     assert not any(is_alive(each) for each in ids)
 
 
-def told_by(process: subprocess.Popen[str]) -> tuple[str, str]:
-    """Return what a process that ends by itself said; one that does not is killed, so that nobody waits for it."""
+def output_of(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """Return the output of a process that ends by itself; another one is killed, so that the test does not wait."""
     try:
         return process.communicate(timeout=60)
     except subprocess.TimeoutExpired:
@@ -154,7 +154,7 @@ def told_by(process: subprocess.Popen[str]) -> tuple[str, str]:
 
 
 def is_alive(process_id: int) -> bool:
-    """Return whether a process runs; one that has ended and was not asked how does not count."""
+    """Return whether a process runs; a zombie does not count."""
     try:
         return Path(f"/proc/{process_id}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):

@@ -1,4 +1,4 @@
-"""The drive with the sheet: a way without jumps, through corridors that are closed, in light that changes."""
+"""The drive with the sheet: a path without jumps, through closed corridors, in changing light."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def world() -> Iterator[World]:
 
 
 def _views(count: int) -> Iterator[tuple[PinholeCamera, np.ndarray]]:
-    """Views on the way, also to the sides."""
+    """Views along the path, also to the sides."""
     way = list(carried_sheet._way(FRAMES))
     for k in np.linspace(0, len(way) - 1, count).astype(int):
         place_m, heading_rad = way[k]
@@ -68,7 +68,7 @@ def test_both_renderers_show_the_same_building(world):
 
 @pytest.fixture(scope="module")
 def some() -> list[Frame]:
-    """Every 20th frame of a drive in small pictures, until it is well round the corner."""
+    """Return every 20th frame of a drive with small pictures, until well past the corner."""
     preset = replace(scenario("paper-sheet").presets["paper-b2"], width_px=160, height_px=120)
     with closing(SheetEpisode(preset.scene(3), 3, "raster")) as episode:
         return [frame for frame in (episode.step() for _ in range(620)) if frame.truth.frame % 20 == 0]
@@ -82,7 +82,7 @@ def test_the_sheet_stays_where_it_is(some):
     for frame in some:
         np.testing.assert_allclose(_region(frame), _region(some[0]), atol=1e-6)
         np.testing.assert_allclose(frame.truth.box_xyxy, some[0].truth.box_xyxy, atol=1e-3)
-        # It is 1.6 m ahead, and goes round the corner faster than the robot.
+        # The sheet is 1.6 m ahead and moves faster than the robot round the corner.
         assert 0.5 < frame.truth.speed_mps[0] < 3.0
 
 

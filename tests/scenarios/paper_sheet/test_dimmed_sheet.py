@@ -1,4 +1,4 @@
-"""The sheet under the dimmed bulb: the light is what it is said to be, and nothing depends on what it should not."""
+"""The sheet under the dimmed bulb: the light is as configured, and nothing else changes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SEED = 7
 def frames_of(
     preset: DimmedSheet = PRESET, seed: int = SEED, renderer: RendererName = "raster", **held: bool
 ) -> list[Frame]:
-    """Return all frames; what is ``held`` stays as it was on the first one."""
+    """Return all frames; ``held`` settings stay as on the first one."""
     with closing(SheetEpisode(preset.scene(seed), seed, renderer)) as episode:
         frames = []
         for _ in range(episode.frame_count):
@@ -32,7 +32,7 @@ def frames_of(
 
 @pytest.fixture(scope="module")
 def taken() -> dict[str, list[Frame]]:
-    """All automatic, exposure held, white balance held."""
+    """Return the frames with all automatic, with exposure held, and with white balance held."""
     held = {"auto": {}, "exposure": {"exposure": True}, "white balance": {"white_balance": True}}
     return {name: frames_of(**options) for name, options in held.items()}
 
@@ -58,7 +58,7 @@ def test_the_region_shows_the_sheet(taken):
     red, green, blue = image[top:bottom, left:right].astype(int).transpose(2, 0, 1)
     assert ((green > red + 15) & (green > blue + 5)).mean() > 0.99
     wall = image[top:bottom, :30].astype(int)
-    # Nearly the whole picture is wall: white balance makes that grey.
+    # Nearly the whole picture is wall; white balance makes it grey.
     assert np.ptp(wall.mean(axis=(0, 1))) < 12
 
 
@@ -71,7 +71,7 @@ def test_what_is_held_stays_as_at_the_brightest_and_the_rest_follows(taken):
         products = [r.shutter * 10 ** (24 * r.gain / 683 / 20) for r in at[name]]
         assert (np.diff(products) > 0).all()
     for name in ("auto", "exposure"):
-        # The dimmer the redder: less gain for red, more for blue until it can do no more.
+        # Dimmer light is redder: less gain for red, more for blue up to its limit.
         assert (np.diff([r.red for r in at[name]]) < 0).all()
         assert (np.diff([r.blue for r in at[name]]) >= 0).all()
 
@@ -85,7 +85,7 @@ def test_a_held_exposure_lets_the_picture_go_dark_and_an_automatic_one_does_not(
 
 
 def test_the_loops_have_come_to_rest_on_every_picture(taken):
-    """Where an illuminance is given twice, the second picture has the settings of the first."""
+    """If an illuminance is given twice, the second picture has the settings of the first."""
     twice = frames_of(replace(PRESET, illuminances_lx=tuple(np.repeat(PRESET.illuminances_lx, 2))))
     for first, second in zip(twice[::2], twice[1::2], strict=True):
         assert first.truth.exposure_s == pytest.approx(second.truth.exposure_s, rel=1e-4)

@@ -23,7 +23,7 @@ PRESETS = ("paper-b1", "paper-b2")
 FRAMES = 5
 
 
-def lived(preset: str, seed: int, frames: int = FRAMES) -> tuple[np.ndarray, list[Frame]]:
+def recorded(preset: str, seed: int, frames: int = FRAMES) -> tuple[np.ndarray, list[Frame]]:
     """Return the first box and the first frames."""
     with closing(PAPER_SHEET.episode(preset, seed)) as episode:
         return episode.start.box_xyxy, [episode.step() for _ in range(frames)]
@@ -31,7 +31,7 @@ def lived(preset: str, seed: int, frames: int = FRAMES) -> tuple[np.ndarray, lis
 
 @pytest.fixture(scope="module", params=PRESETS)
 def first(request: pytest.FixtureRequest) -> tuple[str, np.ndarray, list[Frame]]:
-    return request.param, *lived(request.param, 3)
+    return request.param, *recorded(request.param, 3)
 
 
 def _flat(value) -> list[np.ndarray]:
@@ -49,7 +49,7 @@ def test_episodes_are_a_function_of_the_seed_alone(first):
             again.larger_view(1.5)
             for x, y in zip(_flat(one), _flat(other), strict=True):
                 np.testing.assert_array_equal(x, y)
-    _, others = lived(preset, 4, 1)
+    _, others = recorded(preset, 4, 1)
     assert (others[0].observation.image_rgb != frames[0].observation.image_rgb).mean() > 0.5
 
 
@@ -76,7 +76,7 @@ def test_the_sheet_is_drawn_where_truth_says(first):
         assert t.visible_fraction[0] > 0.99
         assert (t.names, t.state) == (("target",), ["in"])
         np.testing.assert_allclose(t.position_px[0], [columns.mean() + 0.5, rows.mean() + 0.5], atol=3.0)
-        # As large as it is so far away.
+        # Its size in pixels matches its distance.
         away_m = t.depth_m[rows, columns].mean()
         assert box[3] - box[1] == pytest.approx(SHEET_M[1] * frame.camera.focal_px / away_m, rel=0.1)
         assert (t.right_instance_map == t.instance_id[0]).sum() == pytest.approx(len(rows), rel=0.1)
@@ -100,13 +100,13 @@ def test_the_right_picture_shows_the_sheet_from_beside(first):
 def test_observation_and_truth_tell_the_same_settings_and_share_no_memory(first):
     _, _, frames = first
     for k, frame in enumerate(frames):
-        told, t = frame.observation, frame.truth
-        assert (told.settings.exposure_s, told.settings.gain) == (t.exposure_s, t.gain)
-        assert told.settings.registers == t.registers
+        observed, t = frame.observation, frame.truth
+        assert (observed.settings.exposure_s, observed.settings.gain) == (t.exposure_s, t.gain)
+        assert observed.settings.registers == t.registers
         assert t.registers.shutter == pytest.approx(707 * t.exposure_s / LONGEST_EXPOSURE_S, abs=0.51)
         assert t.frame == k
-        assert told.time_s == t.time_s
-        for seen in _flat(told):
+        assert observed.time_s == t.time_s
+        for seen in _flat(observed):
             assert not any(np.shares_memory(seen, fact) for fact in _flat(t))
 
 
@@ -118,7 +118,7 @@ def test_the_larger_view_holds_the_picture_in_its_middle(first):
     assert larger.shape == (1.5 * seen.shape[0], 1.5 * seen.shape[1], 3)
     top, left = seen.shape[0] // 4, seen.shape[1] // 4
     middle = larger[top:-top, left:-left].astype(int)
-    # Each has a noise of its own.
+    # Each picture has its own noise.
     assert np.abs(middle.mean(axis=(0, 1)) - seen.mean(axis=(0, 1))).max() < 2.0
     assert np.median(np.abs(middle - seen)) < 8
 

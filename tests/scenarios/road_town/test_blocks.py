@@ -1,4 +1,4 @@
-"""Nothing that stands overlaps a road or another thing, in any pattern."""
+"""No object overlaps a road or another object, in any pattern."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_excursion_leaves_the_road_clear_of_everything_and_comes_back(seed):
         assert bent is route
         assert cleared is layout
         return
-    # At most one house gives way, and nothing new stands anywhere.
+    # At most one house is removed, and nothing is added.
     assert len(layout.buildings) - 1 <= len(cleared.buildings)
     assert set(cleared.buildings) <= set(layout.buildings)
     assert set(cleared.trees) <= set(layout.trees)

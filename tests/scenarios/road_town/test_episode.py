@@ -86,7 +86,7 @@ def quick():
 def test_states_and_exit_counts_are_those_of_the_plan(quick):
     episode, frames = quick
     planned = picture_states(episode.plan.camera, episode.plan.camera_poses, episode.plan.target_corners_m()) == OUT
-    # The plan's box is the car's bounding box; the truth's is around its vertices, a little smaller.
+    # The plan uses the car's bounding box; truth uses its vertices, whose box is a little smaller.
     out = np.array([f.truth.state[TARGET] == "out" for f in frames])
     assert (out & ~planned).sum() <= 4
     assert not (planned & ~out).any()

@@ -1,4 +1,4 @@
-"""Rough air has the statistics it is said to have, gusts tilt where they should, commands fly as told."""
+"""Rough air has its configured statistics, gusts tilt in their directions, and the helicopter obeys commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Schedules lose the target as often and as long as the preset wants, and over what they should."""
+"""Schedules lose the target as often and as long as the preset demands, and during the planned events."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50.0))
 
 
 def _drive(frames: int):
-    """A car that drives straight on at 8 m/s: positions (T, 2), headings (T,), box corners (T, 8, 3)."""
+    """Return positions (T, 2), headings (T,) and box corners (T, 8, 3) of a car that drives straight at 8 m/s."""
     position = np.column_stack([8.0 / 15.0 * np.arange(frames), np.zeros(frames)])
     corners = np.array([[x, y, z] for x in (-2.2, 2.2) for y in (-0.9, 0.9) for z in (0.0, 1.5)])
     return position, np.zeros(frames), corners + np.concatenate([position, np.zeros((frames, 1))], 1)[:, None]
@@ -79,7 +79,7 @@ def test_impossible_wishes_are_refused_by_name():
 
 
 def test_a_long_excursion_lets_no_other_frame_out_be_long() -> None:
-    """Wanted are 25 and 8 frames, where 14 are the most but for an excursion."""
+    """Lengths of 25 and 8 frames are wanted; 14 is the largest length without an excursion."""
     preset = PRESETS["paper-a3"]
     wanted = [(40, 25), (110, 8)]
 

@@ -1,4 +1,4 @@
-"""The ground's picture and its classes agree with the map, and the picture has corners to hold on to."""
+"""The ground's picture and its classes agree with the map, and the picture has corners everywhere."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_classes_are_those_of_the_map(layout):
     cells = np.floor(np.column_stack([210 - places[:, 1], places[:, 0] + 210]) / 0.5).astype(int)
     drawn = classes[cells[:, 0], cells[:, 1]]
     road = RoadMap(layout.graph).is_on_road(places)
-    # A cell on the kerb may fall either way: at half a metre that is a few per cent of the places.
+    # A cell on the kerb may have either class: at half a metre these are a few per cent of the places.
     assert (road == (drawn == ROAD)).mean() > 0.97
     for building in layout.buildings:
         x, y = building.centre_m
@@ -46,7 +46,7 @@ def test_roads_are_grey_and_meadows_are_green(layout):
 
 def test_there_are_corners_everywhere(layout):
     picture = cv2.cvtColor(paint_ground(layout, generator(2, "town")), cv2.COLOR_RGB2GRAY)
-    # Windows of about what the camera sees.
+    # Windows of about the camera's view.
     for row in range(600, 3400, 700):
         for column in range(600, 3400, 700):
             window = picture[row : row + 450, column : column + 600]

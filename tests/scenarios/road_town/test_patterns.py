@@ -1,4 +1,4 @@
-"""Every street pattern, from any generator, gives a network that can be driven: connected, smooth, no stubs."""
+"""Every street pattern gives a drivable network for any seed: connected, smooth, without stubs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ANY_SEED = st.integers(0, 2**63 - 1)
 
 
 def _circumradius_m(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return the radius of the circle through three points each: product of sides by four times the area."""
+    """Return the radii of circles through three points each: product of sides over four times the area."""
     sides = [np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]
     area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     return sides[0] * sides[1] * sides[2] / np.maximum(4 * area, 1e-12)
@@ -57,7 +57,7 @@ def test_streets_are_finely_sampled_and_bend_gently(pattern, seed):
     for street in make_streets(pattern, generator(seed, "streets"), 420.0).streets:
         steps_m = np.linalg.norm(np.diff(street.centre_m, axis=0), axis=1)
         assert steps_m.max() <= 1.0
-        # Chords of equal arcs are equal to within what the bend shortens them.
+        # Chords of equal arcs are equal, except for the shortening by bends.
         assert np.ptp(steps_m) < 0.01
         radius_m = _circumradius_m(street.centre_m[:-4], street.centre_m[2:-2], street.centre_m[4:])
         assert radius_m.min() >= 0.98 * MIN_RADIUS_M
@@ -108,7 +108,7 @@ def test_same_generator_same_streets(pattern):
 
 
 def test_patterns_differ_in_their_crossings():
-    """Organic towns have T and X crossings; both kinds are there in every pattern but the winding road."""
+    """Every pattern but the winding road has T and X crossings."""
     for pattern in ("grid", "organic", "ring"):
         degrees = set()
         for seed in range(6):

@@ -1,4 +1,4 @@
-"""Questions to the map answered a second way: by brute force over dense points, and by shapely."""
+"""Queries of the map, compared with brute force over dense points and with shapely."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_place_and_pose_are_inverse(roads):
     place = roads.nearest(position_m)
     np.testing.assert_array_equal(place.street, street)
     np.testing.assert_allclose(place.lateral_m, lateral_m, atol=0.02)
-    # Off the centre line arc lengths are as good as the sampled heading there.
+    # Off the centre line, arc lengths are as accurate as the sampled heading.
     np.testing.assert_allclose(place.arc_m, arc_m, atol=0.06)
 
 

@@ -1,4 +1,4 @@
-"""Routes are smooth, keep to the right, and know where they cross."""
+"""Routes are smooth, keep to the right, and record their crossings."""
 
 from __future__ import annotations
 

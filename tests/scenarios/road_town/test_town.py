@@ -1,4 +1,4 @@
-"""The world holds what the layout says, where it says so, and is seen so from above."""
+"""The world matches the layout, also as seen from above."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_houses_stand_on_their_footprints(world, layout):
         corners = _corners_world_m(world, body.index)
         c, s = np.cos(building.yaw_rad), np.sin(building.yaw_rad)
         local = (corners[:, :2] - building.centre_m) @ np.array([[c, -s], [s, c]])
-        # Roofs hang over by less than a metre on each side.
+        # Roofs overhang by less than a metre on each side.
         beyond = np.ptp(local, axis=0) - building.size_m[:2]
         assert ((beyond > -0.01) & (beyond < 2.0)).all()
         assert abs(corners[:, 2].min()) < 1e-4
@@ -75,7 +75,7 @@ def test_kerbs_run_along_the_edge_of_the_road(world, layout):
     corners = np.concatenate([_corners_world_m(world, b.index) for b in world.bodies if b.category == "kerb"])
     assert shapely.distance(edge, shapely.points(corners[:, :2])).max() < 0.3
     assert 0.08 < corners[:, 2].max() < 0.2
-    # Everywhere on the edge there is a kerb: its pieces' outlines, joined, reach each point of it.
+    # The whole edge has a kerb: the joined outlines of its pieces reach each point.
     outlines = [
         shapely.LineString(_corners_world_m(world, b.index)[face][[0, 1, 2, 0], :2])
         for b in world.bodies
@@ -103,7 +103,7 @@ def _park_corners(park) -> np.ndarray:
 
 
 def test_seen_from_above_classes_and_pictures_agree(world, layout):
-    """Where a look straight down shows a house, the class map says building; where it says road, asphalt is seen."""
+    """A view straight down shows houses where the class map has buildings, and asphalt where it has road."""
     camera = PinholeCamera.from_field_of_view(320, 240, np.deg2rad(50))
     classes = class_map(layout, 0.25)
     inside = cv2.erode((classes == BUILDING).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
@@ -127,13 +127,13 @@ def test_seen_from_above_classes_and_pictures_agree(world, layout):
         asphalt.append(seen.base_colour_rgb[open_road].astype(float))
     assert houses_seen > 2000
     colours = np.concatenate(asphalt)
-    # Grey: what is on a road has no hue, whether asphalt, line or kerb.
+    # Asphalt, lines and kerbs are grey.
     assert np.median(np.ptp(colours, axis=1)) < 12
     assert 60 < np.median(colours) < 120
 
 
 def test_every_lane_is_free_for_driving(world, layout):
-    """No body but kerbs and ground is below 2 m over a lane's middle: trees may hang over, nothing stands there."""
+    """Only kerbs and ground are below 2 m over a lane's centre; trees may hang over."""
     roads = RoadMap(layout.graph)
     lanes = []
     for street, length_m in enumerate(roads.length_m):

@@ -1,4 +1,4 @@
-"""An episode of ``stereo-follow`` that is lived through once for all tests that look at it."""
+"""An episode of ``stereo-follow``, recorded once for all tests that use it."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from scenarios.stereo_follow.episode import StereoFollowEpisode
 
 FRAMES = 60
 SEED = 3
-"""He walks through the hall to the door, and somebody crosses before him."""
+"""The target walks through the hall to the door, and another person crosses in front of it."""
 
 
 @dataclass(frozen=True)
-class Lived:
-    """A whole episode, and its frames."""
+class Recorded:
+    """A whole episode and its frames."""
 
     episode: StereoFollowEpisode
     frames: list[Frame]
 
 
 @pytest.fixture(scope="session")
-def lived() -> Iterator[Lived]:
-    """A quick episode, all of it."""
+def recorded() -> Iterator[Recorded]:
+    """Yield a whole quick episode."""
     episode = scenario("stereo-follow").episode("quick", SEED)
-    yield Lived(episode, [episode.step() for _ in range(FRAMES)])
+    yield Recorded(episode, [episode.step() for _ in range(FRAMES)])
     episode.close()

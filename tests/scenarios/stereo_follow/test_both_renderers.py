@@ -1,4 +1,4 @@
-"""The two G-buffers of a building with people, by the rule that ``tests/sim/test_pybullet_renderer`` states."""
+"""The two G-buffers of a building with people, by the rule of ``tests/sim/test_pybullet_renderer``."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from scenarios.catalog import scenario
 from sim.gbuffer import SKY
 from sim.render.protocol import create_renderer
 from sim.render.visibility import NEAR_M
-from tests.scenarios.stereo_follow.conftest import Lived
+from tests.scenarios.stereo_follow.conftest import Recorded
 from tests.sim.ray_casting import away_from_edges
 
 
 @pytest.mark.parametrize("pixel_offset", [0.0, 0.5])
-def test_both_renderers_see_the_same_people_in_the_same_building(lived: Lived, pixel_offset: float):
-    episode = lived.episode
+def test_both_renderers_see_the_same_people_in_the_same_building(recorded: Recorded, pixel_offset: float):
+    episode = recorded.episode
     differing = []
-    for frame in lived.frames[8::24]:
+    for frame in recorded.frames[8::24]:
         episode._people.move_to(frame.truth.frame)
         for pose in (frame.truth.T_world_camera, frame.truth.T_world_right):
             raster, reference = (
@@ -36,9 +36,9 @@ def test_both_renderers_see_the_same_people_in_the_same_building(lived: Lived, p
     assert np.mean(differing) <= 1e-4
 
 
-def test_an_episode_is_the_same_to_look_at_by_either(lived: Lived):
+def test_an_episode_is_the_same_to_look_at_by_either(recorded: Recorded):
     other = scenario("stereo-follow").episode("quick", 3, renderer="pybullet")
-    frame, first = other.step(), lived.frames[0]
+    frame, first = other.step(), recorded.frames[0]
     other.close()
     difference = frame.observation.image_rgb.astype(int) - first.observation.image_rgb.astype(int)
     assert (np.abs(difference).max(axis=-1) > 8).mean() < 0.02

@@ -1,4 +1,4 @@
-"""What stands, shines and is worn: rooms are closed, panels face those who see them, clothes are alike as told."""
+"""Rooms are closed, panels face their viewers, and clothes are alike as configured."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def building_of(seed: int) -> Building:
 def first_panels(
     panels: Sequence[Panel], origin_m: NDArray[np.float64], directions: NDArray[np.float64], *, facing: bool
 ) -> NDArray[np.float64]:
-    """Return how far rays (N, 3) from a point go to the first panel, inf for none; of those facing them, or of all."""
+    """Return distances (N,) along rays (N, 3) to the first panel, inf for none; of facing panels, or of all."""
     corners, a, b = (np.array([getattr(p, name) for p in panels]) for name in ("corner_m", "side_a_m", "side_b_m"))
     normals = np.cross(a, b)
     towards = directions @ normals.T
@@ -70,7 +70,7 @@ def test_rooms_are_closed_and_everything_seen_from_them_faces_them(seed, place):
         eye_m = np.array([area.x0 + x * (area.x1 - area.x0), area.y0 + y * (area.y1 - area.y0), z])
         directions = rays_about(rng)
         distance_m = first_panels(building.panels, eye_m, directions, facing=True)
-        # No back of a panel, which is not drawn, is before what is seen.
+        # No back of a panel, which is not drawn, hides a visible panel.
         nearest_m = first_panels(building.panels, eye_m, directions, facing=False)
         np.testing.assert_allclose(nearest_m, distance_m, rtol=1e-6)
         sky = np.isinf(distance_m)

@@ -1,4 +1,4 @@
-"""The stereo camera's numbers: the paper's ranges from end to end."""
+"""The stereo camera's registers cover the paper's ranges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Everybody's ways, without pictures: people keep off each other and walls, the robot obeys its limits."""
+"""Paths without pictures: people keep their distances from each other and from walls, the robot obeys its limits."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def crowd_of(seed: int, preset: str = "standard") -> tuple[FloorPlan, Crowd]:
 
 
 def _off_walls_m(plan: FloorPlan, place_m: NDArray[np.float64]) -> float:
-    """Return how far off walls a place is in its room, or off the jambs in an opening."""
+    """Return the distance of a place from the walls of its room, or from the jambs in an opening."""
     x, y = place_m
     off = [min(x - room.x0, room.x1 - x, y - room.y0, room.y1 - y) for room in plan.rooms.values()]
     for opening in (plan.passage, plan.door):
@@ -47,7 +47,7 @@ def test_people_keep_off_each_other_walls_and_robot(seed, preset):
     places_m = np.array([walk.place_m for walk in crowd.walks])
     assert crowd.kinds[0] == "target"
     assert len(crowd.kinds) == len(crowd.walks) >= 3
-    # What the target does is tried until it keeps off the robot, and there may be no such way.
+    # The target's path is drawn until it keeps off the robot; there may be no such path.
     for k, place_m in enumerate(places_m[1:], 1):
         assert plan.is_free(place_m).all()
         assert np.linalg.norm(place_m - places_m[0], axis=1).min() > 0.55
@@ -55,7 +55,7 @@ def test_people_keep_off_each_other_walls_and_robot(seed, preset):
         for other_m in places_m[k + 1 :]:
             assert np.linalg.norm(place_m - other_m, axis=1).min() > 0.5
     assert plan.is_free(crowd.robot_m).all()
-    # The target cuts corners: his way is rounded. He walks into no wall.
+    # The target cuts corners, since its path is rounded, but walks into no wall.
     assert min(_off_walls_m(plan, place_m) for place_m in places_m[0]) > 0.25
 
 
@@ -79,7 +79,7 @@ def test_people_walk_as_people_do(seed):
         step_mps = np.linalg.norm(np.diff(walk.place_m, axis=0), axis=1) * RATE_HZ
         assert step_mps.max(initial=0.0) < 2.0
         assert 0 <= walk.speed_mps.min() <= walk.speed_mps.max() < 2.0
-        # He turns round within some frames.
+        # The person turns round within some frames.
         assert np.abs(np.diff(walk.heading_rad)).max() < 0.85
     target = crowd.walks[0]
     assert 0.5 < np.median(target.speed_mps) < 1.5
@@ -126,7 +126,7 @@ def test_places_and_ways_lead_through_openings():
     for _ in range(20):
         stops_m = np.array([plan.free_area(room).draw(rng) for room in ("corridor", "yard", "hall")])
         way_m = rounded_way(plan.way(stops_m, rng))
-        # Points lie a step apart along the way, at sharp turns a little less across.
+        # Points are a step apart along the path, a little less at sharp turns.
         step_m = np.linalg.norm(np.diff(way_m, axis=0), axis=1)
         assert step_m.max() < 1.001 * STEP_M
         assert np.median(step_m) > 0.99 * STEP_M
@@ -224,7 +224,7 @@ def test_odometry_begins_at_the_origin_and_drifts_a_little(seed):
     walked_m = np.linalg.norm(np.diff(crowd.robot_m, axis=0), axis=1).sum()
     drift_m = np.linalg.norm(measured[:, :2, 3] - true_m, axis=1)
     assert 1e-3 < drift_m.max() < 0.2 * walked_m + 0.1
-    # From frame to frame it is good to millimetres, but where the robot slides along a wall.
+    # The error per frame is millimetres, except where the robot slides along a wall.
     steps_m = [np.linalg.norm(np.diff(way_m, axis=0), axis=1) for way_m in (measured[:, :2, 3], true_m)]
     assert np.median(np.abs(steps_m[0] - steps_m[1])) < 0.005
 

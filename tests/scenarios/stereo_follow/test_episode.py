@@ -27,7 +27,7 @@ from sim.render.pipeline import capture
 from sim.render.protocol import create_renderer
 from sim.sensors.camera_sensor import CameraSensor
 from sim.shaders.baked.shader import BakedLightShader
-from tests.scenarios.stereo_follow.conftest import SEED, Lived
+from tests.scenarios.stereo_follow.conftest import SEED, Recorded
 from trackers.paper_b.matching import StereoMatcher
 from trackers.registry import entry
 from trackers.types import CameraCommand
@@ -54,10 +54,10 @@ def _ground_of(frame: Frame, pixels: tuple[NDArray[np.intp], NDArray[np.intp]]) 
     return points_m @ truth.T_world_camera[:3, :3].T + truth.T_world_camera[:3, 3]
 
 
-def test_same_seed_same_bytes(lived: Lived):
+def test_same_seed_same_bytes(recorded: Recorded):
     again = STEREO_FOLLOW.episode("quick", SEED)
-    assert np.array_equal(again.start.box_xyxy, lived.episode.start.box_xyxy)
-    for first in lived.frames[:4]:
+    assert np.array_equal(again.start.box_xyxy, recorded.episode.start.box_xyxy)
+    for first in recorded.frames[:4]:
         second = again.step()
         again.larger_view(1.5)
         for x, y in zip(_flat(first), _flat(second), strict=True):
@@ -65,23 +65,23 @@ def test_same_seed_same_bytes(lived: Lived):
     again.close()
 
 
-def test_the_observation_holds_no_truth(lived: Lived):
-    for frame in lived.frames[::10]:
+def test_the_observation_holds_no_truth(recorded: Recorded):
+    for frame in recorded.frames[::10]:
         seen, truth = frame.observation, frame.truth
         assert isinstance(truth, PeopleTruth)
-        for told in _flat(seen):
-            assert not any(np.shares_memory(told, fact) for fact in _flat(truth))
+        for part in _flat(seen):
+            assert not any(np.shares_memory(part, fact) for fact in _flat(truth))
         assert seen.ego is not None
         assert seen.camera.baseline_m == camera.BASELINE_M
-        # Its frame is where the robot started, and wheels know neither nod nor roll.
+        # Its frame is the robot's start, and wheels measure neither nod nor roll.
         assert np.abs(seen.ego.T_world_camera - truth.T_world_camera).max() > 0.01
         assert seen.ego.T_world_camera[2, 2] == pytest.approx(0.0, abs=1e-12)
-    assert lived.frames[0].observation.ego.T_world_camera[:3, 3] == pytest.approx([0, 0, 1.2])
+    assert recorded.frames[0].observation.ego.T_world_camera[:3, 3] == pytest.approx([0, 0, 1.2])
 
 
-def test_the_target_is_drawn_where_truth_says_and_as_much_of_him_as_it_says(lived: Lived):
+def test_the_target_is_drawn_at_its_true_place_with_its_visible_share(recorded: Recorded):
     whole = 0
-    for frame in lived.frames:
+    for frame in recorded.frames:
         t = frame.truth
         rows, columns = np.nonzero(t.instance_map == t.instance_id[TARGET])
         box, share = t.box_xyxy[TARGET], t.visible_fraction[TARGET]
@@ -98,12 +98,12 @@ def test_the_target_is_drawn_where_truth_says_and_as_much_of_him_as_it_says(live
     assert whole > 3
 
 
-def test_the_share_seen_is_that_of_the_pixels_without_anybody_else(lived: Lived):
-    """Drawn once more with everybody else far away, as much of him is there as truth reckons."""
-    episode = lived.episode
+def test_the_visible_share_is_that_of_the_pixels_without_other_people(recorded: Recorded):
+    """Rendered again with all other people far away, the target's pixels give truth's visible share."""
+    episode = recorded.episode
     world, people = episode.world, episode._people
     renderer = create_renderer("raster", world)
-    for frame in lived.frames[4::11]:
+    for frame in recorded.frames[4::11]:
         t = frame.truth
         people.move_to(t.frame)
         for k, bodies in enumerate(people._bodies):
@@ -121,9 +121,9 @@ def test_the_share_seen_is_that_of_the_pixels_without_anybody_else(lived: Lived)
             assert t.visible_fraction[TARGET] <= seen / whole + 0.03
 
 
-def test_the_occluder_is_the_person_who_covers_him(lived: Lived):
+def test_the_occluder_is_the_person_who_covers_the_target(recorded: Recorded):
     named = 0
-    for frame in lived.frames:
+    for frame in recorded.frames:
         t = frame.truth
         if t.visible_fraction[TARGET] > 0.8 or t.state[TARGET] != "occluded":
             continue
@@ -137,20 +137,20 @@ def test_the_occluder_is_the_person_who_covers_him(lived: Lived):
         assert away_m[hider] < away_m[TARGET]
         named += 1
     assert named > 0
-    assert all(frame.truth.occluder[0] != 0 for frame in lived.frames)
+    assert all(frame.truth.occluder[0] != 0 for frame in recorded.frames)
 
 
-def test_depth_of_floors_lies_on_the_ground(lived: Lived):
-    names = [body.name for body in lived.episode.world.bodies]
+def test_depth_of_floors_lies_on_the_ground(recorded: Recorded):
+    names = [body.name for body in recorded.episode.world.bodies]
     floors = [names.index(name) for name in ("corridor floor", "hall floor", "paving")]
-    for frame in lived.frames[::20]:
+    for frame in recorded.frames[::20]:
         rows, columns = (index[::61] for index in np.nonzero(np.isin(frame.truth.instance_map, floors)))
         assert len(rows) > 20
         np.testing.assert_allclose(_ground_of(frame, (rows, columns))[:, 2], 0.0, atol=2e-3)
 
 
-def test_the_right_picture_shows_the_same_places_from_twelve_centimetres_beside(lived: Lived):
-    for frame in lived.frames[::15]:
+def test_the_right_picture_shows_the_same_places_from_twelve_centimetres_beside(recorded: Recorded):
+    for frame in recorded.frames[::15]:
         t = frame.truth
         rows, columns = (index.ravel()[::311] for index in np.indices(t.depth_m.shape))
         in_sight = t.depth_m[rows, columns] < 40.0
@@ -159,12 +159,12 @@ def test_the_right_picture_shows_the_same_places_from_twelve_centimetres_beside(
         place = np.floor(pixels).astype(int)
         inside = ((place >= 0) & (place < (320, 240))).all(axis=1)
         there_m = t.right_depth_m[place[inside, 1], place[inside, 0]]
-        # Elsewhere somebody hides the place from one of the two, or it lies at an edge.
+        # Elsewhere a person hides the place from one camera, or it lies at an edge.
         assert (np.abs(there_m - depth_m[inside]) < 0.03 * depth_m[inside] + 0.02).mean() > 0.9
 
 
-def test_the_rig_is_calibrated_but_not_quite(lived: Lived):
-    mounts = [invert_pose(f.truth.T_world_camera) @ f.truth.T_world_right for f in lived.frames[::20]]
+def test_the_rig_is_calibrated_but_not_quite(recorded: Recorded):
+    mounts = [invert_pose(f.truth.T_world_camera) @ f.truth.T_world_right for f in recorded.frames[::20]]
     for mount in mounts:
         np.testing.assert_allclose(mount, mounts[0], atol=1e-9)
         np.testing.assert_allclose(mount[:3, 3], [camera.BASELINE_M, 0, 0], atol=1e-9)
@@ -172,10 +172,10 @@ def test_the_rig_is_calibrated_but_not_quite(lived: Lived):
         assert 1e-6 < turned_rad < np.deg2rad(0.2)
 
 
-def test_disparity_matched_from_the_pair_is_the_true_one(lived: Lived):
-    """Up to what the right camera is turned by, which a tracker does not know."""
+def test_disparity_matched_from_the_pair_is_the_true_one(recorded: Recorded):
+    """Up to the rotation of the right camera, which a tracker does not know."""
     matcher, off_px = StereoMatcher(), []
-    for frame in lived.frames[::15]:
+    for frame in recorded.frames[::15]:
         seen, t = frame.observation, frame.truth
         matched_m = matcher.depth_m(seen.image_rgb, seen.right_rgb, seen.camera)
         step = t.depth_m.shape[0] // matched_m.shape[0]
@@ -189,10 +189,10 @@ def test_disparity_matched_from_the_pair_is_the_true_one(lived: Lived):
     assert np.mean(off_px) == pytest.approx(0.0, abs=0.1)
 
 
-def test_truth_says_where_he_is_and_what_is_new(lived: Lived):
-    plan = lived.episode.plan
+def test_truth_holds_the_target_s_place_and_new_changes_of_light(recorded: Recorded):
+    plan = recorded.episode.plan
     words = {"lamp on", "lamp off", "back light", "doorway", "shade", None}
-    for k, frame in enumerate(lived.frames):
+    for k, frame in enumerate(recorded.frames):
         t = frame.truth
         assert t.frame == k
         assert t.place == plan.places[k]
@@ -204,20 +204,20 @@ def test_truth_says_where_he_is_and_what_is_new(lived: Lived):
         assert (t.illuminance_lx > 0).all()
         assert np.linalg.norm(t.T_world_camera[:2, 3] - plan.crowd.robot_m[k]) < 1e-6
         assert abs(np.arcsin(t.T_world_camera[2, 2])) < np.deg2rad(0.8)
-    assert lived.frames[0].truth.light_event in (None, *plan.light.switched[:1])
+    assert recorded.frames[0].truth.light_event in (None, *plan.light.switched[:1])
 
 
-def test_the_camera_reports_the_settings_it_used(lived: Lived):
-    for frame in lived.frames:
-        told, t = frame.observation.settings, frame.truth
-        assert (told.exposure_s, told.gain, told.registers) == (t.exposure_s, t.gain, t.registers)
+def test_the_camera_reports_the_settings_it_used(recorded: Recorded):
+    for frame in recorded.frames:
+        part, t = frame.observation.settings, frame.truth
+        assert (part.exposure_s, part.gain, part.registers) == (t.exposure_s, t.gain, t.registers)
         for name, largest in (("red", 1023), ("blue", 1023), ("shutter", 707), ("gain", 683)):
             assert 0 <= getattr(t.registers, name) <= largest
         assert t.registers.shutter == pytest.approx(707 * t.exposure_s / camera.LONGEST_EXPOSURE_S, abs=0.51)
 
 
-def test_where_the_lamps_are_off_it_is_darker_and_the_shutter_stays_open_longer(lived: Lived):
-    episode, frame = lived.episode, lived.frames[0]
+def test_where_the_lamps_are_off_it_is_darker_and_the_shutter_stays_open_longer(recorded: Recorded):
+    episode, frame = recorded.episode, recorded.frames[0]
     shader = episode._shader
     assert isinstance(shader, BakedLightShader)
     plan = episode.plan.building.plan
@@ -243,7 +243,7 @@ def test_where_the_lamps_are_off_it_is_darker_and_the_shutter_stays_open_longer(
 
 @pytest.fixture(scope="module")
 def driven() -> Iterator[tuple[StereoFollowEpisode, list[Frame]]]:
-    """A small episode in closed loop, without odometry, whose right pictures are all lost; of another seed."""
+    """Yield a small closed-loop episode of another seed, without odometry and with all right pictures lost."""
     episode = StereoFollowEpisode(make_plan(SMALL, 9, closed_loop=True), "raster")
     yield episode, [episode.step()] + [episode.step(AHEAD) for _ in range(15)]
     episode.close()
@@ -265,9 +265,9 @@ def test_in_closed_loop_the_robot_goes_as_it_is_told(driven: tuple[StereoFollowE
     assert (np.einsum("fk,fk->f", step_m[4:], along[4:]) > 0).all()
 
 
-def test_a_command_on_a_set_path_and_a_step_too_many_are_refused(lived: Lived):
+def test_a_command_on_a_set_path_and_a_step_too_many_are_refused(recorded: Recorded):
     with pytest.raises(StopIteration):
-        lived.episode.step()
+        recorded.episode.step()
     fresh = StereoFollowEpisode.__new__(StereoFollowEpisode)
     fresh.closed_loop, fresh.frame_count, fresh._frame = False, 5, -1
     with pytest.raises(ValueError, match="command: expected None"):
@@ -288,8 +288,8 @@ def test_lost_pictures_are_none_and_no_tracker_falls_over_them(
         tracker.update(replace(frame.observation, time_s=frame.observation.time_s + 1.0))
 
 
-def test_another_seed_is_another_episode(lived: Lived, driven: tuple[StereoFollowEpisode, list[Frame]]):
+def test_another_seed_is_another_episode(recorded: Recorded, driven: tuple[StereoFollowEpisode, list[Frame]]):
     other = make_plan(PRESETS["quick"], 9, closed_loop=False)
-    assert not np.array_equal(other.crowd.robot_m, lived.episode.plan.crowd.robot_m)
-    assert other.looks != lived.episode.plan.looks
-    assert driven[1][0].truth.T_world_camera[0, 3] != lived.frames[0].truth.T_world_camera[0, 3]
+    assert not np.array_equal(other.crowd.robot_m, recorded.episode.plan.crowd.robot_m)
+    assert other.looks != recorded.episode.plan.looks
+    assert driven[1][0].truth.T_world_camera[0, 3] != recorded.frames[0].truth.T_world_camera[0, 3]

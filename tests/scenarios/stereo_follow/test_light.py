@@ -1,4 +1,4 @@
-"""How the light changes, and what is said of it: lamps are switched where the target is, words begin and end."""
+"""Changes of the light and their events: lamps are switched at the target's place, events begin and end."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_light_stays_within_its_strength_and_lamps_are_switched_where_the_target
         strength = light.strengths[group]
         before, after = strength[max(frame - 4, 0)], strength[min(frame + 4, len(places) - 1)]
         assert places[frame] != "yard"
-        # Of two events close by one another the strengths between are neither's alone.
+        # Between two events close together, the strengths depend on both.
         assert lamps > 1 or (before > 0.9, after < 0.4) == ((True, True) if event == "lamp off" else (False, False))
 
 
@@ -75,7 +75,7 @@ def test_lamps_that_are_off_at_the_end_of_an_episode_stay_off():
 
 
 class TestLightEvents:
-    """The words of the changes, on a made-up way."""
+    """Events on an invented path."""
 
     BRIGHT, DARK = 200, 20
 
@@ -85,7 +85,7 @@ class TestLightEvents:
 
     @staticmethod
     def picture(level: int) -> Picture:
-        """A grey picture taken so that a coat under 500 lx fills a fifth of the well."""
+        """Return a grey picture with settings for which a coat under 500 lx fills a fifth of the well."""
         nit = 0.3 * 500.0 / np.pi
         exposure_s = 0.2 * SENSOR.full_well_e / (SENSOR.electrons_per_nit_s * nit)
         return Picture(np.full((48, 64, 3), level, np.uint8), SensorSettings(exposure_s, 1.0))
@@ -96,34 +96,34 @@ class TestLightEvents:
 
     def test_a_doorway_is_new_for_a_second_after_it_and_as_one_goes_in(self):
         events = self.events(("hall",) * 10 + ("door",) * 3 + ("yard",) * 40)
-        told = [events.follow(k, self.picture(100), 500.0) for k in range(53)]
-        assert told[:10] == [None] * 10
-        assert set(told[10:24]) == {"doorway"}
-        assert told[32:] == [None] * 21
+        found = [events.follow(k, self.picture(100), 500.0) for k in range(53)]
+        assert found[:10] == [None] * 10
+        assert set(found[10:24]) == {"doorway"}
+        assert found[32:] == [None] * 21
 
     def test_shade_is_a_fall_within_a_second_and_slow_dusk_is_none(self):
         events = self.events(("yard",) * 60)
         lux = [9000.0] * 20 + [2000.0] * 40
-        told = [events.follow(k, self.picture(60), value) for k, value in enumerate(lux)]
-        assert told[19] is None
-        assert set(told[20:35]) == {"shade"}
-        assert told[-1] is None
+        found = [events.follow(k, self.picture(60), value) for k, value in enumerate(lux)]
+        assert found[19] is None
+        assert set(found[20:35]) == {"shade"}
+        assert found[-1] is None
         dusk = self.events(("yard",) * 120)
         assert {dusk.follow(k, self.picture(60), 9000.0 * 0.98**k) for k in range(120)} == {None}
 
     def test_back_light_begins_when_the_picture_gets_bright_around_him(self):
         events = self.events(("hall",) * 40)
         levels = [self.DARK] * 10 + [254] * 30
-        told = [events.follow(k, self.picture(level), 500.0) for k, level in enumerate(levels)]
-        assert told[9] is None
-        assert set(told[10:25]) == {"back light"}
-        assert told[26:] == [None] * 14
+        found = [events.follow(k, self.picture(level), 500.0) for k, level in enumerate(levels)]
+        assert found[9] is None
+        assert set(found[10:25]) == {"back light"}
+        assert found[26:] == [None] * 14
 
     def test_lamps_are_named_before_anything_else(self):
         switched = (None,) * 5 + ("lamp off",) * 15 + (None,) * 20
         events = self.events(("hall",) * 40, switched)
         lux = [500.0] * 5 + [50.0] * 35
-        told = [events.follow(k, self.picture(100), value) for k, value in enumerate(lux)]
-        assert set(told[5:20]) == {"lamp off"}
-        # What fell by the lamp is not shade that begins when the lamp is no news any more.
-        assert told[20:] == [None] * 20
+        found = [events.follow(k, self.picture(100), value) for k, value in enumerate(lux)]
+        assert set(found[5:20]) == {"lamp off"}
+        # The fall due to the lamp is not shade when the lamp event ends.
+        assert found[20:] == [None] * 20

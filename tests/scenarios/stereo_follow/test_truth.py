@@ -1,16 +1,16 @@
-"""How much of the truth is told changes nothing of it."""
+"""The extent of truth does not change its values."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from scenarios.catalog import scenario
-from tests.scenarios.stereo_follow.conftest import SEED, Lived
+from tests.scenarios.stereo_follow.conftest import SEED, Recorded
 
 
-def test_less_truth_is_the_same_where_it_is(lived: Lived):
+def test_less_truth_is_the_same_where_it_is(recorded: Recorded):
     less = scenario("stereo-follow").episode("quick", SEED, truth="target")
-    for whole in lived.frames[:8]:
+    for whole in recorded.frames[:8]:
         frame = less.step()
         np.testing.assert_array_equal(frame.observation.image_rgb, whole.observation.image_rgb)
         np.testing.assert_array_equal(frame.observation.right_rgb, whole.observation.right_rgb)

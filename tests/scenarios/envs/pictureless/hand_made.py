@@ -1,4 +1,4 @@
-"""A bank of two short flights over nothing, and an error model by hand."""
+"""A bank of two short flights over an empty world, and an error model by hand."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from scenarios.envs.pictureless.bank import EpisodeBank
+from scenarios.envs.pictureless.episode_state import LATENTS
 from scenarios.envs.pictureless.error_model import CONDITION_FRAMES, KNOT_FRAMES, QUANTILE_Z, ErrorModel
-from scenarios.envs.pictureless.life import LATENTS
 from scenarios.road_town.presets import PRESETS, FrameOuts
 
 FRAMES = 60
@@ -24,7 +24,7 @@ SETTINGS: dict[str, Any] = {
 
 
 def bank() -> EpisodeBank:
-    """Return two flights after cars that go straight, with a gust that throws the view aside on frame 30."""
+    """Return two flights after cars that drive straight, with a gust that swings the view aside on frame 30."""
     target_m = np.zeros((2, FRAMES, 2))
     target_m[0, :, 0] = np.arange(FRAMES) * 9.0 / 15.0
     target_m[1, :, 1] = np.arange(FRAMES) * 7.0 / 15.0
@@ -46,7 +46,7 @@ def bank() -> EpisodeBank:
 
 
 def model(**changes: Any) -> ErrorModel:
-    """Return a tracker that tracks what is plain to see with errors of 0.3 m, and else is lost with errors of 4 m."""
+    """Return a model that tracks a plainly visible target with errors of 0.3 m, and else is lost with errors of 4 m."""
     knots, quantiles = len(KNOT_FRAMES), len(QUANTILE_Z)
     rates = np.zeros((3, len(CONDITION_FRAMES), 2, 3, 3))
     rates[0, ..., 0], rates[1:, ..., 1] = 1.0, 1.0
@@ -55,7 +55,7 @@ def model(**changes: Any) -> ErrorModel:
     probability = np.zeros((3, 2, quantiles))
     probability[0], probability[1], probability[2] = 0.95, 0.1, 0.8
     values: dict[str, Any] = {
-        "tracker": "nobody",
+        "tracker": "hand_made",
         "scenario": "road-town-v1",
         "made": {},
         "rates": rates,

@@ -1,4 +1,4 @@
-"""Banks hold what the rendered episodes with the same seeds are planned to be, and are read back as written."""
+"""Banks hold the plans of the rendered episodes with the same seeds, and are read back as written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a tracker is made to say has the distribution that its model holds."""
+"""Drawn answers of a tracker have the distribution of its model."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import pytest
 from numba import njit
 
 from scenarios import catalog
+from scenarios.envs.pictureless.episode_state import ACROSS, ALONG, EPISODE_STATE
 from scenarios.envs.pictureless.error_kernel import error_record, start_tracker, track
 from scenarios.envs.pictureless.error_model import LOST, TRACKING, WRONG, error_model, model_from_json
-from scenarios.envs.pictureless.life import ACROSS, ALONG, LIFE
 from scenarios.envs.pictureless.poses import turn_down
 from tests.scenarios.envs.pictureless.hand_made import model
 
@@ -20,69 +20,69 @@ SIZE_M = np.array([4.6, 1.9, 1.5])
 
 
 @njit
-def track_all(lives: Any, errors: Any, size_m: Any, camera: Any, rng: Any) -> None:
-    for k in range(len(lives)):
-        track(lives[k], errors[0], size_m, 0.5, camera, rng)
+def track_all(states: Any, errors: Any, size_m: Any, camera: Any, rng: Any) -> None:
+    for k in range(len(states)):
+        track(states[k], errors[0], size_m, 0.5, camera, rng)
 
 
 @njit
-def start_all(lives: Any, rng: Any) -> None:
-    for k in range(len(lives)):
-        start_tracker(lives[k], rng)
-        lives[k].camera_m[2] = 60.0
-        turn_down(lives[k].R, 0.0, 0.0, 0.0)
+def start_all(states: Any, rng: Any) -> None:
+    for k in range(len(states)):
+        start_tracker(states[k], rng)
+        states[k].camera_m[2] = 60.0
+        turn_down(states[k].R, 0.0, 0.0, 0.0)
 
 
-def said_m(lives: np.ndarray) -> np.ndarray:
-    """Return places (B, 2) that a camera straight above the origin makes of what is said."""
-    offset_px = lives["estimate_px"] - CAMERA[1:]
+def said_m(states: np.ndarray) -> np.ndarray:
+    """Return the places (B, 2) of the answers for a camera straight above the origin."""
+    offset_px = states["estimate_px"] - CAMERA[1:]
     return np.column_stack([-offset_px[:, 1], -offset_px[:, 0]]) * (60.0 - 0.75) / CAMERA[0]
 
 
 def test_errors_have_the_model_s_mean_variance_and_memory() -> None:
-    rng, lives = np.random.default_rng(2), np.zeros(20_000, LIFE)
+    rng, states = np.random.default_rng(2), np.zeros(20_000, EPISODE_STATE)
     errors = error_record(model())
-    start_all(lives, rng)
-    lives["visible"] = 1.0
-    track_all(lives, errors, SIZE_M, CAMERA, rng)
-    before = lives["latent"].copy()
-    track_all(lives, errors, SIZE_M, CAMERA, rng)
-    assert (lives["mode"] == TRACKING).all()
-    places_m = said_m(lives)
+    start_all(states, rng)
+    states["visible"] = 1.0
+    track_all(states, errors, SIZE_M, CAMERA, rng)
+    before = states["latent"].copy()
+    track_all(states, errors, SIZE_M, CAMERA, rng)
+    assert (states["mode"] == TRACKING).all()
+    places_m = said_m(states)
     np.testing.assert_allclose(places_m.mean(axis=0), 0.0, atol=0.01)
-    # Outermost quantiles, beyond 2.4 deviations, are cut.
+    # Quantiles beyond 2.4 deviations are cut.
     np.testing.assert_allclose(places_m.std(axis=0), 0.3, rtol=0.02)
     for latent in (ALONG, ACROSS):
-        assert np.corrcoef(before[:, latent], lives["latent"][:, latent])[0, 1] == pytest.approx(0.5, abs=0.02)
-    lives["visible"] = 0.0
+        assert np.corrcoef(before[:, latent], states["latent"][:, latent])[0, 1] == pytest.approx(0.5, abs=0.02)
+    states["visible"] = 0.0
     for _ in range(40):
-        track_all(lives, errors, SIZE_M, CAMERA, rng)
-    assert (lives["mode"] == LOST).all()
-    assert (lives["unsure_frames"] == 40).all()
-    np.testing.assert_allclose(said_m(lives).std(axis=0), 4.0, rtol=0.03)
-    assert (lives["probability"] == 0.1).all()
+        track_all(states, errors, SIZE_M, CAMERA, rng)
+    assert (states["mode"] == LOST).all()
+    assert (states["unsure_frames"] == 40).all()
+    np.testing.assert_allclose(said_m(states).std(axis=0), 4.0, rtol=0.03)
+    assert (states["probability"] == 0.1).all()
 
 
 def test_modes_follow_their_rates() -> None:
     rates = model().rates.copy()
     rates[0, :, :, TRACKING] = [0.9, 0.08, 0.02]
-    rng, lives = np.random.default_rng(2), np.zeros(40_000, LIFE)
-    start_all(lives, rng)
-    lives["visible"] = 1.0
-    track_all(lives, error_record(model(rates=rates)), SIZE_M, CAMERA, rng)
-    shares = np.bincount(lives["mode"], minlength=3) / len(lives)
+    rng, states = np.random.default_rng(2), np.zeros(40_000, EPISODE_STATE)
+    start_all(states, rng)
+    states["visible"] = 1.0
+    track_all(states, error_record(model(rates=rates)), SIZE_M, CAMERA, rng)
+    shares = np.bincount(states["mode"], minlength=3) / len(states)
     np.testing.assert_allclose(shares, [0.9, 0.08, 0.02], atol=0.005)
-    wrong = lives["mode"] == WRONG
-    np.testing.assert_allclose(np.linalg.norm(said_m(lives[wrong]), axis=1).mean(), 10 * np.sqrt(2), rtol=0.03)
+    wrong = states["mode"] == WRONG
+    np.testing.assert_allclose(np.linalg.norm(said_m(states[wrong]), axis=1).mean(), 10 * np.sqrt(2), rtol=0.03)
 
 
 def test_what_is_not_known_is_not_said() -> None:
     known_share = model().known_share.copy()
     known_share[LOST] = 0.3
-    rng, lives = np.random.default_rng(2), np.zeros(20_000, LIFE)
-    start_all(lives, rng)
-    track_all(lives, error_record(model(known_share=known_share)), SIZE_M, CAMERA, rng)
-    assert lives["known"].mean() == pytest.approx(0.3, abs=0.015)
+    rng, states = np.random.default_rng(2), np.zeros(20_000, EPISODE_STATE)
+    start_all(states, rng)
+    track_all(states, error_record(model(known_share=known_share)), SIZE_M, CAMERA, rng)
+    assert states["known"].mean() == pytest.approx(0.3, abs=0.015)
 
 
 def test_text_and_back() -> None:

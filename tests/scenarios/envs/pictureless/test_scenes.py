@@ -1,4 +1,4 @@
-"""A scenario says itself how it is played without pictures; the env asks it, and names none."""
+"""A scenario supplies its simulation without pictures; the env names no scenario."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ SCENE_WORDS = {"road", "town", "stereo", "sheet", "helicopter", "robot"}
 
 
 class Drifting(RoadWorld):
-    """Goes north with the wind, whatever is commanded."""
+    """Moves north with the wind, independent of commands."""
 
-    def move(self, lives: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
-        super().move(lives, wanted, waiting, sightings, rng)
-        lives["place_m"][:] = 0.0
-        lives["place_m"][:, 1] = lives["frame"]
+    def move(self, states: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
+        super().move(states, wanted, waiting, sightings, rng)
+        states["place_m"][:] = 0.0
+        states["place_m"][:, 1] = states["frame"]
 
 
 class BalloonPictureless(RoadPictureless):
-    """That of the town, but for what moves."""
+    """The town's plans with another carrier."""
 
-    def world(self, *told: Any) -> Drifting:
-        return Drifting(*told)
+    def world(self, *arguments: Any) -> Drifting:
+        return Drifting(*arguments)
 
 
 BALLOON_TOWN = replace(ROAD_TOWN, id="balloon-town-v1", carrier=BALLOON, pictureless=BalloonPictureless())
@@ -54,13 +54,13 @@ def _known(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("_known")
 def test_what_looks_down_moves_as_its_own_scenario_says() -> None:
-    told = {**SETTINGS, "scenario": BALLOON_TOWN.id, "bank": replace(bank(), scenario=BALLOON_TOWN.id)}
-    made = PicturelessVectorEnv(3, **told, model=model(scenario=BALLOON_TOWN.id))
+    arguments = {**SETTINGS, "scenario": BALLOON_TOWN.id, "bank": replace(bank(), scenario=BALLOON_TOWN.id)}
+    made = PicturelessVectorEnv(3, **arguments, model=model(scenario=BALLOON_TOWN.id))
     assert made.action_space.shape == (3, 1)
     made.reset(seed=0)
     for _ in range(5):
         made.step(np.ones((3, 1)))
-    np.testing.assert_array_equal(made.lives["place_m"], np.tile([0.0, 5.0, 0.0], (3, 1)))
+    np.testing.assert_array_equal(made.states["place_m"], np.tile([0.0, 5.0, 0.0], (3, 1)))
 
 
 @pytest.mark.usefixtures("_known")

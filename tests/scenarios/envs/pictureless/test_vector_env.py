@@ -1,4 +1,4 @@
-"""The vector env as Gymnasium wants it: spaces, seeds, resets within the step, errors in one line."""
+"""The vector env follows Gymnasium: spaces, seeds, resets within the step, errors in one line."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ def envs(count: int = 5, **changes: Any) -> PicturelessVectorEnv:
     return PicturelessVectorEnv(count, **SETTINGS | {"bank": bank(), "model": model()} | changes)
 
 
-def lived(made: PicturelessVectorEnv, seed: int, steps: int = 80) -> list[np.ndarray]:
+def rollout(made: PicturelessVectorEnv, seed: int, steps: int = 80) -> list[np.ndarray]:
     rng = np.random.default_rng(1)
-    told = [made.reset(seed=seed)[0]]
+    outputs = [made.reset(seed=seed)[0]]
     for _ in range(steps):
         observed, rewards, *_ = made.step(rng.uniform(-1, 1, made.action_space.shape or ()).astype(np.float32))
-        told += [observed, rewards]
-    return told
+        outputs += [observed, rewards]
+    return outputs
 
 
 @pytest.mark.parametrize("starts", ["episodes", "frame-outs"])
 @pytest.mark.parametrize("link", ["prompt", "delayed", "noisy"])
 def test_the_same_seed_repeats_everything(starts: str, link: str) -> None:
-    first, again, other = (lived(envs(starts=starts, link=link), seed) for seed in (4, 4, 5))
+    first, again, other = (rollout(envs(starts=starts, link=link), seed) for seed in (4, 4, 5))
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
     assert any(not np.array_equal(a, b) for a, b in zip(first, other, strict=True))
 
@@ -68,7 +68,7 @@ def test_who_ends_begins_anew_within_the_step() -> None:
     assert not any(infos[f"reward_{term}"].any() for term in TERMS)
     assert made.single_observation_space.contains(infos["final_obs"][0])
     assert not np.array_equal(observed[0], infos["final_obs"][0])
-    assert (made.lives["frame"] == 0).all()
+    assert (made.states["frame"] == 0).all()
     assert (made.step(nothing)[4]["frame"] == 1).all()
 
 
@@ -76,7 +76,7 @@ def test_being_lost_may_end_an_episode() -> None:
     made = envs(4, lost_after_s=0.4)
     made.reset(seed=1)
     ends = [made.step(np.zeros((4, 4)))[2].any() for _ in range(FRAMES - 1)]
-    # The gust throws the view aside on frame 30.
+    # The gust swings the view aside on frame 30.
     assert ends.index(True) == 30 - 1 + 6 - 1
 
 
@@ -98,12 +98,12 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
         made.reset(seed=1)
         for _ in range(20):
             made.step(np.ones((2, 4)))
-    assert (always.lives["obeyed"][:, 3] > 0).all()
-    assert (unseen.lives["obeyed"][:, 3] == 0).all(), "it saw its target all the time"
+    assert (always.states["obeyed"][:, 3] > 0).all()
+    assert (unseen.states["obeyed"][:, 3] == 0).all(), "it saw its target all the time"
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"starts": "anywhere"}, "starts: expected one of"),
         ({"observation": "pixels"}, "observation: expected 'track'"),
@@ -112,8 +112,8 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
         ({"model": None, "tracker": "hold"}, "tracker: expected one with an error model"),
     ],
 )
-def test_errors_say_what_was_expected(changes: dict[str, Any], said: str) -> None:
-    with pytest.raises(ValueError, match=said):
+def test_errors_say_what_was_expected(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         envs(**changes)
 
 

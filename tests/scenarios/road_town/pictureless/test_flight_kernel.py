@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 
 from scenarios.road_town.flight import AirState, Helicopter, Pulse
-from scenarios.road_town.pictureless.flight_kernel import FLIGHT_LIFE, fly, look_down
+from scenarios.road_town.pictureless.flight_kernel import FLIGHT_STATE, fly, look_down
 from scenarios.road_town.presets import RoadTown
 from trackers.types import CameraCommand
 
@@ -17,11 +17,11 @@ RATE_HZ = 15.0
 
 
 @njit
-def fly_one(lives: Any, wanted: Any, attitude_rad: Any, rng: Any, scratch: Any) -> None:
+def fly_one(states: Any, wanted: Any, attitude_rad: Any, rng: Any, scratch: Any) -> None:
     for axis in range(4):
-        lives[0].obeyed[axis] = wanted[axis]
-    fly(lives[0], 1.0 / RATE_HZ)
-    look_down(lives[0], attitude_rad, 0.0, 0.0, rng, scratch)
+        states[0].obeyed[axis] = wanted[axis]
+    fly(states[0], 1.0 / RATE_HZ)
+    look_down(states[0], attitude_rad, 0.0, 0.0, rng, scratch)
 
 
 def test_helicopters_fly_alike() -> None:
@@ -29,15 +29,15 @@ def test_helicopters_fly_alike() -> None:
     air = AirState(70.0, rng.normal(0, 0.1, (300, 3)), np.zeros((300, 2)), np.full(300, 0.7))
     pulse = Pulse(50, 6, 20, 8, (30.0, -20.0), True)
     helicopter = Helicopter(RoadTown(""), air, [pulse], np.array([5.0, -3.0]))
-    lives, scratch = np.zeros(1, FLIGHT_LIFE), np.zeros(3)
-    lives["place_m"], lives["yaw_rad"] = [5.0, -3.0, 70.0], 0.7
+    states, scratch = np.zeros(1, FLIGHT_STATE), np.zeros(3)
+    states["place_m"], states["yaw_rad"] = [5.0, -3.0, 70.0], 0.7
     attitude_rad = helicopter._attitude_rad
     for frame in range(1, 300):
-        # Now and then beyond every limit, long enough to reach the lowest height.
+        # Commands exceed every limit at times, and the flight is long enough to reach the lowest height.
         command = rng.normal([0, 0, -4, 0], [25, 25, 6, 1])
         helicopter.fly(CameraCommand(*command))
-        fly_one(lives, command, attitude_rad[frame], rng, scratch)
+        fly_one(states, command, attitude_rad[frame], rng, scratch)
         pose = helicopter.pose(frame)
-        np.testing.assert_allclose(lives["R"][0], pose[:3, :3], atol=1e-9)
-        np.testing.assert_allclose(lives["camera_m"][0], pose[:3, 3], atol=1e-9)
-    assert lives["place_m"][0, 2] == pytest.approx(40.0)
+        np.testing.assert_allclose(states["R"][0], pose[:3, :3], atol=1e-9)
+        np.testing.assert_allclose(states["camera_m"][0], pose[:3, 3], atol=1e-9)
+    assert states["place_m"][0, 2] == pytest.approx(40.0)

@@ -1,4 +1,4 @@
-"""The kernel drives, measures and hides as the rendered env does."""
+"""The kernel's motion, odometry and occlusion equal those of the rendered env."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numba import njit
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.odometry import Odometry
-from scenarios.stereo_follow.pictureless.drive_kernel import DRIVE_LIFE, covered_share, drive, look_ahead
+from scenarios.stereo_follow.pictureless.drive_kernel import DRIVE_STATE, covered_share, drive, look_ahead
 from scenarios.stereo_follow.robot import Robot
 from trackers.types import CameraCommand
 
@@ -19,15 +19,15 @@ RATE_HZ = 15.0
 
 
 @njit
-def drive_one(lives: Any, wanted: Any, free_m: Any, rng: Any) -> None:
-    lives[0].obeyed[0], lives[0].obeyed[3] = wanted[0], wanted[1]
-    drive(lives[0], free_m, 1.0 / RATE_HZ, rng)
-    look_ahead(lives[0], rng)
+def drive_one(states: Any, wanted: Any, free_m: Any, rng: Any) -> None:
+    states[0].obeyed[0], states[0].obeyed[3] = wanted[0], wanted[1]
+    drive(states[0], free_m, 1.0 / RATE_HZ, rng)
+    look_ahead(states[0], rng)
 
 
 @njit
-def covered_one(lives: Any, others_m: Any, openings_m: Any) -> Any:
-    return covered_share(lives[0], others_m, openings_m)
+def covered_one(states: Any, others_m: Any, openings_m: Any) -> Any:
+    return covered_share(states[0], others_m, openings_m)
 
 
 def test_robots_drive_and_measure_alike() -> None:
@@ -37,34 +37,34 @@ def test_robots_drive_and_measure_alike() -> None:
     robot, odometry = Robot(plan, start_m, 0.2, RATE_HZ), Odometry(np.random.default_rng(9))
     odometry.measure(robot.place_m, robot.heading_rad)
     slips = np.random.default_rng(9)
-    lives = np.zeros(1, DRIVE_LIFE)
-    lives["odometry_scales"] = 1.0 + np.array([0.01, 0.02]) * slips.normal(size=2)
-    lives["place_m"][0, :2], lives["yaw_rad"] = start_m, 0.2
+    states = np.zeros(1, DRIVE_STATE)
+    states["odometry_scales"] = 1.0 + np.array([0.01, 0.02]) * slips.normal(size=2)
+    states["place_m"][0, :2], states["yaw_rad"] = start_m, 0.2
     for _ in range(400):
         command = rng.normal([0.8, 0.0], [1.0, 1.5])
         robot.drive(CameraCommand(forward_mps=command[0], yaw_rate_rad_s=command[1]))
-        # Slips are drawn in the same order; the camera's shaking after them must not disturb that.
+        # Slips are drawn in the same order; the draws of the camera's shaking come after them.
         state = slips.bit_generator.state
-        drive_one(lives, command, plan.free_m, slips)
+        drive_one(states, command, plan.free_m, slips)
         slips.bit_generator.state = state
         slips.normal(size=2)
         believed = odometry.measure(robot.place_m, robot.heading_rad)
-        assert (lives["place_m"][0, :2] == robot.place_m).all()
-        np.testing.assert_allclose(lives["R_measured"][0], believed[:3, :3], atol=1e-9)
-        np.testing.assert_allclose(lives["camera_measured_m"][0], believed[:3, 3], atol=1e-9)
-        shaken = camera_pose(robot.place_m, robot.heading_rad, *lives["shake_rad"][0])
-        np.testing.assert_allclose(lives["R"][0], shaken[:3, :3], atol=1e-9)
+        assert (states["place_m"][0, :2] == robot.place_m).all()
+        np.testing.assert_allclose(states["R_measured"][0], believed[:3, :3], atol=1e-9)
+        np.testing.assert_allclose(states["camera_measured_m"][0], believed[:3, 3], atol=1e-9)
+        shaken = camera_pose(robot.place_m, robot.heading_rad, *states["shake_rad"][0])
+        np.testing.assert_allclose(states["R"][0], shaken[:3, :3], atol=1e-9)
 
 
 def test_walls_and_people_hide() -> None:
-    lives = np.zeros(1, DRIVE_LIFE)
-    lives["place_m"], lives["target_m"] = [-2.0, 1.0, 0.0], [2.0, 1.0]
-    wall, nobody = np.array([[0.0, 0.0, 0.0, 2.0]]), np.full((1, 2), 1e6)
-    assert covered_one(lives, nobody, wall) == 0.0
+    states = np.zeros(1, DRIVE_STATE)
+    states["place_m"], states["target_m"] = [-2.0, 1.0, 0.0], [2.0, 1.0]
+    wall, far_away = np.array([[0.0, 0.0, 0.0, 2.0]]), np.full((1, 2), 1e6)
+    assert covered_one(states, far_away, wall) == 0.0
     # The opening is elsewhere.
-    assert covered_one(lives, nobody, np.array([[0.0, 3.0, 0.0, 5.0]])) == 1.0
-    # On the line, his shadow is wider than the target; aside by a shadow's and the target's half widths it is gone.
-    assert covered_one(lives, np.array([[0.0, 1.0]]), wall) == 1.0
-    assert covered_one(lives, np.array([[0.0, 1.0 + 0.5 * 0.5]]), wall) == pytest.approx(0.5)
-    assert covered_one(lives, np.array([[0.0, 1.0 + 0.5 * 0.76]]), wall) == 0.0
-    assert covered_one(lives, np.array([[3.0, 1.0]]), wall) == 0.0, "he stands behind the target"
+    assert covered_one(states, far_away, np.array([[0.0, 3.0, 0.0, 5.0]])) == 1.0
+    # On the line, the person's shadow is wider than the target; at the sum of both half widths it misses the target.
+    assert covered_one(states, np.array([[0.0, 1.0]]), wall) == 1.0
+    assert covered_one(states, np.array([[0.0, 1.0 + 0.5 * 0.5]]), wall) == pytest.approx(0.5)
+    assert covered_one(states, np.array([[0.0, 1.0 + 0.5 * 0.76]]), wall) == 0.0
+    assert covered_one(states, np.array([[3.0, 1.0]]), wall) == 0.0, "the person stands behind the target"

@@ -1,4 +1,4 @@
-"""The controllers whose commands are corrected, for many at a time."""
+"""Controllers of many pictureless envs at a time, whose commands an action corrects."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from trackers.protocols import Controller
 from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
 
 
-class Law(Protocol):
-    """Commands of B envs."""
+class VectorController(Protocol):
+    """Gives the commands of B envs."""
 
     def begin(self, which: NDArray[np.int64]) -> None:
-        """Take it that episodes begin in the envs ``which`` (K,)."""
+        """Note that episodes begin in the envs ``which`` (K,)."""
         ...
 
-    def command(self, lives: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+    def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
         """Write commands (B, 4): forward, right, climb, yaw rate."""
         ...
 
 
-class KernelLaw:
-    """A controller whose law is a kernel over beliefs."""
+class VectorKernelController:
+    """A controller with a kernel over beliefs."""
 
     def __init__(self, parameters: Any, steer: Any, record: np.dtype[Any]) -> None:
         self._parameters = np.array([dataclasses.astuple(parameters)], record)
         self._steer = steer
 
     def begin(self, which: NDArray[np.int64]) -> None:
-        """See ``Law``; beliefs are all that it goes by."""
+        """See ``VectorController``; the kernel has no state besides the beliefs."""
 
-    def command(self, lives: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
-        """See ``Law``."""
+    def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+        """See ``VectorController``."""
         self._steer(beliefs, self._parameters, out)
 
 
-class ControllersLaw:
-    """Any other controller, one object for each env, asked one after another: slow.
+class SeparateControllers:
+    """Any other controller: one object per env, called one after another, which is slow.
 
-    Posteriors are told as Gaussians: a controller that reads particles is told less than in the rendered env.
+    It gets posteriors as Gaussians, which is less than the particles of the rendered env.
     """
 
     def __init__(self, create: Callable[[], Controller], carrier: Carrier, world: World, count: int) -> None:
@@ -55,42 +55,42 @@ class ControllersLaw:
         self._picture = np.zeros((*(2 * world.camera[:0:-1]).astype(int), 3), np.uint8)
 
     def begin(self, which: NDArray[np.int64]) -> None:
-        """See ``Law``."""
+        """See ``VectorController``."""
         for k in which:
             self._controllers[k] = self._create()
 
-    def command(self, lives: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
-        """See ``Law``."""
+    def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+        """See ``VectorController``."""
         for k, controller in enumerate(self._controllers):
-            given = controller.command(self._observation(lives[k]), self._estimate(lives[k]))
+            given = controller.command(self._observation(states[k]), self._estimate(states[k]))
             out[k] = [getattr(given, name) for name in BODY_COMMANDS]
 
-    def _observation(self, life: Any) -> Observation:
+    def _observation(self, state: Any) -> Observation:
         focal_px, half_width_px, half_height_px = self._world.camera
         T_world_camera = np.eye(4)
-        T_world_camera[:3, :3], T_world_camera[:3, 3] = life["R_measured"], life["camera_measured_m"]
+        T_world_camera[:3, :3], T_world_camera[:3, 3] = state["R_measured"], state["camera_measured_m"]
         camera = CameraModel(round(2 * half_width_px), round(2 * half_height_px), float(focal_px))
-        time_s = float(life["steps"] * self._world.interval_s)
+        time_s = float(state["steps"] * self._world.interval_s)
         return Observation(self._picture, time_s, camera, ego=EgoPose(T_world_camera))
 
-    def _estimate(self, life: Any) -> Estimate:
-        if life["known"] == 0.0:
+    def _estimate(self, state: Any) -> Estimate:
+        if state["known"] == 0.0:
             return Estimate(np.full(2, np.nan), in_view_probability=0.0)
-        place_px = life["estimate_px"].copy()
-        half_px = float(life["length_share"] * self._world.camera[1])
-        spread_px = float(life["spread_m"]) * self._world.camera[0] / float(life["depth_m"])
+        place_px = state["estimate_px"].copy()
+        half_px = float(state["length_share"] * self._world.camera[1])
+        spread_px = float(state["spread_m"]) * self._world.camera[0] / float(state["depth_m"])
         return Estimate(
             place_px,
             box_xyxy=np.concatenate([place_px - half_px, place_px + half_px]),
-            in_view_probability=float(life["probability"]),
+            in_view_probability=float(state["probability"]),
             covariance_px=np.eye(2) * spread_px**2 if self._down else None,
-            depth_m=None if self._down else float(life["depth_m"]),
+            depth_m=None if self._down else float(state["depth_m"]),
         )
 
 
-def law_of(settings: FollowSettings, carrier: Carrier, world: World, count: int) -> Law:
+def vector_controller(settings: FollowSettings, carrier: Carrier, world: World, count: int) -> VectorController:
     """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
     entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
     if entry.kernel is not None:
-        return KernelLaw(entry.parameters(**values), *entry.kernel)
-    return ControllersLaw(lambda: entry.create(**values), carrier, world, count)
+        return VectorKernelController(entry.parameters(**values), *entry.kernel)
+    return SeparateControllers(lambda: entry.create(**values), carrier, world, count)

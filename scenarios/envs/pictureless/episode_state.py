@@ -1,4 +1,4 @@
-"""All that a pictureless env knows of one episode in progress, as a plain record."""
+"""The state of one episode in a pictureless env, as a plain record."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from scenarios.command_link import LINK_FIELDS
 
 LATENTS = 8
 ALONG, ACROSS, SPREAD, DENSEST_ALONG, DENSEST_ACROSS, DENSEST_SHARE, PROBABILITY, LENGTH = range(LATENTS)
-"""What is random about a tracker's answer, in the order of ``LIFE``'s ``latent``."""
+"""The random quantities of a tracker's answer, in the order of ``EPISODE_STATE``'s ``latent``."""
 
-NOBODY, ANYTHING = -1, -2
-"""Instead of an index of somebody else: there is nobody whom it could follow; nobody else is known of."""
+NO_OTHER, OTHER_UNKNOWN = -1, -2
+"""Instead of another object's index: no other object is in sight; the scene does not model other objects."""
 
 _FIELDS: list[Any] = [
-    # Which of the bank's episodes, and on which frame.
+    # Index of the bank's episode, and its frame.
     ("episode", "i8"),
     ("frame", "i8"),
     *LINK_FIELDS,
@@ -29,7 +29,7 @@ _FIELDS: list[Any] = [
     ("camera_m", "f8", (3,)),
     ("R_measured", "f8", (3, 3)),
     ("camera_measured_m", "f8", (3,)),
-    # What is so of the target.
+    # The target's truth.
     ("target_m", "f8", (2,)),
     ("target_rad", "f8"),
     ("target_px", "f8", (2,)),
@@ -38,17 +38,17 @@ _FIELDS: list[Any] = [
     ("centring", "f8"),
     ("in_view", "f8"),
     ("frames_out", "i8"),
-    # What the tracker is up to, see ``error_kernel``.
+    # The tracker's mode, see ``error_kernel``.
     ("condition", "i8"),
     ("condition_frames", "i8"),
     ("mode", "i8"),
     ("unsure_frames", "i8"),
-    # Whom it follows, or would, if it takes somebody else for its target, and where he is from there.
+    # The object that the tracker confuses, or would confuse, with its target: index, and place relative to the target.
     ("other", "i8"),
     ("other_offset_m", "f8", (2,)),
     ("axis_rad", "f8"),
     ("latent", "f8", (LATENTS,)),
-    # What it says.
+    # The tracker's answer.
     ("known", "f8"),
     ("estimate_px", "f8", (2,)),
     ("depth_m", "f8"),
@@ -60,13 +60,13 @@ _FIELDS: list[Any] = [
 ]
 
 
-def life_with(*fields: Any) -> np.dtype[Any]:
-    """Return the record with more fields, of a carrier's own.
+def state_dtype(*fields: Any) -> np.dtype[Any]:
+    """Return the record's dtype with a carrier's own ``fields``.
 
-    They come first: Numba takes a record that begins like another for a kind of it, and a kernel compiled for either
-    would serve both.
+    They come first: Numba would treat a record that begins like another as a subtype of it, and would use a kernel
+    compiled for one on the other.
     """
     return np.dtype([*fields, *_FIELDS], align=True)
 
 
-LIFE = life_with()
+EPISODE_STATE = state_dtype()
