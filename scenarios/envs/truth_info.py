@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, get_args
 
 import numpy as np
@@ -18,22 +19,22 @@ COMMANDS = get_args(CommandName)
 NO_REWARD = dict.fromkeys(TERMS, 0.0)
 
 
-def _truth_fields() -> dict[str, tuple[str, tuple[int, ...], str]]:
-    """Return the numeric fields of ``Truth`` about the frame and the target: key -> dtype, shape and description."""
-    fields = {}
-    for name, meaning in meanings(Truth).items():
-        if meaning.per_pixel or meaning.unit == "word":
+@cache
+def truth_keys(kind: type[Truth]) -> dict[str, tuple[str, tuple[int, ...], str]]:
+    """Return the numeric fields of a kind of ``Truth`` about the frame and the target, in the form of ``INFO``."""
+    keys = {}
+    for name, meaning in meanings(kind).items():
+        if meaning.per_pixel or meaning.unit == "word" or dtype_of(kind, name).hasobject:
             continue
         shape = tuple(int(size) for size in (meaning.shape[1:] if meaning.per_object else meaning.shape))
         words = ("of the target" if meaning.per_object else "", meaning.unit.removeprefix("1"), meaning.coding)
-        fields[name] = (dtype_of(Truth, name).name, shape, ", ".join(filter(None, words)))
-    return fields
+        keys[name] = (dtype_of(kind, name).name, shape, ", ".join(filter(None, words)))
+    return keys
 
 
-_TRUTH_FIELDS = _truth_fields()
 INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "episode_seed": ("int64", (), "seed of the episode in the catalogue"),
-    **_TRUTH_FIELDS,
+    **truth_keys(Truth),
     "state": ("int64", (), f"index of the target's state in {', '.join(_STATES)}"),
     "in_view": ("bool", (), "target's centre in the picture, hidden or not, and its box at least 12 pixels long"),
     "centring": ("float64", (), "1 with the target in the middle of the picture, 0 on its border and outside"),
@@ -43,7 +44,9 @@ INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "command": ("float64", (len(COMMANDS),), f"command obeyed: {', '.join(COMMANDS)}"),
     **{f"reward_{term}": ("float64", (), "weighted term of the step's reward; 0 after a reset") for term in TERMS},
 }
-"""Key -> dtype, shape and description of its value. If there are two cameras, truth is that of the steered one."""
+"""Key -> dtype, shape and description of its value. If there are two cameras, truth is that of the steered one. Numbers
+that a scene's own kind of ``Truth`` has besides are in the ``info`` of its env too, see ``truth_keys``.
+"""
 
 
 def truth_info(
@@ -56,10 +59,11 @@ def truth_info(
 ) -> dict[str, Any]:
     """Return the info of one step for the object ``target``, see ``INFO``; ``terms`` are the reward's."""
     truth, camera = frame.judged
+    kind: Any = type(truth)
     error_px = np.asarray(estimate.position_px) - frame.truth.position_px[target]
     return {
         "episode_seed": episode_seed,
-        **{name: _of_target(truth, target, name) for name in _TRUTH_FIELDS},
+        **{name: _plain(getattr(truth, name), each, target) for name, each in _is_per_object(kind).items()},
         "state": _STATES.index(truth.state[target]),
         "in_view": is_in_view(truth, target, camera),
         "centring": centring(truth, target, camera),
@@ -71,11 +75,12 @@ def truth_info(
     }
 
 
-_PER_OBJECT = {name: meaning.per_object for name, meaning in meanings(Truth).items()}
+@cache
+def _is_per_object(kind: type[Truth]) -> dict[str, bool]:
+    return {name: meanings(kind)[name].per_object for name in truth_keys(kind)}
 
 
-def _of_target(truth: Truth, target: int, name: str) -> Any:
+def _plain(value: Any, per_object: bool, target: int) -> Any:
     """Return a field of the frame or of the target: a copy of an array, or a Python number."""
-    value = getattr(truth, name)
-    value = value[target] if _PER_OBJECT[name] else value
+    value = value[target] if per_object else value
     return value.copy() if np.ndim(value) else getattr(value, "item", lambda: value)()

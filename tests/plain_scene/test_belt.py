@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
 import pytest
@@ -14,12 +16,18 @@ from benchmarks.suites.registry import Scene, add_scene, register_suite, suite
 from scenarios import catalog
 from scenarios.loop import Loop
 from scenarios.truth import check_truth
-from tests.plain_scene import belt
 
-MODULES = ("--modules", belt.__name__, "--preset", "quick", "--seeds", "0:1")
+MODULE = "tests.plain_scene.belt"
+MODULES = ("--modules", MODULE, "--preset", "quick", "--seeds", "0:1")
 
 
-def test_the_target_leaves_and_comes_back_and_repeats_to_the_byte() -> None:
+@pytest.fixture(scope="module", autouse=True)
+def belt() -> Any:
+    """Return the scene's module. Imported here, it is not yet registered when tests of all scenes are collected."""
+    return importlib.import_module(MODULE)
+
+
+def test_the_target_leaves_and_comes_back_and_repeats_to_the_byte(belt: Any) -> None:
     runs = []
     for _ in range(2):
         episode = belt.CONVEYOR.episode("quick", 3)
@@ -36,7 +44,7 @@ def test_the_target_leaves_and_comes_back_and_repeats_to_the_byte() -> None:
 def test_contestants_of_a_suite_without_events_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "belt", *MODULES, "--workers", "0", "--out", str(tmp_path)]) == 0
     assert "outside error (px)" in capsys.readouterr().out
-    assert main(["compare", "hold", "colour_pf", "--modules", belt.__name__, "--directory", str(tmp_path)]) == 0
+    assert main(["compare", "hold", "colour_pf", "--modules", MODULE, "--directory", str(tmp_path)]) == 0
     assert "outside_error_px" in capsys.readouterr().out
 
 
@@ -46,6 +54,7 @@ def test_a_camera_at_rest_has_an_env_with_nothing_to_command_and_no_controllers_
     env = gym.make("frameout/Conveyor-v1", preset="quick")
     check_env(env.unwrapped, skip_render_check=True)
     assert env.action_space.shape == (0,)
+    assert env.reset(seed=0)[1]["run_m"] == 0.0
     env.close()
     if not suite("follow").is_about("conveyor"):
         add_scene("follow", Scene("conveyor", trackers_of="frame-out"))
@@ -55,7 +64,7 @@ def test_a_camera_at_rest_has_an_env_with_nothing_to_command_and_no_controllers_
 
 
 def test_a_truth_that_is_not_what_it_says_ends_the_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    belt: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(belt, "visible_fraction", lambda *seen: 3.0)
     assert main(["bench", "belt", *MODULES, "--workers", "0", "--out", str(tmp_path)]) == 2
@@ -65,6 +74,6 @@ def test_a_truth_that_is_not_what_it_says_ends_the_run(
 def test_names_that_do_not_fit_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="metric: expected one of outside_error_px; got 'found'"):
         register_suite(replace(suite("belt"), name="odd", headline=("found",)))
-    monkeypatch.setattr(catalog, "_ENTRIES", (catalog.Entry("other-v1", f"{belt.__name__}:CONVEYOR"),))
+    monkeypatch.setattr(catalog, "_ENTRIES", (catalog.Entry("other-v1", f"{MODULE}:CONVEYOR"),))
     with pytest.raises(ValueError, match=r"CONVEYOR to have its entry's id 'other-v1', got 'conveyor-v1'"):
         catalog.scenario("other")

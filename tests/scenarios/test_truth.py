@@ -12,10 +12,9 @@ import pytest
 
 from scenarios import catalog
 from scenarios.envs.reward import TERMS
-from scenarios.envs.truth_info import INFO, NO_REWARD, truth_info
+from scenarios.envs.truth_info import INFO, NO_REWARD, truth_info, truth_keys
 from scenarios.scenario import Frame
 from scenarios.truth import (
-    Truth,
     TruthExtent,
     VisibilityState,
     check_truth,
@@ -173,14 +172,16 @@ def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) 
     rest = {"episode_seed", "in_view", "centring", "length_px", "place_m", "error_px", "command"}
     rest |= {f"reward_{term}" for term in TERMS}
     expected = {"state": get_args(VisibilityState).index(truth.state[target])}
-    for field in dataclasses.fields(Truth):
+    kind: Any = type(truth)
+    keys = INFO | truth_keys(kind)
+    for field in dataclasses.fields(truth):
         value = np.asarray(getattr(truth, field.name))
         if value.dtype.kind in "biuf" and value.shape[:2] != truth.instance_map.shape:
-            meaning, words = meanings(Truth)[field.name], INFO[field.name][2]
+            meaning, words = meanings(truth)[field.name], keys[field.name][2]
             expected[field.name] = value[target] if meaning.per_object else value
             assert (meaning.unit in words.split(", ")) == (meaning.unit != "1")
             assert meaning.coding in words
-    assert set(INFO) == set(held) == rest | set(expected)
+    assert set(keys) == set(held) == rest | set(expected)
     for name, value in expected.items():
         assert_equal(held[name], value, name)
         assert not (isinstance(held[name], np.ndarray) and np.shares_memory(held[name], getattr(truth, name)))

@@ -19,7 +19,7 @@ from benchmarks import cli
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.ids import register_envs
 from scenarios.envs.processes import EnvProcesses
-from scenarios.envs.truth_info import INFO
+from scenarios.envs.truth_info import INFO, truth_keys
 from tests.fakes_scenario import NoParameters, Still
 from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import IDS, stand_in
@@ -88,7 +88,8 @@ def test_with_pictures_one_says_how_they_are_put_side_by_side():
 def test_info_says_what_is_declared():
     env = FollowEnv(**keywords())
     _, info = env.reset(seed=0)
-    declared = {key: (dtype, shape) for key, (dtype, shape, _) in INFO.items()}
+    keys = INFO | truth_keys(type(env.episode.frame.truth))
+    declared = {key: (dtype, shape) for key, (dtype, shape, _) in keys.items()}
     assert {key: (str(np.asarray(value).dtype), np.shape(value)) for key, value in info.items()} == declared
 
 
