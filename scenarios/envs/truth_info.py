@@ -76,7 +76,7 @@ def truth_info(
 
 
 @cache
-def _is_per_object(kind: type[Truth]) -> dict[str, bool]:
+def _is_per_object(kind: Any) -> dict[str, bool]:
     return {name: meanings(kind)[name].per_object for name in truth_keys(kind)}
 
 
