@@ -1,6 +1,6 @@
-"""Runs trackers through scenarios: the suites, what judges them, and the rows that come of it.
+"""Runs trackers through scenarios: suites, judges, metrics and rows.
 
-Importing this imports no suite: a public name is loaded where it is first asked for.
+Importing this imports no suite: a public name is loaded on first access.
 """
 
 import importlib
@@ -19,7 +19,7 @@ _HOMES = {
     "ScoreSheet": "benchmarks.suites.judging",
     "read_rows": "benchmarks.run.records",
 }
-"""Public name -> module that defines it, or that it is the name of."""
+"""Public name -> module that defines it."""
 __all__ = tuple(_HOMES)
 
 

@@ -1,4 +1,4 @@
-"""The command ``frameout``: chooses the sub-command, parses its arguments, and refuses wrong ones in one line."""
+"""The command ``frameout``: selects the sub-command, parses its arguments and reports wrong ones in one line."""
 
 from __future__ import annotations
 
@@ -48,14 +48,12 @@ _FAILED = 1
 _USAGE_ERROR = 2
 _STOPPED = 130
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""A full disk, a full quota, a file as large as files may be."""
+"""A full disk, a full quota, a file at the size limit."""
 _ABOUT_AN_ARGUMENT = re.compile(r"[\w. -]+: expected .*", re.DOTALL)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; return the exit status: 0, 1 if something failed on the way, 2 for wrong
-    arguments.
-    """
+    """Run the command line; return the exit status: 0, 1 after a failure, 2 for wrong arguments."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not words or words[0] in ("-h", "--help"):
         print(_overview())
@@ -69,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         command = _parsed(getattr(importlib.import_module(module), kind), name, rest)
         return command.run()
     except ValueError as error:
-        # Ours say which parameter is wrong; any other is a fault of the program and shows where.
+        # Our own messages name the wrong parameter; any other error is a fault of the program and keeps its traceback.
         if _ABOUT_AN_ARGUMENT.fullmatch(str(error)) is None:
             raise
         return _refuse(str(error))
@@ -84,11 +82,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if error.errno not in _NO_ROOM:
             raise
         where = "" if error.filename is None else f"{error.filename}: "
-        print(f"error: {where}{error.strerror}; what was written before stands", file=sys.stderr)
+        print(f"error: {where}{error.strerror}; what was written before is kept", file=sys.stderr)
         return _FAILED
     except KeyboardInterrupt:
-        goes_on = command is not None and command.resumes
-        print("stopped; the same command goes on from here" if goes_on else "stopped", file=sys.stderr)
+        resumable = command is not None and command.resumes
+        print("stopped; the same command continues" if resumable else "stopped", file=sys.stderr)
         return _STOPPED
 
 
@@ -96,13 +94,13 @@ class Command(Protocol):
     """A sub-command: a frozen dataclass of options.
 
     Attributes:
-        resumes: whether the same command, interrupted, goes on where it was.
+        resumes: whether the same command continues after an interruption.
     """
 
     resumes: ClassVar[bool]
 
     def run(self) -> int:
-        """Do it; return the exit status."""
+        """Run it; return the exit status."""
         ...
 
 
@@ -133,7 +131,7 @@ def _in_one_line(complaint: str, name: str) -> str:
     unknown = re.search(r"Unrecognized options: (\S+)", text)
     if unknown:
         return f"arguments: expected options of `frameout {name} --help`, got {unknown[1].rstrip(',')!r}"
-    return f"arguments: expected what `frameout {name} --help` says, got: {text}"
+    return f"arguments: expected those of `frameout {name} --help`, got: {text}"
 
 
 def _refuse(message: str) -> int:
@@ -152,7 +150,7 @@ def _overview() -> str:
             "",
             *lines,
             "",
-            "`frameout COMMAND --help` says more. Start with: frameout bench --quick",
+            "`frameout COMMAND --help` explains each command. Start with: frameout bench --quick",
         ]
     )
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import tyro
 
 from benchmarks.results.ledger import TEST_SPLIT
+from sim.checks import check
 
 # The help texts of these name the default themselves.
 COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
@@ -42,13 +43,10 @@ def seed_range(text: str, parameter: str = "seeds") -> range:
 def development_seeds(text: str, parameter: str = "seeds") -> range:
     """Return development seeds A:B. Raises ValueError for others."""
     seeds = seed_range(text, parameter)
-    if seeds.stop > TEST_SPLIT.start:
-        raise ValueError(f"{parameter}: expected development seeds, below {TEST_SPLIT.start}, got {text!r}")
+    check(parameter, seeds.stop <= TEST_SPLIT.start, f"development seeds, below {TEST_SPLIT.start}", repr(text))
     return seeds
 
 
 def cores(workers: int | None) -> int:
-    """Return the number of workers wanted: one for each core that this process may use, unless said
-    otherwise.
-    """
+    """Return the number of workers, by default one for each core of this process."""
     return len(os.sched_getaffinity(0)) if workers is None else workers

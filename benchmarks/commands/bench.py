@@ -20,6 +20,7 @@ from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
 from benchmarks.suites.registry import DEFAULT, Suite, suite
+from sim.checks import check
 
 _QUICK_SEEDS = "10000:10003"
 
@@ -94,7 +95,7 @@ class Bench:
         out = self.out or Path("results") / ("quick" if self.quick else wanted.name)
         outcome = Outcome()
         for experiment in experiments:
-            with progress_bar(_what_runs(wanted, experiment)) as progress:
+            with progress_bar(_title(wanted, experiment)) as progress:
                 outcome = outcome.followed_by(run(experiment, out, progress))
         report = write_report(out)
         if self.json:
@@ -103,17 +104,17 @@ class Bench:
         else:
             print_leaderboard(outcome.summary)
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
-        _tell_what_went_wrong(outcome, wanted)
+        _report_problems(outcome, wanted)
         return 1 if outcome.failures else 0
 
     def _experiments(self, wanted: Suite) -> list[Experiment]:
-        """Return what is to be run, an experiment for each scenario.
+        """Return the experiments, one for each scenario.
 
         Raises:
-            ValueError: for wrong arguments, before anything is run.
+            ValueError: for wrong arguments, before any run.
         """
-        if self.link != "prompt" and not wanted.judges_controllers:
-            raise ValueError(f"link: expected prompt, since suite {wanted.name} knows no other, got {self.link!r}")
+        linked = self.link == "prompt" or wanted.judges_controllers
+        check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(self.link))
         presets = names(self.preset) or (wanted.quick_preset if self.quick else wanted.preset,)
         asked = (names(self.scenario), presets, names(self.trackers), names(self.controllers))
         chosen = parties(wanted, *asked, variants=not self.quick)
@@ -140,26 +141,21 @@ class Bench:
         return experiments
 
 
-def _what_runs(wanted: Suite, experiment: Experiment) -> str:
+def _title(wanted: Suite, experiment: Experiment) -> str:
     steering = f" × {len(experiment.controllers or ())} controllers" if wanted.judges_controllers else ""
     return f"{wanted.name}, {len(experiment.trackers)} trackers{steering}"
 
 
-def _tell_what_went_wrong(outcome: Outcome, wanted: Suite) -> None:
+def _report_problems(outcome: Outcome, wanted: Suite) -> None:
     """Report on stderr which rows were moved and, once for each tracker, that it failed or gave no answer."""
-    for moved in outcome.moved:
-        print(f"note: {moved}", file=sys.stderr)
+    lines = [f"note: {moved}" for moved in outcome.moved]
+    first = {failure.tracker: failure for failure in reversed(outcome.failures)}
     episodes = Counter(failure.tracker for failure in outcome.failures)
-    told: set[str] = set()
-    for failure in outcome.failures:
-        if failure.tracker not in told:
-            told.add(failure.tracker)
-            others = episodes[failure.tracker] - 1
-            more = f" (and failed in {others} more)" if others else ""
-            print(f"error: {failure}{more}", file=sys.stderr)
+    for tracker, count in episodes.items():
+        more = f" (and failed in {count - 1} more)" if count > 1 else ""
+        lines.append(f"error: {first[tracker]}{more}")
     for tracker, frames in outcome.silent.items():
         if frames:
-            print(
-                f"note: {tracker} said nothing (NaN) on {frames} frames; each counts as {wanted.silence}",
-                file=sys.stderr,
-            )
+            lines.append(f"note: {tracker} gave no answer (NaN) on {frames} frames; each counts as {wanted.silence}")
+    for line in lines:
+        print(line, file=sys.stderr)

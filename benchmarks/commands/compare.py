@@ -9,17 +9,18 @@ from typing import Annotated, Any
 
 import tyro
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from benchmarks.commands.arguments import NAMES, ONE_NAME
-from benchmarks.commands.ignored_rows import tell_what_is_ignored
+from benchmarks.commands.console import console_of
+from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.records import Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison
 from benchmarks.scores.summary import label_of
 from benchmarks.suites.registry import DEFAULT, EventWords, Metric, suite
+from sim.checks import check
 from trackers.controllers.catalogue import POLICY
 
 
@@ -52,27 +53,22 @@ class Compare:
         """Print it; return the exit status."""
         load_modules(self.modules)
         for directory in dict.fromkeys(self._place_of(name)[0] for name in (self.first, self.second)):
-            tell_what_is_ignored(directory)
+            report_ignored_rows(directory)
         first, second = (self._rows(name) for name in (self.first, self.second))
         suites = sorted({row["suite"] for row in (*first, *second)})
-        if len(suites) > 1:
-            raise ValueError(f"second: expected a tracker with rows of one suite with the first, got {suites}")
+        check("second", len(suites) == 1, "a tracker with rows of one suite with the first", suites)
         self._check_alike(first, second)
         found = by_attribute(first, second)
-        if not found:
-            raise ValueError(f"second: expected a tracker with episodes that {self.first} ran on, got {self.second!r}")
+        check("second", bool(found), f"a tracker with episodes that {self.first} ran on", repr(self.second))
         words = suite(suites[0]).events
         if self.json:
             print(json.dumps([_as_data(words, *each) for each in found], indent=1))
             return 0
-        console = Console()
-        if not console.is_terminal:
-            console = Console(width=118)
-        console.print(self._table(words, found))
+        console_of().print(self._table(words, found))
         return 0
 
     def _check_alike(self, first: list[Row], second: list[Row]) -> None:
-        """Raise ValueError where the rows of a contestant were not all made in one scenario, over one link."""
+        """Raise ValueError for controllers' rows of several scenarios or links."""
         for key in ("scenario", "link"):
             values = sorted({row[key] for row in (*first, *second) if key in row})
             if len(values) > 1 and suite(first[0]["suite"]).judges_controllers:
@@ -90,7 +86,7 @@ class Compare:
         return [row for row in rows if label_of(row) == tracker and self.preset in (None, row["preset"])]
 
     def _place_of(self, name: str) -> tuple[Path, str]:
-        """Return the folder and the contestant's own name, in which there may be a colon too (a policy's file)."""
+        """Return the folder and the contestant's name, which may contain a colon too (a policy's file)."""
         folder, colon, tracker = name.partition(":")
         return (Path(folder), tracker) if colon and not name.startswith(POLICY) else (self.directory, name)
 

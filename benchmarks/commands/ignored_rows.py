@@ -1,4 +1,4 @@
-"""What commands say of rows that they leave out."""
+"""The message about rows that commands ignore."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 from benchmarks.run.records import FILE_NAME, read
 
 
-def tell_what_is_ignored(directory: Path) -> None:
-    """Say on stderr how many lines of a folder's rows belong to no whole block; nothing where all do.
+def report_ignored_rows(directory: Path) -> None:
+    """Report on stderr how many lines of a folder's rows belong to no whole block, if any.
 
     Raises:
         ValueError: if the directory holds no records.

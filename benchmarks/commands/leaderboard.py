@@ -9,6 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.commands.console import console_of
 from benchmarks.report import tables
 from benchmarks.scores.summary import condition_of, steering_words
 from benchmarks.suites.registry import suite
@@ -24,11 +25,9 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = Fal
 
     Args:
         summary: as ``write_summary`` returns it.
-        markdown: print tables that Markdown pages take.
+        markdown: print Markdown tables.
     """
-    console = Console()
-    if markdown or not console.is_terminal:
-        console = Console(width=_MARKDOWN_WIDTH if markdown else _WIDTH)
+    console = Console(width=_MARKDOWN_WIDTH) if markdown else console_of(_WIDTH)
     intervals = markdown or console.width >= _WIDE_ENOUGH_FOR_INTERVALS
     for condition, entries in _conditions(summary):
         episodes = max(entry["n"] for entry in entries)
@@ -75,7 +74,7 @@ def _markdown(board: tables.Table, names: Sequence[str]) -> Table:
 
 
 def _head(column: tables.Column) -> str:
-    """Return a metric's name in words with its unit and an arrow to the better side."""
+    """Return a metric's name in words with its unit and an arrow for the better direction."""
     return " ".join(filter(None, (column.title, f"({column.unit})" if column.unit else "", column.goal)))
 
 

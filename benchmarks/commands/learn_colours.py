@@ -7,6 +7,7 @@ from typing import Annotated
 
 from benchmarks.commands.arguments import SEEDS, development_seeds, names
 from benchmarks.papers.ground_colours import learn_colours, write_model
+from sim.checks import check
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class LearnColours:
     Attributes:
         preset: one or more of the town's presets to take towns from.
         seeds: towns A to B - 1, below 10,000.
-        every: use one frame of so many.
+        every: use one of this number of frames.
     """
 
     preset: tuple[str, ...] = ("standard",)
@@ -29,8 +30,7 @@ class LearnColours:
     def run(self) -> int:
         """Learn; return the exit status."""
         seeds = development_seeds(self.seeds)
-        if self.every < 1:
-            raise ValueError(f"every: expected a whole number >= 1, got {self.every}")
+        check("every", self.every >= 1, "a whole number >= 1", self.every)
         command = f"frameout learn-colours --preset {' '.join(self.preset)} --seeds {self.seeds} --every {self.every}"
         model = learn_colours(names(self.preset), seeds, self.every)
         print(write_model(model, command))

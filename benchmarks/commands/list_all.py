@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
+from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.report.reference import reference_page
 from benchmarks.run.contestants import entrants, load_modules
@@ -58,9 +58,7 @@ class List:
         if self.json:
             print(json.dumps(_as_data(contents), indent=1))
             return 0
-        console = Console()
-        if not console.is_terminal:
-            console = Console(width=118)
+        console = console_of()
         for name in catalog.names():
             console.print(_scenario_table(name, contents))
         for title, rows in _tables():
@@ -69,7 +67,7 @@ class List:
 
 
 def _measure(seeds: range) -> None:
-    """Write what each preset holds, of scenarios with a survey, to the file that is kept with the code."""
+    """Write the contents of the presets of scenarios with a survey to the file in the package."""
     contents = _kept()
     for name in catalog.names():
         survey, presets = catalog.survey(name), catalog.scenario(name).presets
@@ -122,13 +120,13 @@ def _measured(kept: dict[str, Any], survey: Survey) -> str:
 
 def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
     trackers = [
-        (f"trackers of suite {name}", [(who.name, who.role, who.summary) for who in entrants(name).values()])
+        (f"trackers of suite {name}", [(each.name, each.role, each.summary) for each in entrants(name).values()])
         for name, suite in suites().items()
         if not suite.judges_controllers
     ]
     steering: list[tuple[str, list[tuple[str, str, str]]]] = [
-        (f"controllers of the {carrier}", [(who.name, who.role, who.summary) for who in controllers(carrier).values()])
-        for carrier in _carriers()
+        (f"controllers of the {name}", [(each.name, each.role, each.summary) for each in controllers(name).values()])
+        for name in _carriers()
     ]
     return [("suites", _suites()), *trackers, *steering, ("envs", _envs())]
 
@@ -148,7 +146,7 @@ def _suites() -> list[tuple[str, str, str]]:
 
 
 def _carriers() -> list[str]:
-    """Return what there is to steer, in the order of the scenarios."""
+    """Return the names of all carriers, in the order of the scenarios."""
     return list(dict.fromkeys(catalog.scenario(name).carrier.name for name in catalog.names()))
 
 
@@ -174,12 +172,12 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
     ]
     listed_suites = [dict(zip(("name", "kind", "summary"), row, strict=True)) for row in _suites()]
     steering = [
-        {"name": who.name, "kind": who.role, "summary": who.summary, "carrier": carrier}
+        {"name": each.name, "kind": each.role, "summary": each.summary, "carrier": carrier}
         for carrier in _carriers()
-        for who in controllers(carrier).values()
+        for each in controllers(carrier).values()
     ]
     trackers = [
-        {"name": who.name, "kind": who.role, "summary": who.summary, "suites": who.suites}
-        for who in entrants().values()
+        {"name": each.name, "kind": each.role, "summary": each.summary, "suites": each.suites}
+        for each in entrants().values()
     ]
     return {"scenarios": scenarios, "suites": listed_suites, "controllers": steering, "trackers": trackers}

@@ -1,4 +1,4 @@
-"""``frameout play``: steer by hand."""
+"""``frameout play``: steer a camera by hand."""
 
 from __future__ import annotations
 

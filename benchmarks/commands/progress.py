@@ -19,10 +19,10 @@ from benchmarks.run.experiment import Progress as Report
 
 
 @contextmanager
-def progress_bar(what: str) -> Iterator[Report]:
-    """Show the progress of long work until the context ends.
+def progress_bar(title: str) -> Iterator[Report]:
+    """Show a progress bar until the context ends.
 
-    Yields a function to be called with (done, of). Nothing is shown before its first call.
+    Yields a function to be called with (done, of); its first call shows the bar.
     """
     columns = (
         TextColumn("{task.description}"),
@@ -33,7 +33,7 @@ def progress_bar(what: str) -> Iterator[Report]:
         TimeRemainingColumn(),
     )
     progress = Progress(*columns, console=Console(stderr=True))
-    task = progress.add_task(what, total=None, start=False)
+    task = progress.add_task(title, total=None, start=False)
 
     def report(done: int, of: int) -> None:
         progress.start()

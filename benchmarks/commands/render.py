@@ -16,6 +16,7 @@ from benchmarks.run.jobs import Job
 from benchmarks.run.steering import link_in, suite_shown, suite_watching
 from benchmarks.video.episode_video import render_episode
 from scenarios import catalog
+from sim.checks import check
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,7 @@ class Render:
         """Write it; return the exit status."""
         load_modules(self.modules)
         scenario = catalog.scenario(self.scenario)
-        if self.seed < 0:
-            raise ValueError(f"seed: expected a whole number >= 0, got {self.seed}")
+        check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
         out = self.out or Path("results") / f"{scenario.id}-{self.preset}-{self.seed}.mp4"
         failures = render_episode(self._job(scenario.id), out, frames=self.frames, scale=self.scale)
         print(out)

@@ -9,7 +9,7 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import NAMES
-from benchmarks.commands.ignored_rows import tell_what_is_ignored
+from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.report.page import write_report
 from benchmarks.run.contestants import load_modules
@@ -35,7 +35,7 @@ class Report:
         """Write them; return the exit status."""
         load_modules(self.modules)
         summary = write_summary(self.directory)
-        tell_what_is_ignored(self.directory)
+        report_ignored_rows(self.directory)
         if self.markdown:
             print_leaderboard(summary, markdown=True)
         print(write_report(self.directory))

@@ -1,15 +1,15 @@
-"""The contestants of each scenario of a suite, from the names that users gave."""
+"""The contestants of each scenario of a suite, from users' names."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from benchmarks.run.contestants import entrants
+from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.suites.registry import Scene, Suite
 from scenarios import catalog
-from trackers.controllers.catalogue import controller_entry, controllers
+from trackers.controllers.catalogue import ControllerEntry, controller_entry, controllers
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,15 +42,15 @@ def parties(
     knows goes to the first one, which refuses it.
 
     Args:
-        scenarios, trackers, steering: names that users gave; () = all of the suite, the scenario's own, and, where
-            controllers are contestants, all controllers.
+        scenarios, trackers, steering: users' names; () = all scenarios of the suite, the scenario's trackers, and all
+            controllers where they are contestants.
         presets: names, at least one. variants: whether ablations are included by default.
 
     Raises:
         ValueError: for scenarios that the suite does not have.
     """
     scenes = _scenes(suite, scenarios, presets)
-    tracking = _shared(trackers, [partial(_tracks, suite.tracked_by(scene)) for scene in scenes])
+    tracking = _shared(trackers, [entrants(suite.tracked_by(scene)).__contains__ for scene in scenes])
     driving = _shared(steering, [partial(_steers, scene) for scene in scenes])
     found = []
     for (scene, shown), watching, commanding in zip(scenes.items(), tracking, driving, strict=True):
@@ -60,8 +60,8 @@ def parties(
             Party(
                 catalog.scenario(scene.scenario).id,
                 shown,
-                watching or scene.trackers or _everyone(suite.tracked_by(scene), variants),
-                commanding or (_everybody(scene, variants) if suite.judges_controllers else ()),
+                watching or scene.trackers or _defaults(entrants(suite.tracked_by(scene)), variants),
+                commanding or (_defaults(_controllers(scene), variants) if suite.judges_controllers else ()),
             )
         )
     if not found:
@@ -70,7 +70,7 @@ def parties(
 
 
 def _scenes(suite: Suite, scenarios: Sequence[str], presets: Sequence[str]) -> dict[Scene, tuple[str, ...]]:
-    """Return the scenes and which of the presets are of each."""
+    """Return the scenes, each with its presets."""
     given = [catalog.scenario(name).id for name in scenarios]
     scenes = {catalog.scenario(scene.scenario).id: scene for scene in suite.scenes}
     for name in given:
@@ -82,19 +82,15 @@ def _scenes(suite: Suite, scenarios: Sequence[str], presets: Sequence[str]) -> d
 
 
 def _shared(names: Sequence[str], known_by: Sequence[Callable[[str], bool]]) -> list[tuple[str, ...]]:
-    """Return for each scene, by whether it knows a name, those of the names that are its own."""
+    """Return for each scene the names that it knows; the first scene also gets names that none knows."""
     if len(known_by) == 1:
         return [tuple(names)]
     shares: list[list[str]] = [[] for _ in known_by]
     for name in names:
-        who = [share for share, knows in zip(shares, known_by, strict=True) if knows(name)]
-        for share in who or shares[:1]:
+        knowing = [share for share, knows in zip(shares, known_by, strict=True) if knows(name)]
+        for share in knowing or shares[:1]:
             share.append(name)
     return [tuple(share) for share in shares]
-
-
-def _tracks(suite_name: str, name: str) -> bool:
-    return name in entrants(suite_name)
 
 
 def _steers(scene: Scene, name: str) -> bool:
@@ -105,11 +101,9 @@ def _steers(scene: Scene, name: str) -> bool:
     return True
 
 
-def _everyone(suite_name: str, variants: bool) -> tuple[str, ...]:
-    everyone = entrants(suite_name)
-    return tuple(name for name, who in everyone.items() if variants or who.role != "variant")
+def _controllers(scene: Scene) -> Mapping[str, ControllerEntry]:
+    return controllers(catalog.scenario(scene.scenario).carrier.name)
 
 
-def _everybody(scene: Scene, variants: bool) -> tuple[str, ...]:
-    everybody = controllers(catalog.scenario(scene.scenario).carrier.name)
-    return tuple(name for name, who in everybody.items() if variants or who.role != "variant")
+def _defaults(known: Mapping[str, Entrant | ControllerEntry], variants: bool) -> tuple[str, ...]:
+    return tuple(name for name, each in known.items() if variants or each.role != "variant")

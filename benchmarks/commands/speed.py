@@ -9,10 +9,10 @@ from typing import Annotated
 
 import tyro
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
+from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.learning.settings import EPISODES
 from benchmarks.run.experiment import make_folder
@@ -23,6 +23,7 @@ from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, measure_scenario
 from benchmarks.speed.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
+from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 _SOAKED_ENVS = 4
@@ -44,7 +45,7 @@ class Speed:
         preset: one of the scenarios'; it sets the size of the picture and the scene.
         seeds: towns A to B - 1.
         frames: number of timed frames in each town.
-        soak: instead make so many steps in four envs side by side, and print the memory in use.
+        soak: instead make this number of steps in four envs side by side, and print the memory in use.
         out: folder for summary.json.
         json: print JSON instead of a table.
     """
@@ -60,8 +61,8 @@ class Speed:
 
     def run(self) -> int:
         """Measure; return the exit status."""
-        if self.frames < FRAMES_PER_BARE_CALL:
-            raise ValueError(f"frames: expected a whole number >= {FRAMES_PER_BARE_CALL}, got {self.frames}")
+        enough = self.frames >= FRAMES_PER_BARE_CALL
+        check("frames", enough, f"a whole number >= {FRAMES_PER_BARE_CALL}", self.frames)
         if self.soak is not None:
             return self._soak(self.soak)
         make_folder(self.out)
@@ -93,13 +94,12 @@ class Speed:
             interval = f"{entry['ci_low']:.2f} to {entry['ci_high']:.2f}"
             row = (entry["scenario"], entry["preset"], entry["metric"], entry["unit"])
             table.add_row(*row, f"{entry['mean']:.2f}", interval)
-        Console(width=None if Console().is_terminal else 118).print(table)
+        console_of().print(table)
         return 0
 
     def _soak(self, steps: int) -> int:
-        """Soak, telling how it goes; return 1 if memory grew by more than is allowed."""
-        if steps < _FEWEST_SOAKED_STEPS:
-            raise ValueError(f"soak: expected a whole number >= {_FEWEST_SOAKED_STEPS}, got {steps}")
+        """Soak and print samples; return 1 if memory grew by more than is allowed."""
+        check("soak", steps >= _FEWEST_SOAKED_STEPS, f"a whole number >= {_FEWEST_SOAKED_STEPS}", steps)
         samples = soak(self.preset, steps, _SOAKED_ENVS, _print_sample)
         grown = growth(samples)
         print(f"mean memory in the last fifth of the steps against the second: {grown:+.1%}")

@@ -27,6 +27,7 @@ from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import make_folder
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
+from sim.checks import check
 from trackers import registry
 
 
@@ -74,13 +75,9 @@ class Tune:
         seeds = development_seeds(self.seeds)
         make_folder(self.out)
         for parameter, value in (("trials", self.trials), ("fresh", self.fresh)):
-            if value < 1:
-                raise ValueError(f"{parameter}: expected a whole number >= 1, got {value}")
-        if seeds.stop + max(len(seeds), self.fresh) > TEST_SPLIT.start:
-            raise ValueError(
-                f"seeds: expected as many development seeds after them, below {TEST_SPLIT.start}, to check the best "
-                f"setting on, got {self.seeds!r}"
-            )
+            check(parameter, value >= 1, "a whole number >= 1", value)
+        wanted = f"as many development seeds after them, below {TEST_SPLIT.start}, to check the best setting on"
+        check("seeds", seeds.stop + max(len(seeds), self.fresh) <= TEST_SPLIT.start, wanted, repr(self.seeds))
         if self.controllers:
             self._tune_controllers(seeds)
         if self.trackers or not self.controllers:
@@ -97,13 +94,12 @@ class Tune:
             with progress_bar(f"{name}, {self.trials} trials") as progress:
                 tuned = tune(name, budget, progress, self.studies)
             path = write_tuned(name, tuned, suite_name, budget.presets, seeds, self._command(name), self.out)
-            _tell(name, tuned, path)
+            _report(name, tuned, path)
 
     def _tune_controllers(self, seeds: range) -> None:
         scenario, suite = catalog.scenario(self.scenario), controllers_suite()
         presets = names(self.preset)
-        if len(presets) != 1:
-            raise ValueError(f"preset: expected one for controllers, got {' '.join(presets)}")
+        check("preset", len(presets) == 1, "one for controllers", " ".join(presets))
         (preset,) = presets
         tracker = self.tracker or suite.scene(scenario.id).trackers[0]
         budget = ControllerBudget(
@@ -125,13 +121,13 @@ class Tune:
                 f"--controllers {name} --scenario {self.scenario} --tracker {tracker} --fresh {self.fresh}"
             )
             folder = self.out / "controllers" / scenario.carrier.name
-            _tell(name, tuned, write_tuned(name, tuned, suite.name, (preset,), seeds, command, folder))
+            _report(name, tuned, write_tuned(name, tuned, suite.name, (preset,), seeds, command, folder))
 
-    def _command(self, who: str) -> str:
-        return f"frameout tune {who} --trials {self.trials} --preset {' '.join(self.preset)} --seeds {self.seeds}"
+    def _command(self, tuned: str) -> str:
+        return f"frameout tune {tuned} --trials {self.trials} --preset {' '.join(self.preset)} --seeds {self.seeds}"
 
 
-def _tell(name: str, tuned: Tuned, path: Path) -> None:
+def _report(name: str, tuned: Tuned, path: Path) -> None:
     print(
         f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}; on fresh seeds "
         f"{tuned.fresh_score:.3f} and {tuned.fresh_default_score:.3f}: {path}"

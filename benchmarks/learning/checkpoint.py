@@ -1,4 +1,4 @@
-"""A training as it stands, without pickle: tensors as safetensors, a replay buffer as arrays, numbers as JSON."""
+"""Checkpoints of a training without pickle: tensors as safetensors, a replay buffer as arrays, numbers as JSON."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _OPTIMISER = "optimizer"
 
 
 def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
-    """Write a model's state beside its place and rename it: a killed run leaves the one before."""
+    """Write a model's state atomically: a killed run leaves the previous checkpoint."""
     from safetensors.torch import save
 
     for left_over in out.glob(f".{_FOLDER}.new.*"):
         shutil.rmtree(left_over, ignore_errors=True)
     beside = out / f".{_FOLDER}.new.{secrets.token_hex(8)}"
     beside.mkdir(parents=True)
-    # Not by save_file: a full disk is no OSError there.
+    # save_file does not raise OSError on a full disk.
     (beside / "tensors.safetensors").write_bytes(save(_tensors(model)))
     state = {"settings": settings, "steps": model.num_timesteps, "updates": model._n_updates}
     buffer = getattr(model, "replay_buffer", None)
@@ -50,12 +50,12 @@ def checkpointed_settings(out: Path) -> dict[str, Any] | None:
 
 
 def checkpointed_steps(out: Path) -> int:
-    """Return how many steps the checkpoint in a folder has behind it."""
+    """Return the number of steps before the checkpoint in a folder."""
     return int(json.loads((_latest(out) / "state.json").read_text())["steps"])
 
 
 def load_checkpoint(model: Any, out: Path) -> None:
-    """Bring a fresh model of the same settings to where the checkpoint in a folder stands."""
+    """Load the checkpoint in a folder into a fresh model of the same settings."""
     from safetensors.torch import load_file
 
     folder = _latest(out)
@@ -66,7 +66,7 @@ def load_checkpoint(model: Any, out: Path) -> None:
         if group == "log_ent_coef":
             model.log_ent_coef.data.copy_(tensor)
         elif _OPTIMISER in group:
-            # Of a fresh optimiser; what belongs to its groups is as the settings say.
+            # The optimiser is fresh: its groups come from the settings.
             parameters[group]["state"].setdefault(int(keys[0]), {})[keys[1]] = tensor
         else:
             parameters[group][keys[0]] = tensor
@@ -81,7 +81,7 @@ def load_checkpoint(model: Any, out: Path) -> None:
 
 
 def _latest(out: Path) -> Path:
-    """Return the folder of the checkpoint; the one before where a kill came between the two renames."""
+    """Return the folder of the checkpoint; the previous one after a kill between the two renames."""
     return out / _FOLDER if (out / _FOLDER).exists() else out / _OLD
 
 

@@ -1,4 +1,4 @@
-"""Chooses a controller's parameters: searched for without pictures, checked on fresh seeds with them."""
+"""Tuning of a controller's parameters: search without pictures, check with pictures on fresh seeds."""
 
 from __future__ import annotations
 
@@ -10,29 +10,28 @@ from typing import Any
 import joblib
 
 from benchmarks.learning.search import Progress, search
-from benchmarks.learning.tracker_tuning import Tuned, chosen, score_of
-from benchmarks.learning.without_pictures import lived_without_pictures
-from benchmarks.run.jobs import Job, run_job
+from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
+from benchmarks.learning.without_pictures import scores_without_pictures
+from benchmarks.run.jobs import Job
 from benchmarks.run.steering import link_in
 from benchmarks.run.versions import versions_of_modules
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
 from scenarios.envs.pictureless.error_model import error_model
+from sim.checks import check
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
-
-_DEFAULTS, _BEST = "defaults", "best"
 
 
 @dataclass(frozen=True)
 class ControllerBudget:
-    """How a search is done; the same for all controllers, so that none is favoured.
+    """Settings of a search, the same for all controllers.
 
     Attributes:
-        scenario: catalogue id. preset, tracker: what is followed with.
-        seeds: of the episodes without pictures on which a setting is scored.
-        fresh: of the rendered episodes that the best setting is checked on.
-        trials: settings tried, the first one is the defaults.
+        scenario: catalogue id. preset: of the scenario. tracker: name.
+        seeds: of the episodes without pictures that score a setting.
+        fresh: of the rendered episodes that check the best setting.
+        trials: number of settings; the first one is the defaults.
         workers: processes.
         cache: folder for planned episodes.
     """
@@ -50,10 +49,8 @@ class ControllerBudget:
 def tunable_controller(name: str, carrier: str) -> ControllerEntry:
     """Return the entry of a controller that can be tuned. Raises ValueError for another."""
     entry = controller_entry(name, carrier)
-    if not entry.tunables():
-        raise ValueError(f"controllers: expected one with tunable parameters, got {name!r}, which has none")
-    if entry.role == "variant":
-        raise ValueError(f"controllers: expected one that is used as tuned, got {name!r}, which never is")
+    check("controllers", bool(entry.tunables()), "one with tunable parameters", f"{name!r}, which has none")
+    check("controllers", entry.role != "variant", "one that is used as tuned", f"{name!r}, which never is")
     return entry
 
 
@@ -61,7 +58,7 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
     """Search the tunable parameters of one controller; the best replace the defaults if they are better with pictures.
 
     Raises:
-        ValueError: if Optuna is not there, or the controller has nothing to tune.
+        ValueError: without Optuna, or for a controller without tunable parameters.
     """
     entry = tunable_controller(name, catalog.scenario(budget.scenario).carrier.name)
     fields, defaults = entry.tunables(), entry.written()
@@ -71,49 +68,39 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
         found = joblib.Parallel(n_jobs=budget.workers)(jobs)
         return dict(zip(settings, found, strict=True))
 
-    # Planned once, for all workers.
+    # Episodes are planned once, for all workers.
     episode_bank(budget.scenario, catalog.scenario(budget.scenario).presets[budget.preset], budget.seeds, budget.cache)
     scene = type(catalog.scenario(budget.scenario)).__module__
     code = versions_of_modules(__name__, entry.controller.__module__, scene)
     scored = (error_model(budget.scenario, budget.tracker).to_json(), controllers_suite().tuned_for)
-    told = (dataclasses.replace(budget, trials=0, workers=0, cache=None), code, scored)
-    found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, told)
-    fresh = _scores_with_pictures(entry, {_BEST: found.best, _DEFAULTS: defaults}, budget)
-    return chosen(found, fresh[_BEST], fresh[_DEFAULTS])
+    depends_on = (dataclasses.replace(budget, trials=0, workers=0, cache=None), code, scored)
+    found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, depends_on)
+    fresh_scores = (_score_with_pictures(entry, values, budget) for values in (found.best, defaults))
+    return chosen(found, *fresh_scores)
 
 
 def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget) -> float:
-    """Return what tuning maximises (the suite's ``tuned_for``) over the budget's episodes, each lived through once."""
-    told = lived_without_pictures(
+    """Return what tuning maximises (the suite's ``tuned_for``) over the budget's episodes, each run once."""
+    scores = scores_without_pictures(
         budget.scenario, budget.preset, budget.tracker, entry.name, values, budget.seeds, budget.cache
     )
-    return sum(factor * float(told[metric].mean()) for metric, factor in controllers_suite().tuned_for.items())
+    return sum(factor * float(scores[metric].mean()) for metric, factor in controllers_suite().tuned_for.items())
 
 
-def _scores_with_pictures(
-    entry: ControllerEntry, settings: dict[str, dict[str, Any]], budget: ControllerBudget
-) -> dict[str, float]:
+def _score_with_pictures(entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget) -> float:
     suite = controllers_suite().name
-    jobs = {
-        label: [
-            Job(
-                suite=suite,
-                scenario=budget.scenario,
-                preset=budget.preset,
-                renderer="raster",
-                seed=seed,
-                controller=entry.name,
-                controller_values=values,
-                trackers=(budget.tracker,),
-                link=link_in(suite),
-            )
-            for seed in budget.fresh
-        ]
-        for label, values in settings.items()
-    }
-    everyone = [job for mine in jobs.values() for job in mine]
-    results = iter(joblib.Parallel(n_jobs=budget.workers)(joblib.delayed(run_job)(job) for job in everyone))
-    rows = {
-        label: [row for _ in mine for block in next(results).blocks for row in block] for label, mine in jobs.items()
-    }
-    return {label: score_of(mine, suite) for label, mine in rows.items()}
+    jobs = [
+        Job(
+            suite=suite,
+            scenario=budget.scenario,
+            preset=budget.preset,
+            renderer="raster",
+            seed=seed,
+            controller=entry.name,
+            controller_values=values,
+            trackers=(budget.tracker,),
+            link=link_in(suite),
+        )
+        for seed in budget.fresh
+    ]
+    return score_of(rows_of(jobs, budget.workers), suite)

@@ -1,4 +1,4 @@
-"""Makes the error models that come with the package: runs with pictures, then the fit."""
+"""Makes the error models of the package: runs with pictures, then the fit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def make_error_model(
     """Run one episode with pictures for each seed and return the model fitted to these runs.
 
     Args:
-        seeds: of development episodes. folder: where runs are kept; what the same code made is not run again.
+        seeds: of development episodes. folder: where runs are kept; runs of the same code are reused.
         report: called with (episodes done, all).
     """
     controllers = list(pictureless_of(settings.scenario).runs.controllers)
@@ -27,7 +27,7 @@ def make_error_model(
 
 
 def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
-    """Return the model fitted to runs that ``write_runs`` wrote of an env so set up."""
+    """Return the model fitted to runs of ``write_runs`` with these settings."""
     runs = [read_run(path) for path in paths]
     made = {
         "by": "benchmarks.learning.error_models",
@@ -39,7 +39,7 @@ def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
 
 
 def save_error_model(model: ErrorModel) -> Path:
-    """Write a model to where the package keeps them; return its file."""
+    """Write a model to its place in the package; return its file."""
     path = model_path(model.scenario, model.tracker)
     write_atomic(path, model.to_json())
     return path

@@ -1,4 +1,4 @@
-"""Is what is learnt without pictures true with them? Time in view of controllers in both envs, side by side."""
+"""Comparison of controllers' time in view with and without pictures, to check the error model."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from benchmarks.learning.recorded_runs import read_run, write_runs
 from benchmarks.learning.settings import EPISODES
-from benchmarks.learning.without_pictures import lived_without_pictures
+from benchmarks.learning.without_pictures import scores_without_pictures
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.settings import FollowSettings
 from sim.checks import check
 
 _REPEATS = 16
-"""Times that the error model is drawn anew for every episode."""
+"""Number of draws of the error model for each episode."""
 
 Report = Callable[[int, int], None]
 
@@ -28,7 +28,7 @@ class Compared:
 
     Attributes:
         controller: name. seeds: (S,).
-        rendered: (S,) share of frames in view, with pictures. pictureless: (S,) mean of it without.
+        rendered: (S,) share of frames in view, with pictures. pictureless: (S,) its mean without.
     """
 
     controller: str
@@ -44,8 +44,8 @@ def model_check(
 
     Args:
         seeds: of episodes that the model was not fitted to.
-        folder: where runs with pictures are kept; what the same code made is not run again.
-        report: told how many runs with pictures are done, of how many.
+        folder: where runs with pictures are kept; runs of the same code are reused.
+        report: called with (runs with pictures done, all).
 
     Raises:
         ValueError: for a seed that the model was fitted to.
@@ -61,7 +61,7 @@ def model_check(
             [path] = write_runs(settings, range(seed, seed + 1), [controller], folder)
             rendered.append(float(read_run(path)["in_view"][1:].mean()))
         followed = (settings.scenario, settings.preset, settings.tracker)
-        pictureless = lived_without_pictures(*followed, controller, {}, seeds, EPISODES, _REPEATS)["time_in_view"]
+        pictureless = scores_without_pictures(*followed, controller, {}, seeds, EPISODES, _REPEATS)["time_in_view"]
         compared.append(Compared(controller, tuple(seeds), np.array(rendered), pictureless))
     report(len(controllers) * len(seeds), len(controllers) * len(seeds))
     return compared
@@ -73,19 +73,14 @@ def fitted_seeds(model: ErrorModel) -> set[int]:
 
 
 def as_table(compared: Sequence[Compared]) -> str:
-    """Return the comparison in words: shares of time in view in per cent, and how far episodes differ."""
+    """Return the comparison as text: shares of time in view in per cent, and differences."""
     rows: list[tuple[str, ...]] = [
         ("controller", "episodes", "with pictures", "without", "difference", "mean |difference|")
     ]
     for each in compared:
         apart = each.pictureless - each.rendered
-        numbers = [each.rendered.mean(), each.pictureless.mean()]
-        told = [f"{100 * number:.1f} %" for number in numbers]
-        told += [f"{100 * apart.mean():+.1f}", f"{100 * np.abs(apart).mean():.1f}"]
-        rows.append((each.controller, str(len(each.seeds)), *told))
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    lines = []
-    for row in rows:
-        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
-        lines.append("  ".join(cells))
-    return "\n".join(lines)
+        shares = [f"{100 * share.mean():.1f} %" for share in (each.rendered, each.pictureless)]
+        differences = (f"{100 * apart.mean():+.1f}", f"{100 * np.abs(apart).mean():.1f}")
+        rows.append((each.controller, str(len(each.seeds)), *shares, *differences))
+    first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
+    return "\n".join("  ".join([row[0].ljust(first), *map(str.rjust, row[1:], others)]) for row in rows)

@@ -1,4 +1,4 @@
-"""A person at the keys of an env: steers by the picture alone, and is scored like any controller."""
+"""Play of an env by keyboard: a person steers by the picture and is scored like a controller."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ _KEYS = {
 }
 """Number of a command -> key that raises it, key that lowers it."""
 _TURNS_BY_SIDE = ("a", "d")
-"""What cannot go sideways turns by the keys for that."""
-_BELIEVED_RGB = (230, 159, 0)
+"""Keys that turn a carrier without sideways motion."""
+_ESTIMATE_RGB = (230, 159, 0)
 _INSTALL = "pip install 'frameout[play]'"
 
 
 class _AllPlayed(Exception):
-    """There is no episode left."""
+    """No episode is left."""
 
 
 @dataclass(frozen=True)
 class Play:
-    """What is played.
+    """Settings of a play.
 
     Attributes:
         env: env id. preset, tracker, link: see ``FollowSettings``.
@@ -79,7 +79,7 @@ def play(played: Play) -> int:
         link=played.link,
         render_mode="rgb_array",
         disable_env_checker=True,
-        # An episode is as long as its preset says, as in the benchmark.
+        # Episodes have the preset's length, as in the benchmark.
         max_episode_steps=-1,
     )
     recorded = _Recorded(env, played)
@@ -96,7 +96,7 @@ def play(played: Play) -> int:
 
 
 def key_combinations(carrier: Carrier) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    """Yield what keys held together mean: the keys, and the action (A,), each number -1, 0 or 1."""
+    """Yield keys held together and their action (A,), each number -1, 0 or 1."""
     names = [axis.name for axis in carrier.axes]
     pairs = [_KEYS[name] for name in names]
     if "right_mps" not in names:
@@ -108,11 +108,10 @@ def key_combinations(carrier: Carrier) -> Iterator[tuple[str, NDArray[np.float64
 
 
 class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
-    """Plays one seed after the other, shows the picture as observed, and writes rows of every episode that ends and was
-    steered.
+    """Plays one seed after the other and writes rows of every steered episode that ends.
 
     Attributes:
-        finished: episodes whose rows are written.
+        finished: number of episodes with written rows.
     """
 
     def __init__(self, env: gym.Env[Any, Any], played: Play) -> None:
@@ -141,14 +140,14 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         return result
 
     def step(self, action: Any) -> Any:
-        """Step, and keep what is scored."""
+        """Step, and pass the frame to the judge."""
         result = self.env.step(action)
         self._steered = self._steered or bool(np.any(action))
         assert self._judge is not None
         assert self._sheet is not None
         take_in(self._follow.episode, self._judge, [self._sheet])
         if result[2] or result[3]:
-            # Only now: an episode may be begun more than once before it is played.
+            # Only now: an episode may be reset more than once before it is played.
             seed = self._left.pop(0)
             if self._steered:
                 self._write(seed)
@@ -157,18 +156,18 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         return result
 
     def render(self) -> Any:
-        """Return the picture (H, W, 3) that the tracker gets, with the tracker's estimate; nothing of the truth."""
+        """Return the picture (H, W, 3) that the tracker gets, with the tracker's estimate and no truth."""
         episode = self._follow.episode
         picture = episode.frame.observation.image_rgb.copy()
         place = np.asarray(episode.estimate.position_px, dtype=float)
         if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
-            cv2.drawMarker(picture, [int(v) for v in np.rint(place)], _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
+            cv2.drawMarker(picture, [int(v) for v in np.rint(place)], _ESTIMATE_RGB, cv2.MARKER_CROSS, 15, 2)
         return picture
 
     def _write(self, seed: int) -> None:
         episode, played = self._follow.episode, self._played
         settings = self._follow.settings
-        who = entrant(played.tracker)
+        tracker = entrant(played.tracker)
         job = Job(
             suite=controllers_suite().name,
             scenario=settings.scenario,
@@ -180,8 +179,8 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             link=played.link,
         )
         seconds = round(time.perf_counter() - self._started, 3)
-        ending = {"seconds": seconds, "versions": versions_of(job.suite, job.scenario, job.preset, who)}
-        heading = heading_of(job, played.tracker, who.role, controller_role="external")
+        ending = {"seconds": seconds, "versions": versions_of(job.suite, job.scenario, job.preset, tracker)}
+        heading = heading_of(job, played.tracker, tracker.role, controller_role="external")
         assert self._sheet is not None
         scores = [*self._sheet.scores(None), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]
         event_key = controllers_suite().events.key
@@ -193,7 +192,7 @@ def _pygame_play() -> Any:
     """Return Gymnasium's ``play``. Raises ValueError without pygame."""
     try:
         with warnings.catch_warnings():
-            # It would draw curves with Tk if that were there; nobody asks it to.
+            # It warns without Tk, which only its unused curves need.
             warnings.simplefilter("ignore")
             from gymnasium.utils.play import play as gymnasium_play
     except gym.error.DependencyNotInstalled:

@@ -1,4 +1,4 @@
-"""Runs of the rendered envs, written down frame by frame: what was so, and what the tracker said of it."""
+"""Recorded runs of the rendered envs: truth and the tracker's estimate, frame by frame."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from scenarios.envs.settings import FollowSettings
 from scenarios.envs.watched_episode import watched_episode
 from scenarios.in_view import is_in_view
 from scenarios.loop import Loop
+from sim.checks import check
 from sim.rng import generator
 from trackers.atomic_file import atomic_file
 from trackers.belief.kernel import SIGHTING
@@ -32,7 +33,7 @@ RUN = np.dtype(
         ("place_m", "f8", (2,)),
         ("heading_rad", "f8"),
         ("size_m", "f8", (3,)),
-        # Of the target's centre, and the tracker's; NaN behind the camera, and where nothing is said.
+        # Of the target's centre, and the estimate; NaN behind the camera, and without an estimate.
         ("position_px", "f8", (2,)),
         ("estimate_px", "f8", (2,)),
         ("visible_fraction", "f8"),
@@ -50,7 +51,7 @@ _CALM_S, _DISTURBED_S = (2.0, 5.0), (1.0, 3.0)
 
 
 class Disturbed:
-    """Another controller, but now and then the carrier is sent away for a while: runs on which the target is lost."""
+    """Another controller, interrupted by random commands for a while, so that the target is lost."""
 
     def __init__(self, carrier: Carrier, controller: Controller, rng: np.random.Generator) -> None:
         self._carrier, self._controller, self._rng = carrier, controller, rng
@@ -58,7 +59,7 @@ class Disturbed:
         self._away: CameraCommand | None = None
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return its command, or the one that leads away."""
+        """Return the controller's command, or the random one."""
         own = self._controller.command(observation, estimate)
         if observation.time_s >= self._until_s:
             calm = self._away is not None or self._until_s == 0.0
@@ -69,10 +70,10 @@ class Disturbed:
 
 
 def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.void]:
-    """Live through one episode; return its frames (T,) of dtype ``RUN``.
+    """Run one episode; return its frames (T,) of dtype ``RUN``.
 
     Args:
-        controller: name of one, behind ``DISTURBED`` if it is to lose the target often.
+        controller: name, with prefix ``DISTURBED`` for random interruptions.
     """
     carrier = catalog.scenario(settings.scenario).carrier
     name = controller.removeprefix(DISTURBED)
@@ -93,7 +94,7 @@ def write_runs(
     folder: Path,
     report: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[Path]:
-    """Write a run of every seed, the controllers in turn, to ``folder``; those that the same code made are kept.
+    """Write a run of every seed, the controllers in turn, to ``folder``; runs of the same code are reused.
 
     ``report`` is called with (runs done, all).
     """
@@ -115,20 +116,19 @@ def write_runs(
 def read_run(path: Path) -> NDArray[np.void]:
     """Return the frames (T,) that ``write_runs`` wrote. Raises ValueError for another file."""
     run: NDArray[np.void] = np.load(path, allow_pickle=False)
-    if run.dtype != RUN:
-        raise ValueError(f"path: expected a run written by write_runs, got {path}")
+    check("path", run.dtype == RUN, "a run written by write_runs", path)
     return run
 
 
 def _file_name(settings: FollowSettings, controller: str) -> str:
-    """Return what a run's name says of its making: the controller, and a hash of all settings and code."""
+    """Return a run's name: the controller, and a hash of all settings and code."""
     carrier = catalog.scenario(settings.scenario).carrier
     steering = controller_entry(controller.removeprefix(DISTURBED), carrier.name)
-    who = entrant(str(settings.tracker))
+    tracker = entrant(str(settings.tracker))
     judged = (controllers_suite().name, settings.scenario, settings.preset)
-    made = versions_of(*judged, who, steering) | versions_of_modules(__name__)
-    told = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
-    return f"{controller.replace(':', '-')}-{told}"
+    made = versions_of(*judged, tracker, steering) | versions_of_modules(__name__)
+    digest = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
+    return f"{controller.replace(':', '-')}-{digest}"
 
 
 def _frame(carrier: Carrier, target_name: str, loop: Loop) -> NDArray[np.void]:

@@ -1,4 +1,4 @@
-"""A search for the best setting of some parameters: the same for trackers and controllers, resumable, with plots."""
+"""A resumable search for the best parameters, the same for trackers and controllers, with plots."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from typing import Any
 from trackers.atomic_file import atomic_file
 
 _BATCH = 8
-"""Trials that are asked for at a time: those of a tracker watch the same pictures, others run side by side."""
+"""Number of trials at a time: those of a tracker share the pictures, others run in parallel."""
 _SEARCH_SEED = 0
 _INSTALL = "pip install 'frameout[tune]'"
 
 Progress = Callable[[int, int], None]
 Scores = Callable[[dict[str, dict[str, Any]]], dict[str, float]]
-"""Takes labelled settings and returns the score of each."""
+"""Returns the score of each of the labelled settings."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found.
+    """The result of a search.
 
     Attributes:
-        best: the best setting. score: its. default_score: of the defaults. trials: number of settings tried.
+        best: the best setting. score: of it. default_score: of the defaults. trials: number of settings tried.
     """
 
     best: dict[str, Any]
@@ -48,13 +48,12 @@ def search(
     """Maximise the score by a tree-structured Parzen estimator (Optuna), the defaults first.
 
     Args:
-        name: of what is set. fields: parameters with the range of each in its metadata. defaults: their values.
-        studies: folder where every trial is kept; a search that was stopped goes on from there, and plots are left
-            beside. None: nothing is kept.
-        budget: what scores depend on besides, code included: with another one it is another search.
+        name: of the tuned component. fields: parameters with ranges in their metadata. defaults: their values.
+        studies: folder for all trials and plots, from which a stopped search continues. None: nothing is kept.
+        budget: other settings that scores depend on, code included; another budget is another search.
 
     Raises:
-        ValueError: if Optuna is not there.
+        ValueError: without Optuna.
     """
     optuna = _optuna()
     study = _study(optuna, name, studies, f"{budget!r}/{sorted(fields)}/{dict(defaults)!r}")
@@ -78,21 +77,21 @@ def search(
     return Found(dict(study.best_params), float(study.best_value), float(default_score), len(complete))
 
 
-def _study(optuna: Any, name: str, studies: Path | None, told: str) -> Any:
-    """Return a study, an earlier one of the same name and budget if it was kept."""
+def _study(optuna: Any, name: str, studies: Path | None, identity: str) -> Any:
+    """Return the kept study of the same name and budget, or a new one."""
     if studies is None:
         sampler = optuna.samplers.TPESampler(seed=_SEARCH_SEED, constant_liar=True)
         return optuna.create_study(direction="maximize", sampler=sampler)
     studies.mkdir(parents=True, exist_ok=True)
     backend = optuna.storages.journal.JournalFileBackend(str(studies / f"{name}.journal"))
-    key = f"{name}-{hashlib.sha256(told.encode()).hexdigest()[:10]}"
+    key = f"{name}-{hashlib.sha256(identity.encode()).hexdigest()[:10]}"
     study = optuna.create_study(
         study_name=key,
         storage=optuna.storages.JournalStorage(backend),
         direction="maximize",
         load_if_exists=True,
     )
-    # A search that goes on draws other numbers than those it has drawn already.
+    # A resumed search draws new random numbers.
     study.sampler = optuna.samplers.TPESampler(seed=_SEARCH_SEED + len(study.trials), constant_liar=True)
     return study
 
@@ -112,7 +111,7 @@ def _suggested(trial: Any, fields: Mapping[str, dataclasses.Field[Any]]) -> dict
 
 
 def _default_score(optuna: Any, study: Any, defaults: Mapping[str, Any]) -> float | None:
-    """Return the score of the defaults, None if they were not tried yet, or only by a search that was stopped."""
+    """Return the score of the defaults, None if no complete trial of them exists."""
     return next((trial.value for trial in _complete(optuna, study) if trial.params == dict(defaults)), None)
 
 

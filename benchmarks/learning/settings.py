@@ -1,4 +1,4 @@
-"""How a policy is trained."""
+"""Settings of a policy's training."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim.checks import check
 
 _PICTURELESS_ENVS = 256
 EPISODES = Path("results/episodes")
-"""Where episodes planned for envs without pictures are kept, for whoever needs them again."""
+"""Folder of planned episodes for envs without pictures, kept for reuse."""
 Algorithm = Literal["ppo", "sac"]
 Corrects = Literal["always", "unseen"]
 
@@ -27,20 +27,20 @@ class Training:
         env: env id.
         algorithm: ``ppo``, or ``sac`` (off-policy).
         steps: of all envs together.
-        tracker: in the loop; without pictures its error model is.
+        tracker: in the loop; without pictures its error model.
         preset: of the scenario.
         controller: the one that the policy corrects, ``none`` for a policy that steers alone.
-        controller_values: of its parameters, other than those it was tuned to.
+        controller_values: parameter values in place of the tuned ones.
         corrects: when it corrects: ``always``, or while the target is ``unseen``.
         correction_share: the largest correction, as a share of the command's limit.
         reward: weights of its terms.
         pictures: train in the rendered env; otherwise in the one without pictures.
         envs: number of envs that run together; 0: 256 without pictures, one for each core with them.
-        episodes: planned for the env without pictures, those with the seeds from 0 on.
-        starts: where episodes begin without pictures: on frame 0 (``episodes``), as in the rendered env, or a little
-            before the target is about to be lost (``frame-outs``).
-        episode_steps: episodes are cut to so many steps.
-        seed: of everything random.
+        episodes: number planned for the env without pictures, with seeds from 0.
+        starts: first frame without pictures: frame 0 (``episodes``), as in the rendered env, or shortly before the
+            target is likely to be lost (``frame-outs``).
+        episode_steps: maximum number of steps of an episode.
+        seed: of all random numbers.
     """
 
     env: str
@@ -72,7 +72,7 @@ class Training:
 
     @property
     def env_count(self) -> int:
-        """How many envs run together."""
+        """Number of envs that run together."""
         return self.envs or (len(os.sched_getaffinity(0)) if self.pictures else _PICTURELESS_ENVS)
 
     @property
@@ -82,7 +82,7 @@ class Training:
 
     @property
     def tracker_name(self) -> str:
-        """The tracker, that of the env unless said otherwise."""
+        """The tracker, by default that of the env."""
         return self.tracker or catalog.envs()[self.env][1]
 
     @property

@@ -1,4 +1,4 @@
-"""Ctrl-C and the signal that ends a job, taken only where nothing is half done."""
+"""SIGINT and SIGTERM, deferred while an update is under way."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class StopSignals:
-    """A context in which SIGINT and SIGTERM raise KeyboardInterrupt; those that come while held, upon release."""
+    """A context in which SIGINT and SIGTERM raise KeyboardInterrupt; held signals raise it upon release."""
 
     def __init__(self) -> None:
         self._held = self._came = False
@@ -23,11 +23,11 @@ class StopSignals:
             signal.signal(number, handler)
 
     def hold(self) -> None:
-        """Keep what comes from now on."""
+        """Hold signals from now on."""
         self._held = True
 
     def release(self) -> None:
-        """Raise what came meanwhile, and from now on at once."""
+        """Raise KeyboardInterrupt for a held signal; later signals raise it at once."""
         self._held = False
         if self._came:
             raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""Chooses a tracker's parameters on development seeds: every method by the same search, score and budget."""
+"""Tuning of a tracker's parameters on development seeds, with the same search, score and budget for all."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from benchmarks.scores.summary import grouped
 from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.scenario import Scenario
+from sim.checks import check
 from trackers import registry
 from trackers.atomic_file import write_atomic
 
@@ -31,11 +32,11 @@ TUNED_FOLDER = Path(__file__).resolve().parents[2] / "trackers" / "tuned"
 
 @dataclass(frozen=True)
 class Budget:
-    """How a search is done; the same for all methods, so that none is favoured.
+    """Settings of a search, the same for all trackers.
 
     Attributes:
-        suite, presets, seeds: the episodes on which a setting is scored; as many seeds after these check the best.
-        trials: settings tried, the first one is the defaults.
+        suite, presets, seeds: of the episodes that score a setting; as many seeds after these check the best.
+        trials: number of settings; the first one is the defaults.
         workers: processes.
     """
 
@@ -46,18 +47,18 @@ class Budget:
     workers: int
 
     def on_fresh_seeds(self) -> Budget:
-        """Return the same with as many seeds, those that come next."""
+        """Return the same budget with as many seeds after these."""
         return dataclasses.replace(self, seeds=range(self.seeds.stop, self.seeds.stop + len(self.seeds)))
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """What a search found.
+    """The result of a search.
 
     Attributes:
-        parameters: the best setting; empty, so that the defaults stand, where that was not better on fresh seeds too.
+        parameters: the best setting; empty (= defaults) if it is not better on fresh seeds too.
         score, default_score: of the best setting and of the defaults on the search's seeds, see ``score_of``.
-        fresh_score, fresh_default_score: of both on as many seeds that the search has not seen.
+        fresh_score, fresh_default_score: of both on as many fresh seeds.
         trials: number of settings tried.
     """
 
@@ -70,19 +71,18 @@ class Tuned:
 
 
 def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
-    """Return the parameters of a registered tracker that declare a range to be tuned in.
+    """Return the parameters of a registered tracker that declare a range.
 
     Raises:
-        ValueError: for an unknown tracker, or one with nothing to tune.
+        ValueError: for an unknown tracker, or one without tunable parameters.
     """
     found = registry.entry(name).tunables()
-    if not found:
-        raise ValueError(f"tracker: expected one with tunable parameters, got {name!r}, which has none")
+    check("tracker", bool(found), "one with tunable parameters", f"{name!r}, which has none")
     return found
 
 
 def score_of(rows: Sequence[Row], suite_name: str) -> float:
-    """Return what tuning maximises, the suite's ``tuned_for``; what is undefined counts 0."""
+    """Return what tuning maximises, the suite's ``tuned_for``; undefined metrics count 0."""
     metrics = suite(suite_name)
     total = 0.0
     for name, factor in metrics.tuned_for.items():
@@ -92,16 +92,16 @@ def score_of(rows: Sequence[Row], suite_name: str) -> float:
 
 
 def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = None) -> Tuned:
-    """Search the tunable parameters of one tracker; deterministic but for ties in time limits and stops on the way.
+    """Search the tunable parameters of one tracker; deterministic except for time limits and stops.
 
-    Settings are tried in batches that watch the same pictures. The best of many settings on a few seeds is partly
+    Settings are tried in batches on the same pictures. The best of many settings on a few seeds is partly
     luck: it replaces the defaults only if it is better on fresh seeds too.
 
     Args:
         studies: see ``benchmarks.learning.search``.
 
     Raises:
-        ValueError: if Optuna is not there, the tracker has nothing to tune.
+        ValueError: without Optuna, or for a tracker without tunable parameters.
     """
     defaults = registry.entry(name).written()
     found = search(
@@ -123,7 +123,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
 
 
 def chosen(found: Found, fresh_score: float, fresh_default_score: float) -> Tuned:
-    """Return what a search found, or the defaults where those are as good on fresh seeds."""
+    """Return the best setting of a search, or the defaults if they are as good on fresh seeds."""
     return Tuned(
         parameters=found.best if fresh_score > fresh_default_score else {},
         score=found.score,
@@ -137,7 +137,7 @@ def chosen(found: Found, fresh_score: float, fresh_default_score: float) -> Tune
 def write_tuned(
     name: str, tuned: Tuned, suite_name: str, presets: Sequence[str], seeds: range, command: str, folder: Path
 ) -> Path:
-    """Write ``NAME.json``; in ``TUNED_FOLDER`` its values take the place of the defaults. Return its path."""
+    """Write ``NAME.json``; in ``TUNED_FOLDER`` its values replace the defaults. Return its path."""
     document = {
         "parameters": {key: tuned.parameters[key] for key in sorted(tuned.parameters)},
         "score": round(tuned.score, 6),
@@ -174,21 +174,25 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
         )
         for preset in budget.presets
         for seed in budget.seeds
-        for labels in _who_watches(scenario.presets[preset].closed_loop, tuple(settings))
+        for labels in _groups(scenario.presets[preset].closed_loop, tuple(settings))
     ]
-    results = joblib.Parallel(n_jobs=budget.workers)(joblib.delayed(run_job)(job) for job in jobs)
-    rows = [row for result in results for block in result.blocks for row in block]
-    groups = grouped(rows)
+    groups = grouped(rows_of(jobs, budget.workers))
     return {
         label: sum(score_of(trackers[label], budget.suite) for trackers in groups.values()) / len(groups)
         for label in settings
     }
 
 
+def rows_of(jobs: Sequence[Job], workers: int) -> list[Row]:
+    """Run jobs in processes and return all of their rows."""
+    results = joblib.Parallel(n_jobs=workers)(joblib.delayed(run_job)(job) for job in jobs)
+    return [row for result in results for block in result.blocks for row in block]
+
+
 def _scenario(budget: Budget) -> Scenario:
     return catalog.scenario(suite(budget.suite).scenes[0].scenario)
 
 
-def _who_watches(closed_loop: bool, labels: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """In closed loop everyone has pictures of his own."""
+def _groups(closed_loop: bool, labels: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """Return the labels that share an episode: all on a set path, each alone in closed loop."""
     return [(label,) for label in labels] if closed_loop else [labels]

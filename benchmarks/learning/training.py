@@ -1,4 +1,4 @@
-"""Trains a policy with stable-baselines3: goes on from a checkpoint, leaves a policy without pickle."""
+"""Training of a policy with stable-baselines3, with checkpoints; the policy is stored without pickle."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import json
 import time
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from trackers.controllers.policy_file import Policy, save_policy
 _INSTALL = "pip install 'frameout[train]'"
 _HIDDEN = (128, 64)
 _FIRST_SHARE = 0.01
-"""The last layer starts so small: a correction begins as hardly any."""
+"""Initial scale of the last layer, so that corrections start near zero."""
 _CHECKPOINT_S = 60.0
 _DISCOUNT = 0.99
 _ROLLOUT_STEPS, _BATCH = 128, 2048
@@ -37,7 +38,7 @@ Report = Callable[[int, int], None]
 def train(training: Training, out: Path, report: Report) -> Path:
     """Train until all steps are done, from the checkpoint in ``out`` if there is one; return the policy's file.
 
-    Interrupted, it leaves a checkpoint behind the last rollout that was learnt from.
+    An interrupted training leaves a checkpoint after the last rollout that was learnt from.
 
     Raises:
         KeyboardInterrupt: upon SIGINT or SIGTERM.
@@ -46,7 +47,7 @@ def train(training: Training, out: Path, report: Report) -> Path:
     _check_installed()
     import torch
 
-    # One small network: threads only wait for each other.
+    # For a small network threads cost more than they gain.
     torch.set_num_threads(1)
     settings = json.loads(json.dumps(dataclasses.asdict(training)))
     learnt_from = settings | {"error_model": _error_model_hash(training)}
@@ -54,7 +55,7 @@ def train(training: Training, out: Path, report: Report) -> Path:
     if before is not None:
         changed = sorted(name for name in learnt_from if name != "steps" and before.get(name) != learnt_from[name])
         check("out", not changed, f"a folder of the same training, or a new one (other: {', '.join(changed)})", out)
-    # Who goes on draws other episodes and actions than those drawn before.
+    # A resumed training draws new episodes and actions.
     seed = training.seed if before is None else training.seed + checkpointed_steps(out)
     envs = _envs(training, seed)
     try:
@@ -105,7 +106,7 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
 
 
 def _error_model_hash(training: Training) -> str | None:
-    """Return what tells error models apart, None for a training with pictures."""
+    """Return a hash of the error model, None for a training with pictures."""
     if training.pictures:
         return None
     return hashlib.sha256(error_model(training.scenario, training.tracker_name).to_json().encode()).hexdigest()[:10]
@@ -121,7 +122,7 @@ def _envs(training: Training, seed: int) -> Any:
 
     keywords = training.env_keywords | {"max_episode_steps": training.episode_steps}
     if training.pictures:
-        # Processes of their own learn the ids by the module's name.
+        # New processes import the module in the id, which registers the envs.
         make = [partial(gym.make, f"scenarios:{training.env}", **keywords)] * training.env_count
         kind = EnvProcesses if len(make) > 1 else SyncVectorEnv
         envs: VectorEnv[Any, Any, Any] = kind(make, autoreset_mode=AutoresetMode.SAME_STEP)
@@ -132,7 +133,7 @@ def _envs(training: Training, seed: int) -> Any:
 
 
 def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:
-    """Return a fresh model; the recipe is that of a trial that worked, see the card."""
+    """Return a fresh model with the settings of a successful trial."""
     import torch
     from stable_baselines3 import PPO, SAC
 
@@ -171,7 +172,7 @@ def _start_small(model: Any) -> None:
 
 
 def _learn(model: Any, left: int, out: Path, settings: dict[str, Any], report: Report) -> None:
-    """Do the steps that are left, and write a checkpoint when they are done or an interrupt comes."""
+    """Train the remaining steps; write a checkpoint at the end or upon an interrupt."""
     with StopSignals() as signals:
         keep = _callback(model.num_timesteps, left, out, settings, report, signals)
         try:
@@ -188,7 +189,7 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Keep(BaseCallback):
-        """Reports progress, writes a checkpoint every minute, and lets no signal into an update of the weights."""
+        """Reports progress, writes a checkpoint every minute, and defers signals during an update of the weights."""
 
         learnt_steps = behind
 
@@ -213,9 +214,5 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
 
 
 def _check_installed() -> None:
-    try:
-        import stable_baselines3
-        import tensorboard  # noqa: F401
-    except ImportError:
-        raise ValueError(f"train: expected stable-baselines3 to be installed ({_INSTALL}), got none") from None
-    del stable_baselines3
+    installed = all(map(find_spec, ("stable_baselines3", "tensorboard")))
+    check("train", installed, f"stable-baselines3 to be installed ({_INSTALL})", "none")

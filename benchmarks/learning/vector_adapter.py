@@ -14,21 +14,21 @@ from sim.checks import check
 
 
 class GymnasiumVecEnv(VecEnv):
-    """Passes everything on; resets happen within the step that ends an episode, as stable-baselines3 wants it.
+    """Adapts the interface; the step that ends an episode also resets the env, as stable-baselines3 requires.
 
-    Rewards are multiplied by ``reward_scale``: a critic learns numbers about one soonest.
+    Rewards are multiplied by ``reward_scale``: a critic learns values near one fastest.
     """
 
     def __init__(self, envs: gym.vector.VectorEnv, seed: int, reward_scale: float) -> None:
         mode = envs.metadata["autoreset_mode"]
         check("envs", mode == AutoresetMode.SAME_STEP, "ones that reset within the step", mode)
-        # Asked for attributes already while it is made.
+        # The base class reads attributes during construction.
         self._envs, self._seed, self._reward_scale, self.num_envs = envs, seed, reward_scale, envs.num_envs
         super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
         self._actions: NDArray[Any] = np.zeros((0, 0))
 
     def reset(self) -> Any:
-        """Begin everywhere anew; the first time by the seed."""
+        """Reset all envs; the first time with the seed."""
         observations, _ = self._envs.reset(seed=self._seed if self._seed >= 0 else None)
         self._seed = -1
         return observations
@@ -41,13 +41,13 @@ class GymnasiumVecEnv(VecEnv):
         """Step all envs."""
         observations, rewards, terminated, truncated, infos = self._envs.step(self._actions)
         dones = terminated | truncated
-        told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        details: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for k in np.flatnonzero(dones):
-            told[k] = {
+            details[k] = {
                 "terminal_observation": infos["final_obs"][k],
                 "TimeLimit.truncated": bool(truncated[k] and not terminated[k]),
             }
-        return observations, (self._reward_scale * rewards).astype(np.float32), dones, told
+        return observations, (self._reward_scale * rewards).astype(np.float32), dones, details
 
     def close(self) -> None:
         """Close them."""
@@ -58,11 +58,11 @@ class GymnasiumVecEnv(VecEnv):
         return [getattr(self._envs, attr_name, None)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Envs that run together have no attributes of their own."""
+        """Raise NotImplementedError: single envs have no attributes."""
         raise NotImplementedError("set_attr: the envs run together")
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
-        """Envs that run together have no methods of their own."""
+        """Raise NotImplementedError: single envs have no methods."""
         raise NotImplementedError("env_method: the envs run together")
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:

@@ -1,4 +1,4 @@
-"""Controllers through whole episodes without pictures: what they are worth there."""
+"""Scores of controllers in whole episodes without pictures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import Reward
 
 
-def lived_without_pictures(
+def scores_without_pictures(
     scenario: str,
     preset: str,
     tracker: str,
@@ -23,11 +23,11 @@ def lived_without_pictures(
     cache: Path | None,
     repeats: int = 1,
 ) -> dict[str, NDArray[np.float64]]:
-    """Return ``time_in_view`` and ``effort`` (S,) each, as the suite ``follow`` has them, of every episode's steps.
+    """Return ``time_in_view`` and ``effort`` (S,) each, of each episode, defined as in suite ``follow``.
 
     Args:
-        values: of the controller's parameters, other than those it was tuned to.
-        seeds: of the episodes. repeats: times that the error model is drawn anew for each; means are returned.
+        values: of the controller's parameters in place of the tuned ones.
+        seeds: of the episodes. repeats: number of draws of the error model for each; means are returned.
         cache: folder where planned episodes are kept.
     """
     envs = PicturelessVectorEnv(
@@ -45,12 +45,12 @@ def lived_without_pictures(
     envs.reset(seed=0, options={"episode_seed": np.repeat(seeds, repeats)})
     nothing = np.zeros(envs.action_space.shape or ())
     steps = envs.bank.frame_count - 1
-    told = {"time_in_view": np.zeros(envs.num_envs), "effort": np.zeros(envs.num_envs)}
+    totals = {"time_in_view": np.zeros(envs.num_envs), "effort": np.zeros(envs.num_envs)}
     for _ in range(steps):
         infos = envs.step(nothing)[4]
-        # All end with their last step together.
+        # All envs end with the last step.
         infos = infos.get("final_info", infos)
-        told["time_in_view"] += infos["in_view"]
-        told["effort"] -= infos["reward_effort"]
+        totals["time_in_view"] += infos["in_view"]
+        totals["effort"] -= infos["reward_effort"]
     envs.close()
-    return {metric: total.reshape(len(seeds), repeats).mean(axis=1) / steps for metric, total in told.items()}
+    return {metric: total.reshape(len(seeds), repeats).mean(axis=1) / steps for metric, total in totals.items()}

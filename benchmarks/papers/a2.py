@@ -1,4 +1,4 @@
-"""Paper experiment A.2: does knowing the road's shape carry a tracker through a frame-out?"""
+"""Paper experiment A.2: the road's shape as a model during a frame-out."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ EXPERIMENT = TrackerExperiment(
     title="Paper A, experiment 1: the shape of the road, helicopter motion measured",
     setting="A car on a set route; a simple controller keeps the estimate in the middle of the picture. A gust "
     "puts the car outside the picture while the road bends. A plain colour particle filter against one that "
-    "extrapolates the road; both move their particles with the measured helicopter motion. Both are set as they were "
-    "written, whatever `frameout tune` found.",
+    "extrapolates the road; both move their particles with the measured helicopter motion. Both have their written "
+    "parameters, not the tuned ones.",
     suite="frame-out",
     scenario="road-town-v1",
     preset="paper-a2",

@@ -1,4 +1,4 @@
-"""Paper experiment A.3: does a model of the background carry a tracker through frame-outs, motion unknown?"""
+"""Paper experiment A.3: a model of the background during frame-outs, with unknown helicopter motion."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ EXPERIMENT = TrackerExperiment(
     name="A3",
     title="Paper A, experiment 2: a model of the background, helicopter motion unknown",
     setting="A town with crossings, buildings and other cars; car and helicopter on set paths. The helicopter's "
-    "motion is estimated from the picture; where a car may be is told by road, other ground and buildings. The method "
-    "is set as it was written, whatever `frameout tune` found.",
+    "motion is estimated from the picture; road, other ground and buildings show where a car may be. The "
+    "method has its written parameters, not the tuned ones.",
     suite="frame-out",
     scenario="road-town-v1",
     preset="paper-a3",

@@ -1,4 +1,4 @@
-"""Paper experiment B.1: do a camera's own settings say how much the light has changed the colours?"""
+"""Paper experiment B.1: a camera's own settings as a measure of colour change by light."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ CURVES = {
 """Series of the rows, one for each condition, and their names on the page."""
 _ROLES = ("ours", "as-written", "as-written", "as-written", "oracle")
 CONDITIONS: dict[str, dict[str, bool]] = {"I": {}, "II": {"exposure": True}, "III": {"white_balance": True}}
-"""What of the camera stays as it was at the greatest illuminance (Table 2), see ``photograph``."""
+"""Settings of the camera that stay as at the greatest illuminance (Table 2), see ``photograph``."""
 _FOLLOWS = {
-    "I_change_follows": ("P_c + P_l", "the change of the settings goes with the change of colour"),
-    "II_white_balance_follows": ("|ΔR| + |ΔB|", "with shutter and gain fixed, white balance alone goes with it"),
-    "III_brightness_follows": ("S / S max + G / G max", "with white balance fixed, shutter and gain go with it"),
+    "I_change_follows": ("P_c + P_l", "the change of the settings follows the change of colour"),
+    "II_white_balance_follows": ("|ΔR| + |ΔB|", "with shutter and gain fixed, white balance alone follows it"),
+    "III_brightness_follows": ("S / S max + G / G max", "with white balance fixed, shutter and gain follow it"),
 }
-"""Claims about a condition: what of the settings goes with the dissimilarity, and the paper's words."""
+"""Claims about a condition: the settings that follow the dissimilarity, and the paper's words."""
 
 
 class DimmedLamp(CameraExperiment):
@@ -83,8 +83,8 @@ class DimmedLamp(CameraExperiment):
             for name, held in CONDITIONS.items()
         ]
         caption = (
-            "What the camera sees at each illuminance under conditions I, II and III, and the rectangle whose colours "
-            f"are looked at; seed {seeds.start}."
+            "The camera's picture at each illuminance under conditions I, II and III, with the measured rectangle; "
+            f"seed {seeds.start}."
         )
         self.write_figure(out, picture_sheet(cells), seeds.start, renderer, "figure 2", caption)
         mine = [row for row in rows if row["renderer"] == renderer]
@@ -94,10 +94,9 @@ class DimmedLamp(CameraExperiment):
 
 EXPERIMENT = DimmedLamp(
     name="B1",
-    title="Paper B, experiment I: what the camera's settings say of the light",
+    title="Paper B, experiment I: the camera's settings as a measure of the light",
     setting="A green sheet on a white wall under a light bulb that is dimmed from 609 to 19 lx. Condition I: white "
-    "balance, shutter and gain are automatic; II: shutter and gain stay as they were at 609 lx; III: white balance "
-    "does.",
+    "balance, shutter and gain are automatic; II: shutter and gain stay as at 609 lx; III: white balance does.",
     preset="paper-b1",
     claims=(
         *(
@@ -120,10 +119,10 @@ EXPERIMENT = DimmedLamp(
         Claim("blue_gain_at_its_limit", "I: share of illuminances at which the gain of blue is at its limit"),
     ),
     notes=(
-        "Rank correlations say that both go the same way while the lamp is dimmed step by step, not that one is in "
-        "proportion to the other: P_l is at 1 long before colours change most.",
-        "That the gain waits for the shutter is how this camera is built, as the paper describes the real one.",
-        "In the dimmest, reddest light the gain of blue can rise no further: colours then change for that reason too.",
+        "Rank correlations show that both change in the same direction as the lamp is dimmed, not that they are "
+        "proportional: P_l is at 1 long before colours change most.",
+        "The gain of this camera rises only after the shutter, as the paper describes the real one.",
+        "In the dimmest, reddest light the gain of blue is at its limit, which also changes colours.",
     ),
 )
 
@@ -175,7 +174,7 @@ def _plot(rows: Sequence[Row], condition: str) -> str:
             line.set(color=style.colour, linewidth=style.width, dashes=style.dashes or (1, 0))
         axes.set_xscale("log")
         axes.invert_xaxis()
-        # The second lies so near to the first that their numbers would touch.
+        # The label of the second would touch that of the first.
         words = ["" if k == 1 else f"{lx:g}" for k, lx in enumerate(illuminances_lx)]
         axes.set_xticks(illuminances_lx, words, fontsize=8)
         axes.minorticks_off()

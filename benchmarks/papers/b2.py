@@ -1,4 +1,4 @@
-"""Paper experiment B.2: when can colour be learnt? What the change of the camera's exposure says of it."""
+"""Paper experiment B.2: the change of the camera's exposure as a sign of when colour can be learnt."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _CEILING_LIGHT_FRAMES = 300
 _SHOWN_FRAMES = (60, 200, 320, 385, 420, 560, 760, 920)
 _SHOWN_IN_A_ROW = 4
 _LARGEST_TREND = 3.0
-"""D_l runs to hundreds where the gain is nearly 0: the plot cuts it."""
+"""Limit of D_l in the plot; it reaches hundreds where the gain is nearly 0."""
 
 
 class Drive(CameraExperiment):
@@ -46,12 +46,12 @@ class Drive(CameraExperiment):
         }
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots:
-        """See ``PaperExperiment``: what the camera sees on the way, and the series, of one seed."""
+        """See ``PaperExperiment``: the camera's pictures during the drive, and the series, of one seed."""
         seed = seeds.start
         pictures = enumerate(photograph(self.preset, seed, renderer))
         cells = [(f"frame {frame}", each.marked_rgb) for frame, each in pictures if frame in _SHOWN_FRAMES]
         sheet = picture_sheet([cells[:_SHOWN_IN_A_ROW], cells[_SHOWN_IN_A_ROW:]], 320)
-        caption = f"What the camera sees on the way, and the rectangle whose colours are looked at; seed {seed}."
+        caption = f"The camera's pictures during the drive, with the measured rectangle; seed {seed}."
         self.write_figure(out, sheet, seed, renderer, "figure 5", caption)
         mine = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seed)}
         plots = {"Colour of the sheet (grey: D_l < 0)": _plot_colour(mine), "D_l": _plot_trend(mine)}
@@ -62,7 +62,7 @@ EXPERIMENT = Drive(
     name="B2",
     title="Paper B, experiment II: when colour can be learnt",
     setting="A robot carries a green sheet before its camera through corridors: ceiling lights, a window ahead (back "
-    "light), a stretch whose lights are off (shade), warm lights. D_l is how steeply the camera's exposure rises.",
+    "light), a stretch whose lights are off (shade), warm lights. D_l is the slope of the camera's exposure.",
     preset="paper-b2",
     claims=(
         *(
@@ -77,7 +77,7 @@ EXPERIMENT = Drive(
         Claim(
             "hue_against_value",
             "standard deviation of hue over that of value, both 0 to 1",
-            "hue is not moved by what moves the exposure",
+            "hue does not change with the exposure",
             "at most",
             0.5,
         ),
@@ -88,8 +88,8 @@ EXPERIMENT = Drive(
         Claim("value_gained_under_ceiling_lights", "value gained likewise in the first 300 frames alone"),
     ),
     notes=(
-        "Under evenly spaced ceiling lights it is the other way round: the sheet is brightest under a light, where the "
-        "picture is too and the exposure falls. Windows and the dark stretch make it come out as in the paper.",
+        "Under evenly spaced ceiling lights it is reversed: the sheet is brightest under a light, where the picture is "
+        "too and the exposure falls. Windows and the dark stretch give the paper's result.",
         "Saturation falls against the light because the lens scatters 3 % of all light over the picture; without that "
         "the dark green would be the most saturated.",
     ),
@@ -105,7 +105,7 @@ def _mean_hsv(picture: SheetPicture) -> NDArray[np.float64]:
 
 
 def _plot_colour(values: dict[str, list[float]]) -> str:
-    """Draw the sheet's colour on the way; grey where D_l is negative."""
+    """Draw the sheet's colour over the frames; grey where D_l is negative."""
     styles = line_styles([("saturation", "ours"), ("value", "as-written"), ("hue", "baseline")])
     with drawn_as("b2-colour"):
         figure, axes = new_figure("frame", "share of its range")
@@ -120,7 +120,7 @@ def _plot_colour(values: dict[str, list[float]]) -> str:
 
 
 def _plot_trend(values: dict[str, list[float]]) -> str:
-    """Draw D_l on the way."""
+    """Draw D_l over the frames."""
     with drawn_as("b2-trend"):
         figure, axes = new_figure("frame", f"D_l, cut at {_LARGEST_TREND:g}")
         style = line_styles([("D_l", "as-written")])["D_l"]

@@ -1,4 +1,4 @@
-"""Paper experiment B.3: does knowing how the light has changed keep a tracker on the person it follows?"""
+"""Paper experiment B.3: the measured change of light in tracking of a person."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from benchmarks.papers.tracker_experiment import TrackerExperiment
 
 _COUNTED = {
     "precision": "frames with the target found, of those with anything found",
-    "recall": "frames with the target found, of those and the frames with nothing found though he was seen",
+    "recall": "frames with the target found, of those and the frames with nothing found though the person was seen",
     "f_measure": "the harmonic mean of the two",
 }
 _PRINTED = {
@@ -16,7 +16,7 @@ _PRINTED = {
 }
 """Table 3 of the paper."""
 _TOLERANCE = {"stereo_wb": 0.04, "stereo_wb_shutter_gain": 0.03}
-"""Of the F-measure, our choice; precision and recall are set beside the paper's without a verdict."""
+"""Of the F-measure, our choice; precision and recall are shown beside the paper's without a verdict."""
 
 
 def _claims() -> tuple[Claim, ...]:
@@ -41,10 +41,10 @@ EXPERIMENT = TrackerExperiment(
     title="Paper B, experiment III: a person followed under changing light",
     setting="A robot is driven by hand after a person, indoors and outdoors, among other people; two trackers look at "
     "the same recorded stereo pairs. The older one weighs colour against place by the camera's white balance, the "
-    "paper's by shutter and gain too, and by how readily colour could be learnt. The paper has 8,530 frames: ten "
-    "drives of 853. How many people get in the way, that all wear the same working clothes, and how the light comes "
-    "and goes was set on development seeds so that the methods come out about as good as in the paper, and so was the "
-    "threshold of dissimilarity, which the paper does not print, for both alike.",
+    "paper's by shutter and gain too, and by how well colour could be learnt. The paper has 8,530 frames: ten "
+    "drives of 853. The number of people in the way, their equal working clothes and the changes of light were set on "
+    "development seeds so that the methods score about as in the paper; so was the threshold of dissimilarity, which "
+    "the paper does not print, equally for both.",
     suite="stereo",
     scenario="stereo-follow-v1",
     preset="paper-b3",

@@ -1,4 +1,4 @@
-"""Experiments that measure a camera on the sheet of paper, and run no tracker."""
+"""Experiments that measure a camera on a sheet of paper, without a tracker."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from benchmarks.run.experiment import Progress, current_blocks, make_folder
 from benchmarks.run.jobs import as_row
 from benchmarks.run.records import BlockKey, Row, append_block, tidy
 from benchmarks.run.versions import versions_of_modules
-from benchmarks.suites.judging import Score, told_by
+from benchmarks.suites.judging import Score, truth_as
 from benchmarks.suites.registry import Metric
 from benchmarks.video import marks
 from scenarios.paper_sheet.scenario import PAPER_SHEET
@@ -33,7 +33,7 @@ _REGION_RGB = (230, 60, 60)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraExperiment(PaperExperiment):
-    """See ``PaperExperiment``. Claims are about values of the rows, of which the mean over seeds is taken."""
+    """See ``PaperExperiment``. Claims are about means of rows over seeds."""
 
     suite: str = "paper"
     scenario: str = PAPER_SHEET.id
@@ -93,7 +93,7 @@ class SheetPicture:
     Attributes:
         image_rgb: (H, W, 3) uint8.
         registers: the camera's settings.
-        region_xyxy: (4,) rectangle within the sheet whose colours are looked at, pixels.
+        region_xyxy: (4,) measured rectangle within the sheet, pixels.
         illuminance_lx: mean on the sheet.
     """
 
@@ -116,13 +116,13 @@ def photograph(
     """Yield the pictures of an episode.
 
     Args:
-        exposure, white_balance: whether these stay as they are on the first picture.
+        exposure, white_balance: whether these stay as on the first picture.
     """
     with closing(PAPER_SHEET.episode(preset, seed, renderer=renderer)) as episode:
         for _ in range(episode.frame_count):
             frame = episode.step()
             episode.hold(exposure=exposure, white_balance=white_balance)
-            truth = told_by(frame.truth, StereoTruth)
+            truth = truth_as(frame.truth, StereoTruth)
             region_xyxy = region_of_sheet(frame.camera, truth.T_world_camera, truth.T_world_object[0])
             lux = float(truth.illuminance_lx[0])
             yield SheetPicture(frame.observation.image_rgb, truth.registers, region_xyxy, lux)

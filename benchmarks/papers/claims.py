@@ -1,4 +1,4 @@
-"""What a paper says, and what came out here: the same for experiments that run trackers and those that measure."""
+"""Claims of a paper and our findings, for experiments with trackers and measurements."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from rich.console import Console
 from rich.table import Table
 
+from benchmarks.commands.console import console_of
 from benchmarks.report.numbers import interval_text, number_text, ranges_text, unit_sign
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What the paper says, and the number that it comes to here.
+    """A claim of the paper, and the number that tests it.
 
     Attributes:
-        metric: of the rows or of the suite. counted: what the number is, in words. words: what the paper says.
-        bound: which side of ``level`` agrees with the paper, by our choice; ``reported`` = the paper gives no side.
-        tracker: the method it is about; "" where none runs.
-        tolerance: how far off ``level`` still agrees, for the bound ``within``.
+        metric: of the rows or of the suite. counted: definition of the number, in words. words: the paper's claim.
+        bound: the side of ``level`` that agrees with the paper, by our choice; ``reported`` = the paper gives no side.
+        tracker: name of the method; "" without one.
+        tolerance: distance from ``level`` that still agrees, for the bound ``within``.
     """
 
     metric: str
@@ -34,11 +34,11 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A claim and what came out, with one renderer.
+    """A claim and our value, with one renderer.
 
     Attributes:
-        mean, ci_low, ci_high: 95 % interval over episodes; None where nothing is known.
-        unit: of the metric. episodes: that say something of it.
+        mean, ci_low, ci_high: 95 % interval over episodes; None without rows.
+        unit: of the metric. episodes: number with rows of it.
     """
 
     claim: Claim
@@ -51,7 +51,7 @@ class Finding:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether the mean lies on the paper's side; None where there is no side. Not known is no agreement."""
+        """Whether the mean lies on the paper's side; None where there is no side. An unknown mean does not agree."""
         if self.claim.bound == "reported":
             return None
         if self.mean is None:
@@ -89,7 +89,7 @@ class Finding:
 
 
 def print_findings(title: str, found: Sequence[Finding], seeds: range) -> None:
-    """Print what came out beside the paper's words."""
+    """Print our findings beside the paper's claims."""
     table = Table(title=f"{title}: seeds {ranges_text(seeds)}, 95 % intervals over them")
     methods = any(each.claim.tracker for each in found)
     for head in (*(["method"] if methods else []), "the paper", "here", "renderer", "value", "interval", "expected"):
@@ -100,5 +100,4 @@ def print_findings(title: str, found: Sequence[Finding], seeds: range) -> None:
         named = [claim.tracker] if methods else []
         expected = f"{each.expected}{verdict}"
         table.add_row(*named, claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
-    console = Console()
-    (console if console.is_terminal else Console(width=118)).print(table)
+    console_of().print(table)

@@ -1,4 +1,4 @@
-"""What a paper's experiment is: its setting, what is run, its claims, its figure."""
+"""A paper's experiment: setting, runs, claims and figure."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class PaperExperiment(ABC):
     """An experiment as the paper describes it.
 
     Attributes:
-        name: what users type. title, setting: in words.
+        name: of the command's argument. title, setting: in words.
         suite: of the rows. scenario: catalogue id. preset: of the scenario.
-        claims: what the paper says. notes: what a reader of the figures should know.
+        claims: of the paper. notes: on the figures.
         controller: steers by the estimate; None on a set path.
-        seeds: of the episodes if users name none.
+        seeds: default seeds of the episodes.
     """
 
     name: str
@@ -51,36 +51,35 @@ class PaperExperiment(ABC):
 
     @abstractmethod
     def metric(self, name: str) -> Metric:
-        """Return how a claim's metric is made from rows."""
+        """Return a claim's metric."""
 
     @abstractmethod
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
-        """Write the rows that ``out`` does not hold yet; return lines that say which rows were moved, and where to.
+        """Write the rows that ``out`` lacks; return messages about rows that were moved to another file.
 
-        The same call after a stop goes on where it stopped. Rows that other code made are made again; those of the
-        other renderer stay.
+        The same call after a stop continues. Rows of other code are made again; those of the other renderer stay.
 
         Raises:
-            ValueError: for a folder that holds other seeds' rows or cannot be written.
+            ValueError: for a folder that holds rows of other seeds or cannot be written.
         """
 
     @abstractmethod
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
-        """Write the paper's figure beside the rows, and return plots of them, if there are any."""
+        """Write the paper's figure to ``out``, and return plots of the rows, if there are any."""
 
     def rows_in(self, out: Path) -> list[Row]:
-        """Return the experiment's own rows of a folder, of all renderers."""
+        """Return the experiment's rows in a folder, of all renderers."""
         keys = ("suite", "scenario", "preset", "renderer", "controller")
         return [row for row in read_rows(out) if tuple(row[k] or "" for k in keys) == self.condition(row["renderer"])]
 
     def condition(self, renderer: str) -> Condition:
-        """Return the condition of the rows that one renderer drew."""
+        """Return the condition of the rows of one renderer."""
         return self.suite, self.scenario, self.preset, renderer, self.controller or ""
 
     def write_figure(
         self, out: Path, image_rgb: NDArray[np.uint8], seed: int, renderer: RendererName, name: str, caption: str
     ) -> None:
-        """Write one of the paper's figures (H, W, 3), as it is in our world."""
+        """Write our version (H, W, 3) of one of the paper's figures."""
         title = f"The paper's {name}, in this world"
         write_picture(
             out, f"{self.preset}-{renderer}", image_rgb, self.condition(renderer), title, caption, f"seed {seed}"

@@ -1,11 +1,10 @@
-"""Learns what the classes of the ground look like: mean and variance of their colours (paper A.3,
-supervised).
-"""
+"""Learns mean and variance of the colours of ground classes (paper A.3, supervised)."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -28,25 +27,22 @@ _PIXEL_STEP = 3
 
 
 def learn_colours(presets: Sequence[str], seeds: range, every: int) -> dict[str, Any]:
-    """Return mean and variance of the sRGB values (0-255) of each class, over every so many frames of all towns."""
+    """Return mean and variance of the sRGB values (0-255) of each class, over every ``every``-th frame of all towns."""
     sums = {name: np.zeros((3, 3)) for name in CLASSES}
     for preset in presets:
         for seed in seeds:
-            episode = ROAD_TOWN.episode(preset, seed, closed_loop=False)
-            try:
+            with closing(ROAD_TOWN.episode(preset, seed, closed_loop=False)) as episode:
                 roads = RoadMap(episode.map_of().graph)
                 last = (episode.frame_count - 1) // every * every
                 for k in range(last + 1):
                     frame = episode.step()
                     if k % every == 0:
                         _add(sums, frame, roads, episode.map_of())
-            finally:
-                episode.close()
     return {name: _moments(sums[name]) for name in CLASSES}
 
 
 def write_model(model: dict[str, Any], command: str) -> Path:
-    """Write a learnt model where trackers find it and return its path."""
+    """Write a learnt model to the file that trackers load; return its path."""
     write_atomic(MODEL_PATH, json.dumps({"classes": model, "command": command}, indent=1) + "\n")
     return MODEL_PATH
 
@@ -62,8 +58,7 @@ def _add(sums: dict[str, NDArray[np.float64]], frame: Frame, roads: RoadMap, lay
 def label_pixels(frame: Frame, roads: RoadMap, layout: Layout) -> dict[str, NDArray[np.bool_]]:
     """Return a mask (H, W) for each class, from depth and map; cars, trees and kerbs' faces belong to none.
 
-    Ground (below 0.3 m) is road or other; what is above 2 m over a building's plan, eaves included, is
-    building.
+    Ground (below 0.3 m) is road or other; points above 2 m over a building's plan, eaves included, are building.
     """
     truth, camera = frame.truth, frame.camera
     rows, columns = np.mgrid[0 : camera.height_px, 0 : camera.width_px]

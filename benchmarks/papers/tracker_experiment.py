@@ -1,4 +1,4 @@
-"""Experiments that run a paper's trackers, set as they were written, in a suite."""
+"""Experiments that run a paper's trackers with their written parameters in a suite."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TrackerExperiment(PaperExperiment):
 
     @property
     def settings(self) -> dict[str, dict[str, Any]]:
-        """Method → the values it was written with: a paper's experiment is repeated without tuning."""
+        """Method → its written parameters: a paper's experiment is repeated without tuning."""
         return {name: registry.entry(name).written() for name in self.trackers}
 
     def metric(self, name: str) -> Metric:
@@ -59,7 +59,7 @@ class TrackerExperiment(PaperExperiment):
         return run_experiment(runs, out, progress).moved
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> None:
-        """See ``PaperExperiment``: the paper's frames; where it names none, what the suite shows of a result."""
+        """See ``PaperExperiment``: the paper's frames; where it names none, the suite's picture."""
         if self.frames:
             self._show_frames(out, seeds.start, renderer)
         else:
@@ -67,7 +67,7 @@ class TrackerExperiment(PaperExperiment):
             suite(self.suite).picture(out, condition, grouped(rows)[condition], self.trackers)
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
-        """Live through one episode with each method; show the observed frame inside the larger view."""
+        """Run one episode with each method; show the observed frame inside the larger view."""
         rows = {}
         for tracker in self.trackers:
             settings = {tracker: (tracker, self.settings[tracker])}
@@ -76,8 +76,8 @@ class TrackerExperiment(PaperExperiment):
                 count = min(max(self.frames) + 1, live.loop.episode.frame_count)
                 rows[tracker] = list(replay(live, scale=_SCALE, wanted=self.frames, frame_count=count))
         caption = (
-            f"Frames {', '.join(map(str, self.frames))}, as in the paper's figure, of seed {seed}. White: what the "
-            "camera sees; what is around it is shown to you alone. Blue: the car. Orange: the estimate. Yellow: the "
-            "particles. An arrow at the border points at what lies beyond."
+            f"Frames {', '.join(map(str, self.frames))}, as in the paper's figure, of seed {seed}. White: the "
+            "camera's picture; its surroundings are not shown to trackers. Blue: the car. Orange: the estimate. "
+            "Yellow: the particles. An arrow at the border points to a place beyond it."
         )
         self.write_figure(out, contact_sheet(rows), seed, renderer, "figure", caption)

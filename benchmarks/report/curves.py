@@ -1,4 +1,4 @@
-"""From the rows of one tracker to the curves of the report."""
+"""The report's curves of one tracker, from its rows."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from sim.rng import generator
 
 _RESAMPLES = 1000
 FEWEST = 3
-"""A mean over fewer frame-outs than this is not drawn."""
+"""Least number of frame-outs of a drawn mean."""
 RECOVERY_FRAMES = 45
-"""How far the recovery curve goes."""
+"""Length of the recovery curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Curve:
 
     Attributes:
         x, y: the line. low, high: its band.
-        count: what each point is a mean of, e.g. frame-outs.
+        count: number of values in each mean, e.g. frame-outs.
     """
 
     x: NDArray[np.float64]
@@ -38,10 +38,10 @@ class Curve:
 
 
 def offscreen_error(rows: Sequence[Row]) -> Curve | None:
-    """Mean error in metres against frames since the exit, over the frame-outs that last so long.
+    """Mean error in metres against frames since the exit, over the frame-outs of at least that length.
 
-    The band is a percentile bootstrap over seeds. Where fewer than ``FEWEST`` frame-outs are left the curve
-    ends; None if it never begins.
+    The band is a percentile bootstrap over seeds. The curve ends where fewer than ``FEWEST`` frame-outs are left; None
+    if it would be empty.
     """
     sums = _sums_by_seed(rows, "offscreen_error_by_frame_m")
     return None if sums is None else _with_band(sums, x=np.arange(sums.numerators.shape[1], dtype=float))
@@ -50,7 +50,7 @@ def offscreen_error(rows: Sequence[Row]) -> Curve | None:
 def calibration(rows: Sequence[Row]) -> Curve | None:
     """Share of frames outside whose truth lies in the posterior's p region, against p; None without posterior.
 
-    The band is a percentile bootstrap over seeds. An honest posterior gives the diagonal.
+    The band is a percentile bootstrap over seeds. A calibrated posterior gives the diagonal.
     """
     sums = _sums_by_seed(rows, "credible_level_histogram")
     if sums is None:
@@ -60,21 +60,15 @@ def calibration(rows: Sequence[Row]) -> Curve | None:
     inner = _with_band(cumulative, x=(np.arange(bins) + 1.0) / bins)
     if inner is None:
         return None
-    origin = np.zeros(1)
-    return Curve(
-        np.concatenate([origin, inner.x]),
-        np.concatenate([origin, inner.y]),
-        np.concatenate([origin, inner.low]),
-        np.concatenate([origin, inner.high]),
-        np.concatenate([inner.count[:1], inner.count]),
-    )
+    x, y, low, high = (np.concatenate([[0.0], line]) for line in (inner.x, inner.y, inner.low, inner.high))
+    return Curve(x, y, low, high, np.concatenate([inner.count[:1], inner.count]))
 
 
 def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve | None:
-    """Share of targets found again, against frames since they could be, up to ``until_frames``.
+    """Share of targets found again, against frames since the watch began, up to ``until_frames``.
 
-    Kaplan-Meier, see ``pooling.still_waiting``; a target never found is looked for until its watch ends. The band is a
-    percentile bootstrap over seeds. None if there is none to find.
+    Kaplan-Meier, see ``pooling.still_waiting``; a target never found is censored at the end of its watch. The band is a
+    percentile bootstrap over seeds. None without targets to find.
     """
     metric = Metric(
         "found_again",
@@ -93,7 +87,7 @@ def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve 
 
 
 def _sums_by_seed(rows: Sequence[Row], metric: str) -> PooledRatios | None:
-    """Add up the series of a metric by seed, entry by entry; shorter series say nothing of later entries."""
+    """Add up the series of a metric by seed, entry by entry; shorter series contribute nothing to later entries."""
     chosen = [row for row in rows if row["metric"] == metric and row["value"] is not None]
     if not chosen:
         return None

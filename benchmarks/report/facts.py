@@ -1,4 +1,4 @@
-"""What rows say of the episodes themselves, as a table of the report."""
+"""The report's table of facts about the episodes themselves."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from benchmarks.suites.registry import Facts, Metric
 
 
 def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
-    """Return the means over the episodes of one condition, each episode counted once; lines without any are left out.
+    """Return the means over the episodes of one condition, each episode counted once; empty lines are left out.
 
-    On a set path the rows of all trackers say the same; a tracker that steers makes an episode of its own.
+    On a set path the rows of all trackers are equal; in closed loop each tracker has its own episode.
     """
     once = {
         (row["seed"], name if row["controller"] else "", row["metric"]): row

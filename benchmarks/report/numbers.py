@@ -1,4 +1,4 @@
-"""How numbers are written in tables."""
+"""Text of numbers in tables."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _MINUS = "\u2212"
 
 
 def unit_sign(unit: str) -> str:
-    """Return what stands for a unit in a table's head: ``%`` for fractions, nothing for plain numbers."""
+    """Return the sign of a unit in a table's head: ``%`` for fractions, nothing for plain numbers."""
     return _SIGNS.get(unit, unit)
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from benchmarks.report import plots, tables
@@ -16,6 +15,7 @@ from benchmarks.report.facts import facts_table
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
+from benchmarks.report.templates import page_environment
 from benchmarks.run.blindfold import WHAT_BLIND_MEANS
 from benchmarks.run.records import Row, read_rows
 from benchmarks.scores.summary import (
@@ -28,6 +28,7 @@ from benchmarks.scores.summary import (
     write_summary,
 )
 from benchmarks.suites.registry import Condition, Plot, Suite, suite
+from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 REPORT_FILE_NAME = "report.html"
@@ -38,7 +39,7 @@ _DRAWN_ROLES = (*_RANKED_ROLES, *tables.UNRANKED_ROLES)
 
 @dataclass(frozen=True, slots=True)
 class Differences:
-    """One contestant minus others, with the words for it: ``first`` minus each ``other`` (a kind of contestant)."""
+    """One contestant minus others: ``first`` minus each ``other`` (a kind of contestant)."""
 
     first: str
     other: str
@@ -47,7 +48,7 @@ class Differences:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Everything about one condition."""
+    """The report's section of one condition."""
 
     name: str
     title: str
@@ -69,15 +70,14 @@ class Section:
 def write_report(directory: Path) -> Path:
     """Make ``directory/report.html`` from the rows in ``directory`` and return its path.
 
-    Where the suite shows a picture, part of an episode is lived through again for it, if it was this code that made the
-    rows. The summary and the comparisons are made anew if they are missing.
+    For a picture of the suite part of an episode is run again, if this code made the rows. A missing summary or
+    comparison file is made again.
 
     Raises:
         ValueError: if the folder holds no results.
     """
     rows = read_rows(directory)
-    if not rows:
-        raise ValueError(f"directory: expected one that holds results, got no whole episode in {str(directory)!r}")
+    check("directory", bool(rows), "one that holds results", f"no whole episode in {str(directory)!r}")
     if not all((directory / name).is_file() for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME)):
         write_summary(directory)
     summary = json.loads((directory / SUMMARY_FILE_NAME).read_text())
@@ -102,7 +102,7 @@ def page_style() -> str:
 
 
 def _worth_showing(summary: list[dict[str, Any]], condition: Condition) -> list[str]:
-    """Return ours and the best of the methods as written, or whoever leads where these are not there."""
+    """Return ours and the best of the methods as written; without them the leader."""
     lines = tables.leaderboard(suite(condition[0]), summary, _RANKED_ROLES).lines
     first = {line.role: line.names[0] for line in reversed(lines)}
     chosen = [first[role] for role in ("ours", "as-written") if role in first]
@@ -110,15 +110,8 @@ def _worth_showing(summary: list[dict[str, Any]], condition: Condition) -> list[
 
 
 def _render(sections: list[Section]) -> str:
-    environment = Environment(
-        loader=PackageLoader("benchmarks", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     heading = " · ".join(dict.fromkeys(section.suite.heading for section in sections))
-    page = environment.get_template("page.html.jinja")
+    page = page_environment("report").get_template("page.html.jinja")
     return page.render(heading=heading, sections=sections, style=Markup(page_style()))
 
 
@@ -136,10 +129,10 @@ def _section(
     suite_name, scenario, preset, renderer, _ = condition
     scores = suite(suite_name)
     everything = tables.every_metric(scores, summary)
-    # Lines look as the first of a contestant's names does: a controller's, whichever tracker tells it.
+    # A line's style is that of the first of the contestant's names, e.g. of the controller.
     roles: dict[str, str] = {}
     for line in sorted(everything.lines, key=lambda line: _ROLE_ORDER.index(line.role)):
-        # A controller told by a blind tracker too keeps its own role.
+        # A controller that also has a blind tracker keeps its own role.
         roles.setdefault(line.names[0], line.role)
     ranked = list(roles.items())
     references = tables.leaderboard(scores, summary, tables.UNRANKED_ROLES)
@@ -166,11 +159,11 @@ def _section(
 
 
 def _differences(scores: Suite, comparisons: list[dict[str, Any]], everything: tables.Table) -> tuple[Differences, ...]:
-    """Return a table of what each contestant is compared with, in the order of the comparisons."""
+    """Return the tables of differences, in the order of the comparisons."""
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for entry in comparisons:
         kind = entry.get("compared", scores.contestants[0])
-        # What both have in common stands behind the name that they differ in.
+        # The name in which the two differ comes first.
         names = dict(zip(scores.contestants, scores.names_of(entry), strict=True))
         first = " + ".join([names.pop(kind), *names.values()])
         groups.setdefault((first, kind), []).append(entry)
@@ -197,5 +190,5 @@ def _speed_plot(summary: list[dict[str, Any]], styles: Mapping[str, LineStyle]) 
     }
     if not speeds:
         return []
-    words = "CPU time of the tracker alone, without the picture's making. Dots: median over episodes."
-    return [Plot("What does it cost?", words, plots.plot_speed(speeds, styles))]
+    words = "CPU time of the tracker alone, without rendering. Dots: median over episodes."
+    return [Plot("How fast are the trackers?", words, plots.plot_speed(speeds, styles))]

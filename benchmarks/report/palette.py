@@ -1,6 +1,6 @@
-"""How trackers look in plots: colour and dash by role, the same in every plot, in light and dark.
+"""Line styles of trackers: colour and dash by role, the same in every plot, in light and dark.
 
-Plots are drawn with placeholder colours, ``#0a0bNN``; the page's style sheet says what they are in light and dark.
+Plots are drawn with placeholder colours, ``#0a0bNN``; the page's style sheet defines them for light and dark.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Pictures beside the rows, for the report to embed: ``pictures/NAME.jpg`` with its words in ``NAME.json``."""
+"""Pictures in the result folder, embedded in the report: ``pictures/NAME.jpg`` with its text in ``NAME.json``."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Picture:
     """A picture as the page shows it.
 
     Attributes:
-        condition: what section it belongs to.
-        title, caption: what it shows. source: data address of the picture itself.
+        condition: of its section.
+        title, caption: text. source: data URL of the picture.
         width_px, height_px: its size.
     """
 
@@ -45,9 +45,9 @@ def write_picture(
     caption: str,
     made_from: str,
 ) -> None:
-    """Write a picture (H, W, 3) and its words, each beside its place and renamed.
+    """Write a picture (H, W, 3) and its text, both atomically.
 
-    ``made_from`` names the rows it shows, so that it is found out when they change.
+    ``made_from`` identifies the rows that it shows, to detect changes.
     """
     folder = directory / FOLDER_NAME
     folder.mkdir(parents=True, exist_ok=True)
@@ -65,13 +65,13 @@ def write_picture(
 
 
 def made_from(directory: Path, name: str) -> str | None:
-    """Return what the picture ``name`` was made from, None if there is none."""
+    """Return ``made_from`` of the picture ``name``, None if there is none."""
     path = directory / FOLDER_NAME / f"{name}.json"
     return json.loads(path.read_text())["made_from"] if path.is_file() else None
 
 
 def remove_picture(directory: Path, name: str) -> None:
-    """Remove a picture, words first; nothing if there is none."""
+    """Remove a picture, text first; nothing if there is none."""
     for suffix in (".json", ".jpg"):
         (directory / FOLDER_NAME / f"{name}{suffix}").unlink(missing_ok=True)
 

@@ -1,4 +1,4 @@
-"""The report's plots, as SVG to be put into the page: same rows, same bytes."""
+"""The report's plots, as SVG for the page: same rows, same bytes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _SETTINGS: dict[str, Any] = {
 }
 
 _BACKED = {"facecolor": GROUND, "alpha": 0.8, "linewidth": 0, "pad": 1.0}
-"""Words over lines stand on a see-through patch of the page's ground."""
+"""Text over lines has a translucent patch of the page's ground."""
 
 Curves = Mapping[str, Curve]
 Styles = Mapping[str, LineStyle]
@@ -72,41 +72,40 @@ def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
 
 
 def plot_recovery(curves: Curves, styles: Styles, since: str, window_frames: int) -> str:
-    """Draw the share found again against frames ``since`` (in words) they were back, as steps.
+    """Draw the share found again against frames ``since`` (in words) the return, as steps.
 
-    The first ``window_frames``, within which one counts as recovered, are shaded.
+    The first ``window_frames``, within which a target counts as recovered, are shaded.
     """
     with drawn_as("recovery"):
-        figure, axes = new_figure(f"frames since {since}", "found again")
-        for name, curve in curves.items():
-            _draw(axes, curve, styles[name], steps=True)
+        figure, axes = _found_again(curves, styles, since, RECOVERY_FRAMES)
         axes.axvspan(0, window_frames, color=GRID, alpha=0.5, linewidth=0)
         words = (window_frames + 0.8, 0.02)
         axes.annotate("← counts as recovered", words, color=QUIET, fontsize=9, bbox=_BACKED, zorder=5)
-        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-        axes.set_xlim(0, RECOVERY_FRAMES)
-        axes.set_ylim(0, 1.01)
         return svg(figure)
 
 
 def plot_search(curves: Curves, styles: Styles, until_frames: int) -> str:
-    """Draw the share found again against frames since it left view, as steps."""
+    """Draw the share found again against frames since the target left view, as steps."""
     with drawn_as("search"):
-        figure, axes = new_figure("frames since it left view", "found again")
-        for name, curve in curves.items():
-            _draw(axes, curve, styles[name], steps=True)
-        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-        axes.set_xlim(0, until_frames)
-        axes.set_ylim(0, 1.01)
-        return svg(figure)
+        return svg(_found_again(curves, styles, "the target left view", until_frames)[0])
+
+
+def _found_again(curves: Curves, styles: Styles, since: str, until_frames: int) -> tuple[Figure, Axes]:
+    figure, axes = new_figure(f"frames since {since}", "found again")
+    for name, curve in curves.items():
+        _draw(axes, curve, styles[name], steps=True)
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+    axes.set_xlim(0, until_frames)
+    axes.set_ylim(0, 1.01)
+    return figure, axes
 
 
 def plot_calibration(curves: Curves, styles: Styles) -> str:
-    """Draw the share of truths inside the p region against p, and the diagonal of an honest posterior."""
+    """Draw the share of truths inside the p region against p, and the diagonal of a calibrated posterior."""
     with drawn_as("calibration"):
         figure, axes = new_figure("region of the posterior", "holds the car")
         axes.plot([0, 1], [0, 1], color=QUIET, linewidth=0.9, dashes=(1, 2))
-        axes.annotate("honest", (0.3, 0.3), xytext=(5, -11), textcoords="offset points", color=QUIET, fontsize=9)
+        axes.annotate("calibrated", (0.3, 0.3), xytext=(5, -11), textcoords="offset points", color=QUIET, fontsize=9)
         for name, curve in curves.items():
             _draw(axes, curve, styles[name])
         for axis in (axes.xaxis, axes.yaxis):
@@ -138,13 +137,13 @@ def plot_speed(speeds: Mapping[str, tuple[float, float, float]], styles: Styles)
 
 
 def drawn_as(name: str) -> AbstractContextManager[None]:
-    """Set the look for one plot. Ids in it are made from its name, so that plots on one page do not clash."""
+    """Set matplotlib's style for one plot; ids come from its name, so that plots on one page do not clash."""
     settings: Any = {**_SETTINGS, "svg.hashsalt": name}
     return matplotlib.rc_context(settings)
 
 
 def new_figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
-    """Return a figure of the report's size with the words of its axes."""
+    """Return a figure of the report's size with labelled axes."""
     figure = Figure(figsize=_SIZE_INCHES, layout="constrained")
     FigureCanvasSVG(figure)
     axes = figure.add_subplot()

@@ -1,4 +1,4 @@
-"""What was run: episodes, seeds, versions, failures, and the command that does it again. From rows."""
+"""Provenance of results from their rows: episodes, seeds, versions, failures, and the command that repeats them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from benchmarks.suites.registry import event_of, suite
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """What the page says of its making.
+    """The report's provenance of one condition.
 
     Attributes:
         seeds, split: in words.
         episodes, frames: episodes of one tracker, and their frames.
-        events: how many frame-outs or other events there are and of what kind, in words.
+        events: numbers and kinds of frame-outs or other events, in words.
         command: repeats this part.
         versions: package or part → version or hash; several where rows differ.
         failures: one line for each episode in which a tracker failed.
@@ -36,7 +36,7 @@ class Provenance:
 
 
 def provenance(rows: Sequence[Row]) -> Provenance:
-    """Return what is known of the rows of one condition, see ``suites.Condition``."""
+    """Return the provenance of the rows of one condition, see ``suites.registry.Condition``."""
     seeds = sorted({row["seed"] for row in rows})
     frames = {row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}
     return Provenance(
@@ -52,14 +52,14 @@ def provenance(rows: Sequence[Row]) -> Provenance:
 
 
 def _events(rows: Sequence[Row]) -> str:
-    """Describe all events. On a set path everyone meets the same; who steers has an episode of his own."""
-    told: dict[tuple[Any, ...], dict[str, Any]] = {}
+    """Describe all events: shared by all trackers on a set path, of each tracker's own episodes in closed loop."""
+    events: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in rows:
         event = event_of(row)
         if event is not None:
-            whose = (row["controller"], row["tracker"]) if row["controller"] else ()
-            told[(row["seed"], event["index"], *whose)] = event
-    return suite(rows[0]["suite"]).events.describe(list(told.values()))
+            episode = (row["controller"], row["tracker"]) if row["controller"] else ()
+            events[(row["seed"], event["index"], *episode)] = event
+    return suite(rows[0]["suite"]).events.describe(list(events.values()))
 
 
 def _split(seeds: Sequence[int]) -> str:
@@ -96,8 +96,8 @@ def _failures(rows: Sequence[Row]) -> list[str]:
         "controller_failed_at_frame": ("controller", "no command from there on"),
     }
     return [
-        f"{row[who]}, seed {row['seed']}: failed at frame {row['value']:.0f}; {then}"
+        f"{row[kind]}, seed {row['seed']}: failed at frame {row['value']:.0f}; {then}"
         for row in rows
         if row["metric"] in words
-        for who, then in [words[row["metric"]]]
+        for kind, then in [words[row["metric"]]]
     ]

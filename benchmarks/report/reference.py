@@ -8,9 +8,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from benchmarks.report.tables import column_of
+from benchmarks.report.templates import page_environment
 from benchmarks.results.ledger import published_runs
 from benchmarks.run.guards import GuardedContestant
 from benchmarks.scores.pooling import pooled
@@ -30,9 +29,7 @@ _TIMES = {GuardedContestant.scores: ("ms_per_frame", "frames_per_s")}
 
 def reference_page() -> str:
     """Return the page as Markdown."""
-    environment = Environment(
-        loader=PackageLoader("benchmarks", "report"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = page_environment("report", autoescape=False)
     environment.filters |= {"cell": _cell, "words": _words, "place": _place, "goal": lambda m: column_of(m).goal}
     return environment.get_template("reference.md.jinja").render(
         suites=suites().values(),
@@ -50,7 +47,7 @@ def reference_page() -> str:
 
 
 def metrics_of(suite: Suite) -> list[Metric]:
-    """Return the metrics of a suite's summary, then those that only its events and its facts have."""
+    """Return the metrics of a suite's summary, then those of only its events and facts."""
     found: dict[str, Metric] = {}
     for metric in (*suite.metrics, *suite.events.compared, *(suite.facts.columns if suite.facts else ())):
         found.setdefault(metric.name, metric)
@@ -58,12 +55,12 @@ def metrics_of(suite: Suite) -> list[Metric]:
 
 
 def definitions_of(suite: Suite) -> Mapping[Any, tuple[str, ...]]:
-    """Return what defines the rows of a suite: function, class or module -> names of rows."""
+    """Return the definitions of a suite's rows: function, class or module -> names of rows."""
     return {**suite.definitions, **_TIMES}
 
 
 def _cell(text: str) -> str:
-    """Return text as the cell of a table takes it."""
+    """Return text escaped for the cell of a table."""
     return text.replace("|", "\\|")
 
 
@@ -72,7 +69,7 @@ def _words(thing: Any) -> str:
 
 
 def _place(thing: Any) -> str:
-    """Return where something is defined, as ``benchmarks/suites/stereo/metrics/people.py: on_other``."""
+    """Return the place of a definition, as ``benchmarks/suites/stereo/metrics/people.py: on_other``."""
     code = getattr(thing, "fget", thing)
     file = Path(inspect.getfile(code)).resolve()
     path = file.relative_to(_ROOT).as_posix() if file.is_relative_to(_ROOT) else file.name

@@ -11,11 +11,10 @@ from benchmarks.suites.registry import Metric, Suite
 
 Entry = dict[str, Any]
 
-"""Metrics that are right at a value: more is not better. NEES of two dimensions has the mean 2."""
 UNRANKED_ROLES = ("blind", "oracle")
 """References, not competitors: never the best."""
 _RANKED_BY = 3
-"""So many columns decide the order: the first one, where it ties the next …"""
+"""Number of columns that decide the order: the first one, on ties the next …"""
 _WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
     word: word.upper() for word in ("tpr", "tnr", "auc", "nees", "dat", "tsr", "sr", "evt")
 }
@@ -23,7 +22,7 @@ _WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """Head of a column: the metric's name in words, unit sign, ``↑`` ``↓`` or what is right, what it is."""
+    """Head of a column: the metric's name in words, unit sign, ``↑`` ``↓`` or the ideal value, and definition."""
 
     title: str
     unit: str
@@ -54,8 +53,8 @@ class Line:
     """One contestant's line.
 
     Attributes:
-        names: of tracker, or controller and tracker; or of what else the line is about.
-        role: of the first of them.
+        names: of tracker, or controller and tracker; or another heading.
+        role: of the first name.
     """
 
     names: tuple[str, ...]
@@ -87,10 +86,10 @@ def every_metric(suite: Suite, entries: Sequence[Entry]) -> Table:
 
 
 def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequence[str]) -> Table:
-    """Return one contestant minus each other one, marked where the interval and Holm's p leave no doubt.
+    """Return one contestant minus each other one, marked where interval and Holm's p are significant.
 
     Args:
-        comparisons: of that contestant. order: names that ``other`` may have.
+        comparisons: of that contestant. order: possible names of ``other``.
     """
     metrics = [m for m in map(suite.metric, suite.compared) if any(c["metric"] == m.name for c in comparisons)]
     lines = []
@@ -102,16 +101,16 @@ def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequen
     return Table(tuple(map(column_of, metrics)), tuple(lines))
 
 
-def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], everyone: Sequence[Entry]) -> Table:
-    """Return a table of ``entries``; bars and marks are relative to ``everyone``."""
+def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], among: Sequence[Entry]) -> Table:
+    """Return a table of ``entries``; bars and marks are relative to the entries ``among``."""
     by_names: dict[tuple[str, ...], dict[str, Entry]] = {}
     for entry in entries:
         by_names.setdefault(suite.names_of(entry), {})[entry["metric"]] = entry
-    top = {metric.name: _top(metric, everyone) for metric in metrics}
+    top = {metric.name: _top(metric, among) for metric in metrics}
     lines = []
     for names, mine in by_names.items():
         role = next(iter(mine.values()))["role"]
-        cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], everyone) for metric in metrics)
+        cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], among) for metric in metrics)
         lines.append(Line(names, role, cells))
     lines.sort(key=lambda line: [_rank(m, by_names[line.names].get(m.name)) for m in metrics[:_RANKED_BY]])
     return Table(tuple(map(column_of, metrics)), tuple(lines))

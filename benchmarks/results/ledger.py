@@ -1,4 +1,4 @@
-"""The ledger: how often published commands ran on the test split, at which commit, and why."""
+"""The ledger of published runs on the test split: command, commit and reason."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from sim.checks import check
+
 TEST_SPLIT = range(10_000, 20_000)
-"""Seeds that published numbers come from; no parameter is chosen on them."""
+"""Seeds of published figures; no parameter is chosen on them."""
 LEDGER = Path(__file__).with_name("test_split_runs.jsonl")
 _WITHOUT_EFFECT = {"publish", "out", "workers", "backend", "json"}
-"""Options that change no figure: they do not make a command another one."""
+"""Options that change no figure and are left out of commands."""
 
 
 @contextmanager
 def recorded(command: str, seeds: range, why: str) -> Iterator[None]:
-    """Record a run on the test split in the ledger once it has ended, if ``why`` says that it is to be published.
+    """Record a run on the test split in the ledger after its end, if ``why`` gives a reason to publish it.
 
-    Without ``why`` it ends with a line on stderr. A run is one command at one commit: repeating it adds nothing.
+    Without ``why`` a note on stderr follows. A run is one command at one commit: repeating it adds no line.
 
     Raises:
-        ValueError: before the run, for a run to be published on other seeds or not from a clean checkout.
+        ValueError: before a run to be published, for other seeds or without a clean checkout.
     """
     on_test_split = seeds.start < TEST_SPLIT.stop and seeds.stop > TEST_SPLIT.start
     text = f"{seeds.start}:{seeds.stop}"
-    if why and not on_test_split:
-        raise ValueError(f"publish: expected seeds of the test split, 10000:20000, got {text}")
+    check("publish", not why or on_test_split, "seeds of the test split, 10000:20000", text)
     entry = {"command": command, "commit": _commit(), "split": "test", "seeds": text, "why": why} if why else None
     yield
     if entry is not None:
@@ -51,7 +52,7 @@ def published_runs() -> dict[str, list[dict[str, str]]]:
 
 
 def command_of(name: str, options: Any, positional: str) -> str:
-    """Return the command line of a command's dataclass: its options that are not the defaults and change figures."""
+    """Return the command line of a command's dataclass: its options other than defaults that change figures."""
     words = ["frameout", name, *_texts(getattr(options, positional))]
     for each in dataclasses.fields(options):
         value = getattr(options, each.name)
@@ -75,13 +76,13 @@ def _same(first: dict[str, str], second: dict[str, str]) -> bool:
 
 
 def _commit() -> str:
-    """Return the commit of the checkout. Raises ValueError outside of one, and if code differs from the commit."""
+    """Return the commit of the checkout. Raises ValueError without one, and for uncommitted changes of code."""
     _git("ls-files", "--error-unmatch", LEDGER.name, expected="a checkout of the repository, got none")
     root = _git("rev-parse", "--show-toplevel", expected="a checkout")
     packages = [f"{root}/{name}" for name in ("sim", "trackers", "scenarios", "benchmarks")]
-    changed = _git("diff", "--name-only", "HEAD", "--", *packages, f":!{LEDGER.name}", expected="a commit")
-    if changed:
-        raise ValueError(f"publish: expected code as it was committed, got changes in {changed.splitlines()[0]}")
+    changes = _git("diff", "--name-only", "HEAD", "--", *packages, f":!{LEDGER.name}", expected="a commit")
+    changed = changes.partition("\n")[0]
+    check("publish", not changed, "committed code", f"changes in {changed}")
     return _git("rev-parse", "--short=10", "HEAD", expected="a commit")
 
 

@@ -1,4 +1,4 @@
-"""A contestant that never sees a picture: it is handed the target's true state at each exit, and no other truth."""
+"""A contestant without pictures: it receives the target's true state at each exit and no other truth."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from trackers.protocols import Tracker
 from trackers.types import Estimate, Observation, Start
 
 WHAT_BLIND_MEANS = (
-    "Blind contestants see no picture. Blind trackers are told the target's true state at the start and at each exit, "
-    "and not when it is back; the blind controller commands nothing. What a method is ahead of them by is all that its "
+    "Blind contestants get no picture. Blind trackers get the target's true state at the start and at each exit, "
+    "and no signal of its return; the blind controller commands nothing. A method's lead over them is what its "
     "pictures are shown to be worth."
 )
-"""What tables say of the role ``blind``."""
+"""Note under tables with the role ``blind``."""
 
 _NO_PICTURE = np.empty((0, 0, 3), np.uint8)
 
 
 class Blindfolded:
-    """See ``contestants.Contestant``. Pictures and what the camera says of the light are taken out of observations.
+    """See ``contestants.Contestant``. Pictures and camera settings are removed from observations.
 
-    The state at an exit is that of the first frame outside, as ``oracle_map`` has it.
+    The state at an exit is that of the first frame outside, as for ``oracle_map``.
     """
 
     def __init__(self, tracker: Tracker, target: str) -> None:

@@ -1,4 +1,4 @@
-"""Who takes part: every registered tracker, and each suite's references with unfair knowledge."""
+"""The contestants: every registered tracker, and each suite's references with unfair knowledge."""
 
 from __future__ import annotations
 
@@ -28,19 +28,18 @@ class Creation(Protocol):
     def __call__(
         self, episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False
     ) -> Contestant:
-        """Return one for an episode, that draws from ``rng``; ``many``: the suite asks for tracks of many targets."""
+        """Return a contestant that draws from ``rng``; ``many``: the suite judges tracks of many targets."""
         ...
 
 
 @dataclass(frozen=True)
 class Entrant:
-    """One who may take part.
+    """A tracker or reference that may take part.
 
     Attributes:
         name, role, summary, suites: see ``registry.TrackerEntry``; a suite is named in any case.
-        reproducible: False where no seed reaches the method's own random numbers: such a one runs several
-            times.
-        parameters: what it is set to.
+        reproducible: False if no seed reaches the method's own random numbers; it then runs several times.
+        parameters: its settings.
         module: where it is defined.
         create: makes a fresh contestant, see ``Creation``.
     """
@@ -56,31 +55,31 @@ class Entrant:
 
 
 def entrants(suite: str | None = None) -> dict[str, Entrant]:
-    """Return by name everyone, or everyone who takes part in a suite; the trackers in order of registration."""
+    """Return all entrants, or those of a suite, by name; trackers in order of registration."""
     trackers = (_from_registry(entry) for entry in registry.entries().values())
-    references = (who for each in suites().values() for who in each.references)
-    return {who.name: who for who in (*trackers, *references) if suite is None or suite in who.suites}
+    references = (reference for each in suites().values() for reference in each.references)
+    return {each.name: each for each in (*trackers, *references) if suite is None or suite in each.suites}
 
 
 def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
-    """Return one entrant; a tracker set to ``values`` of its parameters, if any are given.
+    """Return one entrant; a tracker with ``values`` of its parameters, if any are given.
 
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
     if values:
         return _from_registry(registry.entry(name), **values)
-    everyone = entrants()
-    if name not in everyone:
-        raise ValueError(f"tracker: expected one of {', '.join(everyone)}; got {name!r}")
-    return everyone[name]
+    known = entrants()
+    if name not in known:
+        raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}")
+    return known[name]
 
 
 def load_modules(modules: Sequence[str]) -> None:
-    """Import users' own modules, found from the current folder too, so that the trackers in them register.
+    """Import users' own modules, also from the current folder, so that they register their trackers.
 
     Raises:
-        ValueError: if one cannot be imported; says where in it.
+        ValueError: if one cannot be imported; names the file and line.
     """
     if modules and str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))
@@ -88,13 +87,13 @@ def load_modules(modules: Sequence[str]) -> None:
         try:
             importlib.import_module(module)
         except (Exception, SystemExit) as error:
-            # Whatever is wrong with it is its author's to mend, who needs the line and not our own calls.
+            # Its author needs the line of the fault, not our call stack.
             expected = f"modules: expected one that can be imported, got {module!r}{_place_in_users_code(error)}"
             raise ValueError(f"{expected}: {type(error).__name__}: {error}") from None
 
 
 def _place_in_users_code(error: BaseException) -> str:
-    """Return the file and the line of a user's code that an error came from; nothing where it came from none."""
+    """Return the file and line of a user's code that an error came from, or nothing."""
     if isinstance(error, SyntaxError):
         return f", {error.filename}, line {error.lineno}"
     lines = [frame for frame in traceback.extract_tb(error.__traceback__) if is_users(frame.filename)]
@@ -102,7 +101,7 @@ def _place_in_users_code(error: BaseException) -> str:
 
 
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
-    # The simulator looks after its own compiled kernels; trackers, which know nothing of it, are looked after here.
+    # The simulator drops its own stale kernels; those of trackers, which do not import it, are dropped here.
     forget_stale_kernels(Path(registry.__file__).parent)
     parameters = entry.parameters(**changes)
 

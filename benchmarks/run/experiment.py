@@ -1,8 +1,9 @@
-"""Runs a suite: everyone through every episode, on all cores, resumable, whatever a tracker does."""
+"""Runs a suite: every contestant in every episode, on all cores, resumable, safe from failing trackers."""
 
 from __future__ import annotations
 
 import contextlib
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -21,6 +22,7 @@ from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.scenario import RendererName
+from sim.checks import check
 from trackers import registry
 from trackers.controllers import catalogue
 
@@ -38,13 +40,13 @@ class Experiment:
         trackers: names of entrants, see ``benchmarks.run.contestants``.
         seeds: of the episodes.
         renderer: which one draws.
-        controllers: who steers the camera, ``SET_PATH`` for nobody; None = as each preset says, and where
-            that says that the tracker steers, by the suite's controller; everyone where they are contestants.
-        link: how commands reach the carrier where controllers are contestants; elsewhere it gets them as they are.
-        workers: processes; 0 = this very process (then a tracker that ends its process ends everything).
-        repeats: runs an episode of a tracker whose random numbers no seed reaches.
-        limit_s: the longest a tracker may take over a frame.
-        settings: tracker → values to set it to, other than those it was tuned to.
+        controllers: names of those that steer the camera, ``SET_PATH`` for none; None = all where they are contestants,
+            else the suite's controller in presets in closed loop.
+        link: how commands reach the carrier where controllers are contestants; elsewhere commands arrive unchanged.
+        workers: processes; 0 = this process (then a tracker that ends its process ends the run).
+        repeats: runs per episode of a tracker whose random numbers no seed reaches.
+        limit_s: time limit of a tracker for one frame.
+        settings: tracker → parameter values in place of the tuned ones.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
     """
@@ -67,52 +69,49 @@ class Experiment:
 
 @dataclass
 class Outcome:
-    """What came of a run.
+    """The result of a run.
 
     Attributes:
         summary: the list of ``summary.json``.
         failures: trackers that failed.
-        silent: tracker → frames on which it said nothing.
-        episodes: number of (tracker, episode) pairs that were run, and ``resumed`` that were there already.
-        moved: lines that say which rows were moved out of the way, and where to.
+        silent: tracker → number of frames without an answer.
+        episodes: number of (tracker, episode) pairs that were run; ``resumed``: those that existed already.
+        moved: messages about rows that were moved to another file.
     """
 
     summary: list[dict[str, Any]] = field(default_factory=list)
     failures: list[Failure] = field(default_factory=list)
-    silent: dict[str, int] = field(default_factory=dict)
+    silent: Counter[str] = field(default_factory=Counter)
     episodes: int = 0
     resumed: int = 0
     moved: list[str] = field(default_factory=list)
 
     def followed_by(self, later: Outcome) -> Outcome:
-        """Return this and what came of a later run into the same folder."""
-        silent = {
-            name: self.silent.get(name, 0) + later.silent.get(name, 0) for name in {**self.silent, **later.silent}
-        }
+        """Return this result joined with that of a later run into the same folder."""
         failures, moved = [*self.failures, *later.failures], [*self.moved, *later.moved]
         episodes, resumed = self.episodes + later.episodes, self.resumed + later.resumed
-        return Outcome(later.summary, failures, silent, episodes, resumed, moved)
+        return Outcome(later.summary, failures, self.silent + later.silent, episodes, resumed, moved)
 
 
 Progress = Callable[[int, int], None]
-"""Is called with the number of (tracker, episode) pairs that are done, and of all."""
+"""Called with the number of (tracker, episode) pairs done, and of all."""
 
 
 def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> Outcome:
-    """Run what is not there yet, write rows as they come, then the summary.
+    """Run the missing episodes, write rows as they arrive, then the summary.
 
-    The same call after a stop goes on where it stopped. Rows that other code or parameters made are moved to a file
-    beside and made again. Rows do not depend on the number of workers, but for times.
+    The same call after a stop continues. Rows made by other code or parameters are moved to another file and made
+    again. Except for times, rows do not depend on the number of workers.
 
     Raises:
-        ValueError: for unknown names, or a folder that holds other seeds' rows or cannot be written.
+        ValueError: for unknown names, or a folder that holds rows of other seeds or cannot be written.
     """
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
     versions = _versions(experiment)
     have, moved = current_blocks(out, experiment.seeds, partial(_made_now, experiment, versions))
-    jobs = (_what_is_left(job, have) for job in _jobs(experiment, versions, out / _NOTES))
+    jobs = (_remaining(job, have) for job in _jobs(experiment, versions, out / _NOTES))
     outcome = Outcome(resumed=len(have), moved=moved)
     total = len(experiment.seeds) * sum(map(len, versions.values()))
     report = progress or (lambda done, of: None)
@@ -122,12 +121,11 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
             append_block(out, block)
         outcome.episodes += len(result.blocks)
         outcome.failures += result.failures
-        for name, frames in result.silent.items():
-            outcome.silent[name] = outcome.silent.get(name, 0) + frames
+        outcome.silent += result.silent
         report(len(have) + outcome.episodes, total)
     with contextlib.suppress(OSError):
         (out / _NOTES).rmdir()
-    # Workers finish in any order; the file does not show it.
+    # Workers finish in any order; the file has a canonical one.
     outcome.moved += filter(None, [tidy(out)])
     outcome.summary = write_summary(out)
     return outcome
@@ -145,7 +143,7 @@ def make_folder(out: Path) -> None:
 
 
 _Versions = dict[tuple[str, str | None], dict[str, dict[str, str]]]
-"""Preset and controller (None on a set path) → tracker → what its rows say of their making."""
+"""Preset and controller (None on a set path) → tracker → ``versions`` of its rows."""
 
 
 def _versions(experiment: Experiment) -> _Versions:
@@ -196,7 +194,7 @@ def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
 
 
 def check_renderer(name: str) -> RendererName:
-    """Return a renderer's name. Raises ValueError if it is none."""
+    """Return a renderer's name. Raises ValueError for an unknown one."""
     for known in get_args(RendererName):
         if name == known:
             return known
@@ -204,10 +202,10 @@ def check_renderer(name: str) -> RendererName:
 
 
 def check_names(experiment: Experiment) -> None:
-    """Raise ValueError, naming the parameter, what was expected and what came, for what does not exist."""
+    """Raise ValueError for unknown names and values out of range."""
     scenario = catalog.scenario(experiment.scenario)
-    if suite(experiment.suite).judges_controllers and not scenario.carrier.axes:
-        raise ValueError(f"scenario: expected one with a camera that can be steered, got {scenario.id!r}")
+    if suite(experiment.suite).judges_controllers:
+        check("scenario", bool(scenario.carrier.axes), "one with a camera that can be steered", repr(scenario.id))
     presets = scenario.presets
     known = {
         "presets": (experiment.presets, tuple(presets)),
@@ -220,17 +218,14 @@ def check_names(experiment: Experiment) -> None:
                 raise ValueError(f"{parameter}: expected one of {', '.join(expected)}; got {name!r}")
     _check_trackers(experiment)
     check_renderer(experiment.renderer)
-    if len(experiment.seeds) == 0 or experiment.seeds.start < 0:
-        came = f"{experiment.seeds.start}:{experiment.seeds.stop}"
-        raise ValueError(f"seeds: expected A:B with 0 <= A < B, got {came}")
-    if experiment.workers < 0:
-        raise ValueError(f"workers: expected a whole number >= 0, got {experiment.workers}")
-    if experiment.limit_s <= 0:
-        raise ValueError(f"limit_s: expected a number of seconds > 0, got {experiment.limit_s:g}")
+    seeds = experiment.seeds
+    check("seeds", 0 <= seeds.start < seeds.stop, "A:B with 0 <= A < B", f"{seeds.start}:{seeds.stop}")
+    check("workers", experiment.workers >= 0, "a whole number >= 0", experiment.workers)
+    check("limit_s", experiment.limit_s > 0, "a number of seconds > 0", f"{experiment.limit_s:g}")
 
 
 def controllers_of(suite_name: str, scenario: str) -> tuple[str, ...]:
-    """Return the names of those who may steer in a suite, ``SET_PATH`` for nobody where that is a choice."""
+    """Return the names of the controllers of a suite, with ``SET_PATH`` where a set path is a choice."""
     judged = suite(suite_name)
     steering = tuple(catalogue.controllers(catalog.scenario(scenario).carrier.name))
     if judged.judges_controllers:
@@ -239,7 +234,7 @@ def controllers_of(suite_name: str, scenario: str) -> tuple[str, ...]:
 
 
 def _registered(experiment: Experiment) -> list[str]:
-    """Return the controllers that are not policies in files. Raises ValueError for a file that holds no fit policy."""
+    """Return the controllers that are not policies in files. Raises ValueError for a file without a usable policy."""
     carrier = catalog.scenario(experiment.scenario).carrier.name
     registered = []
     for name in experiment.controllers or ():
@@ -252,14 +247,14 @@ def _registered(experiment: Experiment) -> list[str]:
 
 def _check_trackers(experiment: Experiment) -> None:
     judged = suite(experiment.suite)
-    everyone, expected = entrants(), entrants(judged.tracked_by(judged.scene(experiment.scenario)))
+    known, expected = entrants(), entrants(judged.tracked_by(judged.scene(experiment.scenario)))
     for name in experiment.trackers:
         if name not in expected:
-            whose = f", which is of suite {', '.join(everyone[name].suites)}" if name in everyone else ""
+            whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
             raise ValueError(f"trackers: expected one of {', '.join(expected)}; got {name!r}{whose}")
-        known = registry.entries().get(name)
-        if judged.follows_many and known is not None and not known.follows_many:
-            raise ValueError(f"trackers: expected ones of many targets, with a method start; got {name!r}")
+        entry = registry.entries().get(name)
+        many = not judged.follows_many or entry is None or entry.follows_many
+        check("trackers", many, "ones of many targets, with a method start", repr(name))
 
 
 def _key(job: Job, tracker: str) -> BlockKey:
@@ -277,29 +272,26 @@ def _made_now(experiment: Experiment, versions: _Versions, key: BlockKey) -> dic
 def current_blocks(
     out: Path, seeds: range, made_now: Callable[[BlockKey], dict[str, str] | None]
 ) -> tuple[set[BlockKey], list[str]]:
-    """Return which blocks of an experiment a folder holds already, made by the same code, and what is said of other
-    makings, which are moved out of the way.
+    """Return the up-to-date blocks of an experiment in a folder, and messages about outdated ones, which are moved to
+    another file.
 
     Args:
-        made_now: returns ``versions`` of a block that is the experiment's as they are now, None of other blocks.
+        made_now: returns the current ``versions`` of a block of the experiment, None for other blocks.
 
     Raises:
-        ValueError: for a folder that holds other seeds' rows.
+        ValueError: for a folder that holds rows of other seeds.
     """
     if not (out / FILE_NAME).is_file():
         return set(), []
     blocks = read_blocks(out)
-    # A person may have played other episodes than these.
-    strangers = sorted(key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds)
-    if strangers:
-        wanted = f"{seeds.start}:{seeds.stop}"
-        raise ValueError(
-            f"out: expected a folder with no seeds but {wanted}, got {str(out)!r}, which holds seed {strangers[0]}"
-        )
+    # A person may have played other episodes.
+    strangers = [key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds]
+    wanted = f"a folder with no seeds but {seeds.start}:{seeds.stop}"
+    check("out", not strangers, wanted, f"{str(out)!r}, which holds seed {min(strangers, default=None)}")
     mine = {key: made for key in blocks if (made := made_now(key)) is not None}
     outdated = {key for key, made in mine.items() if blocks[key][0].get("versions") != made}
     return mine.keys() - outdated, list(filter(None, [tidy(out, outdated)]))
 
 
-def _what_is_left(job: Job, have: set[BlockKey]) -> Job:
+def _remaining(job: Job, have: set[BlockKey]) -> Job:
     return replace(job, trackers=tuple(name for name in job.trackers if _key(job, name) not in have))

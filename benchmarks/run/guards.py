@@ -1,4 +1,4 @@
-"""Contestants and controllers under guard: whatever one of them does, the episode goes on and is scored."""
+"""Guards of contestants and controllers: after any failure the episode continues and is scored."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _UNTIMED_FRAMES = 5
 """The first updates load compiled code from disk and are left out of the timing."""
 
 SILENT = Estimate(position_px=np.full(2, np.nan))
-"""What a contestant of one target that failed says."""
+"""Answer of a failed contestant of one target."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +29,8 @@ class Failure:
     """Where and how a tracker failed.
 
     Attributes:
-        tracker, scenario, preset, seed, frame: where; in ``tracker``'s place a controller that failed.
-        reason: one line. since: what it has done from there on.
+        tracker, scenario, preset, seed, frame: where; ``tracker`` may be a controller.
+        reason: one line. since: what it has done from that frame on.
     """
 
     tracker: str
@@ -39,7 +39,7 @@ class Failure:
     seed: int
     frame: int
     reason: str
-    since: str = "said nothing"
+    since: str = "given no answer"
 
     def __str__(self) -> str:
         return (
@@ -49,10 +49,10 @@ class Failure:
 
 
 class Guard:
-    """Notices when what it guards fails; from there on that is not asked any more.
+    """Detects failures of a component, which is not called again after one.
 
     Attributes:
-        reason: why it failed, None if it did not.
+        reason: cause of the failure, None without one.
         failed_at_frame: first frame on which it failed.
     """
 
@@ -67,7 +67,7 @@ class Guard:
 
     @contextmanager
     def guarded(self, frame: int) -> Iterator[Stopwatch]:
-        """Let it answer for a frame inside this context, whatever comes of it."""
+        """Catch failures and time-outs of the code in this context, which answers for a frame."""
         try:
             with at_most(self._limit_s) as watch:
                 yield watch
@@ -78,10 +78,10 @@ class Guard:
 
 
 class GuardedContestant(Guard):
-    """A contestant under guard, and timed. One that fails is silent from there on.
+    """A guarded and timed contestant; after a failure it gives no answers.
 
     Attributes:
-        silent_frames: number of frames on which it said nothing of its one target.
+        silent_frames: number of frames without an answer about its one target.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class GuardedContestant(Guard):
         note: Callable[[int], None] = lambda frame: None,
         ends_process_at: int | None = None,
     ) -> None:
-        """``note`` is told each frame before the contestant is; on one it is known to end the process, and fails."""
+        """``note`` is called before each frame; at frame ``ends_process_at`` the contestant ends its process."""
         super().__init__(limit_s, "frame")
         self._silence: Answer = () if follows_many else SILENT
         self._check: Callable[[Any], None] = check_tracks if follows_many else check_estimate
@@ -102,10 +102,10 @@ class GuardedContestant(Guard):
         self.silent_frames = 0
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
-        """See ``Contestant``. A box that one of one target was given stands, even if the contestant fails over it."""
-        k, told = frame.truth.frame, self._silence is SILENT and start.box_xyxy is not None
-        answer = fallback = given(start) if told else self._silence
-        if self._is_to_be_asked(k):
+        """See ``Contestant``. A given box is kept as the answer if the contestant fails on it."""
+        k, given_box = frame.truth.frame, self._silence is SILENT and start.box_xyxy is not None
+        answer = fallback = given(start) if given_box else self._silence
+        if self._runs_on(k):
             with self.guarded(k):
                 answer = self._contestant.initialise(frame, start)
                 self._check(answer)
@@ -114,18 +114,18 @@ class GuardedContestant(Guard):
     def update(self, frame: Frame) -> Answer:
         """See ``Contestant``."""
         k, answer = frame.truth.frame, self._silence
-        if self._is_to_be_asked(k):
+        if self._runs_on(k):
             with self.guarded(k) as watch:
                 answer = self._contestant.update(frame)
                 self._cpu_s.append(watch.cpu_s)
                 self._check(answer)
-        said = answer if self.reason is None else self._silence
-        if isinstance(said, Estimate):
-            self.silent_frames += bool(np.isnan(np.asarray(said.position_px, dtype=float)).any())
-        return said
+        answer = answer if self.reason is None else self._silence
+        if isinstance(answer, Estimate):
+            self.silent_frames += bool(np.isnan(np.asarray(answer.position_px, dtype=float)).any())
+        return answer
 
     def scores(self) -> Iterator[Score]:
-        """Yield the mean CPU time of the thread for an update, the first five left out, and where it failed."""
+        """Yield the mean CPU time of the thread per update, without the first five, and the frame of failure."""
         timed = self._cpu_s[_UNTIMED_FRAMES:]
         if timed:
             ms_per_frame = 1e3 * float(np.mean(timed))
@@ -134,7 +134,7 @@ class GuardedContestant(Guard):
         if self.failed_at_frame is not None:
             yield Score("failed_at_frame", float(self.failed_at_frame))
 
-    def _is_to_be_asked(self, frame: int) -> bool:
+    def _runs_on(self, frame: int) -> bool:
         if frame == self._ends_process_at:
             self.fail(frame, "ended its process (killed, crashed or stuck in compiled code)")
         self._note(frame)
@@ -142,7 +142,7 @@ class GuardedContestant(Guard):
 
 
 class GuardedController(Guard):
-    """A controller under guard. One that fails commands nothing from the frame on that its command should lead to."""
+    """A guarded controller; after a failure it commands nothing, from the frame that its command should lead to."""
 
     def __init__(self, controller: Controller, limit_s: float) -> None:
         super().__init__(limit_s, "command")

@@ -1,11 +1,10 @@
-"""One job of an experiment: one episode, made once, with everyone who watches it. Runs in a worker
-process.
-"""
+"""One job of an experiment: one episode, simulated once for all of its trackers, in a worker process."""
 
 from __future__ import annotations
 
 import hashlib
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -28,26 +27,27 @@ from scenarios.command_link import episode_link, link_named
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Episode, Frame, RendererName
 from scenarios.truth import Truth, TruthExtent, check_truth
+from sim.checks import check
 from trackers.controllers import catalogue
 
 
 @dataclass(frozen=True)
 class Job:
-    """What one worker does at a time.
+    """An episode and its contestants, run by one worker.
 
     Attributes:
         suite, scenario, preset, renderer, seed: which episode.
-        controller: who steers the camera by the (then only) tracker; None = the set path.
-        controller_values: values of its parameters, other than those it was tuned to.
-        trackers: who watches.
-        link: how commands reach the camera's carrier, see ``scenarios.command_link``; None = as they are given.
+        controller: name of the one that steers by the (then only) tracker; None = the set path.
+        controller_values: parameter values in place of the tuned ones.
+        trackers: labels of the contestants.
+        link: how commands reach the camera's carrier, see ``scenarios.command_link``; None = unchanged.
         modules: users' own modules to import first.
         repeats: runs of a tracker whose random numbers no seed reaches.
-        limit_s: the longest a tracker may take over a frame.
-        notes: folder for the note that says what the worker is at, so that its death can be explained; None = no note.
-        versions: tracker → what its rows say of their making, as it was when the experiment began.
-        settings: label in ``trackers`` → the tracker's name and the values it is set to.
-        deadly: trackers that ended their process in this episode, and the frame they did it on.
+        limit_s: time limit of a tracker for one frame.
+        notes: folder for the worker's note, which explains a crash; None = no note.
+        versions: tracker → ``versions`` of its rows, from the start of the experiment.
+        settings: label in ``trackers`` → the tracker's name and its parameter values.
+        deadly: tracker that ended its process in this episode → frame.
     """
 
     suite: str
@@ -69,31 +69,31 @@ class Job:
 
     @property
     def name(self) -> str:
-        """What tells the job from the others of an experiment, short."""
+        """Short name, unique within an experiment."""
         episode = (self.scenario, self.preset, self.renderer, str(self.seed), self.controller or "", self.link or "")
         return hashlib.sha256("/".join((*episode, *self.trackers)).encode()).hexdigest()[:16]
 
     @property
     def note_file(self) -> Path | None:
-        """Where the job's note is while it runs."""
+        """Path of the job's note while it runs."""
         return None if self.notes is None else self.notes / f"{self.name}.json"
 
 
 @dataclass(frozen=True)
 class JobResult:
-    """What a job gives back.
+    """The result of a job.
 
     Attributes:
         job: the job.
         blocks: rows, a block for each tracker.
         failures: trackers that failed.
-        silent: tracker → number of frames on which it said nothing.
+        silent: tracker → number of frames without an answer.
     """
 
     job: Job
     blocks: list[list[Row]]
     failures: list[Failure]
-    silent: dict[str, int]
+    silent: Counter[str]
 
 
 @dataclass
@@ -108,12 +108,12 @@ class _Watcher:
 
 @dataclass(frozen=True)
 class OpenJob:
-    """A job's episode, not begun, with all that watch and steer.
+    """A job's episode before its first frame, with contestants and controller.
 
     Attributes:
         job: the job.
-        loop: through the episode. watchers: its contestants, in their order.
-        controller: what steers, None on a set path.
+        loop: through the episode. watchers: its contestants, in order.
+        controller: steers the camera; None on a set path.
     """
 
     job: Job
@@ -130,8 +130,8 @@ class OpenJob:
         return suite(self.job.suite).targets(catalog.scenario(self.job.scenario), truth)
 
     def failures(self) -> list[Failure]:
-        """Return what has failed so far."""
-        guards: list[tuple[str, Guard, str]] = [(each.label, each.guard, "said nothing") for each in self.watchers]
+        """Return the failures so far."""
+        guards: list[tuple[str, Guard, str]] = [(each.label, each.guard, "given no answer") for each in self.watchers]
         if self.controller is not None:
             guards.insert(0, (str(self.job.controller), self.controller, "commanded nothing"))
         where = (self.job.scenario, self.job.preset, self.job.seed)
@@ -144,16 +144,15 @@ class OpenJob:
 
 @contextmanager
 def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> Iterator[OpenJob]:
-    """Build a job's episode, with fresh trackers and a fresh controller, and free it in the end.
+    """Build a job's episode with fresh trackers and a fresh controller; free it at the end.
 
-    All that lives through the episode of a job gets the same pictures, estimates and commands from here, whether it is
-    scored or looked at.
+    Scoring and videos both run a job from here, so that they get the same pictures, estimates and commands.
 
     Raises:
         ValueError: for unknown names, a negative seed, or a controller without a tracker.
     """
-    if job.controller is not None and not job.trackers:
-        raise ValueError(f"tracker: expected a name, as {job.controller!r} steers by one; got none")
+    steerable = job.controller is None or bool(job.trackers)
+    check("tracker", steerable, f"a name, as {job.controller!r} steers by one", "none")
     scenario = catalog.scenario(job.scenario)
     controller = link = None
     if job.controller is not None:
@@ -172,14 +171,14 @@ def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> It
 
 
 def job_of(row: Row, seed: int) -> Job:
-    """Return the job of the run that a row is from, or of one like it on another seed: what was scored, lived again."""
+    """Return the job that repeats the run of a row, on this ``seed``."""
     episode = (row["suite"], row["scenario"], row["preset"], row["renderer"], seed)
     return Job(*episode, row["controller"], (row["tracker"],), link=row.get("link"), repeats=1)
 
 
 def run_job(job: Job) -> JobResult:
-    """Live through the job's episode and return everyone's rows. Deterministic but for times."""
-    # Times are those of one core.
+    """Run the job's episode and return the rows of all its trackers. Deterministic except for times."""
+    # Times are of one core.
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
     load_modules(job.modules)
@@ -197,7 +196,7 @@ def run_job(job: Job) -> JobResult:
 
 
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
-    """Keep a loop's latest frame for its scores; ``sheets`` of its contestants, in their order."""
+    """Pass a loop's latest frame to the judge and to the contestants' ``sheets``, in order."""
     judge.see(loop.frame, loop.obeyed)
     for sheet, answer in zip(sheets, loop.answers, strict=True):
         sheet.keep(loop.frame, answer)
@@ -207,24 +206,24 @@ def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
     watchers = []
     scenario, many = catalog.scenario(job.scenario), suite(job.suite).follows_many
     for label in job.trackers:
-        who = entrant(*job.settings.get(label, (label,)))
-        told = (lambda frame: None) if note is None else partial(note.write, label)
-        for repeat in range(1 if who.reproducible else job.repeats):
-            rng = tracker_stream(job.seed, who.name, repeat)
-            contestant = who.create(episode, scenario, rng, many)
+        entered = entrant(*job.settings.get(label, (label,)))
+        write = (lambda frame: None) if note is None else partial(note.write, label)
+        for repeat in range(1 if entered.reproducible else job.repeats):
+            rng = tracker_stream(job.seed, entered.name, repeat)
+            contestant = entered.create(episode, scenario, rng, many)
             guard = GuardedContestant(
-                contestant, job.limit_s, follows_many=many, note=told, ends_process_at=job.deadly.get(label)
+                contestant, job.limit_s, follows_many=many, note=write, ends_process_at=job.deadly.get(label)
             )
-            watchers.append(_Watcher(label, who, repeat, guard))
+            watchers.append(_Watcher(label, entered, repeat, guard))
     return watchers
 
 
 def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobResult:
     job = live.job
     blocks: list[list[Row]] = []
-    silent: dict[str, int] = {}
+    silent: Counter[str] = Counter()
     event_key = suite(job.suite).events.key
-    let_go_at = None if live.controller is None else live.controller.failed_at_frame
+    controller_failed_at = None if live.controller is None else live.controller.failed_at_frame
     for name in job.trackers:
         mine = [(each, sheet) for each, sheet in zip(live.watchers, sheets, strict=True) if each.label == name]
         heading = heading_of(job, name, mine[0][0].entrant.role)
@@ -234,18 +233,18 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
             for each, sheet in mine
             for score in (*sheet.scores(each.guard.failed_at_frame), *each.guard.scores())
         ]
-        if let_go_at is not None:
-            scores.append((0, Score("controller_failed_at_frame", float(let_go_at))))
+        if controller_failed_at is not None:
+            scores.append((0, Score("controller_failed_at_frame", float(controller_failed_at))))
         scores.append((0, Score(LAST_METRIC, float(live.loop.episode.frame_count))))
         blocks.append([{**heading, **as_row(repeat, score, event_key), **ending} for repeat, score in scores])
     for each in live.watchers:
         if each.guard.reason is None:
-            silent[each.label] = silent.get(each.label, 0) + each.guard.silent_frames
+            silent[each.label] += each.guard.silent_frames
     return JobResult(job, blocks, live.failures(), silent)
 
 
 def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str | None = None) -> Row:
-    """Return what all rows of a tracker's block begin with; the controller's role is the catalogue's unless given."""
+    """Return the common columns of a tracker's block; the controller's role is the catalogue's unless given."""
     heading: Row = {
         "suite": job.suite,
         "scenario": catalog.scenario(job.scenario).id,
@@ -259,14 +258,14 @@ def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str |
     if suite(job.suite).judges_controllers:
         carrier = catalog.scenario(job.scenario).carrier.name
         steering = controller_role or catalogue.controller_entry(str(job.controller), carrier).role
-        # Whatever steers, a pair whose tracker is blind sees nothing.
+        # A pair with a blind tracker sees nothing, whatever its controller.
         heading["role"] = "blind" if tracker_role == "blind" else steering
         heading |= {"tracker_role": tracker_role, "link": job.link}
     return heading
 
 
 def as_row(repeat: int, score: Score, event_key: str) -> Row:
-    """Return what a row says of a score."""
+    """Return the columns of a score."""
     return {
         "repeat": repeat,
         "metric": score.metric,

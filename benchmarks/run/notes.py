@@ -1,4 +1,4 @@
-"""Notes that workers leave of what they are at, so that a worker's sudden death can be explained."""
+"""Notes of the tracker and frame that a worker runs, which explain a crash of the worker."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _BYTES = 160
 
 
 class Note:
-    """A small file that says which tracker is at which frame; without a file nothing is written."""
+    """A small file with the current tracker and frame; without a file nothing is written."""
 
     def __init__(self, descriptor: int | None) -> None:
         self._descriptor = descriptor
 
     def write(self, tracker: str, frame: int) -> None:
-        """Replace what the note says, by one write in place (some microseconds)."""
+        """Replace the note by one write in place (some microseconds)."""
         if self._descriptor is None:
             return
         text = json.dumps({"tracker": tracker, "frame": frame})
@@ -27,12 +27,12 @@ class Note:
 
 @contextmanager
 def note_at(path: Path | None) -> Iterator[Note]:
-    """Keep a note at ``path`` while the context lasts, if there is one; only a process that dies leaves it behind."""
+    """Keep a note at ``path`` (None = none) during the context; only a crashed process leaves it behind."""
     if path is None:
         yield Note(None)
         return
     path.parent.mkdir(parents=True, exist_ok=True)
-    # The name can be foreseen: what an earlier run left is taken away, and no link that another left is followed.
+    # The name is predictable: an earlier run's note is removed, and no planted link is followed.
     path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_WRONLY)
     try:
@@ -43,9 +43,9 @@ def note_at(path: Path | None) -> Iterator[Note]:
 
 
 def read_note(path: Path | None) -> tuple[str, int] | None:
-    """Return the tracker and the frame of a note left behind; None if there is none, or nothing in it."""
+    """Return the tracker and frame of a note left behind; None without a note or with an empty one."""
     try:
-        said = json.loads(path.read_text()) if path is not None else None
+        note = json.loads(path.read_text()) if path is not None else None
     except (OSError, json.JSONDecodeError):
         return None
-    return None if said is None else (said["tracker"], int(said["frame"]))
+    return None if note is None else (note["tracker"], int(note["frame"]))

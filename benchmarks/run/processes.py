@@ -13,10 +13,10 @@ from benchmarks.run.notes import read_note
 
 
 def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
-    """Yield results as they come; a job whose worker dies is run again without the tracker that killed it.
+    """Yield results as they arrive; a job whose worker died is run again without the tracker that ended it.
 
     Args:
-        jobs: taken one after the other, as they are worked at. workers: processes; 0 = this very one.
+        jobs: consumed one by one. workers: processes; 0 = this process.
         backend: joblib's.
     """
     if workers == 0:
@@ -32,19 +32,19 @@ def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResu
                 yield result
             ended = True
         except BrokenProcessPool:
-            # One death ends the whole pool: who was at work is suspect, and is tried alone.
+            # One dead worker ends the whole pool: each job that was running is suspect and is run alone.
             suspects = [job for job in waiting.values() if job.note_file is not None and job.note_file.exists()]
             if not suspects:
-                raise RuntimeError("a worker process ended outside of any episode; the same command goes on") from None
+                raise RuntimeError(
+                    "a worker process ended outside of any episode; the same command continues"
+                ) from None
             for job in suspects:
                 del waiting[job.name]
                 yield _alone(job, backend)
 
 
 def _taken(coming: Iterator[Job], waiting: dict[str, Job]) -> Iterator[Job]:
-    """Yield the jobs that an earlier pool was given and did not end, then those to come, which are noted in
-    ``waiting``.
-    """
+    """Yield the jobs that an earlier pool did not finish, then the new ones, which are added to ``waiting``."""
     yield from tuple(waiting.values())
     for job in coming:
         waiting[job.name] = job
@@ -52,21 +52,21 @@ def _taken(coming: Iterator[Job], waiting: dict[str, Job]) -> Iterator[Job]:
 
 
 def _alone(job: Job, backend: str) -> JobResult:
-    """Run one job in a process of its own until it comes through, each time without what killed it."""
+    """Run one job in its own process until it completes, each time without the tracker that ended it."""
     while True:
         try:
             return next(_in_processes([job], 1, backend))
         except BrokenProcessPool:
-            said = read_note(job.note_file)
-            if said is None or said[0] in job.deadly:
+            note = read_note(job.note_file)
+            if note is None or note[0] in job.deadly:
                 raise RuntimeError(
                     f"{job.scenario} {job.preset}, seed {job.seed}: its process ends outside of any tracker"
                 ) from None
-            job = replace(job, deadly={**job.deadly, said[0]: said[1]})
+            job = replace(job, deadly={**job.deadly, note[0]: note[1]})
 
 
 def _in_processes(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
-    # With one job in flight two processes take turns: one worker, but never this process.
+    # joblib runs n_jobs = 1 in this process: two processes with one job in flight act as one worker.
     parallel = joblib.Parallel(
         n_jobs=max(workers, 2),
         pre_dispatch=workers if workers == 1 else "2 * n_jobs",

@@ -1,4 +1,4 @@
-"""Rows: the one thing every table, plot and page is made from.
+"""Rows: the source of every table, plot and page.
 
 ``records.jsonl`` holds one JSON object a line. Every row has these keys:
 
@@ -11,13 +11,13 @@
                         suite ``paper``: ``none`` and ``measured``; suite ``follow``: the *controller's* role
                         (``ours`` ``policy`` ``baseline`` ``variant`` …)
 ``tracker_role``        suite ``follow`` alone: the role of the tracker
-``controller``          name of the controller that steered the camera; null where it flew a set path
+``controller``          name of the controller that steered the camera; null on a set path
 ``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``
 ``renderer``            ``raster`` or ``pybullet``
 ``seed``                the episode's seed
-``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible and that are run again
+``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
 ``metric``              what ``value`` is, see below
-``value``               a number; or a list of numbers (a *series*); null = undefined here (left out of means)
+``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)
 ``weight``              how much the value counts in a mean over rows, e.g. the frames it is a mean of
 ``frame_out``           suites ``frame-out`` and ``paper``: null for rows about the whole episode; else the
                         frame-out that the row is about::
@@ -52,7 +52,7 @@
 
 Rows of one (suite, scenario, preset, tracker, controller, renderer, link, seed) are one *block*, written at once.
 The last row of a block has the metric ``frames`` (number of frames); a block without it was cut off, is
-ignored and made again. Rows that are replaced are moved to ``records.outdated-1.jsonl``, ``-2`` and so on.
+ignored and made again. Replaced rows are moved to ``records.outdated-1.jsonl``, ``-2`` and so on.
 
 Rows about one frame-out (suite ``frame-out``):
 
@@ -70,12 +70,12 @@ Rows about one frame-out (suite ``frame-out``):
 ``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
 =================================  =====================================================================
 
-``recovered``, ``kept`` and ``locked_on_wrong_car`` are given of the same frame-outs, chosen by the truth alone: those
-whose ``back_frame`` at least 5 frames and one second of the episode follow. (In closed loop the tracker steers: there
-they must follow ``exit_frame``, and a car that never returns is not recovered.)
+``recovered``, ``kept`` and ``locked_on_wrong_car`` exist for the same frame-outs, chosen by the truth alone: those
+with at least 5 frames and one second of the episode after ``back_frame``. (In closed loop the tracker steers: there
+``exit_frame`` counts, and a car that never returns is not recovered.)
 
 Rows of suite ``frame-out`` about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a
-tracker that gave no posterior in the episode; of others a frame without one is a miss, with the capped NEES),
+tracker without a posterior in the episode; for others a frame without one is a miss, with the capped NEES),
 ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
 posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``,
 ``precision_curve`` and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``,
@@ -84,10 +84,10 @@ and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_ke
 judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``, ``failed_at_frame`` (only if the tracker
 failed), ``frames``.
 
-Rows of suite ``stereo`` about events, see ``metrics.people`` for what a frame counts as:
+Rows of suite ``stereo`` about events, see ``metrics.people`` for the classes of frames:
 
 =================================  =====================================================================
-``recovered``                      occlusions whose ``back_frame`` at least 10 frames of the episode follow: 1 if
+``recovered``                      occlusions with at least 10 frames of the episode after ``back_frame``: 1 if
                                    right within 10 frames after it, else 0
 ``recovery_frames``                frames from ``back_frame`` to the first right one; null = never
 ``watched_frames``                 frames from ``back_frame`` to the next occlusion or the episode's end
@@ -102,22 +102,22 @@ Rows of suite ``stereo`` about the whole episode but its first frame: ``right_fr
 frames), ``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m``
 (frames with a right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
 ``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
-``failed_at_frame``, ``frames``. Moreover, the same of everyone who sees the same pictures, what ``metrics.disparity``
-measures on every tenth pair whose right picture is not lost, of pixels that both cameras see:
+``failed_at_frame``, ``frames``. ``metrics.disparity``, the same for all trackers of the same pictures, on every tenth
+pair whose right picture is not lost, over pixels that both cameras see:
 ``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``, ``disparity_bad_3_GROUP``
-(shares of the known disparities that are off by more) and ``disparity_density_GROUP`` (share of pixels that have one).
+(shares of the known disparities with a larger error) and ``disparity_density_GROUP`` (share of pixels that have one).
 GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is there).
 
 Rows of suite ``follow``, formulas in ``metrics.following`` and ``scores.view_time``; about a loss: ``recovery_frames``
 (from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
 about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
-``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, of people
-``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``, of what the tracker says ``in_view_tpr``,
-``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``, then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
+``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, people's
+``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers ``in_view_tpr``,
+``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
 
 Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see
-``benchmarks.scores.summary``) and what the report writes.
+``benchmarks.scores.summary``) and the report's files.
 """
 
 from __future__ import annotations
@@ -130,12 +130,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
 HUMAN = "human"
-"""Controller of the rows of a person who played; the role is ``external``."""
+"""Controller in rows of a person who played; the role is ``external``."""
 
 Row = dict[str, Any]
 _NAMED: dict[str, Any] = {
@@ -146,7 +147,7 @@ _NAMED: dict[str, Any] = {
 
 @dataclass(frozen=True, order=True, slots=True)
 class BlockKey:
-    """What names a block of rows: one tracker in one episode. ``link`` is "" in suites that know of none."""
+    """Identity of a block of rows: one tracker in one episode. ``link`` is "" in suites without links."""
 
     suite: str
     scenario: str
@@ -159,7 +160,7 @@ class BlockKey:
 
 
 def block_key(row: Row) -> BlockKey:
-    """Return the block that a row belongs to; a set path has the controller ""."""
+    """Return the key of a row's block; a set path has the controller ""."""
     return BlockKey(
         row["suite"],
         row["scenario"],
@@ -174,11 +175,11 @@ def block_key(row: Row) -> BlockKey:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a file of rows holds.
+    """Contents of a file of rows.
 
     Attributes:
-        blocks: whole blocks in canonical order; of one that was made twice the later.
-        replaced: lines of blocks that were cut off or made again later. broken: lines that are no rows.
+        blocks: whole blocks in canonical order; the later one of duplicates.
+        replaced: lines of blocks that were cut off or made again. broken: lines that are no rows.
     """
 
     blocks: dict[BlockKey, list[Row]]
@@ -191,17 +192,17 @@ def append_block(directory: Path, rows: Sequence[Row]) -> None:
 
     Raises:
         ValueError: if the block's last row is not its ``frames`` row.
-        OSError: if it cannot be written whole, for want of space; then nothing of it is left.
+        OSError: if it cannot be written whole, e.g. on a full disk; nothing of it is left.
     """
-    if not rows or rows[-1]["metric"] != LAST_METRIC:
-        raise ValueError(f"rows: expected a block that ends with the metric {LAST_METRIC!r}")
+    ends = rows[-1]["metric"] if rows else "no rows"
+    check("rows", ends == LAST_METRIC, f"a block that ends with the metric {LAST_METRIC!r}", ends)
     path = directory / FILE_NAME
     unwritten = memoryview(_lines(rows))
     with path.open("ab+", buffering=0) as file:
         end = file.seek(0, os.SEEK_END)
         try:
             if end > 0 and os.pread(file.fileno(), 1, end - 1) != b"\n":
-                # A torn line of a killed run must not swallow our first one.
+                # A torn line of a killed run must not join our first one.
                 file.write(b"\n")
             while unwritten:
                 unwritten = unwritten[file.write(unwritten) :]
@@ -213,14 +214,13 @@ def append_block(directory: Path, rows: Sequence[Row]) -> None:
 
 
 def read(directory: Path) -> Contents:
-    """Return what the file of a directory holds.
+    """Return the contents of a directory's rows.
 
     Raises:
         ValueError: if the directory holds no records.
     """
     path = directory / FILE_NAME
-    if not path.is_file():
-        raise ValueError(f"directory: expected one that holds {FILE_NAME}, got {str(directory)!r}")
+    check("directory", path.is_file(), f"one that holds {FILE_NAME}", repr(str(directory)))
     whole: dict[BlockKey, list[tuple[bytes, Row]]] = {}
     growing: list[tuple[bytes, Row]] = []
     replaced: list[tuple[bytes, Row]] = []
@@ -243,31 +243,31 @@ def read(directory: Path) -> Contents:
 
 
 def read_blocks(directory: Path) -> dict[BlockKey, list[Row]]:
-    """Return the blocks that ``read`` finds."""
+    """Return the whole blocks of a directory, see ``read``."""
     return read(directory).blocks
 
 
 def read_rows(directory: Path) -> list[Row]:
-    """Return all rows of whole blocks in canonical order, whatever the order they were written in."""
+    """Return all rows of whole blocks in canonical order."""
     return [row for rows in read_blocks(directory).values() for row in rows]
 
 
 def tidy(directory: Path, outdated: Collection[BlockKey] = ()) -> str | None:
-    """Put the records in canonical order; move outdated blocks and what belongs to no block to a file beside.
+    """Sort the records; move outdated blocks and lines of no whole block to another file.
 
-    Return one line that says so, None where nothing was moved.
+    Return a message about it, None if nothing was moved.
     """
-    contents, told = read(directory), None
+    contents, message = read(directory), None
     old = b"".join(_lines(contents.blocks[key]) for key in sorted(outdated))
     aside = [*contents.replaced, *contents.broken, *old.splitlines()]
     if aside:
         names = (directory / f"records.outdated-{number}.jsonl" for number in itertools.count(1))
         beside = next(path for path in names if not path.exists())
         write_atomic(beside, b"\n".join([*aside, b""]))
-        told = f"{len(aside)} rows that are outdated, cut off or broken were moved to {beside}"
+        message = f"{len(aside)} rows that are outdated, cut off or broken were moved to {beside}"
     kept = (rows for key, rows in contents.blocks.items() if key not in outdated)
     write_atomic(directory / FILE_NAME, b"".join(map(_lines, kept)))
-    return told
+    return message
 
 
 def _lines(rows: Sequence[Row]) -> bytes:
@@ -275,7 +275,7 @@ def _lines(rows: Sequence[Row]) -> bytes:
 
 
 def rounded(value: float | list[float] | None) -> float | list[float] | None:
-    """Return a value as rows hold it: six significant digits, null for what is not finite."""
+    """Return a value as stored in rows: six significant digits, null if not finite."""
     if isinstance(value, list):
         return [_six_digits(each) for each in value]  # type: ignore[misc]
     return None if value is None else _six_digits(value)
@@ -286,7 +286,7 @@ def _six_digits(value: float) -> float | None:
 
 
 def _parsed(line: bytes) -> Row | None:
-    """Return the row of a line, None of one that is none: torn, not UTF-8, or without what names a row."""
+    """Return the row of a line, None if it is none: torn, not UTF-8, or without the naming columns."""
     try:
         row = json.loads(line.decode())
     except ValueError:

@@ -1,4 +1,4 @@
-"""Live through an episode once more, to look at it: every instant with truth, estimate and larger view."""
+"""Runs an episode again for pictures: instants with truth, estimate and larger view."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from trackers.controllers import catalogue
 
 
 def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[Instant]:
-    """Yield the ``wanted`` ones among the first ``frame_count`` frames of a job; the others are lived through unseen.
+    """Yield the instants of the ``wanted`` frames among the first ``frame_count`` of a job.
 
-    What is drawn is what the first contestant says. At a ``scale`` of 1 the larger view is the observed frame itself,
-    and none is drawn.
+    Each has the answer of the first contestant. At a ``scale`` of 1 the larger view is the observed frame itself.
     """
     for frame in live.frames(frame_count):
         if frame.truth.frame in wanted:
@@ -26,7 +25,7 @@ def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: 
 
 
 def made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:
-    """Return whether a tracker lived through again does what it did when its rows were made, and who steered by it."""
+    """Return whether the current code made a tracker's rows, the controller's code included."""
     made, steered_by = rows[0], rows[0]["controller"]
     carrier = catalog.scenario(made["scenario"]).carrier.name
     try:

@@ -1,4 +1,4 @@
-"""Which files a module is made of: its own, those of all modules that it imports, and the data that these name."""
+"""The files of a module: its own, those of all modules that it imports, and the data files that these name."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ _INSTALLED = {"site-packages", "dist-packages"}
 
 
 def source_files(modules: Iterable[str], registries: Collection[str] = ()) -> list[Path]:
-    """Return in one order the source files of modules and of all that they import, however indirectly, and the data
-    files beside these whose name (or stem) stands in one of them as a string.
+    """Return, sorted, the source files of modules and of all their imports, direct or not, with their data files.
+
+    A data file lies in the folder of one of them, and its name (or stem) is a string in one of them.
 
     Args:
-        registries: modules that are left out with all that they import: they name everything there is.
+        registries: modules that are left out with their imports, since they name everything.
 
-    Installed packages are left out, rows tell their versions; ``__init__`` of ours too: they hold no code of their own.
+    Installed packages are left out, since rows have their versions; so is our ``__init__``, which has no own code.
     """
     found: dict[str, Path] = {}
     strings: set[str] = set()
@@ -41,15 +42,13 @@ def source_files(modules: Iterable[str], registries: Collection[str] = ()) -> li
 
 
 def source_of(module: str) -> Path | None:
-    """Return the source file of one of our modules, or of a user's; None of an installed one, and where there is
-    none.
-    """
+    """Return the source file of one of our modules or of a user's; None for others."""
     top = module.partition(".")[0]
     if top in _OURS:
         path = _ROOT.joinpath(*module.split(".")).with_suffix(".py")
         return path if path.is_file() else None
     try:
-        # To find a part of a package imports the package, and an installed one may take long.
+        # To find a submodule imports its package, which may be slow for an installed one.
         whole = importlib.util.find_spec(top)
         places = [] if whole is None else whole.submodule_search_locations or [whole.origin or ""]
         if not any(map(is_users, places)):
@@ -62,7 +61,7 @@ def source_of(module: str) -> Path | None:
 
 
 def is_users(place: str) -> bool:
-    """Return whether a file or folder of source is there and is neither ours nor installed nor Python's own."""
+    """Return whether a source file or folder exists and is neither ours nor installed nor Python's own."""
     path = Path(place).resolve()
     ours = any(path.is_relative_to(_ROOT / top) for top in _OURS)
     installed = path.is_relative_to(_PYTHON) or not _INSTALLED.isdisjoint(path.parts)
@@ -71,7 +70,7 @@ def is_users(place: str) -> bool:
 
 @cache
 def _read(module: str, path: Path) -> tuple[tuple[str, ...], frozenset[str]]:
-    """Return what a file imports, names of modules and of what may be modules; and the strings in it."""
+    """Return the imported names of a file, which may be modules, and its strings."""
     imported: list[str] = []
     strings = set()
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]

@@ -1,4 +1,4 @@
-"""Which way a camera is steered: by a controller as tuned, through a link, or as written, without one."""
+"""How a camera is steered: by a tuned controller through a link, or by one as written without a link."""
 
 from __future__ import annotations
 
@@ -13,19 +13,18 @@ from trackers.protocols import Controller
 
 
 def link_in(suite_name: str, link: str = "prompt") -> str | None:
-    """Return the link through which controllers steer in a suite where ``link`` is asked for.
+    """Return the link of a suite's controllers when ``link`` is asked for.
 
-    None in suites of trackers: they have one controller for all, the paper's, as it was written, and the carrier gets
-    its commands as they are.
+    None in suites of trackers: their only controller is the paper's, as written, and the carrier gets its commands
+    unchanged.
     """
     return link if suite(suite_name).judges_controllers else None
 
 
 def suite_shown(scenario: str, preset: str, link: str | None) -> str:
-    """Return the suite whose way of steering is shown where users name none: one that judges controllers.
+    """Return the suite whose kind of steering is shown if users name none: one that judges controllers.
 
-    A preset that is steered by itself belongs to suites of trackers, and is shown as they have it unless a link is
-    asked for.
+    A preset in closed loop belongs to suites of trackers and is steered as there, unless a link is asked for.
     """
     configuration = catalog.scenario(scenario).presets.get(preset)
     as_written = link is None and configuration is not None and configuration.closed_loop
@@ -34,7 +33,7 @@ def suite_shown(scenario: str, preset: str, link: str | None) -> str:
 
 
 def suite_watching(scenario: str, tracker: str | None) -> str:
-    """Return the suite whose targets are shown where no controller is named: the scenario's own that fits the tracker.
+    """Return the suite whose targets are shown without a controller: one of the scenario that fits the tracker.
 
     A tracker of many targets is shown with all of its tracks, if a suite asks for them.
     """
@@ -49,7 +48,7 @@ def controller_for(name: str, carrier: str, link: str | None, values: Mapping[st
     """Return a fresh controller that steers a carrier through a link, see ``link_in``.
 
     Args:
-        values: of its parameters, other than those it was tuned to; for one that steers through a link.
+        values: parameter values in place of the tuned ones; with a link only.
 
     Raises:
         ValueError: for an unknown name or parameter.

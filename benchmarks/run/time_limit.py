@@ -1,7 +1,7 @@
-"""How long a piece of a tracker's work may take, and how much CPU time it took. Compiling counts for neither.
+"""Time limit and CPU time of a tracker's work, without compilation.
 
-On a fresh machine a kernel is compiled when it is first called, which may be anywhere in an episode and takes
-seconds: that is no fault of the tracker, and says nothing of its speed.
+On a fresh machine a kernel is compiled at its first call, which may be anywhere in an episode and takes seconds: that
+is not the tracker's fault or its speed.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from numba.core import event
 
 
 class TooSlow(Exception):
-    """The work took longer than it may."""
+    """The work exceeded its time limit."""
 
 
 class Stopwatch(event.Listener):
-    """CPU time of this thread since it was made, without what numba compiled meanwhile."""
+    """CPU time of this thread since construction, without numba's compilation."""
 
     def __init__(self) -> None:
         self._began_s = time.thread_time()
@@ -35,14 +35,14 @@ class Stopwatch(event.Listener):
         return time.thread_time() - self._began_s - self._compiled_s
 
     def on_start(self, event: event.Event) -> None:
-        """Stop the clocks. Called by numba, also for functions that are compiled on behalf of others."""
+        """Stop the clocks. Called by numba, also for nested compilations."""
         self._compiling += 1
         if self._compiling == 1:
             self._compile_began_s = time.thread_time()
             self._left_s = (_set(signal.ITIMER_REAL, 0.0), _set(signal.ITIMER_VIRTUAL, 0.0))
 
     def on_end(self, event: event.Event) -> None:
-        """Let the clocks go on."""
+        """Restart the clocks."""
         self._compiling -= 1
         if self._compiling == 0:
             self._compiled_s += time.thread_time() - self._compile_began_s
@@ -52,9 +52,9 @@ class Stopwatch(event.Listener):
 
 @contextmanager
 def at_most(limit_s: float) -> Iterator[Stopwatch]:
-    """Raise TooSlow after ``limit_s`` > 0; code that never comes back to Python is ended with its process, later.
+    """Raise TooSlow after ``limit_s`` > 0; code that never returns to Python is ended later, with its process.
 
-    Only in the main thread, and not within itself: there is one alarm clock.
+    For the main thread only and not nested: there is one alarm clock.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -64,7 +64,7 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
     watch = Stopwatch()
     event.register("numba:compile", watch)
     _set(signal.ITIMER_REAL, limit_s)
-    # The default action of this signal ends the process, without Python's help.
+    # The default action of this signal ends the process without Python.
     _set(signal.ITIMER_VIRTUAL, 3.0 * limit_s)
     try:
         yield watch
@@ -76,5 +76,5 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
 
 
 def _set(clock: int, seconds: float) -> float:
-    """Set an alarm clock, 0 = off; return what was left on it."""
+    """Set an alarm clock, 0 = off; return the time that was left."""
     return signal.setitimer(clock, seconds)[0]

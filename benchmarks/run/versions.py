@@ -1,7 +1,7 @@
-"""What made a row: versions of packages, and hashes of the code and the parameters.
+"""Versions of rows: of packages, and hashes of code and parameters.
 
-A resumed run does again what other code made. A hash covers the modules that a part is made of and no others: a change
-in one tracker, scene or judge does not make rows of the others anew.
+A resumed run repeats rows of other code. A hash covers only the modules of its part: a change in one tracker, scene or
+judge does not outdate rows of the others.
 """
 
 from __future__ import annotations
@@ -32,16 +32,14 @@ _PACKAGES = {
     "pybullet": "pybullet",
 }
 _REGISTRIES = tuple(module.__name__ for module in (catalog, catalogue, contestants, registry, suites))
-"""They name all scenes, judges and contestants; a row says itself which it is of."""
+"""They name all scenes, judges and contestants; a row names its own."""
 _DIGITS = 10
 
 
 def versions_of(
     suite: str, scenario: str, preset: str, entrant: Entrant, controller: ControllerEntry | None = None
 ) -> dict[str, str]:
-    """Return what rows of one entrant say of their making: package versions, ``scene``, ``judge``, ``loop`` (that runs
-    them) and ``tracker``; and ``controller`` where one steers.
-    """
+    """Return ``versions`` of rows: of packages, ``scene``, ``judge``, ``loop``, ``tracker`` and ``controller``."""
     scene, judge, loop = modules_of(suite, scenario)
     made = {
         **_package_versions(),
@@ -59,12 +57,12 @@ def modules_of(suite: str, scenario: str) -> tuple[str, str, str]:
 
 
 def versions_of_modules(*modules: str) -> dict[str, str]:
-    """Return what rows say that modules measured, where no tracker ran."""
+    """Return ``versions`` of rows that modules measured without a tracker."""
     return {**_package_versions(), "experiment": _modules_hash(*modules)}
 
 
 def _versions_of_controller(controller: ControllerEntry) -> dict[str, str]:
-    """Return ``controller``; for a trained policy ``policy`` too, its files and what it is a correction of."""
+    """Return ``controller``; for a trained policy also ``policy``, of its files and the controller that it corrects."""
     made = {"controller": _hash_with(controller.controller.__module__, controller.parameters())}
     if controller.name.startswith(POLICY):
         file = controller.name.removeprefix(POLICY)
@@ -76,7 +74,7 @@ def _versions_of_controller(controller: ControllerEntry) -> dict[str, str]:
 
 
 def hash_of_survey(survey: Survey) -> str:
-    """Hash of the code that decides what episodes of a scenario hold, and of that which counts it."""
+    """Hash of a survey's module and of all that it imports."""
     return _modules_hash(type(survey).__module__)
 
 
@@ -86,17 +84,17 @@ def _package_versions() -> dict[str, str]:
 
 
 def _hash_with(module: str, values: Any) -> str:
-    """Hash of a module, as ``_modules_hash``, and of the values that what it defines is set to."""
+    """Hash of a module, as ``_modules_hash``, and of parameter values."""
     return hashlib.sha256(f"{_modules_hash(module)}{values!r}".encode()).hexdigest()[:_DIGITS]
 
 
 @cache
 def _modules_hash(*modules: str) -> str:
-    """Hash of modules and of all that they are made of, see ``source_files``."""
+    """Hash of modules and all that they import, see ``source_files``."""
     return _hash_files(source_files(modules, _REGISTRIES))
 
 
 def _hash_files(files: Iterable[Path]) -> str:
-    """Hash of what files are called and hold, wherever they lie."""
+    """Hash of the names and contents of files, without their folders."""
     each = sorted(hashlib.sha256(f"{file.name}\0".encode() + file.read_bytes()).digest() for file in files)
     return hashlib.sha256(b"".join(each)).hexdigest()[:_DIGITS]

@@ -13,8 +13,9 @@ from benchmarks.suites.registry import EventTest, Metric, event_of, suite
 
 
 def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str, Metric, Comparison, float]]:
-    """Return (attribute, metric, comparison, p after Holm) for all attributes and metrics both contestants
-    have rows of. All rows are of one suite, which says what its events are divided by.
+    """Return (attribute, metric, comparison, p after Holm) for all attributes and metrics of rows of both contestants.
+
+    All rows are of one suite, whose ``events`` name the attributes.
     """
     judged = suite(first[0]["suite"])
     words = judged.events

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 THRESHOLDS = np.linspace(0.0, 1.0, 21)
-"""Confidences at which a tracker's boxes are taken as predictions."""
+"""Confidences from which a tracker's boxes count as predictions."""
 
 
 def precision_recall_curves(
@@ -21,8 +21,8 @@ def precision_recall_curves(
 
     Args:
         iou: (F,) with the amodal box. confidence: (F,) in [0, 1]; 0 where the tracker's position is outside the
-            picture or says nothing, which is no prediction: a tracker is not punished for it.
-        visible: (F,) the target is seen, wholly or partly.
+            picture or missing, which is no prediction and costs no precision.
+        visible: (F,) the target is wholly or partly visible.
     """
     overlap = np.where(visible, iou, 0.0)
     # A confidence of 0 is no prediction at any threshold.

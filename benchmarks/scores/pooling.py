@@ -15,7 +15,7 @@ from benchmarks.suites.registry import Metric, event_of
 
 
 def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None = None) -> PooledRatios | None:
-    """Return what a metric is made of: sums over the rows of each seed, and how their ratios become its value.
+    """Return the sums over the rows of each seed whose ratios make a metric, and how they make it.
 
     Statistics:
         mean: ``sum w v / sum w`` of values v and weights w (the frames that a value is a mean of, else 1).
@@ -29,8 +29,7 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
 
     Args:
         rows: of one tracker under one condition. Every seed in them counts, also one without a row of the metric.
-        grid: for medians, the values that they may take, ``values`` of all trackers that are compared; None =
-            these rows'.
+        grid: possible values of a median, ``values`` of all compared trackers; None = of these rows.
 
     Returns:
         None without a row of the metric.
@@ -75,7 +74,7 @@ _COUNTED = {
     "f of counts": ((2.0, 0.0, 0.0), (2.0, 1.0, 1.0)),
     "detection f1 of counts": ((2.0, 0.0, 0.0), (2.0, 2.0, 1.0)),
 }
-"""How much a right, a wrong and a missing answer counts above and below the line: ``A / (A + B)``, ``A / (A + C)``,
+"""Weights of a right, a wrong and a missing answer in numerator and denominator: ``A / (A + B)``, ``A / (A + C)``,
 ``2 P R / (P + R) = 2 A / (2 A + B + C)``, and the same with ``R = A / (A + B + C)``, see ``metrics.people``.
 """
 
@@ -174,10 +173,10 @@ def _median_of(grid: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDA
 
 def still_waiting(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return Kaplan and Meier's ``S(t) = prod_{u <= t} (1 - h_u)`` (..., T) of hazards h (..., T), ``h_u = d_u / n_u``:
-    d_u found at frame u among the n_u still looked for; NaN, where nothing is looked for, leaves S as it is.
+    d_u found at frame u among the n_u still missing; NaN (nothing is missing) leaves S unchanged.
 
-    Its sum over t is the restricted mean. (statsmodels makes one curve a call, not one for each of thousands of
-    resamples: the tests hold this function to it.)
+    Its sum over t is the restricted mean. (statsmodels computes one curve a call, not one for each of thousands of
+    resamples; the tests compare this function with it.)
     """
     survival: NDArray[Any] = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
     return survival

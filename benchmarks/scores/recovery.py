@@ -1,4 +1,4 @@
-"""Does a tracker get its target back that was away or hidden, how soon, and does it stay on it?"""
+"""Recovery of a target after an absence: whether, how soon, and whether the tracker stays on it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.suites.judging import Event, Score
 
 RECOVERY_WINDOW_FRAMES = 5
-"""A tracker has recovered if it is on the car on ``back_frame`` or one of so many frames after it."""
+"""A tracker has recovered if it is on the car on ``back_frame`` or within this number of frames after it."""
 
 
 class Absence(Event, Protocol):
@@ -20,7 +20,7 @@ class Absence(Event, Protocol):
 
     Attributes:
         first_frame: the first of them.
-        back_frame: first frame on which it can be seen again; None if it is away again, or the episode ends, before.
+        back_frame: first frame on which it can be seen again; None if the next absence or the episode's end is sooner.
         watch_end_frame: first frame of the next absence, or the number of frames.
     """
 
@@ -36,13 +36,13 @@ class Absence(Event, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Recovery:
-    """How one absence ended for one tracker.
+    """The outcome of one absence for one tracker.
 
     Attributes:
         recovered: on the target within the window, and before the next absence.
         kept: recovered, and on the target a while after the frame it recovered on (or on the last frame before the next
             absence, if that is sooner).
-        locked_on_other: on one and the same other object in most frames of the window.
+        locked_on_other: on the same other object in most frames of the window.
     """
 
     recovered: bool
@@ -51,7 +51,7 @@ class Recovery:
 
 
 NEVER_BACK = Recovery(False, False, False)
-"""In closed loop, of a target that the camera never showed again: the tracker steered, so it did not recover."""
+"""In closed loop, for a target that never came back into the picture: the tracker steered, so it did not recover."""
 
 
 def judge_recovery(
@@ -65,18 +65,17 @@ def judge_recovery(
 ) -> Recovery | None:
     """Judge one absence.
 
-    Which ones can be judged is decided by the truth alone, whatever the tracker says: those since which the episode
-    goes on for ``window_frames + kept_frames``. Otherwise late successes would count and late failures would not. The
-    time runs from the target's return on; in closed loop, where the tracker steers and the return is its doing, from
-    the beginning of the absence on.
+    The truth alone decides which absences are judged: those followed by at least ``window_frames + kept_frames``
+    frames. Otherwise late successes would count and late failures would not. The frames are counted from the target's
+    return; in closed loop, where the return depends on the tracker, from the start of the absence.
 
     Args:
         on_target: (F,) the estimate is on the target. on_other: (F,) index of the wrong object it is on, -1 = none.
-        window_frames: the tracker has recovered if it is on the target on ``back_frame`` or one of so many after it.
-        kept_frames: so many frames after the one it recovered on it is asked again.
+        window_frames: the tracker has recovered if it is on the target on ``back_frame`` or within so many frames.
+        kept_frames: number of frames after the recovery at which the tracker must still be on the target.
 
     Returns:
-        None where it cannot be judged: too near the episode's end, or away again before it was back.
+        None if it cannot be judged: too near the episode's end, or the next absence began before the return.
     """
     back, end, frame_count = absence.back_frame, absence.watch_end_frame, len(on_target)
     since = absence.first_frame if closed_loop else back
@@ -96,8 +95,8 @@ def time_scores(absence: Absence, on_target: NDArray[np.bool_], *, closed_loop: 
     """Yield ``recovery_frames``, from ``back_frame`` to the first frame on the target, None = never while watched, and
     ``watched_frames``, from ``back_frame`` to the next absence or the episode's end.
 
-    One that is not recovered is censored there, so that every return counts, late ones too. In closed loop a target
-    that never returned was watched for 0 frames; otherwise there is nothing to tell without a return.
+    A missing recovery is censored there, so that late returns count too. In closed loop a target that never returned
+    was watched for 0 frames; otherwise nothing is yielded without a return.
     """
     back, end = absence.back_frame, absence.watch_end_frame
     if back is None and not (closed_loop and end == len(on_target)):

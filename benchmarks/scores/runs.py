@@ -1,4 +1,4 @@
-"""Runs of frames on which something is so."""
+"""Runs of frames on which a flag is true."""
 
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
 Every statistic here is a function of *pooled ratios*: each seed s gives numerators ``a[s]`` and denominators
 ``b[s]``, both (D,), the pool's ratios are ``sum_s a[s] / sum_s b[s]``, and the statistic is a function of
 them. So a mean, a geometric mean of two rates, a quantile and the area under a survival curve are all
-bootstrapped over seeds by the same two matrix products. Seeds, not frames or frame-outs, are what is drawn:
-those of one episode are alike.
+bootstrapped over seeds by the same two matrix products. Seeds are resampled, not frames or frame-outs, which are
+correlated within an episode.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from statsmodels.stats.multitest import multipletests
 
+from sim.checks import check
 from sim.rng import generator
 
 RESAMPLES = 4000
@@ -25,7 +26,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True, eq=False)
 class PooledRatios:
-    """What S seeds give to one statistic.
+    """The sums of S seeds for one statistic.
 
     Attributes:
         seeds: (S,) sorted.
@@ -39,9 +40,7 @@ class PooledRatios:
     finish: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
     def value(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the statistic (...) with every seed taken ``counts`` (..., S) times; NaN where nothing is
-        left.
-        """
+        """Return the statistic (...) with every seed taken ``counts`` (..., S) times; NaN where it is undefined."""
         return _finished(counts @ self.numerators, counts @ self.denominators, self.finish)
 
     @property
@@ -51,11 +50,11 @@ class PooledRatios:
 
     @property
     def seed_count(self) -> int:
-        """Number of seeds that say something of the statistic."""
+        """Number of seeds that contribute to the statistic."""
         return int((self.denominators.sum(axis=1) > 0).sum())
 
     def on(self, seeds: NDArray[np.int64]) -> PooledRatios:
-        """Return the same of these seeds alone; all must be there."""
+        """Return the sums of these seeds alone; all must be known."""
         places = np.searchsorted(self.seeds, seeds)
         return PooledRatios(seeds, self.numerators[places], self.denominators[places], self.finish)
 
@@ -67,9 +66,8 @@ class Comparison:
     Attributes:
         difference: first minus second.
         ci_low, ci_high: 95 % percentile bootstrap interval over the common seeds.
-        p: two-sided, of the paired permutation test (within each seed the trackers' names are swapped or
-            not).
-        n: number of common seeds that say something of both.
+        p: two-sided, of the paired permutation test (swaps the trackers' names within seeds).
+        n: number of common seeds that contribute to both.
     """
 
     difference: float
@@ -80,9 +78,7 @@ class Comparison:
 
 
 def bootstrap_interval(pool: PooledRatios, resamples: int = RESAMPLES) -> tuple[float, float]:
-    """Return the 95 % percentile bootstrap interval over seeds (Efron 1979). Draws are fixed: same rows, same
-    interval.
-    """
+    """Return the 95 % percentile bootstrap interval over seeds (Efron 1979); the same rows give the same interval."""
     return _interval(pool.value(_resample(len(pool.seeds), resamples)))
 
 
@@ -93,8 +89,7 @@ def compare(first: PooledRatios, second: PooledRatios, resamples: int = RESAMPLE
         ValueError: if they have none in common.
     """
     seeds = np.intersect1d(first.seeds, second.seeds)
-    if len(seeds) == 0:
-        raise ValueError("seeds: expected some that both trackers ran on, got none in common")
+    check("seeds", len(seeds) > 0, "some that both trackers ran on", "none in common")
     a, b = first.on(seeds), second.on(seeds)
     counts = _resample(len(seeds), resamples)
     low, high = _interval(a.value(counts) - b.value(counts))
@@ -110,9 +105,7 @@ def holm(p_values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _permutation_p(a: PooledRatios, b: PooledRatios, resamples: int) -> float:
-    """Return ``(1 + #{|d*| >= |d|}) / (1 + resamples)`` over random swaps of the trackers' names within
-    seeds.
-    """
+    """Return ``(1 + #{|d*| >= |d|}) / (1 + resamples)`` over random swaps of the trackers' names within seeds."""
     rng = generator(len(a.seeds), "statistics/permutation")
     kept = rng.integers(0, 2, (resamples, len(a.seeds))).astype(float)
 
@@ -125,7 +118,7 @@ def _permutation_p(a: PooledRatios, b: PooledRatios, resamples: int) -> float:
 
     observed = abs(a.mean - b.mean)
     swapped = np.abs(mixed(a, b) - mixed(b, a))
-    # Sums in another order differ in their last bits; that is no smaller difference.
+    # Sums in another order differ in their last bits, which must not count as smaller.
     return float((1 + np.count_nonzero(swapped >= observed - 1e-9 * max(1.0, observed))) / (1 + resamples))
 
 

@@ -1,16 +1,16 @@
 """From rows to ``summary.json`` and ``comparisons.json``.
 
 ``summary.json`` is a list of ``{"suite", "scenario", "preset", "tracker", "role", "renderer", "metric",
-"unit", "better", "mean", "ci_low", "ci_high", "n"}``: 95 % bootstrap over seeds, ``n`` seeds that say
-something of the metric. Entries of runs in which the tracker steered carry ``controller`` too. In the suite ``follow``
-contestants are pairs of ``controller`` and ``tracker``, entries carry ``link``, and ``role`` speaks of the controller.
+"unit", "better", "mean", "ci_low", "ci_high", "n"}``: 95 % bootstrap over seeds, ``n`` of which contribute
+to the metric. Entries of runs in which the tracker steered carry ``controller`` too. In the suite ``follow``
+contestants are pairs of ``controller`` and ``tracker``, entries carry ``link``, and ``role`` is the controller's.
 
 ``comparisons.json`` is a list of ``{"suite", "scenario", "preset", "renderer", "metric", "better", "tracker",
 "other", "difference", "ci_low", "ci_high", "p", "p_holm", "n"}`` (and ``controller``): tracker minus other, on the
 seeds both ran on. ``p_holm`` is corrected for all comparisons of one (suite, scenario, preset, renderer,
 controller): every other tracker times every compared metric. Entries of the suite ``follow`` carry ``link`` and
-``compared`` too: which of the two ``other`` stands for, ``controller`` (ours and policies minus each other one, by the
-same tracker) or ``tracker`` (ours minus each other one, under the same controller); ``p_holm`` is corrected for one
+``compared`` too, the kind of ``other``: ``controller`` (ours and policies minus each other one, with the same
+tracker) or ``tracker`` (ours minus each other one, with the same controller); ``p_holm`` is corrected for one
 contestant's comparisons with others of that kind.
 """
 
@@ -51,7 +51,7 @@ def write_summary(directory: Path) -> list[dict[str, Any]]:
 
 
 def grouped(rows: Iterable[Row]) -> Groups:
-    """Return rows by condition and contestant, which has the name that ``label_of`` gives it."""
+    """Return rows by condition and contestant, named by ``label_of``."""
     groups: Groups = defaultdict(lambda: defaultdict(list))
     for row in rows:
         groups[condition_of(row)][label_of(row)].append(row)
@@ -104,8 +104,9 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
 
 
 def compare_ours(groups: Groups) -> list[dict[str, Any]]:
-    """Return the list of ``comparisons.json``: the tracker whose role is ``ours`` against every other one; where
-    controllers are contestants, along each of the two names.
+    """Return the list of ``comparisons.json``: the tracker with role ``ours`` against every other one.
+
+    Where controllers are contestants, they are compared likewise.
     """
     entries = []
     for condition, contestants in groups.items():
@@ -125,7 +126,7 @@ def _role_of(row: Row, key: Name) -> str:
 def _compare_along(
     key: Name, condition: Condition, contestants: Mapping[str, Sequence[Row]], label: str
 ) -> list[dict[str, Any]]:
-    """Return one contestant's comparisons with those that differ from it in one name, corrected for their number."""
+    """Return a contestant's comparisons with those that differ from it in one name, corrected for their number."""
     scores = suite(condition[0])
     mine = contestants[label][0]
     kept = [each for each in scores.contestants if each != key]
@@ -152,7 +153,7 @@ def _compare_along(
 
 
 def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> statistics.Comparison | None:
-    """Return the paired comparison in one metric, None where one of the two says nothing of it."""
+    """Return the paired comparison in one metric, None where one of the two has no rows of it."""
     grid = None
     if metric.statistic == "median":
         grid = np.union1d(pooling.values(first, metric), pooling.values(second, metric))

@@ -1,8 +1,8 @@
-"""For how long a camera has its target in view, and how often it loses it: the same words in every suite.
+"""Time in view of the target, and losses: the same definitions in every suite.
 
-Frames are those of an episode, frame 0 first. That one was given: no command led to it, so shares are over the steps,
-frames 1 to F - 1. *In view* is a frame with the target's centre in the picture and its amodal box at least 12 pixels
-long (``scenarios.in_view``), hidden or not; *seen* is a frame in view on which at least half of the target shows
+Frames are those of an episode, from frame 0. No command led to frame 0, so shares are over the steps, frames 1 to
+F - 1. *In view* is a frame with the target's centre in the picture and its amodal box at least 12 pixels
+long (``scenarios.in_view``), hidden or not; *seen* is a frame in view on which at least half of the target is visible
 (``scenarios.visibility.MOSTLY_SEEN``).
 """
 
@@ -21,41 +21,33 @@ from benchmarks.suites.registry import Metric
 from scenarios.visibility import MOSTLY_SEEN
 
 LOSS_S = 1.0
-"""A loss is a stretch out of view that lasts longer."""
+"""A loss is a stretch out of view longer than this."""
 
 TIME_SEEN = Metric(
     "time_seen",
     f"time in view with at least {MOSTLY_SEEN:.0%} of the target visible",
     "fraction",
     "higher",
-    ("time_seen",),
 )
 TIME_IN_VIEW = Metric(
     "time_in_view",
     "time with the target's centre in the picture, hidden or not, and its box at least 12 px long",
     "fraction",
     "higher",
-    ("time_in_view",),
 )
-LOSSES_PER_MINUTE = Metric(
-    "losses_per_minute",
-    f"stretches out of view longer than {LOSS_S:g} s",
-    "1/min",
-    "lower",
-    ("losses_per_minute",),
-)
+LOSSES_PER_MINUTE = Metric("losses_per_minute", f"stretches out of view longer than {LOSS_S:g} s", "1/min", "lower")
 
 
 @dataclass(frozen=True, slots=True)
 class Loss:
-    """A stretch of frames out of view that is long enough to count.
+    """A stretch of frames out of view that lasts longer than ``LOSS_S``.
 
     Its rows: ``watched_frames`` is its length; ``recovery_frames`` is the same, or null if the target never came back;
-    ``rate_hz``, frames a second, turns both into seconds.
+    ``rate_hz``, frames a second, converts both to seconds.
 
     Attributes:
         index: its place in the episode, from 0.
-        first_frame: first frame out of view. length_frames: so many in a row.
+        first_frame: first frame out of view. length_frames: number of frames.
         back_frame: first frame in view again; None if the episode ended before.
     """
 
@@ -65,7 +57,7 @@ class Loss:
     back_frame: int | None
 
     def attributes(self) -> dict[str, Any]:
-        """Return what rows say of it."""
+        """Return its attributes in rows."""
         return {"kind": "loss", **asdict(self)}
 
 
@@ -91,7 +83,7 @@ def view_scores(in_view: NDArray[np.bool_], visible_fraction: NDArray[np.float64
     """Yield ``time_seen``, ``time_in_view`` and ``losses_per_minute`` of an episode.
 
     Args:
-        in_view: (F,) see above. visible_fraction: (F,) share in [0, 1] of the target that shows.
+        in_view: (F,) see above. visible_fraction: (F,) visible share of the target, in [0, 1].
     """
     steps = float(len(in_view) - 1)
     losses = find_losses(in_view, rate_hz)

@@ -1,13 +1,12 @@
-"""How fast an env steps: a rendered step with a tracker in the loop, against a bare call of PyBullet's renderer.
+"""Speed of an env: a rendered step with a tracker in the loop, against a bare call of PyBullet's renderer.
 
-Both are timed in one run, in turns, on the same view, in CPU time of the one thread that does the work, after a
-rehearsal: see ``benchmarks.speed.rendering``. A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v1`` with
+Both are timed in one run, alternately, on the same view, in CPU time of the working thread, after a rehearsal:
+see ``benchmarks.speed.rendering``. A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v1`` with
 pictures of 84 × 84 observed on every step: action to command, everything moved, picture with shadows, light and noise,
 ``colour_pf`` with 500 particles, belief, truth of the target and reward. The *bare call* is ``getCameraImage`` of
-TinyRenderer with shadows. Resets are told separately. *Process scaling* is how many times as fast,
-by the clock, four envs in processes of their own step when two may step at a time as when one may; *arithmetic scaling*
-is the same of processes that count instead, which use neither memory nor anything of ours and wait for each other as
-often: the most that the machine allows.
+TinyRenderer with shadows. Resets are timed separately. *Process scaling* is the wall-clock speed of
+four envs in separate processes with two at a time over that with one at a time; *arithmetic scaling* is the same for
+processes that only count, without memory access or our code, and synchronise as often: the limit of the machine.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, UNTIMED_FRAMES, bare_calls, entries_of
+from benchmarks.speed.rendering import UNTIMED_FRAMES, bare_cpu_s, entries_of, timed
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.processes import EnvProcesses
+from sim.checks import check
 
 ENV_ID, SCENARIO = catalog.DEFAULT_ENV, catalog.envs()[catalog.DEFAULT_ENV][0]
 SIDE_PX = 84
 _ENVS, _WORKERS = 4, 2
 _TURN_STEPS = 10
 _COUNTED = 40_000
-"""Numbers that take about two thirds as long as a step of one env."""
+"""Counting to this number takes about two thirds of the time of a step of one env."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +54,12 @@ class EnvSpeedSample:
 
 
 def env_keywords(preset: str) -> dict[str, Any]:
-    """Return the keywords of the env that is timed. ``centre`` steers, so that there is something to see."""
+    """Return the keywords of the timed env; ``centre`` steers to keep the target in view."""
     return {
         "scenario": SCENARIO,
         "preset": preset,
         "changes": {"width_px": SIDE_PX, "height_px": SIDE_PX},
-        # 500 particles, as it was written.
+        # 500 particles, its written value.
         "tracker": "colour_pf",
         "observation": "both",
         "action": "correction",
@@ -78,9 +77,8 @@ def measure_env_steps(preset: str, seed: int, steps: int) -> EnvSpeedSample:
     with closing(FollowEnv(**env_keywords(preset))) as env:
         still = np.zeros(env.action_space.shape or (), dtype=np.float32)
         longest = env.settings.configuration({}).frame_count - 1 - UNTIMED_FRAMES
-        if steps > longest:
-            raise ValueError(f"frames: expected at most {longest}, which an episode of this preset has, got {steps}")
-        # Of two lives of the same episode the first compiles or loads what the second needs.
+        check("frames", steps <= longest, f"at most {longest}, which an episode of this preset has", steps)
+        # The first of two equal episodes compiles or loads the kernels of the second.
         for _ in range(2):
             began = time.thread_time()
             env.reset(options={"episode_seed": seed})
@@ -88,34 +86,19 @@ def measure_env_steps(preset: str, seed: int, steps: int) -> EnvSpeedSample:
             _bare_call(env)
             for _ in range(UNTIMED_FRAMES):
                 env.step(still)
-            step_s, bare_s = _timed(env, still, steps)
+            step_s, bare_s = timed(partial(env.step, still), partial(_bare_call, env), steps)
     return EnvSpeedSample(tuple(step_s), tuple(bare_s), reset_s)
 
 
-def _timed(env: FollowEnv, still: NDArray[np.float32], steps: int) -> tuple[list[float], list[float]]:
-    step_s, bare_s = [], []
-    for k in range(steps):
-        began = time.thread_time()
-        env.step(still)
-        step_s.append(time.thread_time() - began)
-        if k % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
-            bare_s.append(_bare_call(env))
-    return step_s, bare_s
-
-
 def _bare_call(env: FollowEnv) -> float:
-    """Return the CPU seconds of a bare call of the env's view; textures and poses are handed over before."""
     episode: Any = env.episode.episode
-    episode.world.hand_over()
-    began = time.thread_time()
-    bare_calls(episode.world, env.episode.frame)
-    return time.thread_time() - began
+    return bare_cpu_s(episode.world, env.episode.frame)
 
 
 def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list[float]:
-    """Return the wall seconds that each takes to act so many times.
+    """Return the wall seconds of ``times`` calls of each actor.
 
-    They take turns, a few times each, so that whatever else the machine does meanwhile slows all alike.
+    They take turns, a few calls each, so that other load on the machine slows all alike.
     """
     taken_s = [0.0] * len(actors)
     for first in range(0, times, _TURN_STEPS):
@@ -128,7 +111,7 @@ def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list
 
 
 def _under_way(envs: EnvProcesses, seed: int) -> Callable[[], object]:
-    """Begin the same episode in each of the envs and return what steps them all."""
+    """Begin the same episode in each of the envs and return a function that steps all."""
     envs.reset(options={"episode_seed": seed})
     step = partial(envs.step, np.zeros(envs.action_space.shape or (), dtype=np.float32))
     for _ in range(UNTIMED_FRAMES):
@@ -137,7 +120,7 @@ def _under_way(envs: EnvProcesses, seed: int) -> Callable[[], object]:
 
 
 def _count(numbers: int) -> int:
-    """Keep a core busy, and nothing else."""
+    """Keep a core busy."""
     total = 0
     for k in range(numbers):
         total += k * k
@@ -147,8 +130,7 @@ def _count(numbers: int) -> int:
 def measure_scaling(
     preset: str, seeds: range, steps: int, progress: Callable[[int], None]
 ) -> list[tuple[float, float, float, float]]:
-    """Return wall seconds for each episode: of a vector env's steps, one at a time and two at a time, and of as much
-    counting in one process and in two.
+    """Return wall seconds for each episode: of envs' steps, one and two at a time, and of counting likewise.
 
     Args:
         steps: of all envs, in each episode.
@@ -159,7 +141,7 @@ def measure_scaling(
     with (
         closing(EnvProcesses(make, max_concurrency=1)) as alone,
         closing(EnvProcesses(make, max_concurrency=_WORKERS)) as shared,
-        # Ctrl-C reaches every process of a terminal; the one that holds the others ends them.
+        # Ctrl-C reaches all processes of a terminal; this one ends the others.
         ProcessPoolExecutor(
             _WORKERS,
             multiprocessing.get_context("spawn"),
@@ -171,7 +153,7 @@ def measure_scaling(
         def counting(processes: int) -> Callable[[], object]:
             return lambda: list(counters.map(_count, [_COUNTED * _ENVS // processes] * processes))
 
-        # The first lives load kernels.
+        # The first episode loads kernels.
         for number, seed in enumerate((seeds[0], *seeds)):
             one_s, two_s, counted_s, both_s = seconds_in_turns(
                 (_under_way(alone, seed), _under_way(shared, seed), counting(1), counting(_WORKERS)), steps

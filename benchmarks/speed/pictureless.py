@@ -1,4 +1,4 @@
-"""How fast the envs without pictures are."""
+"""Speed of the envs without pictures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def measure_pictureless(env_id: str, preset: str, seeds: range, cache: Path | No
     """Return the entry of ``summary.json`` on an env without pictures (shape: ``benchmarks.scores.summary``).
 
     Args:
-        env_id: env id. preset: of its scenario. seeds: of the episodes, one after the other.
+        env_id: env id. preset: of its scenario. seeds: of the episodes.
         cache: folder where planned episodes are kept.
     """
     step_s = [step_cpu_s(env_id, preset, seed, cache) for seed in seeds]
@@ -29,7 +29,7 @@ def measure_pictureless(env_id: str, preset: str, seeds: range, cache: Path | No
 
 
 def step_cpu_s(env_id: str, preset: str, seed: int, cache: Path | None = None) -> float:
-    """Return the thread's own seconds for a step of one env, of 1,024 in the same episode; resets are included."""
+    """Return the thread's CPU seconds for a step of one of 1,024 envs in the same episode, resets included."""
     scenario, tracker = catalog.envs()[env_id]
     envs = PicturelessVectorEnv(
         _ENVS, scenario, tracker, preset=preset, seeds=[seed], cache=cache, max_episode_steps=_EPISODE_STEPS

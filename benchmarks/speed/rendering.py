@@ -1,13 +1,13 @@
-"""How fast pictures are made: a finished frame with all its truth, against a bare call of PyBullet's renderer.
+"""Speed of rendering: a finished frame with all its truth, against a bare call of PyBullet's renderer.
 
-Both are timed in one run, in turns, on the same scene, camera and size, in CPU time of the one thread that does the
-work (wall times of short calls flatter whoever runs while others wait). A *finished frame* is one ``Episode.step``:
+Both are timed in one run, alternately, on the same scene, camera and size, in CPU time of the working thread (wall
+times of short calls depend on other processes). A *finished frame* is one ``Episode.step``:
 everything moved, picture (or both of a stereo pair) with shadows, light and sensor noise, boxes, visible fractions and
 all other truth. The *bare call* is ``getCameraImage`` of TinyRenderer with shadows, one for each picture: no noise, no
 exposure, no truth but ids and depth.
 
-A kernel is compiled, or loaded from disk, at the first frame that needs it, and that may be a late one (the first that
-motion blurs). So every process goes through the very frames to be timed once before, in a town of their own.
+A kernel is compiled, or loaded from disk, at the first frame that needs it, which may be a late one (the first with
+motion blur). So every process first runs the timed frames once in another instance of the town.
 """
 
 from __future__ import annotations
@@ -25,20 +25,21 @@ import numpy as np
 from benchmarks.scores.statistics import PooledRatios, bootstrap_interval
 from scenarios import catalog
 from scenarios.scenario import Frame
+from sim.checks import check
 from sim.world import World
 
 UNTIMED_FRAMES = 5
-"""At the start of an episode, while shadows of what stands still are drawn and the exposure settles."""
+"""Number at the start of an episode, while static shadows are drawn and the exposure settles."""
 FRAMES_PER_BARE_CALL = 8
 _NEAR_M, _FAR_M = 0.2, 1000.0
 _PATIENCE_S = 300.0
 
 Figure = tuple[str, str, str, Sequence[float], Sequence[float]]
-"""Metric, unit, which way is better, and what is divided by what, in each town."""
+"""Metric, unit, better direction, numerators and denominators of the towns."""
 
 
 class Subject(Protocol):
-    """What is measured: an episode whose world can be drawn by others."""
+    """A measured episode, whose world other renderers can draw."""
 
     frame_count: int
 
@@ -89,27 +90,44 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
     cv2.setNumThreads(1)
     episode, frame = _rehearsed(build, frames)
     bare_calls(episode.world, frame)
-    frame_s, bare_s, wall_s = [], [], 0.0
-    for k in range(frames):
-        wall, cpu = time.perf_counter(), time.thread_time()
+    wall_s = 0.0
+
+    def step() -> None:
+        nonlocal frame, wall_s
+        began = time.perf_counter()
         frame = episode.step()
-        frame_s.append(time.thread_time() - cpu)
-        wall_s += time.perf_counter() - wall
-        if k % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
-            episode.world.hand_over()
-            cpu = time.thread_time()
-            bare_calls(episode.world, frame)
-            bare_s.append(time.thread_time() - cpu)
+        wall_s += time.perf_counter() - began
+
+    frame_s, bare_s = timed(step, lambda: bare_cpu_s(episode.world, frame), frames)
     episode.close()
     return SpeedSample(tuple(frame_s), tuple(bare_s), wall_s / frames)
 
 
+def timed(step: Callable[[], object], bare_call: Callable[[], float], count: int) -> tuple[list[float], list[float]]:
+    """Return the CPU seconds of ``count`` steps, and those that ``bare_call`` returns after every eighth."""
+    step_s, bare_s = [], []
+    for k in range(count):
+        began = time.thread_time()
+        step()
+        step_s.append(time.thread_time() - began)
+        if k % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
+            bare_s.append(bare_call())
+    return step_s, bare_s
+
+
+def bare_cpu_s(world: World, frame: Frame) -> float:
+    """Return the CPU seconds of the bare calls of a frame; textures and poses are handed over before."""
+    world.hand_over()
+    began = time.thread_time()
+    bare_calls(world, frame)
+    return time.thread_time() - began
+
+
 def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Frame]:
-    """Return an episode, and the last of its untimed frames, whose next ``frames`` frames need no new kernel."""
+    """Return an episode whose next ``frames`` frames need no new kernel, and the last of its untimed frames."""
     with closing(build()) as rehearsal:
         longest = rehearsal.frame_count - UNTIMED_FRAMES
-        if frames > longest:
-            raise ValueError(f"frames: expected at most {longest}, which an episode of this preset has, got {frames}")
+        check("frames", frames <= longest, f"at most {longest}, which an episode of this preset has", frames)
         for _ in range(UNTIMED_FRAMES + frames):
             rehearsal.step()
     episode = build()
@@ -128,9 +146,9 @@ def bare_calls(world: World, frame: Frame) -> None:
 
 
 def process_throughput(scenario: str, preset: str, seed: int, frames: int, processes: int) -> float:
-    """Return finished frames a second of wall time, all processes together; each runs the episode for itself.
+    """Return finished frames a second of wall time, summed over processes that each run the episode.
 
-    All start at once, after each has built its town and rehearsed.
+    They start together, each after its rehearsal.
     """
     context = multiprocessing.get_context("spawn")
     start, results = context.Barrier(processes), context.Queue()
@@ -198,7 +216,7 @@ def measure_scenario(
 def entries_of(
     scenario: str, preset: str, subject: str, seeds: range, figures: Iterable[Figure]
 ) -> list[dict[str, Any]]:
-    """Return the entries of ``summary.json`` of what was measured in these towns; ``subject`` says what was."""
+    """Return the entries of ``summary.json`` of measurements in these towns; ``subject`` stands for the tracker."""
     id_of = catalog.scenario(scenario).id
     return [
         {"suite": "speed", "scenario": id_of, "preset": preset, "tracker": subject, "role": "ours"}
@@ -209,7 +227,7 @@ def entries_of(
 
 
 def _statistic(seeds: np.ndarray, above: np.ndarray, below: np.ndarray) -> Iterator[tuple[str, float]]:
-    """Ratio of sums over towns, with the 95 % bootstrap interval over towns."""
+    """Yield the ratio of sums over towns, with the 95 % bootstrap interval over towns."""
     pool = PooledRatios(seeds, above[:, None], below[:, None], lambda ratios: ratios[..., 0])
     low, high = bootstrap_interval(pool)
     yield from (("mean", pool.mean), ("ci_low", low), ("ci_high", high), ("n", len(seeds)))

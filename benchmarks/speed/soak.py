@@ -1,4 +1,4 @@
-"""Very many steps of a vector env, through many episodes, while the memory of its processes is watched."""
+"""Memory of a vector env's processes over very many steps and episodes."""
 
 from __future__ import annotations
 
@@ -22,11 +22,10 @@ _MEBIBYTE = 2**20
 
 @dataclass(frozen=True)
 class SoakSample:
-    """How things stood at a moment.
+    """One sample of a soak.
 
     Attributes:
-        steps, episodes: since the beginning, all envs together.
-        seconds: likewise.
+        steps, episodes, seconds: since the beginning, all envs together.
         rss_mib: resident memory of this process and of every env's, in MiB.
     """
 
@@ -39,11 +38,11 @@ class SoakSample:
 def soak(
     preset: str, steps: int, num_envs: int, report: Callable[[SoakSample], None], samples: int = 40
 ) -> list[SoakSample]:
-    """Step with random actions, resets included, and return how things stood, evenly spread.
+    """Step with random actions, resets included, and return evenly spread samples.
 
     Args:
         steps: of all envs together, at least ``samples`` for each env.
-        report: called with every sample when it is taken.
+        report: called with each sample at once.
     """
     rounds = -(-steps // num_envs)
     every = max(rounds // samples, 1)
@@ -64,9 +63,9 @@ def soak(
 
 
 def growth(samples: list[SoakSample]) -> float:
-    """Return by which share the processes together hold more memory in the last fifth of the steps than in the second.
+    """Return the relative growth of the total memory from the second fifth of the steps to the last.
 
-    Means, as a large town takes more than a small one. In the first fifth caches of meshes and kernels fill.
+    Means, since large towns need more memory. In the first fifth caches of meshes and kernels fill.
     """
     total_mib = np.array([sum(each.rss_mib) for each in samples])
     share = np.array([each.steps for each in samples]) / samples[-1].steps

@@ -1,4 +1,4 @@
-"""How an episode is judged: what a suite keeps of truth and estimates, and the scores it gives at the end."""
+"""Judging of an episode: protocols for keeping truth and answers, and for the scores at the end."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _T = TypeVar("_T", bound=Truth)
 
 
 class Event(Protocol):
-    """A part of an episode that scores may be about."""
+    """A part of an episode that may have scores of its own."""
 
     def attributes(self) -> dict[str, Any]:
-        """Return what rows say of it: ``index``, ``kind``, ``length_frames`` and what else the suite tells of it."""
+        """Return its attributes in rows: ``index``, ``kind``, ``length_frames`` and others of the suite."""
         ...
 
 
@@ -32,28 +32,30 @@ class Score:
 
 
 class ScoreSheet(Protocol):
-    """What one contestant says in one episode, and what it is worth."""
+    """The answers of one contestant in one episode, and their scores."""
 
     def keep(self, frame: Frame, answer: Any) -> None:
         """Take one frame's answer, from frame 0 on: an ``Estimate``, or the tracks of many targets.
 
-        One that failed or is silent answers NaN, or no track.
+        The answer of a failed or silent contestant is NaN, or no track.
         """
         ...
 
     def scores(self, failed_at_frame: int | None) -> Iterable[Score]:
-        """Return all scores, when every frame was kept; from ``failed_at_frame`` on it has said nothing."""
+        """Return all scores, after every frame was kept; from ``failed_at_frame`` on there are no answers."""
         ...
 
 
 class Judge(Protocol):
-    """Judges all contestants of one episode by the same truth. Made from the ``Episode``, before its first frame, and
-    its ``Scenario``. Which objects are targets, it decides.
+    """Judges all contestants of one episode by the same truth; decides which objects are targets.
+
+    Made from the ``Episode``, before its first frame, and its ``Scenario``.
     """
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
-        """Take one frame's truth, before anyone's estimate of it, and the command that was obeyed on the way to it:
-        None for frame 0 and on a set path.
+        """Take one frame's truth, before any estimate of it, and the command obeyed since the frame before.
+
+        The command is None for frame 0 and on a set path.
         """
         ...
 
@@ -62,11 +64,11 @@ class Judge(Protocol):
         ...
 
 
-def told_by(truth: Truth, kind: type[_T]) -> _T:
-    """Return a truth that knows what a suite asks of it.
+def truth_as(truth: Truth, kind: type[_T]) -> _T:
+    """Return a truth as the kind that a suite needs.
 
     Raises:
-        TypeError: where the scenario tells another kind of truth.
+        TypeError: if the scenario has another kind of truth.
     """
     if not isinstance(truth, kind):
         raise TypeError(f"truth: expected {kind.__name__}, which the suite is about, got {type(truth).__name__}")

@@ -1,7 +1,7 @@
-"""Suites by name: each one combines scenarios, presets, a judge, metrics and figures.
+"""Suites by name: each combines scenarios, presets, a judge, metrics and figures.
 
-A suite registers where it is defined, ``register_suite(Suite(...))``. Code that runs, pools,
-compares or reports looks suites up here and names none.
+A suite's module registers it, ``register_suite(Suite(...))``. Code that runs, pools, compares or reports looks suites
+up here and names none.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from benchmarks.suites.judging import Judge
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
+from sim.checks import check
 
 if TYPE_CHECKING:
     from benchmarks.run.contestants import Entrant
@@ -30,7 +31,7 @@ _MODULES = {
 }
 """Suite -> module that defines it; the first is the default. Add yours here."""
 DEFAULT = next(iter(_MODULES))
-"""Name of the suite that is run, and that trackers take part in, where none is named."""
+"""Name of the default suite of commands and trackers."""
 
 _SUITES: dict[str, Suite] = {}
 
@@ -48,8 +49,8 @@ Statistic = Literal[
     "restricted mean",
 ]
 Condition = tuple[str, str, str, str, str]
-"""Suite, scenario, preset, renderer, and how the camera is steered: the controller, "" on a set path; where controllers
-are contestants themselves, the link to what they steer.
+"""Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link where controllers are
+contestants.
 """
 Name = Literal["tracker", "controller"]
 EventTest = Callable[[dict[str, Any]], bool]
@@ -61,12 +62,12 @@ class Metric:
 
     Attributes:
         name: in the summary.
-        summary: one line: what it is.
+        summary: one line of definition.
         unit: ``fraction``, ``m``, ``px``, ``frames`` …
-        better: which way is better. rows: metrics of the rows it is made from.
+        better: better direction. rows: metrics of its rows; () = rows of its own name.
         statistic: how rows become one number, see ``benchmarks.scores.pooling``.
-        kind: only rows of events of this kind, or of which this attribute is true; None = all.
-        horizon_frames: a restricted mean counts no more than this; never = this.
+        kind: rows of events of this kind, or with this attribute true, only; None = all.
+        horizon_frames: largest time in a restricted mean, also used for never.
         ideal: the right value, of a metric that can be too low and too high, e.g. a coverage.
     """
 
@@ -74,16 +75,19 @@ class Metric:
     summary: str
     unit: str
     better: Literal["higher", "lower"]
-    rows: tuple[str, ...]
+    rows: tuple[str, ...] = ()
     statistic: Statistic = "mean"
     kind: str | None = None
     horizon_frames: int = 60
     ideal: float | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rows", self.rows or (self.name,))
+
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A figure of the report with its words; ``svg`` as ``report.plots.svg`` returns it."""
+    """A figure of the report with its text; ``svg`` as ``report.plots.svg`` returns it."""
 
     title: str
     words: str
@@ -92,12 +96,12 @@ class Plot:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """A table of the report of what rows say of the episodes themselves, whoever watches.
+    """A table of the report about the episodes themselves, independent of contestants.
 
     Attributes:
-        title: of the table. words: what it says.
-        lines: name of a line -> what follows ``_`` in the names of its rows.
-        columns: metrics, whose rows are named without that.
+        title: of the table. words: note below it.
+        lines: name of a line -> suffix after ``_`` in the names of its rows.
+        columns: metrics, with rows named without the suffix.
     """
 
     title: str
@@ -108,17 +112,15 @@ class Facts:
 
 @dataclass(frozen=True, slots=True)
 class EventWords:
-    """What a suite says of its events, the parts of an episode that rows may be about.
+    """A suite's description of its events, the parts of an episode with rows of their own.
 
     Attributes:
         name: in the plural, in words.
-        key: of the rows, where the event's attributes stand.
-        tests: what events are divided by when two trackers are compared: a name in words, and the test whether an
-            event's attributes are of it.
-        compared: metrics of single events in which they are compared.
-        describe: takes all events of a condition to one line: how many there are and of what kind.
-        episodes: metrics of whole episodes in which two are compared besides; () = where nothing divides events, those
-            in which the suite compares.
+        key: column of the event's attributes in rows.
+        tests: groups of events in comparisons of two trackers: name in words -> test of an event's attributes.
+        compared: metrics of single events in comparisons.
+        describe: returns one line about all events of a condition: numbers and kinds.
+        episodes: metrics of whole episodes in comparisons; () = the suite's ``compared`` if there are no ``tests``.
     """
 
     name: str
@@ -134,13 +136,13 @@ NO_EVENTS = EventWords("events", "event", {}, (), lambda events: "no events")
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A scenario that a suite is about.
+    """A scenario of a suite.
 
     Attributes:
         scenario: catalogue id without version.
         trackers_of: name of the suite whose trackers take part; "" = the suite's own.
-        trackers: who takes part if nobody is named; () = everyone.
-        drawing: makes what draws an episode of it; None: another suite's, or the larger view.
+        trackers: default trackers; () = all.
+        drawing: makes the drawing of an episode; None: another suite's, or the larger view.
     """
 
     scenario: str
@@ -152,7 +154,7 @@ class Scene:
 def no_picture(
     directory: Path, condition: Condition, trackers: Mapping[str, Sequence[Row]], shown: Sequence[str]
 ) -> None:
-    """Put no picture beside the rows."""
+    """Write no picture to the result folder."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,23 +163,22 @@ class Suite:
 
     Attributes:
         name: what users type.
-        summary: one line. heading: of a page about it.
-        scenes: what it is about, the first one is what tuning looks at. preset, quick_preset: defaults.
+        summary: one line. heading: of its report page.
+        scenes: its scenarios; tuning uses the first. preset, quick_preset: defaults.
         judge: makes the judge of an episode of a scenario; it decides which objects are targets.
         metrics: of the summary, in order.
-        headline: metrics of the leaderboard on the terminal, the first one ranks.
-        compared: metrics in which ours is compared with each other contestant.
-        tuned_for: what tuning maximises: the sum of these metrics times these factors.
-        events: what rows may be about besides whole episodes.
-        silence: what a frame on which a tracker says nothing counts as, in words.
-        figures: draws the report's plots from the rows of trackers by name, in the styles given.
-        picture: puts a picture beside the rows, for the report, of the trackers ``shown``.
-        facts: what the report says of the episodes themselves, if anything.
-        references: contestants with unfair knowledge. oracles: what the report says of them.
-        controller: who steers the camera by the estimate where a preset asks for it and users do not say; None: no
-            controller there is can.
-        contestants: what names a contestant, keys of rows. Whose role it is that rows tell, stands first.
-        truth: how much of it the judge looks at.
+        headline: metrics of the leaderboard on the terminal; the first one ranks.
+        compared: metrics of the comparison of ours with each other contestant.
+        tuned_for: objective of tuning: the sum of these metrics times these factors.
+        events: parts of an episode with rows of their own.
+        silence: score of a frame without an answer, in words.
+        figures: draws the report's plots from rows by tracker, in the given styles.
+        picture: writes a picture of the trackers ``shown`` for the report.
+        facts: table of the report about the episodes themselves.
+        references: contestants with unfair knowledge. oracles: note of the report about them.
+        controller: default controller of presets in closed loop; None: no controller can steer.
+        contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
+        truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
     """
@@ -212,24 +213,24 @@ class Suite:
         return "controller" in self.contestants
 
     def scene(self, scenario: str) -> Scene:
-        """Return the scene of a scenario, with or without version; of one that it is not about, its own trackers."""
+        """Return the scene of a scenario, with or without version; for others one with the suite's own trackers."""
         known = {scene.scenario: scene for scene in self.scenes}
         return known.get(scenario) or known.get(unversioned(scenario)) or Scene(scenario)
 
     def is_about(self, scenario: str) -> bool:
         """Return whether a scenario, with or without version, is one of its scenes."""
-        return any(scene.scenario in (scenario, scenario.rsplit("-v", 1)[0]) for scene in self.scenes)
+        return any(scene.scenario in (scenario, unversioned(scenario)) for scene in self.scenes)
 
     def tracked_by(self, scene: Scene) -> str:
         """Return the name of the suite whose trackers take part in a scene."""
         return scene.trackers_of or self.name
 
     def names_of(self, row: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return what names the contestant of a row, or of an entry of the summary."""
+        """Return the names of the contestant of a row or of an entry of the summary."""
         return tuple(row[key] for key in self.contestants)
 
     def targets(self, scenario: Scenario, truth: Truth) -> tuple[int, ...]:
-        """Return which objects are targets: the scenario's one, or where many are followed, all that there are."""
+        """Return the indices of the targets: the scenario's one, or all objects where many are followed."""
         return tuple(range(len(truth.names))) if self.follows_many else (truth.index_of(scenario.target),)
 
     def metric(self, name: str) -> Metric:
@@ -238,23 +239,22 @@ class Suite:
         Raises:
             ValueError: for an unknown name.
         """
-        for metric in self.metrics:
-            if metric.name == name:
-                return metric
-        raise ValueError(f"metric: expected one of {', '.join(m.name for m in self.metrics)}; got {name!r}")
+        known = {metric.name: metric for metric in self.metrics}
+        if name not in known:
+            raise ValueError(f"metric: expected one of {', '.join(known)}; got {name!r}")
+        return known[name]
 
 
 def register_suite(new: Suite) -> None:
-    """Make a suite known under its name. Raises ValueError if it is taken, or for a metric that the suite has not."""
-    if new.name in _SUITES:
-        raise ValueError(f"suite: the name {new.name!r} is taken")
+    """Register a suite under its name. Raises ValueError if the name is taken, or for the name of an unknown metric."""
+    check("suite", new.name not in _SUITES, "a new name", f"{new.name!r}, which is taken")
     for name in (*new.headline, *new.compared, *new.tuned_for):
         new.metric(name)
     _SUITES[new.name] = new
 
 
 def suites() -> dict[str, Suite]:
-    """Return all suites by name, in its order: which one was imported first is chance."""
+    """Return all suites by name, sorted, since the order of imports varies."""
     for module in _MODULES.values():
         importlib.import_module(module)
     return dict(sorted(_SUITES.items()))
@@ -267,17 +267,17 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> No
         ValueError: if the suite is unknown or has a metric of this name.
     """
     old = suite(suite_name)
-    if any(metric.name == known.name for known in old.metrics):
-        raise ValueError(f"metric: expected a new name, got {metric.name!r}, which the suite has")
+    taken = any(metric.name == known.name for known in old.metrics)
+    check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")
     shown = (*old.headline, metric.name) if headline else old.headline
     _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
 
 
 def add_scene(suite_name: str, scene: Scene) -> None:
-    """Make a suite about one more scenario. Raises ValueError if the suite is unknown or is about it."""
+    """Add a scenario to a suite. Raises ValueError if the suite is unknown or has it."""
     old = suite(suite_name)
-    if any(scene.scenario == known.scenario for known in old.scenes):
-        raise ValueError(f"scene: expected a scenario that the suite is not about, got {scene.scenario!r}")
+    taken = any(scene.scenario == known.scenario for known in old.scenes)
+    check("scene", not taken, "a scenario that the suite does not have", repr(scene.scenario))
     _SUITES[suite_name] = replace(old, scenes=(*old.scenes, scene))
 
 
@@ -299,6 +299,6 @@ def controllers_suite() -> Suite:
 
 
 def event_of(row: Row) -> dict[str, Any] | None:
-    """Return the attributes of the event that a row is about; None of one about the whole episode."""
+    """Return the attributes of a row's event; None for rows about the whole episode."""
     event: dict[str, Any] | None = row.get(suite(row["suite"]).events.key)
     return event

@@ -1,4 +1,4 @@
-"""The strip under a video: which episode and frame, where the target is, what the tracker thinks of it."""
+"""The strip under a video: episode, frame, the target's state, and the tracker's probability of it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TRACK_TOP, _TRACK_BOTTOM = 78, 106
 
 
 class Caption:
-    """Draws the strip frame by frame, and remembers what went before for its time line."""
+    """Draws the strip frame by frame, with a time line of all frames so far."""
 
     def __init__(self, drawing: Drawing, title: str, frame_count: int, width_px: int) -> None:
         self._drawing = drawing
@@ -31,15 +31,15 @@ class Caption:
     def draw(self, instant: Instant) -> NDArray[np.uint8]:
         """Return the strip (HEIGHT_PX, width, 3) of the next instant."""
         truth, estimate = instant.frame.truth, instant.estimate
-        said = None if estimate is None else estimate.in_view_probability
+        probability = None if estimate is None else estimate.in_view_probability
         self._shades.append(self._drawing.shades(instant))
-        self._probabilities.append(np.nan if said is None else said)
+        self._probabilities.append(np.nan if probability is None else probability)
         strip = np.full((HEIGHT_PX, self._width, 3), _GROUND, dtype=np.uint8)
         marks.draw_text(strip, (16, 28), f"frame {truth.frame}", _INK, size=19, weight=600)
         marks.draw_text(strip, (130, 28), f"{truth.time_s:.1f} s", _QUIET, size=16)
         end = marks.draw_text(strip, (200, 28), self._drawing.describe(instant), _INK, size=16)
-        if said is not None:
-            marks.draw_text(strip, (end + 28, 28), f"tracker: {said:.0%} in view", marks.ESTIMATE, size=16)
+        if probability is not None:
+            marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE, size=16)
         width = marks.text_width_px(self._title, size=14)
         marks.draw_text(strip, (self._width - 16 - width, 27), self._title, _QUIET, size=14)
         draw_legend(strip, (16, 58), self._drawing.signs, with_tracker=instant.answer is not None)

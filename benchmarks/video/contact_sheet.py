@@ -1,4 +1,4 @@
-"""Contact sheets: pictures in rows, each under its words."""
+"""Contact sheets: pictures in rows, each under its text."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def contact_sheet(rows: Mapping[str, Sequence[Instant]], cell_width_px: int = 60
     """Return the same instants of an episode side by side, a row for each tracker: (H, W, 3) uint8.
 
     Args:
-        rows: tracker → instants, as many for each and views of one size.
+        rows: tracker → instants, equally many and of one size.
         cell_width_px: width of one picture.
     """
     return _in_rows([[_instant_cell(tracker, each, cell_width_px) for each in rows[tracker]] for tracker in rows])
@@ -30,10 +30,10 @@ def contact_sheet(rows: Mapping[str, Sequence[Instant]], cell_width_px: int = 60
 def picture_sheet(
     rows: Sequence[Sequence[tuple[str, NDArray[np.uint8]]]], cell_width_px: int = 240
 ) -> NDArray[np.uint8]:
-    """Return pictures (h, w, 3), all of one size, under their words: (H, W, 3) uint8.
+    """Return pictures (h, w, 3), all of one size, under their text: (H, W, 3) uint8.
 
     Args:
-        rows: as many (words, picture) in each.
+        rows: of (text, picture), equally many in each.
         cell_width_px: width of one picture.
     """
     return _in_rows([[_picture_cell(words, image, cell_width_px) for words, image in row] for row in rows])

@@ -1,4 +1,4 @@
-"""How a scenario's instants are shown: which picture, which words, which shades of the time line."""
+"""Drawings of a scenario's instants: picture, description and shades of the time line."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ class Drawing(Protocol):
     """Draws the instants of one episode.
 
     Attributes:
-        uses_larger_view: whether it shows what lies around the observed frame.
-        signs: what its pictures and time line hold, for the legend.
+        uses_larger_view: whether it shows the surroundings of the observed frame.
+        signs: entries of the legend.
     """
 
     uses_larger_view: bool
     signs: tuple[Sign, ...]
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
-        """Return the picture (H, W, 3) of an instant; of one size for all."""
+        """Return the picture (H, W, 3) of an instant; all have one size."""
         ...
 
     def describe(self, instant: Instant) -> str:
-        """Return what is so on it, in a few words."""
+        """Return its description in a few words."""
         ...
 
     def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
-        """Return its colours on the time line, bands of equal height from the top; as many for all."""
+        """Return its colours on the time line, bands of equal height from the top; equally many for all instants."""
         ...
 
 
 class InLargerView:
-    """Shows the observed frame in the middle of a larger view, as in the papers: where is what has left it?"""
+    """Shows the observed frame in the middle of a larger view, as in the papers, so that a target outside is seen."""
 
     uses_larger_view = True
     signs: tuple[Sign, ...] = (
@@ -75,7 +75,7 @@ class InLargerView:
 
 
 def drawing_of(scenario: str, episode: Episode) -> Drawing:
-    """Return what draws an episode of a scenario: what the scene of a suite has for it, else the larger view."""
+    """Return the drawing of an episode of a scenario: of a suite's scene, else the larger view."""
     of_suites = (each.scene(scenario).drawing for each in suites().values())
     make = next((drawing for drawing in of_suites if drawing is not None), None)
     return InLargerView() if make is None else make(episode)

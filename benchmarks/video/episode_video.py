@@ -1,4 +1,4 @@
-"""MP4 files of episodes, drawn as their scenario says: the observed frame inside a larger view, a stereo pair …"""
+"""MP4 files of episodes with the drawing of their scenario, e.g. the observed frame inside a larger view."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from scenarios import catalog
 from sim.checks import check
 
 MOST_PIXELS = 4096 * 4096
-"""Of a larger view; its buffers and the encoder's take 2 GB then."""
+"""Limit of a larger view, whose buffers and encoder then take 2 GB."""
 
 
 def render_episode(job: Job, out: Path, *, frames: int | None = None, scale: float = 2.0) -> list[Failure]:
-    """Write the episode of a job as an MP4; return what failed in it, whose silence from there on is drawn.
+    """Write the episode of a job as an MP4; return the failures in it.
 
     Args:
-        job: whose pictures are drawn; of its first tracker, if it has one, the estimates.
-        out: file to write (H.264 in MP4), beside and renamed.
-        frames: stop after so many frames; None = the whole episode.
-        scale: size of the larger view relative to the observed frame, >= 1, of at most 16,777,216 pixels; where the
-            scenario is shown in one.
+        job: gives the pictures and, with trackers, the estimates of the first.
+        out: file (H.264 in MP4), written atomically.
+        frames: number of frames; None = the whole episode.
+        scale: size of the larger view relative to the observed frame, >= 1, of at most 16,777,216 pixels; for
+            scenarios shown in one.
 
     Raises:
         ValueError: names the parameter, what was expected and what came.
     """
     check("scale", scale >= 1, "a number >= 1", scale)
     shown = catalog.scenario(job.scenario).presets.get(job.preset)
-    # An unknown one is refused where the episode is built.
+    # An unknown preset is refused where the episode is built.
     pixels = 0 if shown is None else scale**2 * shown.width_px * shown.height_px
     check("scale", pixels <= MOST_PIXELS, f"a larger view of at most {MOST_PIXELS:,} pixels", f"{pixels:,.0f}")
     check("frames", frames is None or frames >= 1, "a whole number >= 1", frames)

@@ -14,20 +14,20 @@ from sim.optics import intersect_plane, project
 from trackers.types import Answer, Estimate
 
 _DIMMED = 0.66
-"""Brightness left to what the camera does not see, so that the observed frame stands out."""
+"""Brightness of the surroundings of the observed frame."""
 _NARROWEST_PX = 960
 _LABEL_PX, _FAR_PX = 4, 1e4
-"""An identity is written so far beside its box."""
+"""Offset of an identity from its box, and limit of its place."""
 
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """What is drawn.
+    """A frame with the answer to it, for drawing.
 
     Attributes:
         frame: observation and truth.
         targets: indices of the targets among the objects.
-        answer: what the tracker said: an estimate, or the tracks of many targets; None without a tracker.
+        answer: the tracker's estimate, or its tracks of many targets; None without a tracker.
         larger_view_rgb: (H, W, 3) uint8, the observed frame in its middle.
     """
 
@@ -38,17 +38,17 @@ class Instant:
 
     @property
     def target(self) -> int:
-        """The target, where there is one."""
+        """Index of the only target."""
         return self.targets[0]
 
     @property
     def estimate(self) -> Estimate | None:
-        """What a tracker of one target said."""
+        """Estimate of a tracker of one target."""
         return self.answer if isinstance(self.answer, Estimate) else None
 
     @property
     def estimates(self) -> tuple[tuple[str, Estimate], ...]:
-        """Everything that the tracker said, and before it the track's identity, '' of a tracker of one target."""
+        """All estimates with their tracks' identities; the identity is '' for a tracker of one target."""
         if self.answer is None or isinstance(self.answer, Estimate):
             return () if self.answer is None else (("", self.answer),)
         return tuple((str(track.identity), track.estimate) for track in self.answer)
@@ -64,22 +64,22 @@ class _Canvas:
 
     @property
     def stroke_px(self) -> int:
-        """Width of the lines on the car, which must not hide it."""
+        """Width of the lines on the car, thin enough not to hide it."""
         return 2 if self.zoom >= 1 else 1
 
     def point(self, picture_px: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Take points (..., 2) of the observed picture to the canvas."""
+        """Return points (..., 2) of the observed picture on the canvas."""
         return np.asarray(picture_px) * self.zoom + self.corner_px
 
     def box(self, picture_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Take a box (4,) of the observed picture to the canvas."""
+        """Return a box (4,) of the observed picture on the canvas."""
         return self.point(np.reshape(picture_xyxy, (2, 2))).ravel()
 
 
 def draw_instant(instant: Instant, zoom: float | None = None) -> NDArray[np.uint8]:
     """Return the larger view with the observed frame's outline, particles, truth, estimate; (H, W, 3) uint8.
 
-    The view is scaled by ``zoom``, marks keep their size; None enlarges small views by a whole factor.
+    The view is scaled by ``zoom``, marks are not; None enlarges small views by a whole factor.
     """
     canvas = _lay_out(instant, zoom)
     image = canvas.image
@@ -134,7 +134,7 @@ def _draw_estimate(canvas: _Canvas, estimate: Estimate, identity: str) -> None:
 
 
 def _draw_steered(canvas: _Canvas, frame: Frame) -> None:
-    """Outline what the steered camera has in its picture of the ground (z = 0), if it is not the one watched."""
+    """Outline the steered camera's view of the ground (z = 0), if it is another camera."""
     if frame.steered is None:
         return
     truth, camera = frame.judged
@@ -146,7 +146,7 @@ def _draw_steered(canvas: _Canvas, frame: Frame) -> None:
 
 
 def describe_state(instant: Instant) -> str:
-    """Return where the target is, in words: ``out of view for 12 frames, over the right edge``; of many, how many."""
+    """Return the target's state in words, ``out of view for 12 frames, over the right edge``; for many a number."""
     truth = instant.frame.truth if len(instant.targets) != 1 else instant.frame.judged[0]
     if len(instant.targets) != 1:
         states = truth.state[list(instant.targets)]
@@ -155,4 +155,4 @@ def describe_state(instant: Instant) -> str:
     if state == "out":
         frames = truth.frames_since_exit[instant.target] + 1
         return f"out of view for {frames} frame{'s' if frames > 1 else ''}, over the {side} edge"
-    return {"in": "in view", "partial": "cut by the border", "occluded": "hidden", "absent": "not there"}[state]
+    return {"in": "in view", "partial": "cut by the border", "occluded": "hidden", "absent": "absent"}[state]

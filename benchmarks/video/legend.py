@@ -1,4 +1,4 @@
-"""Signs and their words, as a caption explains them."""
+"""The legend of a caption: signs and their meanings."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 from benchmarks.video import marks
 
 _WIDTH_PX, _RISE_PX, _DROP_PX = 20, 12, 2
-"""A sign is so wide, and reaches so far above and below its words' baseline."""
+"""Width of a sign, and its extent above and below the baseline of the text."""
 _QUIET = (150, 156, 166)
 
 
 @dataclass(frozen=True, slots=True)
 class Sign:
-    """A sign and what it stands for.
+    """A sign and its meaning.
 
     Attributes:
-        words: what it stands for.
-        draw: draws it on a picture, its lower left corner at (x, y) of the baseline of its words.
-        of_tracker: whether it is drawn only where a tracker watches.
+        words: its meaning.
+        draw: draws it on a picture with the lower left corner at (x, y) of the baseline.
+        of_tracker: whether it is drawn only with a tracker.
     """
 
     words: str
@@ -30,7 +30,7 @@ class Sign:
 
 
 def outlined(words: str, colour: marks.Rgb) -> Sign:
-    """Return the sign of what is outlined in a colour."""
+    """Return the sign of an outline in a colour."""
 
     def draw(image: marks.Image, x: int, y: int) -> None:
         marks.draw_box(image, np.array([x, y - _RISE_PX, x + _WIDTH_PX, y + float(_DROP_PX)]), colour)
@@ -39,7 +39,7 @@ def outlined(words: str, colour: marks.Rgb) -> Sign:
 
 
 def shaded(words: str, colour: marks.Rgb) -> Sign:
-    """Return the sign of what is shaded on the time line."""
+    """Return the sign of a shade on the time line."""
 
     def draw(image: marks.Image, x: int, y: int) -> None:
         image[y - _RISE_PX : y + _DROP_PX, x : x + _WIDTH_PX] = colour
@@ -68,7 +68,7 @@ PROBABILITY = Sign("tracker's probability of being in view", _draw_probability, 
 
 
 def draw_legend(image: marks.Image, at_px: tuple[int, int], signs: Sequence[Sign], *, with_tracker: bool) -> None:
-    """Draw signs in a row, each before its words, whose baseline begins at ``at_px``."""
+    """Draw signs in a row, each before its text; the baseline begins at ``at_px``."""
     x, y = at_px
     for sign in signs:
         if with_tracker or not sign.of_tracker:

@@ -1,7 +1,7 @@
-"""Marks on a picture: boxes, crosses, particles, arrows, words. Anti-aliased, readable on any ground.
+"""Marks on a picture: boxes, crosses, particles, arrows, text. Anti-aliased, readable on any ground.
 
 All positions are in pixels, ``(x, y)`` from the top left corner, pixel centres at halves. Colours are RGB,
-those of Okabe and Ito, which colour-blind people tell apart; every mark differs in shape too.
+those of Okabe and Ito for colour-blind people; every mark differs in shape too.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def draw_cross(image: Image, centre_px: NDArray[np.float64], colour: Rgb, *, str
 def draw_particles(
     image: Image, points_px: NDArray[np.float64], weights: NDArray[np.float64] | None, colour: Rgb
 ) -> None:
-    """Draw points (N, 2), larger where their weight (N,) is; see-through, so that a crowd looks dense."""
+    """Draw points (N, 2), larger with greater weight (N,); translucent, so that many look dense."""
     count = len(points_px)
     share = np.ones(count) if weights is None else np.asarray(weights) * count
     radius = np.clip(1.6 * np.sqrt(share), 0.7, 4.0)
@@ -118,5 +118,5 @@ def draw_text(
 
 
 def text_width_px(text: str, *, size: int = 16, weight: int = 400) -> int:
-    """Return how wide ``draw_text`` would write."""
+    """Return the width of the text of ``draw_text``."""
     return int(cv2.getTextSize((0, 0), text, (0, 0), _font(), size, weight)[2])

@@ -1,4 +1,4 @@
-"""MP4 files: H.264, the same bytes for the same pictures, never half-written."""
+"""MP4 files: H.264, the same bytes for the same pictures, written atomically."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.checks import check
+
 
 class Mp4Writer:
     """Writes pictures to ``path`` as a context manager.
 
-    The file is written beside (``.part``) and renamed when the context ends well; otherwise nothing is left.
+    The file is written as ``.part`` and renamed at the end of the context; after an error nothing is left.
     One encoding thread and no time stamps: the same pictures make the same bytes.
     """
 
     def __init__(self, path: Path, rate_hz: float, *, quality: int = 20) -> None:
         """Args: ``rate_hz`` > 0 frames a second; ``quality`` 0 (lossless) to 51 (worst), x264's CRF."""
-        if not rate_hz > 0:
-            raise ValueError(f"rate_hz: expected a number > 0, got {rate_hz}")
+        check("rate_hz", rate_hz > 0, "a number > 0", rate_hz)
         self._path = path
         self._part = path.with_name(path.name + ".part")
         self._rate = Fraction(rate_hz).limit_denominator(1001)
@@ -36,7 +37,7 @@ class Mp4Writer:
         except OSError as error:
             wanted = f"out: expected a file that can be written, got {str(self._path)!r}: {error.strerror}"
             raise ValueError(wanted) from None
-        # It opens the file only with the first picture.
+        # The library opens the file only with the first picture.
         self._file = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
         self._file.flags |= cast(int, av.container.Flags.bitexact.value)
         self._stream = self._file.add_stream(
@@ -53,8 +54,7 @@ class Mp4Writer:
         if self._size is None:
             self._size = (height, width)
             self._stream.width, self._stream.height = width, height
-        if (height, width) != self._size:
-            raise ValueError(f"image_rgb: expected {self._size} like the first picture, got {(height, width)}")
+        check("image_rgb", (height, width) == self._size, f"{self._size} like the first picture", (height, width))
         picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(image_rgb[:height, :width]), format="rgb24")
         self._file.mux(self._stream.encode(picture))
 
@@ -62,8 +62,7 @@ class Mp4Writer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            if kind is None and self._size is None:
-                raise ValueError("pictures: expected at least one, got none")
+            check("pictures", kind is not None or self._size is not None, "at least one", "none")
             if kind is None:
                 self._file.mux(self._stream.encode())
             self._file.close()

@@ -21,7 +21,7 @@ TRACKERS = {
 
 
 def write_rows(directory: Path, seeds: range = range(10_000, 10_008)) -> None:
-    """Write ``records.jsonl`` of everyone on these seeds."""
+    """Write ``records.jsonl`` of all trackers on these seeds."""
     directory.mkdir(parents=True, exist_ok=True)
     for tracker in TRACKERS:
         for seed in seeds:
@@ -31,7 +31,7 @@ def write_rows(directory: Path, seeds: range = range(10_000, 10_008)) -> None:
 def rows_of(tracker: str, seed: int) -> list[Row]:
     """Return the block of one tracker in one episode."""
     role, chance, drift_m = TRACKERS[tracker]
-    # Everyone meets the same frame-outs.
+    # All trackers have the same frame-outs.
     lengths = np.random.default_rng(seed).integers(10, 120, 3)
     rng = np.random.default_rng([seed, list(TRACKERS).index(tracker)])
     heading = {

@@ -28,29 +28,21 @@ def truth_of(
     """Return a truth with these states; cars at ``places_m`` (F, N, 2), the target first, all heading along world x."""
     count = len(states)
     places = np.zeros((count, 1, 2)) if places_m is None else places_m
-    poses = np.tile(np.eye(4), (*places.shape[:2], 1, 1))
-    poses[..., :2, 3] = places
     centres = np.concatenate([places, np.full((*places.shape[:2], 1), 0.5 * CAR_M[2])], axis=-1)
     position_px, _ = project(CAMERA, POSE, centres)
     # Seen from straight above, a box about the car's middle is close enough for these tests.
     half = 0.5 * CAR_M[[1, 0]] * CAMERA.focal_px / (50.0 - 0.5 * CAR_M[2])
-    out = np.array([state == "out" for state in states])
-    since = np.zeros(count, dtype=int) - 1
-    for k in np.flatnonzero(out):
-        since[k] = 0 if k == 0 or not out[k - 1] else since[k - 1] + 1
     return TruthSeries(
         rate_hz=15.0,
         size_px=(CAMERA.width_px, CAMERA.height_px),
         target=0,
-        T_world_camera=np.tile(POSE, (count, 1, 1)),
-        T_world_object=poses,
+        ground_m=places,
         object_size_m=np.tile(CAR_M, (places.shape[1], 1)),
         position_px=position_px,
         box_xyxy=np.concatenate([position_px - half, position_px + half], axis=-1),
         visible_fraction=np.array([0.0 if s == "out" else 1.0 for s in states] if visible is None else visible),
         state=np.array(states),
         side=np.array(["left" if s == "out" else "" for s in states]),
-        frames_since_exit=since,
         on_road=np.ones(count, dtype=bool) if on_road is None else np.array(on_road),
         turning=np.zeros(count, dtype=bool) if turning is None else np.array(turning),
     )

@@ -256,7 +256,7 @@ def test_truth_of_the_target_alone_leaves_pictures_as_they_are(episode: YardEpis
 def test_a_scene_is_added_to_a_suite_once() -> None:
     assert suite("follow").is_about("toy-yard-v1")
     assert suite("follow").tracked_by(suite("follow").scene("toy-yard-v1")) == "toy-many"
-    with pytest.raises(ValueError, match="scene: expected a scenario that the suite is not about, got 'toy-yard'"):
+    with pytest.raises(ValueError, match="scene: expected a scenario that the suite does not have, got 'toy-yard'"):
         add_scene("follow", Scene("toy-yard"))
     assert catalog.scenario("toy-yard") is TOY_YARD
 

@@ -1,4 +1,4 @@
-"""Losses, the events of suite ``follow``: metrics that are compared, and a description of all losses."""
+"""Losses, the events of suite ``follow``: compared metrics, and a description of all losses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from benchmarks.scores.view_time import LOSS_S, LOSSES_PER_MINUTE, TIME_IN_VIEW,
 from benchmarks.suites.registry import EventWords, Metric
 
 LONGEST_SEARCH_FRAMES = 150
-"""Horizon of the restricted mean of the time to find again (10 s at 15 frames a second)."""
+"""Horizon of the restricted mean of the time to find the target again (10 s at 15 frames a second)."""
 
 COMPARED = (
     TIME_SEEN,
@@ -19,42 +19,23 @@ COMPARED = (
         "distance of the target from the picture's middle, over half the diagonal, while in view",
         "fraction",
         "lower",
-        ("centring_error",),
     ),
     LOSSES_PER_MINUTE,
     Metric(
         "time_to_find_again_s",
-        f"of losses alone (out of view for longer than {LOSS_S:g} s): mean time from leaving view to being in view "
-        f"again, never = {LONGEST_SEARCH_FRAMES} frames (Kaplan-Meier, restricted)",
+        f"of losses (out of view for longer than {LOSS_S:g} s): mean time from leaving view to being in view again, "
+        f"never = {LONGEST_SEARCH_FRAMES} frames (Kaplan-Meier, restricted)",
         "s",
         "lower",
         ("recovery_frames", "watched_frames", "rate_hz"),
         "restricted mean",
         horizon_frames=LONGEST_SEARCH_FRAMES,
     ),
-    Metric(
-        "wrong_target_rate",
-        "time the tracker's estimate is on another object that is seen, not on the target",
-        "fraction",
-        "lower",
-        ("wrong_target_rate",),
-    ),
-    Metric(
-        "effort",
-        "mean size of the commands obeyed, 1 = every axis at its limit all the time",
-        "fraction",
-        "lower",
-        ("effort",),
-    ),
-    Metric(
-        "jerkiness_per_s",
-        "mean change of the commands obeyed in a second, in the same measure",
-        "1",
-        "lower",
-        ("jerkiness_per_s",),
-    ),
+    Metric("wrong_target_rate", "time with the tracker's estimate on another visible object", "fraction", "lower"),
+    Metric("effort", "mean size of the obeyed commands, 1 = every axis at its limit all the time", "fraction", "lower"),
+    Metric("jerkiness_per_s", "mean change of the obeyed commands in a second, in the same measure", "1", "lower"),
 )
-"""Metrics in which contestants are compared, over whole episodes."""
+"""Metrics of whole episodes in comparisons."""
 
 
 def _describe(losses: Sequence[dict[str, Any]]) -> str:

@@ -1,4 +1,4 @@
-"""The report's figures of the suite ``follow``: lines are controllers, trackers lie beside each other."""
+"""The report's figures of the suite ``follow``: a line for each controller, a mark for each tracker."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.ticker import PercentFormatter
 
 from benchmarks.report import curves, plots
-from benchmarks.report.palette import GRID, GROUND, QUIET, LineStyle
+from benchmarks.report.dot_plot import draw_share, lay_out_lines, offsets_of
+from benchmarks.report.palette import GROUND, QUIET, LineStyle
 from benchmarks.run.records import Row
 from benchmarks.scores import pooling
 from benchmarks.scores.statistics import bootstrap_interval
@@ -19,20 +19,20 @@ from benchmarks.suites.follow.events import LONGEST_SEARCH_FRAMES
 from benchmarks.suites.registry import Plot
 
 _LINE_HEIGHT = 0.4
-"""Of a controller's trackers together; 1 is the distance of controllers."""
+"""Height of a controller's trackers together; 1 is the distance of controllers."""
 _MARKS: tuple[dict[str, Any], ...] = (
     {"marker": "o"},
     {"marker": "s", "markerfacecolor": GROUND},
     {"marker": "^", "markerfacecolor": GROUND},
     {"marker": "D", "markerfacecolor": GROUND},
 )
-"""Of trackers, ours first."""
+"""Marks of trackers, ours first."""
 
 ByTracker = Mapping[str, Mapping[str, Sequence[Row]]]
 
 
 def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    """Return the time seen by tracker and controller, and for each tracker how soon targets are found again."""
+    """Return the time seen by tracker and controller, and for each tracker the time to find targets again."""
     by_tracker: dict[str, dict[str, Sequence[Row]]] = {}
     for rows in drawn.values():
         by_tracker.setdefault(rows[0]["tracker"], {})[rows[0]["controller"]] = rows
@@ -59,32 +59,26 @@ def _time_seen(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> list[P
         "Seen: the target's centre is in the picture, its box at least 12 pixels long, and at least half of it "
         "visible. Marks: all episodes; bars: 95 % bootstrap over seeds."
     )
-    return [Plot("For how long is it seen?", words, plot_shares(shares, styles, "time seen"))]
+    return [Plot("How long is the target seen?", words, plot_shares(shares, styles, "time seen"))]
 
 
 def plot_shares(
     shares: Mapping[str, Mapping[str, tuple[float, float, float]]], styles: Mapping[str, LineStyle], x_label: str
 ) -> str:
-    """Draw shares (mean, low, high) by tracker and controller: a line a controller, a kind of mark a tracker."""
+    """Draw shares (mean, low, high) by tracker and controller: a line for each controller, a mark for each tracker."""
     controllers = [name for name in styles if any(name in mine for mine in shares.values())]
-    offsets = np.linspace(0.5, -0.5, len(shares)) * _LINE_HEIGHT if len(shares) > 1 else np.zeros(1)
+    offsets = offsets_of(len(shares), _LINE_HEIGHT)
     with plots.drawn_as("shares"):
         figure, axes = plots.new_figure(x_label, "")
         places = dict(zip(controllers, np.arange(len(controllers))[::-1], strict=True))
         for offset, mark, mine in zip(offsets, itertools.cycle(_MARKS), shares.values(), strict=False):
-            for controller, (mean, low, high) in mine.items():
-                colour, y = styles[controller].colour, places[controller] + offset
-                axes.plot([low, high], [y, y], color=colour, linewidth=1.6, solid_capstyle="butt")
-                axes.plot([mean], [y], color=colour, markersize=5.5, markeredgecolor=colour, **mark)
+            for controller, share in mine.items():
+                colour = styles[controller].colour
+                dot = {"markersize": 5.5, "markeredgecolor": colour, **mark}
+                draw_share(axes, share, places[controller] + offset, colour, dot)
         for name, mark in zip(shares, itertools.cycle(_MARKS), strict=False):
             axes.plot([], [], color=QUIET, linestyle="", markeredgecolor=QUIET, label=f"by {name}", **mark)
-        for place in list(places.values())[:-1]:
-            axes.axhline(place - 0.5, color=GRID, linewidth=0.6)
-        axes.set_yticks(list(places.values()), controllers)
-        axes.set_ylim(-0.5, len(controllers) - 0.5)
-        axes.set_xlim(0, 1.01)
-        axes.xaxis.set_major_formatter(PercentFormatter(1.0))
-        axes.grid(False, axis="y")
+        lay_out_lines(axes, np.array(list(places.values())), controllers)
         figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=8)
         return plots.svg(figure)
 
@@ -99,9 +93,9 @@ def _found_again(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> list
         }
         if lines:
             words = (
-                f"Of losses alone, which are longer than {LOSS_S:g} s. Kaplan–Meier: a target that is never in view "
-                "again counts as lost for as long as the episode went on. Bands: 95 % bootstrap over seeds."
+                f"Losses longer than {LOSS_S:g} s. Kaplan–Meier: a target that is never in view again counts as lost "
+                "to the end of the episode. Bands: 95 % bootstrap over seeds."
             )
             svg = plots.plot_search(lines, styles, LONGEST_SEARCH_FRAMES)
-            made.append(Plot(f"How soon is it found again, by {tracker}?", words, svg))
+            made.append(Plot(f"How soon is the target found again by {tracker}?", words, svg))
     return made

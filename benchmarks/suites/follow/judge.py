@@ -1,4 +1,4 @@
-"""The judge of the suite ``follow``: where the camera had its target, what it cost, and what the tracker was on."""
+"""The judge of the suite ``follow``: the target's place in the picture, the effort, and the tracker's estimates."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from trackers.types import CameraCommand, Estimate
 
 @dataclass
 class _Seen:
-    """What is kept of the frames so far, a list entry a frame; see ``scenarios.truth.Truth``.
+    """Values of the frames so far, a list entry a frame; see ``scenarios.truth.Truth``.
 
     Attributes:
         position_px: of the target. is_in_view, centring: see ``scenarios.in_view``.
@@ -42,7 +42,7 @@ class _Seen:
 
 
 class FollowJudge:
-    """See ``benchmarks.suites.judging.Judge``. Any scenario will do; people are moreover scored as EVT-Bench does."""
+    """See ``benchmarks.suites.judging.Judge``. For any scenario; people also have the scores of EVT-Bench."""
 
     def __init__(self, episode: Episode, scenario: Scenario) -> None:
         self._rate_hz, self._carrier, self._target = episode.rate_hz, scenario.carrier, scenario.target
@@ -75,7 +75,7 @@ class FollowJudge:
         return FollowSheet(self)
 
     def scores(self) -> Iterator[Score]:
-        """Yield what the camera saw and did, whatever the tracker said."""
+        """Yield the scores of the camera's view and commands, without the tracker's answers."""
         rate_hz, seen = self._rate_hz, np.array(self._seen.is_in_view)
         steps = float(len(seen) - 1)
         for loss in find_losses(seen, rate_hz):
@@ -92,17 +92,9 @@ class FollowJudge:
         yield Score("jerkiness_per_s", following.jerkiness_per_s(shares, rate_hz), steps)
         yield from self._rivals_scores(np.array(self._seen.centring), seen, steps)
 
-    def oxuva_scores(
-        self, says: NDArray[np.bool_], on_target: NDArray[np.bool_], failed_at_frame: int | None
-    ) -> Iterator[Score]:
-        """Yield TPR and TNR of what the tracker says (F,) of its target's being in view; wrong from its failure on."""
-        failed = np.arange(len(says)) >= (len(says) if failed_at_frame is None else failed_at_frame)
-        present, absent = in_view.present_and_absent(
-            np.array(self._seen.watched_state), np.array(self._seen.watched_visible)
-        )
-        tpr = in_view.true_positive_rate(present, says & ~failed, on_target)
-        yield Score("in_view_tpr", tpr, float(present.sum()))
-        yield Score("in_view_tnr", in_view.true_negative_rate(absent, says | failed), float(absent.sum()))
+    def present_and_absent(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return (F,) present and (F,) absent, see ``in_view``."""
+        return in_view.present_and_absent(np.array(self._seen.watched_state), np.array(self._seen.watched_visible))
 
     def _rivals_scores(self, centred: NDArray[np.float64], seen: NDArray[np.bool_], steps: float) -> Iterator[Score]:
         yield Score("dat_cumulative_reward", following.dat_cumulative_reward(centred))
@@ -117,7 +109,7 @@ class FollowJudge:
 
 
 class FollowSheet:
-    """See ``benchmarks.suites.judging.ScoreSheet``. Estimates are held against the boxes of their frame at once."""
+    """See ``benchmarks.suites.judging.ScoreSheet``. Estimates are compared with the boxes of their frame at once."""
 
     def __init__(self, judge: FollowJudge) -> None:
         self._judge = judge
@@ -135,15 +127,17 @@ class FollowSheet:
         self._silent_frames += bool(np.isnan(position_px).any())
 
     def scores(self, failed_at_frame: int | None) -> Iterator[Score]:
-        """See ``ScoreSheet``. One that failed is silent from there on, which its controller is told."""
+        """See ``ScoreSheet``. After a failure the controller gets no estimates."""
         yield from self._judge.scores()
-        yield from self._judge.oxuva_scores(np.array(self._says), np.array(self._on_target), failed_at_frame)
+        failed = in_view.failed_frames(len(self._says), failed_at_frame)
+        says, on_target = np.array(self._says), np.array(self._on_target)
+        yield from in_view.oxuva_scores(*self._judge.present_and_absent(), says, on_target, failed)
         yield Score("wrong_target_rate", float(np.mean(self._on_other[1:])), float(len(self._on_other) - 1))
         yield Score("silent_frames", float(self._silent_frames))
 
 
 def _says_in_view(estimate: Estimate, frame: Frame) -> bool:
-    """Return whether it says that it sees its target; without a probability, its position is in the picture."""
+    """Return whether the tracker answers that it sees the target; without a probability, by its position."""
     if estimate.in_view_probability is not None:
         return estimate.in_view_probability >= SEEN_PROBABILITY
     x, y = estimate.position_px

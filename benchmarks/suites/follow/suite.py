@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.scores import in_view, view_time
+from benchmarks.scores.cpu_time import CPU_TIME
 from benchmarks.suites.follow.events import COMPARED, EVENTS
 from benchmarks.suites.follow.figures import figures
 from benchmarks.suites.follow.judge import FollowJudge
@@ -11,7 +12,7 @@ from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
 
 def _share(name: str, summary: str) -> Metric:
-    return Metric(name, summary, "fraction", "higher", (name,))
+    return Metric(name, summary, "fraction", "higher")
 
 
 FOLLOW = Suite(
@@ -27,14 +28,13 @@ FOLLOW = Suite(
     judge=FollowJudge,
     metrics=(
         *COMPARED,
-        Metric("dat_cumulative_reward", "DAT_Benchmark: sum of tanh(4 p³)", "1", "higher", ("dat_cumulative_reward",)),
+        Metric("dat_cumulative_reward", "DAT_Benchmark: sum of tanh(4 p³)", "1", "higher"),
         _share("dat_tsr", "DAT_Benchmark: steps with the target's centre in the picture"),
         Metric(
             "episode_length_steps",
             "AD-VAT, UnrealZoo: steps until it was out of view for 2 simulated seconds, or to the end",
             "steps",
             "higher",
-            ("episode_length_steps",),
         ),
         _share(
             "sr_500",
@@ -42,34 +42,11 @@ FOLLOW = Suite(
         ),
         _share("evt_success_rate", "EVT-Bench: episodes that end in the picture and within 3 m, never lost"),
         _share("evt_tracking_rate", "EVT-Bench: steps in the picture and within 3 m, none after a loss"),
-        Metric(
-            "evt_collision_rate",
-            "EVT-Bench: episodes that end with the camera nearer than 0.5 m",
-            "fraction",
-            "lower",
-            ("evt_collision_rate",),
-        ),
+        Metric("evt_collision_rate", "EVT-Bench: episodes that end nearer than 0.5 m", "fraction", "lower"),
         _share("in_view_tpr", 'OxUvA: frames in view on which the tracker says "in view" and is on the target'),
         _share("in_view_tnr", "OxUvA: frames with the target absent on which the tracker says so"),
-        Metric(
-            "in_view_gm",
-            "geometric mean of in_view_tpr and in_view_tnr",
-            "fraction",
-            "higher",
-            ("in_view_tpr", "in_view_tnr"),
-            "geometric mean",
-        ),
-        Metric(
-            "ms_per_frame", "CPU time of one core a frame, of the tracker", "ms", "lower", ("ms_per_frame",), "median"
-        ),
-        Metric(
-            "frames_per_s",
-            "frames a second on one core, of the tracker",
-            "1/s",
-            "higher",
-            ("frames_per_s",),
-            "median",
-        ),
+        in_view.IN_VIEW_GM,
+        *CPU_TIME,
     ),
     headline=(
         "time_seen",

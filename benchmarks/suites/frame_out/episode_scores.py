@@ -1,4 +1,4 @@
-"""From one tracker's episode to its scores: every metric of the suite ``frame-out``."""
+"""All scores of one tracker in one episode of the suite ``frame-out``."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from benchmarks.suites.frame_out.metrics.series import EstimateSeries, TruthSeri
 from benchmarks.suites.judging import Score
 
 NEES_CAP = 100.0
-"""Largest NEES of a frame that enters a mean: one frame on which a tracker is lost must not decide it. It stands for a
-frame on which one that gives posteriors gives none."""
-
+"""Largest NEES of a frame in a mean, so that single frames on which a tracker is lost do not dominate it; also the NEES
+of a frame without a posterior, of a tracker that gives posteriors."""
 
 EpisodeScore = Callable[[TruthSeries, EstimateSeries], float]
 _ADDED: dict[str, EpisodeScore] = {}
@@ -41,8 +40,8 @@ def score_episode(
     """Return all scores of one tracker in one episode.
 
     Args:
-        failed_at_frame: first frame on which the tracker failed, None if it did not: from there on every
-            frame has the worst score, in-view detection included.
+        failed_at_frame: first frame of a failure, None without one; from there on every frame has the worst score,
+            in-view detection included.
     """
     frame_outs = find_frame_outs(truth)
     on_target = localisation.on_target(truth, estimate)
@@ -66,7 +65,7 @@ def score_episode(
     scores.append(Score("run_kept", float(all(kept)) if kept else None))
     silent = np.isnan(estimate.position_px).any(axis=1)
     scores.append(Score("silent_frames", float(silent.sum())))
-    scores += [Score(metric, _number(score(truth, estimate))) for metric, score in _ADDED.items()]
+    scores += [Score(metric, score(truth, estimate)) for metric, score in _ADDED.items()]
     return scores
 
 
@@ -111,11 +110,8 @@ def _in_view_scores(
 ) -> Iterator[Score]:
     present, absent = in_view.present_and_absent(truth.state, truth.visible_fraction)
     says = estimate.says_in_view(truth.size_px)
-    failed = np.arange(truth.frame_count) >= (truth.frame_count if failed_at_frame is None else failed_at_frame)
-    tpr = in_view.true_positive_rate(present, says & ~failed, on_target)
-    tnr = in_view.true_negative_rate(absent, says | failed)
-    yield Score("in_view_tpr", _number(tpr), float(present.sum()))
-    yield Score("in_view_tnr", _number(tnr), float(absent.sum()))
+    failed = in_view.failed_frames(truth.frame_count, failed_at_frame)
+    yield from in_view.oxuva_scores(present, absent, says, on_target, failed)
 
     iou = localisation.box_iou(estimate.box_xyxy, truth.box_xyxy[:, truth.target])
     visible = np.isin(truth.state, ("in", "partial"))
@@ -132,7 +128,3 @@ def _in_view_scores(
         yield Score("centre_error_px", float(error_px[present].mean()), weight)
         yield Score("success_auc", single_object.success_auc(curve), weight)
         yield Score("success_curve", curve.tolist(), weight)
-
-
-def _number(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -13,12 +13,12 @@ from benchmarks.suites.registry import Plot
 
 
 def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    """Return the error while outside, the time to be found again, and how honest posteriors are."""
+    """Return the error while outside, the time to recover, and the calibration of posteriors."""
     kinds: tuple[tuple[str, str, Callable[..., Any], Callable[..., str]], ...] = (
         (
-            "Where is the car while nobody sees it?",
-            "Mean error over all frame-outs that last so long, one that is lost or silent counting with the "
-            "capped worst error. Bands: 95 % bootstrap over seeds.",
+            "Where is the car while outside the picture?",
+            "Mean error over all frame-outs of at least this length; a lost or silent tracker counts with the capped "
+            "worst error. Bands: 95 % bootstrap over seeds.",
             curves.offscreen_error,
             plots.plot_offscreen_error,
         ),
@@ -30,10 +30,10 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
             _plot_recovery,
         ),
         (
-            "Does the tracker know how little it knows?",
+            "Is the posterior calibrated?",
             "Share of the frames outside on which the car lies in the posterior's region of that size. "
-            "Above the diagonal: too modest; below: too sure. A frame on which a tracker gives no posterior is a miss; "
-            "trackers that never give one are not shown.",
+            "Above the diagonal: too wide; below: too narrow. A frame without a posterior is a miss; trackers that "
+            "never give one are not shown.",
             curves.calibration,
             plots.plot_calibration,
         ),

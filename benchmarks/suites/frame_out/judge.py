@@ -1,4 +1,4 @@
-"""The judge of the suite ``frame-out``: truth and estimates as arrays over the frames, scored at the end."""
+"""The judge of the suite ``frame-out``: arrays of truth and estimates over the frames, scored at the end."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from benchmarks.suites.frame_out.metrics.series import (
     estimated_box,
     truth_series,
 )
-from benchmarks.suites.judging import Score, told_by
+from benchmarks.suites.judging import Score, truth_as
 from scenarios.in_view import is_in_view
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Episode, Frame, Scenario
@@ -41,7 +41,7 @@ class FrameOutJudge:
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
-        self._truths.append(without_pixels(told_by(frame.truth, RoadTruth)))
+        self._truths.append(without_pixels(truth_as(frame.truth, RoadTruth)))
         self._in_view.append(is_in_view(frame.truth, self.target, frame.camera))
         self._camera = frame.observation.camera
 
@@ -69,7 +69,7 @@ class FrameOutJudge:
 
 
 class FrameOutSheet:
-    """See ``benchmarks.suites.judging.ScoreSheet``. Posteriors are judged at once: particles would fill the memory."""
+    """See ``benchmarks.suites.judging.ScoreSheet``. Posteriors are judged at once, to free particles."""
 
     def __init__(self, judge: FrameOutJudge, first_box_xyxy: NDArray[np.float64]) -> None:
         self._judge = judge
@@ -87,12 +87,12 @@ class FrameOutSheet:
         target = self._judge.target
         height_m = float(truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2])
         position_px = np.array(estimate.position_px, dtype=float)
-        said = estimate.in_view_probability
+        probability = estimate.in_view_probability
         outside = truth.state[target] == "out"
         self._position_px.append(position_px)
         self._position_m.append(intersect_plane(camera, truth.T_world_camera, position_px, height_m))
         self._box_xyxy.append(estimated_box(estimate, self._first_box_xyxy).copy())
-        self._in_view_probability.append(float("nan") if said is None else float(said))
+        self._in_view_probability.append(float("nan") if probability is None else float(probability))
         self._has_posterior.append(posterior.has_posterior(estimate))
         self._calibrations.append(
             posterior.calibration(estimate, truth, target, camera) if outside else posterior.NO_POSTERIOR

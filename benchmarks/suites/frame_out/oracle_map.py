@@ -1,8 +1,7 @@
-"""A reference with unfair knowledge: the true road graph and the true state at the exit, no picture after it.
+"""A reference with unfair knowledge: the true road graph and the true state at the exit; no picture after it.
 
-How far off the estimates of the best conceivable guesser are while the car is outside shows what is
-irreducible: which way the driver takes, how fast, and whether he leaves the road. No tracker may be judged
-against less.
+Its error while the car is outside is the irreducible part of a tracker's error: the driver's route and speed, and
+whether the car leaves the road, cannot be known.
 """
 
 from __future__ import annotations
@@ -44,21 +43,21 @@ _MEDIAN_STEPS = 40
 
 @dataclass(frozen=True)
 class OracleParameters:
-    """What the reference takes drivers to be like. They are those of the scenario's preset ``standard``.
+    """The reference's model of drivers: those of the scenario's preset ``standard``.
 
     Attributes:
         particles: number of guesses.
         cruise_mps: range of speeds on a free straight.
-        stop_share, stop_s: share of crossings where a car halts first, and how long.
+        stop_share, stop_s: share of crossings where a car halts, and how long.
         off_road_share: prior share of guesses with a way off the road. Half of them may be on it already, the others
             leave the road ``leaves_within_m`` metres from the exit.
         aside_m, along_m: ranges of such a way's sideways distance and length.
-        slows_off_road: whether it knows how slowly this scenario's drivers leave the road, which no map tells.
-        held_up_share: share of guesses in which another car slows this one down, from some moment of the next 4 s
-            on, to any speed.
-        acceleration_noise_mps2, acceleration_noise_s: standard deviation and correlation time of what is left out by
-            the driver model.
-        place_sigma_m, heading_sigma_rad, acceleration_sigma_mps2: how well a guess must fit the state at the
+        slows_off_road: whether it knows how slowly this scenario's drivers leave the road, which no map contains.
+        held_up_share: share of guesses in which another car slows this one down, from a time within the next 4 s on,
+            to any speed.
+        acceleration_noise_mps2, acceleration_noise_s: standard deviation and correlation time of the residual of the
+            driver model.
+        place_sigma_m, heading_sigma_rad, acceleration_sigma_mps2: standard deviations of the fit to the state at the
             exit.
     """
 
@@ -81,7 +80,7 @@ class OracleParameters:
 
 @dataclass(eq=False)
 class _Guesses:
-    """K guesses of how the car drives on. Every array is (K,)."""
+    """K guesses of the car's further drive. Every array is (K,)."""
 
     route: NDArray[np.int64]
     arc_m: NDArray[np.float64]
@@ -101,11 +100,11 @@ class _Guesses:
 
 
 class OracleMap:
-    """Says the truth while any of the car is in the picture; outside it guesses with the map from the exit on.
+    """Answers with the truth while any of the car is in the picture; outside with guesses from the map and the exit.
 
     A guess is a route over the graph (branching at every crossing), a driver's speeds on it (slowing for bends,
-    halts at crossings, held up by others) and perhaps a way off the road. Guesses are weighted once, by how well
-    they explain place, heading and acceleration at the exit. The estimate is their geometric median.
+    halts at crossings, held up by others) and perhaps a way off the road. Guesses are weighted once, by the likelihood
+    of place, heading and acceleration at the exit. The estimate is their geometric median.
     """
 
     Parameters = OracleParameters
@@ -121,12 +120,12 @@ class OracleMap:
         self._guesses: _Guesses | None = None
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """Look at the first frame."""
+        """Keep the state on the first frame."""
         self._remember(frame.truth)
         return given(start)
 
     def update(self, frame: Frame) -> Estimate:
-        """Say where the car is: by truth or by the guesses."""
+        """Return the car's place from the truth or from the guesses."""
         truth = frame.truth
         passed_s = truth.time_s - self._time_s
         target = truth.index_of(self._target)
@@ -139,7 +138,7 @@ class OracleMap:
                 in_view_probability=float(truth.visible_fraction[target]),
             )
         if self._guesses is None:
-            # The state at the exit is the one of the first frame outside.
+            # The state at the exit is that of the first frame outside.
             self._remember(truth)
             self._fan = fan_of_routes(self._map, np.array(self._poses))
             self._guesses = self._first_guesses(passed_s)
@@ -192,7 +191,7 @@ class OracleMap:
         recent = self._speeds[-_RECENT_FRAMES:]
         observed_mps2 = (recent[-1] - recent[0]) / (frame_s * max(len(recent) - 1, 1))
         misfit = (self._acceleration_mps2(guesses) - observed_mps2) / p.acceleration_sigma_mps2
-        # Other cars make drivers brake as no route explains: no guess is ruled out by its acceleration alone.
+        # Other cars make drivers brake where no route explains it: acceleration alone rules out no guess.
         by_acceleration = np.log(np.exp(-0.5 * misfit**2) + 0.02)
         return -0.5 * (distance_m / p.place_sigma_m) ** 2 - 0.5 * (turned / p.heading_sigma_rad) ** 2 + by_acceleration
 
@@ -213,9 +212,7 @@ class OracleMap:
         guesses.stop_at_m = np.where((guesses.wait_s <= 0) | (gap_m < -PASSED_STOP_M), np.inf, guesses.stop_at_m)
 
     def _acceleration_mps2(self, guesses: _Guesses) -> NDArray[np.float64]:
-        """Intelligent driver model: ``a = A (1 - (v / limit)^4 - (wanted gap / gap)^2)``, as the scenario's
-        cars drive.
-        """
+        """Return the intelligent driver model of the scenario: ``a = A (1 - (v / limit)^4 - (wanted gap / gap)^2)``."""
         limit = np.minimum(self._fan.limit_mps(guesses.route, guesses.arc_m), guesses.cruise_mps)
         if self._parameters.slows_off_road:
             limit = np.minimum(limit, self._aside_limit_mps(guesses))
@@ -236,7 +233,7 @@ class OracleMap:
         return heading + np.arctan(guesses.aside_m * rise)
 
     def _aside_share(self, guesses: _Guesses, arc_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far aside (0-1 of its most) a way off the road is: a smooth step out and one back."""
+        """Return the sideways share (0-1 of the maximum) of a way off the road: a smooth step out and one back."""
         shape = (-1,) + (1,) * (arc_m.ndim - 1)
         return aside_share(arc_m, guesses.leave_m.reshape(shape), guesses.along_m.reshape(shape))
 

@@ -1,6 +1,4 @@
-"""Every way over the road graph that a car may take from where it is: the routes that ``oracle_map`` guesses
-among.
-"""
+"""All routes over the road graph that a car may take from its place, for the guesses of ``oracle_map``."""
 
 from __future__ import annotations
 
@@ -15,7 +13,7 @@ from scenarios.road_town.route import POINT_SPACING_M, Lane, Route, route_along
 from scenarios.road_town.traffic import speed_limit_mps
 
 _REACH_M = 125.0
-"""No car of the scenario gets further in 120 frames."""
+"""The scenario's cars cover less in 120 frames."""
 _UNLIMITED_MPS = 60.0
 _CLEAR_OF_CROSSING_M = 14.0
 _ALONG_STREET_RAD = 0.5
@@ -23,16 +21,14 @@ _ALONG_STREET_RAD = 0.5
 
 @dataclass(frozen=True, eq=False)
 class RouteFan:
-    """R routes as arrays; points are ``POINT_SPACING_M`` apart, the last one is repeated to the longest's
-    length M.
+    """R routes as arrays; points are ``POINT_SPACING_M`` apart, the last one is repeated to the longest length M.
 
     Attributes:
-        prior: (R,) share of drivers that take each: the same for every way out of a crossing, turning back
-            excepted.
+        prior: (R,) share of drivers on each: equal for every way out of a crossing except back.
         points_m: (R, M, 2). heading_rad: (R, M).
         limits_mps: (R, M) highest speed that bends here and ahead allow.
         crossings_m: R arrays of arc lengths at which crossings begin.
-        nearest_arc_m: (R,) the place on each nearest to the car.
+        nearest_arc_m: (R,) arc length of the point of each nearest to the car.
     """
 
     prior: NDArray[np.float64]
@@ -53,7 +49,7 @@ class RouteFan:
         return points, heading
 
     def limit_mps(self, route: NDArray[np.int64], arc_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the speed limits (K,) there."""
+        """Return the speed limits (K,) at arc lengths (K,) of routes (K,)."""
         return self.limits_mps[route, self._index(arc_m)[0]]
 
     def next_crossing_m(self, route: NDArray[np.int64], arc_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -72,10 +68,10 @@ class RouteFan:
 
 
 def fan_of_routes(road_map: RoadMap, poses: NDArray[np.float64]) -> RouteFan:
-    """Return all routes that go on from the lane the car was last clearly on.
+    """Return all routes from the lane on which the car last was clearly.
 
     Args:
-        poses: (F, 4, 4) T_world_car of the frames so far, the last one is where it is now.
+        poses: (F, 4, 4) T_world_car of the frames so far; the last one is the present pose.
     """
     lane, frame = _last_clear_lane(road_map, poses)
     driven_m = float(np.linalg.norm(np.diff(poses[frame:, :2, 3], axis=0), axis=1).sum())
@@ -87,7 +83,7 @@ def fan_of_routes(road_map: RoadMap, poses: NDArray[np.float64]) -> RouteFan:
 def _last_clear_lane(road_map: RoadMap, poses: NDArray[np.float64]) -> tuple[Lane, int]:
     """Return the lane and the frame at which the car last drove along a street, away from its ends.
 
-    A crossing does not tell which lane one is on. If it never was clear, the lane nearest to it at first.
+    At a crossing the lane is ambiguous. If it always was, the lane nearest at first.
     """
     places = road_map.nearest(poses[:, :2, 3])
     _, street_heading = road_map.pose_at(places.street, places.arc_m)
@@ -100,9 +96,7 @@ def _last_clear_lane(road_map: RoadMap, poses: NDArray[np.float64]) -> tuple[Lan
 
 
 def _onward(road_map: RoadMap, lanes: list[Lane], share: float, reach_m: float) -> Iterator[tuple[list[Lane], float]]:
-    """Yield every sequence of lanes until ``reach_m`` beyond the end of the first lane is covered, with its
-    share.
-    """
+    """Yield every sequence of lanes that covers ``reach_m`` beyond the end of the first lane, with its share."""
     ways = [way for way in road_map.departures(*lanes[-1]) if not way.back] or list(road_map.departures(*lanes[-1]))
     if reach_m <= 0 or not ways:
         yield lanes, share

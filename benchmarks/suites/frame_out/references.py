@@ -1,4 +1,4 @@
-"""The contestants of the suite ``frame-out`` with unfair knowledge."""
+"""The references of the suite ``frame-out``, with unfair knowledge."""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.scores import in_view, long_term, view_time
+from benchmarks.scores.cpu_time import CPU_TIME
 from benchmarks.scores.recovery import Recovery, judge_recovery, time_scores
 from benchmarks.scores.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
 from benchmarks.suites.frame_out.episode_scores import NEES_CAP, offscreen_scores
@@ -16,18 +17,17 @@ from benchmarks.suites.frame_out.references import ORACLES
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
 
-def _rate(name: str, summary: str, row: str, kind: str | None = None) -> Metric:
-    return Metric(name, summary, "fraction", "higher", (row,), kind=kind)
+def _rate(name: str, summary: str, row: str = "", kind: str | None = None) -> Metric:
+    return Metric(name, summary, "fraction", "higher", (row or name,), kind=kind)
 
 
 def _coverage(share: float) -> Metric:
-    name = f"coverage_{100 * share:g}"
     words = f"frames outside whose truth lies in the posterior's {100 * share:g} % region ({share:g} is right)"
-    return Metric(name, words, "fraction", "higher", (name,), ideal=share)
+    return Metric(f"coverage_{100 * share:g}", words, "fraction", "higher", ideal=share)
 
 
-def _error(name: str, summary: str, row: str, unit: str = "m") -> Metric:
-    return Metric(name, summary, unit, "lower", (row,))
+def _error(name: str, summary: str, unit: str = "m") -> Metric:
+    return Metric(name, summary, unit, "lower")
 
 
 _CURVES = ("precision_curve", "recall_curve")
@@ -64,12 +64,8 @@ FRAME_OUT = Suite(
             ("recovery_frames", "watched_frames"),
             "restricted mean",
         ),
-        _error(
-            "offscreen_error_30_m",
-            "error 30 frames after the exit, of frame-outs that last longer than that",
-            "offscreen_error_30_m",
-        ),
-        _error("offscreen_error_100_m", "the same 100 frames after the exit", "offscreen_error_100_m"),
+        _error("offscreen_error_30_m", "error 30 frames after the exit, of frame-outs that last longer"),
+        _error("offscreen_error_100_m", "the same 100 frames after the exit"),
         Metric(
             "offscreen_error_30_median_m",
             "median of the error 30 frames after the exit",
@@ -86,33 +82,20 @@ FRAME_OUT = Suite(
             ("offscreen_error_100_m",),
             "median",
         ),
-        _error("offscreen_error_m", "error on all frames outside", "offscreen_error_m"),
-        _error(
-            "offscreen_error_car_lengths",
-            "error on all frames outside, in lengths of the car",
-            "offscreen_error_car_lengths",
-            "car lengths",
-        ),
-        _error("reentry_error_m", "error on the last frame outside", "reentry_error_m"),
+        _error("offscreen_error_m", "error on all frames outside"),
+        _error("offscreen_error_car_lengths", "error on all frames outside, in lengths of the car", "car lengths"),
+        _error("reentry_error_m", "error on the last frame outside"),
         *(_coverage(share) for share in (0.5, 0.9, 0.95)),
         Metric(
             "nees",
             f"normalised error squared of the posterior outside, of a frame at most {NEES_CAP:g} (2 is right)",
             "1",
             "lower",
-            ("nees",),
             ideal=2.0,
         ),
-        _rate("in_view_tpr", "frames in view on which the tracker says so and is on the car", "in_view_tpr"),
-        _rate("in_view_tnr", "frames out of view on which the tracker says so", "in_view_tnr"),
-        Metric(
-            "in_view_gm",
-            "geometric mean of in_view_tpr and in_view_tnr (OxUvA)",
-            "fraction",
-            "higher",
-            ("in_view_tpr", "in_view_tnr"),
-            "geometric mean",
-        ),
+        _rate("in_view_tpr", "frames in view on which the tracker says so and is on the car"),
+        _rate("in_view_tnr", "frames out of view on which the tracker says so"),
+        in_view.IN_VIEW_GM,
         Metric("precision", "VOT-LT precision", "fraction", "higher", _CURVES, "precision"),
         Metric("recall", "VOT-LT recall", "fraction", "higher", _CURVES, "recall"),
         Metric(
@@ -123,13 +106,12 @@ FRAME_OUT = Suite(
             _CURVES,
             "f",
         ),
-        _error("centre_error_px", "centre error on frames in view", "centre_error_px", "px"),
-        _rate("success_auc", "area under the success curve (OTB)", "success_auc"),
+        _error("centre_error_px", "centre error on frames in view", "px"),
+        _rate("success_auc", "area under the success curve (OTB)"),
         TIME_SEEN,
         TIME_IN_VIEW,
         LOSSES_PER_MINUTE,
-        Metric("ms_per_frame", "CPU time of one core a frame", "ms", "lower", ("ms_per_frame",), "median"),
-        Metric("frames_per_s", "frames a second on one core", "1/s", "higher", ("frames_per_s",), "median"),
+        *CPU_TIME,
     ),
     headline=(
         "recovery_rate",
@@ -157,8 +139,8 @@ FRAME_OUT = Suite(
     figures=figures,
     picture=show_frame_out,
     references=ORACLES,
-    oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: what "
-    "they miss is hardly predictable.",
+    oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: "
+    "what they miss is hardly predictable.",
     definitions={
         FrameOut: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
         Recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),

@@ -1,11 +1,11 @@
-"""The disparity that trackers match from the pair against the true one: rows of an episode, table of the report."""
+"""Errors of the disparity that trackers match from the pair: rows of an episode, table of the report."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
 
-from benchmarks.suites.judging import Score, told_by
+from benchmarks.suites.judging import Score, truth_as
 from benchmarks.suites.registry import Facts, Metric
 from benchmarks.suites.stereo.metrics.disparity import DisparityErrors, disparity_error_px, seen_by_both
 from scenarios.scenario import Frame
@@ -14,22 +14,22 @@ from scenarios.stereo_follow.truth import StereoTruth
 from trackers.paper_b.matching import StereoMatcher
 
 EVERY_FRAMES = 10
-"""Matching takes as long as a tracker, so one picture of ten is measured."""
+"""Matching costs as much as a tracker, so one picture of ten is measured."""
 _ALL, _TARGET = "all", "target"
 
 
 class DisparityMeasurement:
-    """Matches every tenth pair of an episode as ``trackers.stereo`` does, unless the right picture is lost."""
+    """Matches every tenth pair of an episode as stereo trackers do, unless the right picture is lost."""
 
     def __init__(self, target: str) -> None:
-        """``target``: name of the object whose pixels are told apart."""
+        """``target``: name of the object whose pixels are also measured separately."""
         self._target = target
         self._matcher = StereoMatcher()
         self._errors: dict[str, DisparityErrors] = defaultdict(DisparityErrors)
 
     def see(self, frame: Frame) -> None:
         """Take one frame."""
-        seen, truth = frame.observation, told_by(frame.truth, StereoTruth)
+        seen, truth = frame.observation, truth_as(frame.truth, StereoTruth)
         if truth.frame % EVERY_FRAMES or seen.right_rgb is None:
             return
         error_px = disparity_error_px(frame, self._matcher.depth_m(seen.image_rgb, seen.right_rgb, seen.camera))
@@ -49,11 +49,11 @@ class DisparityMeasurement:
 
 
 DISPARITY = Facts(
-    title="What can be matched from the pair?",
-    words="The disparity that stereo trackers match from the two noisy pictures, against the true one, f b / z: of "
-    "pixels whose point both cameras see by their true depths, in every tenth pair, lost pictures left out. Pixels at "
+    title="Disparity matched from the pair",
+    words="The disparity that stereo trackers match from the two noisy pictures, against the true one, f b / z, over "
+    "pixels whose point both cameras see by their true depths, in every tenth pair without a lost picture. Pixels at "
     "full size; the pair's small misalignment counts as an error. Error: median of a picture; bad 1 and bad 3: off by "
-    "more than 1 or 3 pixels, of those that have a disparity; density: pixels that have one. Intervals: 95 % bootstrap "
+    "more than 1 or 3 pixels, of pixels with a disparity; density: pixels with one. Intervals: 95 % bootstrap "
     "over seeds.",
     lines={
         "all pixels": _ALL,

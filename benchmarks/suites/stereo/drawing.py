@@ -1,11 +1,11 @@
-"""How a person followed by a stereo camera is shown in videos: four pictures, and what hides him or lights him anew."""
+"""Videos of a person followed by a stereo camera: four pictures, with occluders and changes of light."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.suites.judging import told_by
+from benchmarks.suites.judging import truth_as
 from benchmarks.suites.stereo.instant import draw_stereo_instant
 from benchmarks.suites.stereo.metrics.people import SEEN_AT_LEAST
 from benchmarks.video import legend, marks
@@ -19,7 +19,7 @@ from trackers.paper_b.matching import StereoMatcher
 _CALM, _HIDDEN, _NEW_LIGHT = (54, 58, 66), (130, 84, 118), (120, 170, 90)
 
 _WHOLE = 0.9
-"""Of whom so much is seen, nobody is said to hide him."""
+"""Visible share from which no occluder is named."""
 
 
 class StereoDrawing:
@@ -40,7 +40,7 @@ class StereoDrawing:
 
     @classmethod
     def of(cls, episode: Episode) -> StereoDrawing:
-        """Return what draws an episode of either scenario of the suite."""
+        """Return the drawing of an episode of either scenario of the suite."""
         return cls(episode.map_of().plan)
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
@@ -52,20 +52,20 @@ class StereoDrawing:
         return describe_person(instant)
 
     def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
-        """See ``Drawing``: above the light, below whether he is seen."""
-        truth = told_by(instant.frame.truth, StereoTruth)
+        """See ``Drawing``: light above, visibility of the target below."""
+        truth = truth_as(instant.frame.truth, StereoTruth)
         is_seen = truth.visible_fraction[instant.target] >= SEEN_AT_LEAST
         return (_CALM if truth.light_event is None else _NEW_LIGHT, _CALM if is_seen else _HIDDEN)
 
 
 def describe_person(instant: Instant) -> str:
-    """Return how much of the target is seen, and what of the light is new: ``9 % seen, behind crosser-3, lamp off``."""
-    truth = told_by(instant.frame.truth, StereoTruth)
+    """Return visibility, occluder and change of light in words: ``9 % seen, behind crosser-3, lamp off``."""
+    truth = truth_as(instant.frame.truth, StereoTruth)
     if truth.state[instant.target] == "out":
         words = "out of view"
     else:
         seen = truth.visible_fraction[instant.target]
-        hider = truth.occluder[instant.target] if isinstance(truth, PeopleTruth) else -1
+        occluder = truth.occluder[instant.target] if isinstance(truth, PeopleTruth) else -1
         words = f"{seen:.0%} seen"
-        words += f", behind {truth.names[hider]}" if hider >= 0 and seen < _WHOLE else ""
+        words += f", behind {truth.names[occluder]}" if occluder >= 0 and seen < _WHOLE else ""
     return words if truth.light_event is None else f"{words}, {truth.light_event}"

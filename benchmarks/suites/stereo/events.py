@@ -1,4 +1,4 @@
-"""Occlusions, changes of light and people near by as the events of the suite ``stereo``."""
+"""Occlusions, changes of light and nearby people: the events of the suite ``stereo``."""
 
 from __future__ import annotations
 
@@ -19,10 +19,8 @@ def _is(kind: str) -> EventTest:
 def _describe(events: Sequence[dict[str, Any]]) -> str:
     lengths = [event["length_frames"] for event in events if event["kind"] == OCCLUSION]
     lights = Counter(event["kind"] for event in events if event["light"])
-    hidden, changes = (
-        _counted(len(lengths), "occlusion"),
-        _counted(lights.total(), "change of light", "changes of light"),
-    )
+    hidden = _counted(len(lengths), "occlusion")
+    changes = _counted(lights.total(), "change of light", "changes of light")
     if lengths:
         hidden += f" of {min(lengths)} to {max(lengths)} frames"
     if lights:
@@ -41,7 +39,7 @@ EVENTS = EventWords(
         "occlusions": _is(OCCLUSION),
         "2 s after any change of light": lambda event: bool(event["light"]),
         **{f"2 s after {kind}": _is(kind) for kind in LIGHT_KINDS},
-        "somebody near": _is(NEAR),
+        NEAR: _is(NEAR),
         NOBODY_NEAR: _is(NOBODY_NEAR),
     },
     compared=(

@@ -1,4 +1,4 @@
-"""One instant of a person followed by a stereo camera: both pictures, disparity, and everybody seen from above."""
+"""One instant of a person followed by a stereo camera: both pictures, disparity, and all people from above."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.suites.judging import truth_as
 from benchmarks.suites.stereo.metrics.people import answered_place_m
 from benchmarks.video import marks
 from benchmarks.video.instant import Instant
@@ -25,7 +26,7 @@ _BODY_M = 0.25
 def draw_stereo_instant(instant: Instant, plan: RoomPlan, matcher: StereoMatcher) -> NDArray[np.uint8]:
     """Return a picture (960, 1280, 3) uint8: left and right above, disparity and plan view below.
 
-    The disparity is matched from the pair, as trackers do it; the plan view is truth, with the tracker's answer.
+    The disparity is matched from the pair, as by trackers; the plan view shows the truth and the tracker's answer.
     """
     right = instant.frame.observation.right_rgb
     upper = [_left(instant), _lost() if right is None else _enlarged(right)]
@@ -78,9 +79,8 @@ def _disparity(instant: Instant, matcher: StereoMatcher) -> NDArray[np.uint8]:
 
 
 def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
-    """Draw everybody from above, x of the world to the right, the camera in the middle."""
-    truth = instant.frame.truth
-    assert isinstance(truth, StereoTruth)
+    """Draw all people from above, x of the world to the right, the camera in the middle."""
+    truth = truth_as(instant.frame.truth, StereoTruth)
     picture = np.full((_CELL_PX[1], _CELL_PX[0], 3), _GROUND, dtype=np.uint8)
     place_m = truth.T_world_camera[:2, 3]
 
@@ -106,9 +106,9 @@ def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
         cv2.circle(picture, centre, round(_BODY_M * _PLAN_PX_PER_M * 16), colour, -1, cv2.LINE_AA, 4)
         marks.draw_lines(picture, [at(np.array([pose[:2, 3], pose[:2, 3] + 0.45 * pose[:2, 0]]))], colour)
     if instant.estimate is not None:
-        said_m = answered_place_m(instant.estimate, truth, instant.frame.camera)
-        if np.isfinite(said_m).all():
-            marks.draw_cross(picture, at(said_m), marks.ESTIMATE)
+        answer_m = answered_place_m(instant.estimate, truth, instant.frame.camera)
+        if np.isfinite(answer_m).all():
+            marks.draw_cross(picture, at(answer_m), marks.ESTIMATE)
     lux = truth.illuminance_lx[instant.target]
     event = f", {truth.light_event}" if truth.light_event else ""
     marks.draw_text(picture, (16, 28), f"{truth.place}, {lux:,.0f} lx on the target{event}", (236, 238, 242))
@@ -119,6 +119,6 @@ def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
 
 
 def _wider(opening: Area) -> NDArray[np.float64]:
-    """Return an opening's corners (4, 2), so wide that it breaks the lines of the walls."""
+    """Return an opening's corners (4, 2), wide enough to break the lines of the walls."""
     x0, x1 = opening.x0 - 0.06, opening.x1 + 0.06
     return np.array([(x0, opening.y0), (x1, opening.y0), (x1, opening.y1), (x0, opening.y1)])

@@ -1,4 +1,4 @@
-"""The judge of the suite ``stereo``: answers on the ground against where people are, scored at the end."""
+"""The judge of the suite ``stereo``: answers on the ground against the people's places, scored at the end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.scores import recovery
-from benchmarks.suites.judging import Score, told_by
+from benchmarks.suites.judging import Score, truth_as
 from benchmarks.suites.stereo.disparity import DisparityMeasurement
 from benchmarks.suites.stereo.metrics import people
 from benchmarks.suites.stereo.metrics.people import PeopleSeries
@@ -20,7 +20,7 @@ from scenarios.truth import without_pixels
 from trackers.types import CameraCommand, Estimate
 
 OCCLUSION_WINDOW_FRAMES = 10
-"""A tracker has recovered if it is on the target when half of it is seen again, or so many frames later."""
+"""A tracker has recovered if it is on the target when half of it is seen again, or within so many frames after."""
 
 
 class StereoJudge:
@@ -35,7 +35,7 @@ class StereoJudge:
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
         self._disparity.see(frame)
-        self._truths.append(without_pixels(told_by(frame.truth, StereoTruth)))
+        self._truths.append(without_pixels(truth_as(frame.truth, StereoTruth)))
 
     def sheet(self) -> StereoSheet:
         """See ``Judge``."""
@@ -52,13 +52,13 @@ class StereoJudge:
         return find_events(self.truth)
 
     def scores(self, given: NDArray[np.bool_], place_m: NDArray[np.float64]) -> Iterator[Score]:
-        """Yield the scores of one contestant, see ``people.outcomes``, and what is so whoever watches."""
+        """Yield the scores of one contestant, see ``people.outcomes``, and those of the episode itself."""
         yield from score_episode(self.truth, self.events, given, place_m, closed_loop=self._closed_loop)
         yield from self._disparity.scores()
 
 
 class StereoSheet:
-    """See ``ScoreSheet``. Answers are put on the ground at once, while there is a depth to lend."""
+    """See ``ScoreSheet``. Answers are projected to the ground at once, while the true depth is at hand."""
 
     def __init__(self, judge: StereoJudge) -> None:
         self._judge = judge
@@ -69,11 +69,11 @@ class StereoSheet:
     def keep(self, frame: Frame, estimate: Estimate) -> None:
         """See ``ScoreSheet``."""
         self._given.append(people.answers(estimate))
-        self._place_m.append(people.answered_place_m(estimate, told_by(frame.truth, StereoTruth), frame.camera))
+        self._place_m.append(people.answered_place_m(estimate, truth_as(frame.truth, StereoTruth), frame.camera))
         self._silent_frames += bool(np.isnan(estimate.position_px).any())
 
     def scores(self, failed_at_frame: int | None) -> Iterator[Score]:
-        """See ``ScoreSheet``. One that failed is silent from there on: it misses the target where that is seen."""
+        """See ``ScoreSheet``. After a failure there are no answers: a miss where the target is seen."""
         yield from self._judge.scores(np.array(self._given), np.array(self._place_m))
         yield Score("silent_frames", float(self._silent_frames))
 
@@ -89,7 +89,7 @@ def score_episode(
     """Yield all scores of one tracker in one episode.
 
     Args:
-        given: (F,) there is an answer. place_m: (F, 2) its place on the ground, NaN where it lies nowhere.
+        given: (F,) there is an answer. place_m: (F, 2) its place on the ground, NaN without one.
     """
     outcome = people.outcomes(truth, given, place_m)
     other = people.on_other(truth, np.where(given[:, None], place_m, np.nan))
@@ -109,7 +109,7 @@ def score_episode(
 
 
 def _count_scores(outcome: NDArray[np.int64], event: PeopleEvent | None = None) -> Iterator[Score]:
-    """Yield the counts and the share of frames on a wrong person, of the episode or of an event."""
+    """Yield the counts and the share of frames on a wrong person, of the episode or an event."""
     about = "" if event is None else "event_"
     for name, count in zip(("right", "wrong", "missed"), people.counts(outcome), strict=True):
         yield Score(f"{about}{name}_frames", float(count), event=event)
@@ -123,7 +123,7 @@ def _occlusion_scores(
     on_other: NDArray[np.int64],
     closed_loop: bool,
 ) -> Iterator[Score]:
-    """Yield how an occlusion ended, if that can be judged, and how long that took."""
+    """Yield the outcome of an occlusion, if it can be judged, and the time to recover."""
     found = outcome == people.Outcome.RIGHT
     judged = recovery.judge_recovery(
         occlusion, found, on_other, window_frames=OCCLUSION_WINDOW_FRAMES, closed_loop=closed_loop

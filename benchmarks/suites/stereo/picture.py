@@ -1,8 +1,7 @@
-"""The report's look at one occlusion or change of light: found in the rows, lived through again, drawn as a sheet."""
+"""The report's picture of one occlusion or change of light: found in the rows, run again, drawn as a sheet."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.report.pictures import made_from, remove_picture, write_picture
-from benchmarks.run.jobs import Job, job_of, opened
+from benchmarks.run.jobs import Job, opened
 from benchmarks.run.records import Row
-from benchmarks.run.replay import made_by_this_code, replay
+from benchmarks.run.replay import replay
+from benchmarks.suites.event_picture import Sheet, keep_event_picture
 from benchmarks.suites.registry import Condition
 from benchmarks.suites.stereo.drawing import describe_person
 from benchmarks.suites.stereo.instant import draw_left_and_plan
@@ -23,12 +22,12 @@ from benchmarks.video.instant import Instant
 from scenarios.stereo_follow.floor_plan import RoomPlan
 
 _LONG_FRAMES = 3
-"""An occlusion to look at lasts so long."""
+"""Least length of an occlusion to show."""
 _AFTERWARDS_FRAMES = 10
 _CELL_WIDTH_PX = 640
 _CAPTION = (
-    "Seed {seed}: {words} Left the camera's picture, right everybody from above. Blue: the person. Orange: the "
-    "estimate; none where a tracker says nothing. Grey: the others."
+    "{words} Left the camera's picture, right all people from above. Blue: the target. Orange: the estimate; none "
+    "without an answer. Grey: the others."
 )
 _OCCLUSION_WORDS = "the first occlusion of 3 frames or more; before it, in its middle, seen again, ten frames later."
 _LIGHT_WORDS = "the first change of light ({kind}); before it, and in the two seconds after it."
@@ -37,38 +36,31 @@ _LIGHT_WORDS = "the first change of light ({kind}); before it, and in the two se
 def show_event(
     directory: Path, condition: Condition, trackers: Mapping[str, Sequence[Row]], shown: Sequence[str]
 ) -> None:
-    """Keep a picture of one event beside the rows, a line for each of the trackers ``shown``.
+    """Keep a picture of one event in the result folder, a line for each of the trackers ``shown``.
 
-    Which one is a rule, not a choice: the first occlusion by seed that lasts 3 frames and can be judged, where none is
-    like that the first change of light. There is none without events, or where other code than this made the rows: it
-    would show something else than was scored.
+    A rule chooses it: the first occlusion by seed that lasts 3 frames and can be judged, without one the first change
+    of light.
     """
-    name = "-".join(filter(None, condition))
-    found = _first_event(trackers[shown[0]])
-    key = json.dumps([found, [(tracker, trackers[tracker][0]["versions"]) for tracker in shown]])
-    if made_from(directory, name) == key:
-        return
-    remove_picture(directory, name)
-    if found is None or not all(made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
-        return
-    seed, event = found
-    is_occlusion = event["kind"] == OCCLUSION
-    words = _OCCLUSION_WORDS if is_occlusion else _LIGHT_WORDS.format(kind=event["kind"])
-    jobs = [job_of(trackers[tracker][0], seed) for tracker in shown]
-    sheet = picture_sheet([_row(job, _wanted(event)) for job in jobs], _CELL_WIDTH_PX)
-    title = "One occlusion" if is_occlusion else "One change of light"
-    write_picture(directory, name, sheet, condition, title, _CAPTION.format(seed=seed, words=words), key)
+    keep_event_picture(directory, condition, trackers, shown, _first_event(trackers[shown[0]]), _sheet)
+
+
+def _sheet(jobs: Mapping[str, Job], event: dict[str, Any]) -> Sheet:
+    title, words = "One occlusion", _OCCLUSION_WORDS
+    if event["kind"] != OCCLUSION:
+        title, words = "One change of light", _LIGHT_WORDS.format(kind=event["kind"])
+    cells = [_row(job, _wanted(event)) for job in jobs.values()]
+    return picture_sheet(cells, _CELL_WIDTH_PX), title, _CAPTION.format(words=words)
 
 
 def _first_event(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:
-    """Return seed and attributes of the event to look at."""
-    told = [(row["seed"], event, row["metric"]) for row in rows if (event := row["event"]) is not None]
+    """Return seed and attributes of the event to show."""
+    events = [(row["seed"], event, row["metric"]) for row in rows if (event := row["event"]) is not None]
     hidden = [
         (seed, event)
-        for seed, event, metric in told
+        for seed, event, metric in events
         if metric == "recovered" and event["length_frames"] >= _LONG_FRAMES and event["back_frame"] is not None
     ]
-    lights = [(seed, event) for seed, event, _ in told if event["light"]]
+    lights = [(seed, event) for seed, event, _ in events if event["light"]]
     return min(hidden or lights, key=lambda pair: (pair[0], pair[1]["index"]), default=None)
 
 
@@ -81,7 +73,7 @@ def _wanted(event: Mapping[str, Any]) -> list[int]:
 
 
 def _row(job: Job, wanted: Sequence[int]) -> list[tuple[str, NDArray[np.uint8]]]:
-    """Return the wanted frames of a tracker's run, each with its words; the last one for those beyond the end."""
+    """Return the wanted frames of a tracker's run with their words; the last one for frames beyond the end."""
     with opened(job) as live:
         episode = live.loop.episode
         frames = [min(frame, episode.frame_count - 1) for frame in wanted]

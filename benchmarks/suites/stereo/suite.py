@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from benchmarks.scores.cpu_time import CPU_TIME
 from benchmarks.scores.recovery import Recovery
 from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, register_suite
 from benchmarks.suites.stereo.disparity import DISPARITY
@@ -25,7 +26,7 @@ def _f1_of(name: str, summary: str, kind: str) -> Metric:
 
 
 def _error(name: str, summary: str) -> Metric:
-    return Metric(name, summary, "m", "lower", (name,))
+    return Metric(name, summary, "m", "lower")
 
 
 STEREO = Suite(
@@ -39,13 +40,13 @@ STEREO = Suite(
     metrics=(
         _counted(
             "detection_f1",
-            "F1 in which a wrong answer is a false positive and a miss too: 2 A / (2 A + 2 B + C)",
+            "F1 with a wrong answer as a false positive and a miss: 2 A / (2 A + 2 B + C)",
             "detection f1 of counts",
         ),
         _counted("precision", "A / (A + B), the share of answers within 0.5 m of the target", "precision of counts"),
         _counted("recall", "A / (A + C), C = frames with the target visible and no answer", "recall of counts"),
         _counted("f_measure", "2 P R / (P + R) as in paper B: a wrong answer is no miss", "f of counts"),
-        Metric("wrong_person_rate", "frames on another person", "fraction", "lower", ("wrong_person_rate",)),
+        Metric("wrong_person_rate", "frames on another person", "fraction", "lower"),
         _error("position_error_m", "error on frames on which the target is seen, at most 5 m; 5 m without an answer"),
         _error("position_error_found_m", "error on frames with a right answer"),
         Metric(
@@ -81,8 +82,7 @@ STEREO = Suite(
         ),
         _f1_of("f1_near_person", "F1 on frames with another person within 1.5 m of the camera and in view", NEAR),
         _f1_of("f1_no_near_person", "F1 on frames without one", NOBODY_NEAR),
-        Metric("ms_per_frame", "CPU time of one core a frame", "ms", "lower", ("ms_per_frame",), "median"),
-        Metric("frames_per_s", "frames a second on one core", "1/s", "higher", ("frames_per_s",), "median"),
+        *CPU_TIME,
     ),
     headline=(
         "detection_f1",

@@ -1,4 +1,4 @@
-"""One episode frame by frame: a strip of coloured frames for each tracker, and what happened meanwhile."""
+"""One episode frame by frame: a strip of coloured frames for each tracker, with visibility and changes of light."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _HEIGHT = 0.7
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """What one tracker's rows say of each frame of one episode.
+    """One tracker's rows of each frame of one episode.
 
     Attributes:
         outcome: (F,) int, see ``Outcome``. visible_fraction: (F,) of the target.
@@ -52,7 +52,7 @@ def strip_of(rows: Sequence[Row]) -> Strip:
 
 
 def plot_strips(strips: Mapping[str, Strip]) -> str:
-    """Draw the strips below each other, above them how much of the target is seen, with the changes of light."""
+    """Draw the strips below each other, above them the target's visible share and the changes of light."""
     with drawn_as("strips"):
         figure, axes = new_figure("frame", "")
         first = next(iter(strips.values()))

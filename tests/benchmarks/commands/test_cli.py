@@ -63,7 +63,7 @@ def test_a_tracker_that_fails_is_told_in_one_line_and_in_the_status(
     told = [line for line in err.splitlines() if "fake_" in line]
     assert told[0].startswith("error: fake_raises failed in fake-town-v1 tiny, seed 0, frame 20: RuntimeError: a bug;")
     assert told[0].endswith("(and failed in 1 more)")
-    assert "note: fake_silent said nothing (NaN) on 440 frames" in told[1]
+    assert "note: fake_silent gave no answer (NaN) on 440 frames" in told[1]
     assert "Traceback" not in out + err
 
 
@@ -104,7 +104,7 @@ def test_rows_of_other_code_are_set_aside_and_said(tmp_path: Path, capsys: pytes
     assert aside.read_text() == made
 
 
-def test_a_full_disk_is_said_in_one_line_and_the_same_command_goes_on(
+def test_a_full_disk_is_reported_in_one_line_and_the_same_command_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     room = [True]
@@ -120,7 +120,7 @@ def test_a_full_disk_is_said_in_one_line_and_the_same_command_goes_on(
     errors = capsys.readouterr().err.splitlines()
     rows = tmp_path / "records.jsonl"
     assert [line for line in errors if "error" in line] == [
-        f"error: {rows}: No space left on device; what was written before stands"
+        f"error: {rows}: No space left on device; what was written before is kept"
     ]
     assert "Traceback" not in "".join(errors)
     assert len(read_blocks(tmp_path)) == 1

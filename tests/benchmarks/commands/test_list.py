@@ -1,4 +1,4 @@
-"""``frameout list``: what a scenario's survey measures is kept beside what others' measured, and shown in its words."""
+"""``frameout list``: surveys of scenarios are stored beside each other and shown in their own columns."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SURVEY = CountsFrames()
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the file of contents, and let the fake town be all that there is."""
+    """Return the file of contents, with the fake town as the only scenario."""
     (entry,) = (entry for entry in catalog.entries() if entry.id == FAKE)
     monkeypatch.setattr(catalog, "_ENTRIES", (dataclasses.replace(entry, survey=f"{__name__}:SURVEY"),))
     monkeypatch.setattr(list_all, "_CONTENTS", tmp_path / "contents.json")

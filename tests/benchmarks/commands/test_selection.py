@@ -1,4 +1,4 @@
-"""Who takes part in which scenario of the suite ``follow``."""
+"""The contestants of each scenario of the suite ``follow``."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ def test_what_nobody_knows_is_kept_to_be_refused() -> None:
 def test_a_suite_of_trackers_is_as_it_was() -> None:
     (party,) = parties(FRAME_OUT, (), STANDARD, (), ("set-path",), variants=False)
     assert party.controllers == ("set-path",)
-    assert set(party.trackers) == {name for name, who in entrants("frame-out").items() if who.role != "variant"}
+    assert set(party.trackers) == {name for name, each in entrants("frame-out").items() if each.role != "variant"}
     assert parties(FRAME_OUT, (), STANDARD, (), (), variants=True)[0].controllers == ()
 
 
 def test_a_suite_made_of_another_has_trackers_of_its_own() -> None:
-    """As CONTRIBUTING makes one: the name is new, and nobody has entered for it yet."""
+    """As in CONTRIBUTING: a new name, without entrants yet."""
     (party,) = parties(replace(FRAME_OUT, name="while-seen"), (), STANDARD, (), (), variants=True)
     assert party.trackers == ()
 

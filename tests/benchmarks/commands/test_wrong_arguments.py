@@ -1,4 +1,4 @@
-"""Wrong arguments, interruptions and missing things are told in one line."""
+"""Wrong arguments, interruptions and missing parts are reported in one line."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (["compare", "a", "b", "--directory", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(
+def test_what_is_wrong_is_reported_in_one_line(
     words: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -158,7 +158,7 @@ def test_stopping_says_how_to_go_on_where_the_command_does(
 
     monkeypatch.setattr(f"benchmarks.commands.{where}", stopped)
     assert main(words) == 130
-    told = "stopped; the same command goes on from here\n" if goes_on else "stopped\n"
+    told = "stopped; the same command continues\n" if goes_on else "stopped\n"
     assert capsys.readouterr().err == told
 
 
@@ -176,7 +176,7 @@ def test_a_video_that_finds_no_room_is_told_in_one_line(
     assert main(["render", "--out", str(tmp_path / "x.mp4")]) == 1
     out, err = capsys.readouterr()
     assert out == ""
-    assert re.fullmatch(r"error: .*x\.mp4.*: File too large; what was written before stands\n", err)
+    assert re.fullmatch(r"error: .*x\.mp4.*: File too large; what was written before is kept\n", err)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,4 +1,4 @@
-"""A model fitted to runs of a tracker that obeys a known model is that model again."""
+"""A model fitted to runs of a known model equals it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.learning.error_fit import fit
 from benchmarks.learning.recorded_runs import RUN
-from benchmarks.learning.tracker_errors import said_in
+from benchmarks.learning.tracker_errors import errors_in
 from scenarios.envs.pictureless.episode_state import ACROSS, ALONG
 from scenarios.envs.pictureless.error_model import CUT, LOST, PLAIN, TRACKING, UNSEEN, ErrorModel
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
@@ -43,7 +43,7 @@ def known() -> ErrorModel:
 
 @pytest.fixture(scope="module")
 def fitted(known: ErrorModel) -> ErrorModel:
-    return fit("nobody", "road-town-v1", runs_of(known, 200), {"runs": ["a"]})
+    return fit("unknown", "road-town-v1", runs_of(known, 200), {"runs": ["a"]})
 
 
 def test_rates_are_found_again(fitted: ErrorModel, known: ErrorModel) -> None:
@@ -72,7 +72,7 @@ def test_distributions_are_found_again(fitted: ErrorModel, known: ErrorModel) ->
 
 def test_modes_and_conditions_are_what_was_lived(known: ErrorModel) -> None:
     [run] = runs_of(known, 1)
-    said = said_in(run, HELICOPTER, 3.0)
+    said = errors_in(run, HELICOPTER, 3.0)
     assert len(said.mode) == len(run) - 1
     tilted = slice(30, 48)
     assert (said.condition[tilted] == UNSEEN).all()
@@ -83,4 +83,4 @@ def test_modes_and_conditions_are_what_was_lived(known: ErrorModel) -> None:
 
 def test_nothing_is_not_enough() -> None:
     with pytest.raises(ValueError, match="runs: expected at least one"):
-        fit("nobody", "road-town-v1", [], {})
+        fit("unknown", "road-town-v1", [], {})

@@ -1,4 +1,4 @@
-"""A person plays with a keyboard that nobody touches but this test, on a screen that does not exist."""
+"""A play with simulated keys on a virtual screen."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_an_episode_is_played_and_scored(tmp_path: Path, monkeypatch: pytest.Mon
     assert {row["controller"] for row in rows} == {"human"}
     assert {row["role"] for row in rows} == {"external"}
     assert {row["seed"] for row in rows} == {3}
-    # Before the key is down nothing is commanded; then ahead, at full speed.
+    # No command before the key is down; then ahead, at full speed.
     np.testing.assert_array_equal(shown[0], np.zeros(4))
     np.testing.assert_array_equal(shown[10], [1, 0, 0, 0])
     effort = next(row["value"] for row in rows if row["metric"] == "effort")

@@ -1,4 +1,4 @@
-"""Runs of the rendered env: what is written is what was lived; models and checks know what they were made of."""
+"""Recorded runs equal the rendered env; models and checks store their seeds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from benchmarks.learning.error_models import model_of
 from benchmarks.learning.model_check import Compared, as_table, fitted_seeds, model_check
 from benchmarks.learning.recorded_runs import Disturbed, read_run, run_of, write_runs
-from benchmarks.learning.without_pictures import lived_without_pictures
+from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.speed.pictureless import measure_pictureless
 from scenarios.envs.settings import FollowSettings
 from scenarios.road_town.flight import HELICOPTER
@@ -61,26 +61,26 @@ def test_checks_are_of_episodes_not_fitted(tmp_path: Path) -> None:
         model_check(settings, ["hold"], [500, 600], tmp_path, lambda done, of: None)
 
 
-def test_comparisons_are_told_in_per_cent() -> None:
+def test_comparisons_are_in_per_cent() -> None:
     compared = Compared("centre", (1, 2), np.array([0.5, 0.7]), np.array([0.6, 0.7]))
     heading, row = as_table([compared]).splitlines()
     assert heading.split()[:2] == ["controller", "episodes"]
     assert row.split() == ["centre", "2", "60.0", "%", "65.0", "%", "+5.0", "5.0"]
 
 
-def test_one_who_hovers_sees_the_same_with_pictures_and_without(tmp_path: Path) -> None:
-    """Whoever does not move needs no tracker, so that its errors play no part: what is left is plan and dynamics."""
-    told = lived_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3], tmp_path)
+def test_a_hovering_carrier_sees_the_same_with_pictures_and_without(tmp_path: Path) -> None:
+    """A hovering carrier ignores the tracker's errors: only plan and dynamics are compared."""
+    scores = scores_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3], tmp_path)
     rendered = run_of(FollowSettings("road-town-v1", "hold", preset="quick"), 3, "hold")
-    assert told["time_in_view"] == pytest.approx([rendered["in_view"][1:].mean()], abs=1e-12)
-    assert 0.0 < told["time_in_view"][0] < 1.0
-    assert told["effort"] == pytest.approx([0.0])
+    assert scores["time_in_view"] == pytest.approx([rendered["in_view"][1:].mean()], abs=1e-12)
+    assert 0.0 < scores["time_in_view"][0] < 1.0
+    assert scores["effort"] == pytest.approx([0.0])
 
 
 def test_repeats_are_averaged_for_each_episode(tmp_path: Path) -> None:
-    """Whoever hovers lives the same every time."""
+    """A hovering carrier has the same scores in every repeat."""
     once, often = (
-        lived_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3, 4, 5], tmp_path, repeats)
+        scores_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3, 4, 5], tmp_path, repeats)
         for repeats in (1, 5)
     )
     assert len(set(once["time_in_view"])) > 1

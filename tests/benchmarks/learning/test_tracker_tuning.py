@@ -21,7 +21,7 @@ from trackers.types import Estimate, Observation
 
 @dataclass(frozen=True)
 class ShakyParameters:
-    """How far it is off."""
+    """Its error."""
 
     off_m: float = tunable(20.0, 0.0, 40.0)
     ignored: int = tunable(3, 1, 5)
@@ -29,7 +29,7 @@ class ShakyParameters:
 
 @register("fake_shaky", role="baseline", summary="knows the circle, but for a constant error")
 class Shaky(fakes_scenario.Knowing):
-    """Is better the smaller ``off_m`` is."""
+    """Is better with smaller ``off_m``."""
 
     Parameters = ShakyParameters  # type: ignore[assignment]
 

@@ -1,4 +1,4 @@
-"""A training ends with a policy that steers, goes on where it was stopped, and keeps to what it was asked."""
+"""A training yields a policy that steers, continues after a stop, and refuses changed settings."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TINY = Training(
 
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Planned episodes are kept in the folder where one works."""
+    """Planned episodes are kept in the current folder."""
     monkeypatch.chdir(tmp_path)
 
 
@@ -53,7 +53,7 @@ def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path
     again = load_policy(str(train(TINY, tmp_path / "ppo", nothing)))
     for ours, theirs in zip(first.weights, again.weights, strict=True):
         np.testing.assert_array_equal(ours, theirs)
-    # More steps than before go on from there.
+    # More steps than before continue from there.
     more = load_policy(str(train(replace(TINY, steps=2 * STEPS), tmp_path / "ppo", nothing)))
     assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
     assert json.loads((tmp_path / "ppo" / "checkpoint" / "state.json").read_text())["steps"] == 2 * STEPS
@@ -85,7 +85,7 @@ def test_the_off_policy_method_goes_on_with_what_it_remembers(tmp_path: Path) ->
 def test_a_training_that_is_interrupted_leaves_what_it_has_learnt(
     within: str, number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The signal comes within a step of the second rollout, or within the first update: behind either lies that."""
+    """The signal arrives in a step of the second rollout, or in the first update: the checkpoint is after it."""
     calls = 0
 
     def interrupts(act: Any, at: int) -> Any:
@@ -124,7 +124,7 @@ def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(
     assert main(words.split()) == 1
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.splitlines()[-1] == "error: File too large; what was written before stands"
+    assert err.splitlines()[-1] == "error: File too large; what was written before is kept"
     assert checkpointed_settings(tmp_path / "full") is None
 
 

@@ -31,7 +31,7 @@ def test_rows_hold_every_curve_and_claim(block):
             assert len(values[f"{condition}_{curve}"]) == ILLUMINANCES
     for finding in findings(EXPERIMENT, block):
         assert finding.mean == values[finding.claim.metric]
-        # It comes out as the paper says.
+        # It agrees with the paper.
         assert finding.agrees is not False, finding
     assert block[-1]["metric"] == "frames"
     # The template is the brightest picture itself.
@@ -73,7 +73,7 @@ def test_a_claim_is_judged_by_its_bound(block):
 def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In smaller pictures, which PyBullet's renderer draws sooner."""
+    """In smaller pictures, which PyBullet's renderer draws faster."""
     small = replace(PAPER_SHEET.presets[EXPERIMENT.preset], width_px=160, height_px=120)
     monkeypatch.setitem(PAPER_SHEET.presets, EXPERIMENT.preset, small)
     for renderer in ("raster", "pybullet"):

@@ -1,4 +1,4 @@
-"""Paper experiment B.2: what is gained where D_l is positive is counted rightly; a run leaves rows, plots and page."""
+"""Paper experiment B.2: the gain where D_l is positive is correct; a run leaves rows, plots and page."""
 
 from __future__ import annotations
 

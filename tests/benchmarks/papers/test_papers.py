@@ -90,7 +90,7 @@ def test_a_claim_is_judged_by_its_bound(mean: float | None, metric: str, agrees:
     found = {each.claim.metric: each for each in findings(a3.EXPERIMENT, rows)}
     assert found[metric].agrees == agrees
     assert found[metric].mean == (mean if mean is None else pytest.approx(mean))
-    # Of the other claim nothing is known: that is said, and is no agreement.
+    # The other claim has no value, which is shown and is no agreement.
     (other,) = found.keys() - {metric}
     assert (found[other].value, found[other].episodes, found[other].agrees) == ("–", 0, False)
 

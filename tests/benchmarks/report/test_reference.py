@@ -1,4 +1,4 @@
-"""The page of definitions is what the code makes now, and lacks none."""
+"""The page of definitions equals the code's, and is complete."""
 
 from __future__ import annotations
 

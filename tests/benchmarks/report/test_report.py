@@ -235,7 +235,7 @@ def test_provenance_says_what_was_run(results: Path) -> None:
     assert "8 with a turn at a crossing, 8 with a way off the road" in made.events
 
 
-def test_failures_are_told(tmp_path: Path) -> None:
+def test_failures_are_reported(tmp_path: Path) -> None:
     rows = rows_of("hold", 10_000)
     rows.insert(0, {**rows[0], "metric": "failed_at_frame", "value": 17.0, "frame_out": None})
     (tmp_path / "records.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))

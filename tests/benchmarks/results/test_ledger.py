@@ -16,8 +16,8 @@ TEST_SEEDS = range(9_999, 10_001)
 
 
 def git(folder: Path, *arguments: str) -> str:
-    who = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
-    done = subprocess.run(["git", *who, *arguments], cwd=folder, capture_output=True, text=True, check=True)
+    author = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
+    done = subprocess.run(["git", *author, *arguments], cwd=folder, capture_output=True, text=True, check=True)
     return done.stdout.strip()
 
 
@@ -77,7 +77,7 @@ def test_only_code_as_committed_is_published(checkout: Path) -> None:
     publish()
     publish("frameout paper A2")
     (checkout / "benchmarks/module.py").write_text("changed = True\n")
-    with pytest.raises(ValueError, match=r"publish: expected code as it was committed, .* benchmarks/module.py"):
+    with pytest.raises(ValueError, match=r"publish: expected committed code, .* benchmarks/module.py"):
         publish("frameout paper A3")
 
 

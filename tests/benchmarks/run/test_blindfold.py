@@ -1,4 +1,4 @@
-"""A blind contestant sees no picture, and of the truth only the state at the start and at each exit."""
+"""A blind contestant gets no picture, and of the truth only the state at the start and at each exit."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CARRYING = [entrant for entrant in BLIND if entrant.name in ("blind_carried", "b
 
 
 class Spy:
-    """A blind tracker that keeps what it is given."""
+    """A blind tracker that records its inputs."""
 
     def __init__(self) -> None:
         self.seen: list[Observation] = []
@@ -58,7 +58,7 @@ def with_noise(frame: Frame, rng: np.random.Generator) -> Frame:
 
 
 def scrambled(frame: Frame, rng: np.random.Generator) -> Frame:
-    """Return the frame with everything false that truth says of places, but not whether this is an exit."""
+    """Return the frame with all true places falsified, but not its exits."""
     truth = frame.truth
     T_world_object, T_world_camera = truth.T_world_object.copy(), truth.T_world_camera.copy()
     T_world_object[:, :2, 3] += rng.normal(0, 30, (len(truth.names), 2))
@@ -125,7 +125,7 @@ def test_a_tracker_that_cannot_be_told_is_refused() -> None:
 
 
 def test_what_is_told_is_seen_from_the_camera() -> None:
-    """Turned with the camera and counted from it, so that errors of its measured pose go on as it moves."""
+    """Turned with the camera and counted from it, so that errors of its measured pose persist as it moves."""
     states: list[TargetState] = []
 
     class Listener(Spy):

@@ -30,7 +30,7 @@ TIMES = ("ms_per_frame", "frames_per_s")
 
 
 def without_times(directory: Path) -> list[dict[str, Any]]:
-    """Return all rows but what depends on the clock."""
+    """Return all rows without the values that depend on the clock."""
     rows = [row for row in read_rows(directory) if row["metric"] not in TIMES]
     for row in rows:
         del row["seconds"]
@@ -204,7 +204,7 @@ def test_in_closed_loop_the_tracker_steers(tmp_path: Path, monkeypatch: pytest.M
     assert mean_of(outcome, "fake_knowing", "time_in_view") == 1.0
     assert mean_of(outcome, "fake_knowing", "losses_per_minute") == 0.0
     assert mean_of(outcome, "fake_still", "time_in_view") < 0.5
-    # Its car never comes back: that is its own doing, and counts.
+    # Its car never comes back, which counts, since the tracker steered.
     assert mean_of(outcome, "fake_still", "recovery_rate") == 0.0
     outcome = run(replace(TINY, presets=("tiny-loop",), controllers=(SET_PATH,)), tmp_path / "set")
     assert "controller" not in outcome.summary[0]

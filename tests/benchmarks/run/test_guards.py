@@ -1,4 +1,4 @@
-"""Whatever a controller does, its episode goes on."""
+"""An episode continues after any failure of a controller."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SOMEWHERE = Estimate(np.zeros(2))
 
 @dataclass
 class Scripted:
-    """Commands what it was given; raises what is an exception."""
+    """Returns the given commands; raises the given exceptions."""
 
     answers: list[object]
     asked: list[Estimate] = field(default_factory=list)
@@ -66,7 +66,7 @@ def test_the_link_is_between_controller_and_carrier() -> None:
     obeyed = [loop.obeyed for _ in loop.frames(guard, 3)]
     assert obeyed[0] is None
     assert obeyed == episode.commands
-    # One that fails lets go: the carrier comes to rest as fast as it may.
+    # After a failure nothing is commanded: the carrier comes to rest at its limits.
     forward = HELICOPTER.axes[0]
     speeds = [command.forward_mps for command in obeyed[1:] if command is not None]
     assert speeds == pytest.approx([forward.slew_per_s / 10.0, 0.0])

@@ -72,7 +72,7 @@ def test_rewriting_leaves_one_whole_file(tmp_path: Path) -> None:
 
 
 def test_what_is_replaced_is_moved_beside_and_said(tmp_path: Path) -> None:
-    """Rows were measured: an earlier making, an outdated block and a torn line are found again, none twice."""
+    """An earlier version, an outdated block and a torn line are kept in other files, none twice."""
     append_block(tmp_path, block("a", 1, (1.0,)))
     append_block(tmp_path, block("a", 1, (5.0,)))
     append_block(tmp_path, block("b", 1, (7.0,)))

@@ -1,4 +1,4 @@
-"""What is looked at is what was scored: the same commands on every way through an episode, and the same failures."""
+"""Scored and shown runs of an episode are the same: the same commands and the same failures."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_one_that_fails_is_shown_silent_and_told(tmp_path: Path, capsys: pytest.
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--controller", "centre"], "tracker: expected a name, as 'centre' steers by one; got none"),
+        (["--controller", "centre"], "tracker: expected a name, as 'centre' steers by one, got none"),
         (["--link", "noisy"], "controller: expected a name, whose commands take the link 'noisy'; got none"),
         (
             ["--controller", "centre", "--tracker", TRACKER, "--link", "nix"],
@@ -128,7 +128,7 @@ def test_one_that_fails_is_shown_silent_and_told(tmp_path: Path, capsys: pytest.
         (["--preset", "nix"], "preset: expected one of"),
     ],
 )
-def test_what_cannot_be_shown_is_said_in_one_line(
+def test_what_cannot_be_shown_is_reported_in_one_line(
     words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     town = "road-town" if "--preset" in words else "fake-town"

@@ -18,7 +18,7 @@ from benchmarks.suites.stereo.suite import STEREO
 
 
 def row(seed: int, metric: str, value: Any, weight: float = 1.0, **frame_out: Any) -> dict[str, Any]:
-    """Return a row with what pooling looks at."""
+    """Return a row with the columns that pooling reads."""
     of = {"suite": FRAME_OUT.name, "seed": seed, "metric": metric}
     return {**of, "value": value, "weight": weight, "frame_out": frame_out or None}
 
@@ -185,7 +185,7 @@ def test_a_constant_answer_is_not_ahead_for_never_being_silent() -> None:
 def test_resampled_and_paired_f_is_that_of_the_seeds_drawn(
     first: list[tuple[int, int, int, int]], second: list[tuple[int, int, int, int]], drawn: list[int]
 ) -> None:
-    """Whatever seeds a resample draws, and however often: F is made of all their frames together."""
+    """For any resample, F comes from the sums over all drawn seeds."""
     for data in (first, second):
         data = data + [(seed, 1, 1, 1) for seed in range(5)]
         pool = pooled(count_rows(data), STEREO.metric("f_measure"))

@@ -70,7 +70,7 @@ def test_without_a_full_return_there_is_nothing_to_judge() -> None:
 
 
 def test_whether_it_counts_is_decided_by_the_truth_and_not_by_the_answer() -> None:
-    """Five frames and a second must be left: before, a late success counted and a late failure did not."""
+    """Five frames and a second must follow, so that late successes and late failures count alike."""
     late = ["in", "out", *["in"] * (5 + KEPT_FRAMES)]
     enough = [*late, "in"]
     assert judged(late, [2]) is judged(late, []) is None
@@ -86,7 +86,7 @@ def test_where_the_tracker_steers_the_time_counts_from_the_exit() -> None:
     assert judged(away[:21], [], closed_loop=True) is None
     assert times(away, []) == []
     assert times(away, [], closed_loop=True) == [None, 0]
-    # Back too late for the whole window, by its own doing.
+    # Back too late for the whole window; the tracker steered.
     assert judged([*away, "in", "in"], [27], closed_loop=True) == Recovery(True, True, False)
     assert judged([*away, "in", "in"], [], closed_loop=True) == Recovery(False, False, False)
 

@@ -1,4 +1,4 @@
-"""Time seen, time in view and losses: cases made by hand, and what must hold of any."""
+"""Time seen, time in view and losses: cases made by hand, and properties of all cases."""
 
 from __future__ import annotations
 

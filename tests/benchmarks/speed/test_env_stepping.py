@@ -30,7 +30,7 @@ def work(seconds: float) -> None:
 
 
 class FakeWorld:
-    """Takes its time over a picture, and longer over being told what changed, which is not timed."""
+    """Is slow at drawing a picture, and slower at taking changes, which are not timed."""
 
     calls = 0
 
@@ -65,7 +65,7 @@ def test_steps_are_timed_against_bare_calls_alone(monkeypatch):
     monkeypatch.setattr(FakeEpisode, "step", slow)
     sample = measure_env_steps("tiny", 0, 16)
     assert (len(sample.step_s), len(sample.bare_s)) == (16, 2)
-    assert FakeWorld.calls == 2 * (1 + 2), "a rehearsal, and one call before each life's steps"
+    assert FakeWorld.calls == 2 * (1 + 2), "a rehearsal, and one call before each run's steps"
     # An env's own work comes on top of the world's.
     assert STEP_S <= np.median(sample.step_s) < 2 * STEP_S
     assert np.median(sample.bare_s) == pytest.approx(BARE_S, rel=0.2)
@@ -79,7 +79,7 @@ def test_more_steps_than_an_episode_has_are_refused():
 
 
 def in_this_process(wanted: list[int]) -> Callable[..., SyncVectorEnv]:
-    """Return what makes a vector env without processes, and notes how many envs were to step at a time."""
+    """Return a maker of vector envs without processes that records the number of envs at a time."""
 
     def make(envs: list[Any], max_concurrency: int) -> SyncVectorEnv:
         wanted.append(max_concurrency)
@@ -154,11 +154,11 @@ def test_a_soak_goes_through_episodes_and_weighs_every_process():
 
 
 def test_growth_is_what_stays_of_it():
-    def told(mib: Any) -> list[SoakSample]:
+    def samples(mib: Any) -> list[SoakSample]:
         return [SoakSample(k + 1, 0, 0.0, (100.0, float(mib(k)))) for k in range(100)]
 
-    assert growth(told(lambda k: 300)) == 0.0
-    assert growth(told(lambda k: 100 if k < 20 else 300)) == 0.0
+    assert growth(samples(lambda k: 300)) == 0.0
+    assert growth(samples(lambda k: 100 if k < 20 else 300)) == 0.0
     # 30.5 steps and 90.5 steps after the beginning, on average.
-    assert growth(told(lambda k: 300 + k + 1)) == pytest.approx((400 + 90.5) / (400 + 30.5) - 1)
-    assert abs(growth(told(lambda k: 300 + 40 * (k % 2)))) < 0.01
+    assert growth(samples(lambda k: 300 + k + 1)) == pytest.approx((400 + 90.5) / (400 + 30.5) - 1)
+    assert abs(growth(samples(lambda k: 300 + 40 * (k % 2)))) < 0.01

@@ -1,4 +1,4 @@
-"""The speed measurement: what falls into the timed part, and what does not."""
+"""The speed measurement: which work is timed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class FakeWorld:
 
 
 class Town(fake_episode.FakeEpisode):
-    """Needs a kernel of its own at a late frame, which takes long in the first town of a process alone."""
+    """Needs its own kernel at a late frame, slow in the first town of a process only."""
 
     compiled = False
     built: list[Town]

@@ -1,4 +1,4 @@
-"""How well a camera is kept on its target: our metrics, and those of comparable benchmarks.
+"""Quality of a camera's following: our metrics, and those of comparable benchmarks.
 
 Frames, steps and *in view* are defined in ``benchmarks.scores.view_time``. Shares and means are over the steps, frames
 1 to F - 1.
@@ -15,8 +15,7 @@ from benchmarks.scores.view_time import find_losses
 from scenarios.truth import Truth
 
 RIVALS_LOSS_S = 2.0
-"""The rivals' episodes end with a loss; they time it by the wall clock, here it is longer than so much simulated time
-out of view."""
+"""The rivals' episodes end with a loss after a wall-clock time out of view; here it is this simulated time."""
 RIVALS_STEPS = 500
 FOLLOWING_M, FAR_M, FAR_STEPS, COLLISION_M = 3.0, 4.0, 20, 0.5
 
@@ -25,7 +24,10 @@ def centring_error(position_px: NDArray[np.float64], size_px: tuple[int, int], i
     """Return the mean of ``|target - middle| / (half the picture's diagonal)`` in [0, 1] over the steps in view.
 
     Args:
-        position_px: (F, 2) the target's centre. size_px: (width, height). NaN if it never was in view.
+        position_px: (F, 2) the target's centre. size_px: (width, height).
+
+    Returns:
+        NaN if the target never was in view.
     """
     size = np.array(size_px)
     distance = np.linalg.norm(position_px - 0.5 * size, axis=1) / (0.5 * np.linalg.norm(size))
@@ -36,13 +38,13 @@ def centring_error(position_px: NDArray[np.float64], size_px: tuple[int, int], i
 def effort(shares: NDArray[np.float64]) -> float:
     """Return ``mean_k |c_k| / sqrt(A)`` in [0, 1] of the obeyed commands c (F - 1, A), in shares of the axes' limits.
 
-    0 is to do nothing, 1 to use every axis to its limit all the time.
+    0: no commands; 1: every axis at its limit all the time.
     """
     return float(np.linalg.norm(shares, axis=1).mean() / np.sqrt(shares.shape[1]))
 
 
 def jerkiness_per_s(shares: NDArray[np.float64], rate_hz: float) -> float:
-    """Return ``rate * mean_k |c_k - c_(k-1)| / sqrt(A)`` >= 0 of the obeyed commands c (F - 1, A), from rest on."""
+    """Return ``rate * mean_k |c_k - c_(k-1)| / sqrt(A)`` >= 0 of the obeyed commands c (F - 1, A), from rest."""
     changes = np.diff(shares, axis=0, prepend=np.zeros((1, shares.shape[1])))
     return float(rate_hz * np.linalg.norm(changes, axis=1).mean() / np.sqrt(shares.shape[1]))
 
@@ -66,7 +68,8 @@ def dat_cumulative_reward(centring: NDArray[np.float64]) -> float:
     """Return ``CR = sum_k tanh(4 p_k^3)`` over the steps, in [0, 0.9993 (F - 1)]: it grows with the episode.
 
     DAT_Benchmark (NeurIPS 2025). Its p (F,) in [0, 1] is ``scenarios.in_view.centring``: one minus the target's
-    distance from the picture's middle over that of the edge along the same ray; 0 outside. Its size plays no part.
+    distance from the picture's middle over that of the edge along the same ray; 0 outside. The target's size has no
+    influence.
     """
     return float(np.tanh(4.0 * centring[1:] ** 3).sum())
 
@@ -79,22 +82,23 @@ def dat_tsr(centring: NDArray[np.float64]) -> float:
 def episode_length_steps(in_view: NDArray[np.bool_], rate_hz: float) -> int:
     """Return the steps until the target counts as lost, or of the whole episode (AD-VAT, UnrealZoo).
 
-    In theirs the target is lost after some seconds of wall clock out of view; here after two simulated seconds.
+    There the target is lost after some wall-clock seconds out of view; here after two simulated seconds.
     """
     lost = find_losses(in_view, rate_hz, RIVALS_LOSS_S)
     return lost[0].first_frame + int(RIVALS_LOSS_S * rate_hz) if lost else len(in_view) - 1
 
 
 def survives(in_view: NDArray[np.bool_], rate_hz: float, steps: int = RIVALS_STEPS) -> bool:
-    """Return whether there is no such loss in the first ``steps`` steps, or to the end where that is sooner: SR_500 is
-    the share of such episodes (ibid.).
+    """Return whether the first ``steps`` steps, or the whole of a shorter episode, have no such loss.
+
+    SR_500 is the share of such episodes (ibid.).
     """
     return not find_losses(in_view[: steps + 1], rate_hz, RIVALS_LOSS_S)
 
 
 @dataclass(frozen=True, slots=True)
 class PersonFollowing:
-    """How EVT-Bench scores an episode.
+    """EVT-Bench's scores of an episode.
 
     Attributes:
         success: following on the last step. collision: the episode ended with one, nearer than 0.5 m.
@@ -109,10 +113,10 @@ class PersonFollowing:
 def person_following(in_picture: NDArray[np.bool_], distance_m: NDArray[np.float64]) -> PersonFollowing:
     """Return the scores of EVT-Bench (TrackVLA, 2025) for an episode.
 
-    Following is to face the person (here: the centre is in the picture) from at most 3 m. Their episode ends with a
-    collision, or with the loss of the person: more than 20 steps beyond 4 m since the last step of following. Ours
-    continues, without any following. Their tracking rate divides by the larger of reference length and steps; here
-    all episodes have the same length, F - 1.
+    Following: the camera faces the person (here: the centre is in the picture) from at most 3 m. Their episode ends
+    with a collision, or with the loss of the person: more than 20 steps beyond 4 m since the last step of following.
+    Ours continues, with no further following. Their tracking rate divides by the larger of reference length and steps;
+    here all episodes have the same length, F - 1.
 
     Args:
         in_picture: (F,). distance_m: (F,) on the ground from the camera to the person.

@@ -19,13 +19,12 @@ class FrameOut:
         index: its place in the episode, from 0.
         exit_frame: first frame with state ``out``.
         length_frames: number of frames in a row with state ``out``.
-        back_frame: first frame after them with state ``in`` (whole and seen); None if the target left again
-            or the episode ended before that.
-        watch_end_frame: first frame of the next frame-out, or the number of frames: recovery is watched up to
-            it.
-        kind: ``excursion`` if the target was off the road on any frame from the exit until ``back_frame`` (or
-            the last frame outside), else ``road``.
-        side: side of the picture it left by.
+        back_frame: first frame after them with state ``in`` (whole and seen); None if the target left again or the
+            episode ended before.
+        watch_end_frame: first frame of the next frame-out, or the number of frames: end of the watch for recovery.
+        kind: ``excursion`` if the target was off the road on any frame from the exit to ``back_frame`` (or the last
+            frame outside), else ``road``.
+        side: side of the picture by which it left.
         turned: whether it turned at a crossing while outside.
     """
 
@@ -40,11 +39,11 @@ class FrameOut:
 
     @property
     def first_frame(self) -> int:
-        """``exit_frame``, by the name that every absence has."""
+        """``exit_frame``, under the name common to all absences."""
         return self.exit_frame
 
     def attributes(self) -> dict[str, Any]:
-        """Return what rows say of it."""
+        """Return its attributes in rows."""
         values = asdict(self)
         del values["watch_end_frame"]
         return values

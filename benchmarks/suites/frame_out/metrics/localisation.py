@@ -1,4 +1,4 @@
-"""Is an estimate on a car? Overlap in the picture, distance on the ground."""
+"""Tests whether an estimate is on a car: overlap in the picture, distance on the ground."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ ON_CAR_IOU = 0.5
 
 
 def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the intersection over union of boxes (..., 4), which broadcast: area(A n B) / area(A u B), in
-    [0, 1].
+    """Return the intersection over union of boxes (..., 4), which broadcast: area(A n B) / area(A u B), in [0, 1].
 
     0 where either box has no area or holds NaN.
     """
@@ -28,9 +27,8 @@ def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -
 def on_object(truth: TruthSeries, estimate: EstimateSeries) -> NDArray[np.bool_]:
     """Return (F, N): the estimate is on object n in frame k.
 
-    On it means: IoU with its amodal box at least 0.5 in the picture, or centre within half of its length on the
-    ground (``|estimate - truth| <= length / 2`` in metres, both at half its height). Holds outside the picture as
-    inside.
+    On it: IoU with its amodal box at least 0.5, or centre within half of its length on the ground (``|estimate -
+    truth| <= length / 2`` in metres, both at half its height). The same inside and outside the picture.
     """
     iou = box_iou(estimate.box_xyxy[:, None], truth.box_xyxy)
     distance_m = np.linalg.norm(estimate.position_m[:, None] - truth.ground_m, axis=-1)

@@ -1,4 +1,4 @@
-"""Is a tracker's posterior honest? Level of the smallest region that holds the truth, and NEES."""
+"""Calibration of a tracker's posterior: level of the smallest region that holds the truth, and NEES."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ _SMALLEST_BANDWIDTH_M = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """How a posterior of one frame stands to the truth.
+    """A posterior of one frame compared with the truth.
 
     Attributes:
-        credible_level: level in [0, 1] of the posterior's smallest (highest-density) region that still holds
-            the truth. A p region holds the truth if the level is at most p. Of an honest posterior the levels
-            are uniform.
-        nees: ``e' P^-1 e`` of the error e about the posterior's mean, >= 0; mean 2 for an honest Gaussian in
-            the plane.
+        credible_level: level in [0, 1] of the posterior's smallest (highest-density) region that holds the truth. A p
+            region holds the truth if the level is at most p. The levels of a calibrated posterior are uniform.
+        nees: ``e' P^-1 e`` of the error e about the posterior's mean, >= 0; mean 2 for a calibrated Gaussian in the
+            plane.
     """
 
     credible_level: float
@@ -34,19 +33,19 @@ class Calibration:
 
 NO_POSTERIOR = Calibration(float("nan"), float("nan"))
 WRONG = Calibration(1.0, float("inf"))
-"""Of a posterior that says nothing usable about this frame: no region holds the truth."""
+"""Calibration of an unusable posterior: no region holds the truth."""
 
 
 def has_posterior(estimate: Estimate) -> bool:
-    """Return whether an estimate says how sure it is: by particles or a covariance."""
+    """Return whether an estimate has a posterior: particles or a covariance."""
     return estimate.particles_px is not None or estimate.covariance_px is not None
 
 
 def calibration(estimate: Estimate, truth: Truth, target: int, camera: PinholeCamera) -> Calibration:
     """Judge the posterior of one frame: particles on the ground in metres, or a Gaussian in pixels.
 
-    Particles go to the ground through the true camera, at half the target's height; those above the horizon
-    keep their weight but lie nowhere. An estimate with neither particles nor covariance has no posterior.
+    Particles are projected through the true camera to half the target's height; those above the horizon keep their
+    weight without a place. An estimate with neither particles nor covariance has no posterior.
     """
     if estimate.particles_px is not None:
         height_m = truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2]
@@ -62,8 +61,8 @@ def calibration(estimate: Estimate, truth: Truth, target: int, camera: PinholeCa
 def gaussian_calibration(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], truth: NDArray[np.float64]
 ) -> Calibration:
-    """Judge N(mean (2,), covariance (2, 2)): ``nees = e' P^-1 e``, level = chi-squared CDF of it with 2
-    degrees of freedom.
+    """Judge N(mean (2,), covariance (2, 2)): ``nees = e' P^-1 e``, level = its chi-squared CDF with 2 degrees of
+    freedom.
 
     Bar-Shalom, Li, Kirubarajan, Estimation with applications to tracking and navigation, 5.4.2.
     """
@@ -82,10 +81,10 @@ def particle_calibration(
 ) -> Calibration:
     """Judge weighted particles (N, 2), weights summing to 1.
 
-    Level = total weight of the particles that lie where the posterior is at least as dense as at the truth. The
-    density is a Gaussian kernel estimate with Scott's bandwidth for the effective number of particles; at a
-    particle it is made with the truth in that particle's place. So truth and particle stand in for each other,
-    and of an honest posterior the levels are uniform whatever the bandwidth. (Hyndman, Computing and graphing
+    Level = total weight of the particles where the posterior is at least as dense as at the truth. The density is a
+    Gaussian kernel estimate with Scott's bandwidth for the effective number of particles; at a particle it is computed
+    with the truth in that particle's place. So truth and particle are exchangeable, and the levels of a calibrated
+    posterior are uniform for any bandwidth. (Hyndman, Computing and graphing
     highest density regions, 1996; ranks of exchangeable points as in Vovk et al., Algorithmic learning in a random
     world, 2005.)
     """
@@ -134,15 +133,15 @@ def _densities(
 def coverage(credible_level: NDArray[np.float64], region: float) -> float:
     """Return the share in [0, 1] of frames (F,), at least one, whose truth lies in the posterior's ``region`` (0.95 …).
 
-    A frame without posterior (NaN) is a miss: silence where it is hard must not look like honesty.
+    A frame without posterior (NaN) is a miss, so that a tracker gains nothing by leaving out hard frames.
     """
     return float((credible_level <= region).mean())
 
 
 def level_histogram(credible_level: NDArray[np.float64], bins: int = 20) -> NDArray[np.float64]:
-    """Return (bins,): shares of frames (F,), at least one, by credible level, equal bins of [0, 1]. Flat = calibrated.
+    """Return (bins,): shares of frames (F,), at least one, by credible level, equal bins of [0, 1]; flat = calibrated.
 
-    A frame without posterior (NaN) is in the last bin, as one whose truth is outside.
+    A frame without posterior (NaN) is in the last bin, like a truth outside every region.
     """
     levels = np.nan_to_num(credible_level, nan=1.0)
     return np.histogram(levels, bins=bins, range=(0.0, 1.0))[0] / len(levels)

@@ -1,4 +1,4 @@
-"""An episode in a road town as arrays over its frames: what was so (truth) and what a tracker said (estimates)."""
+"""Truth and a tracker's estimates of an episode in a road town, as arrays over its frames."""
 
 from __future__ import annotations
 
@@ -21,28 +21,24 @@ class TruthSeries:
         rate_hz: frames a second.
         size_px: (width, height) of the picture.
         target: index of the target among the objects.
-        T_world_camera: (F, 4, 4).
-        T_world_object: (F, N, 4, 4), see ``Truth``.
+        ground_m: (F, N, 2) world positions.
         object_size_m: (N, 3) length, width, height.
         position_px: (F, N, 2), box_xyxy: (F, N, 4); amodal, also outside the picture.
         visible_fraction: (F,) of the target.
         state, side: (F,) str; side is "" before the first exit.
-        frames_since_exit: (F,) int, -1 while the target is not out.
         on_road, turning: (F,) bool.
     """
 
     rate_hz: float
     size_px: tuple[int, int]
     target: int
-    T_world_camera: NDArray[np.float64]
-    T_world_object: NDArray[np.float64]
+    ground_m: NDArray[np.float64]
     object_size_m: NDArray[np.float64]
     position_px: NDArray[np.float64]
     box_xyxy: NDArray[np.float64]
     visible_fraction: NDArray[np.float64]
     state: NDArray[np.str_]
     side: NDArray[np.str_]
-    frames_since_exit: NDArray[np.int64]
     on_road: NDArray[np.bool_]
     turning: NDArray[np.bool_]
 
@@ -56,24 +52,19 @@ class TruthSeries:
         """Length of the target."""
         return float(self.object_size_m[self.target, 0])
 
-    @property
-    def ground_m(self) -> NDArray[np.float64]:
-        """(F, N, 2) world position of every object."""
-        return self.T_world_object[:, :, :2, 3]
-
 
 @dataclass(frozen=True, eq=False)
 class EstimateSeries:
-    """What a tracker said on F frames.
+    """A tracker's estimates on F frames.
 
     Attributes:
-        position_px: (F, 2), NaN where it said nothing.
+        position_px: (F, 2), NaN without an answer.
         position_m: (F, 2), the same on the ground, through the true camera; NaN also above the horizon.
-        box_xyxy: (F, 4); where it gave no box, one of the first frame's size about its position.
-        in_view_probability: (F,), NaN where it gave none.
-        has_posterior: (F,) bool, it gave one.
-        credible_level: (F,) level of its posterior's smallest region that holds the truth; NaN where it gave
-            none, and on frames that are not judged.
+        box_xyxy: (F, 4); one of the first frame's size about the position if the estimate has none.
+        in_view_probability: (F,), NaN if the estimate has none.
+        has_posterior: (F,) bool.
+        credible_level: (F,) level of the posterior's smallest region that holds the truth; NaN without a posterior,
+            and on frames that are not judged.
         nees: (F,) normalised estimation error squared; NaN likewise.
     """
 
@@ -86,32 +77,26 @@ class EstimateSeries:
     nees: NDArray[np.float64]
 
     def inside(self, size_px: tuple[int, int]) -> NDArray[np.bool_]:
-        """(F,) its position is inside the picture."""
+        """(F,) the position is inside the picture."""
         with np.errstate(invalid="ignore"):
             return np.all((self.position_px >= 0) & (self.position_px < np.array(size_px)), axis=1)
 
     def says_in_view(self, size_px: tuple[int, int]) -> NDArray[np.bool_]:
-        """(F,) its probability of being in view is at least 0.5; without one, its position is inside the
-        picture.
-        """
+        """(F,) the probability of being in view is at least 0.5; without one, the position is inside the picture."""
         return self.confidence(size_px) >= 0.5
 
     def confidence(self, size_px: tuple[int, int]) -> NDArray[np.float64]:
-        """(F,) probability in [0, 1] of being in view; without one, 1 if its position is inside the picture,
-        else 0.
-        """
+        """(F,) probability in [0, 1] of being in view; without one, 1 if the position is inside the picture, else 0."""
         given = np.isfinite(self.in_view_probability)
         return np.where(given, self.in_view_probability, self.inside(size_px).astype(float))
 
     def confidence_inside(self, size_px: tuple[int, int]) -> NDArray[np.float64]:
-        """(F,) the same, but 0 where its position is outside the picture: that is no prediction of a box in
-        it.
-        """
+        """(F,) the same, but 0 where the position is outside the picture: it predicts no box in it."""
         return np.where(self.inside(size_px), self.confidence(size_px), 0.0)
 
 
 def truth_series(truths: Sequence[RoadTruth], target: int, rate_hz: float, camera: CameraModel) -> TruthSeries:
-    """Return the truth of an episode as arrays. The number of objects must not change."""
+    """Return the truth of an episode as arrays; the number of objects is constant."""
     first = truths[0]
 
     def stack(name: str) -> NDArray[Any]:
@@ -121,17 +106,15 @@ def truth_series(truths: Sequence[RoadTruth], target: int, rate_hz: float, camer
         rate_hz=rate_hz,
         size_px=(camera.width_px, camera.height_px),
         target=target,
-        T_world_camera=stack("T_world_camera"),
-        T_world_object=stack("T_world_object"),
+        ground_m=stack("T_world_object")[:, :, :2, 3],
         object_size_m=np.asarray(first.size_m),
         position_px=stack("position_px"),
         box_xyxy=stack("box_xyxy"),
         visible_fraction=stack("visible_fraction")[:, target],
         state=stack("state")[:, target],
         side=stack("side")[:, target],
-        frames_since_exit=stack("frames_since_exit")[:, target],
-        on_road=np.array([truth.on_road for truth in truths]),
-        turning=np.array([truth.turning for truth in truths]),
+        on_road=stack("on_road"),
+        turning=stack("turning"),
     )
 
 

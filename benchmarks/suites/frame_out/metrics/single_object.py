@@ -12,8 +12,7 @@ THRESHOLDS = np.linspace(0.0, 1.0, 21)
 def centre_error_px(
     position_px: NDArray[np.float64], truth_px: NDArray[np.float64], size_px: tuple[int, int]
 ) -> NDArray[np.float64]:
-    """Return ``|estimate - truth|`` (F,) in pixels, capped at the picture's diagonal, which stands for NaN
-    too.
+    """Return ``|estimate - truth|`` (F,) in pixels, at most the picture's diagonal, also for NaN.
 
     Wu, Lim, Yang, Online object tracking: a benchmark, CVPR 2013 (there without a cap).
     """
@@ -23,9 +22,7 @@ def centre_error_px(
 
 
 def success_curve(iou: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (21,): share of frames with IoU above each of ``THRESHOLDS``, in [0, 1] (ibid.). NaN without
-    frames.
-    """
+    """Return (21,): share of frames with IoU above each of ``THRESHOLDS``, in [0, 1] (ibid.); NaN without frames."""
     if len(iou) == 0:
         return np.full(len(THRESHOLDS), np.nan)
     return (iou[None] > THRESHOLDS[:, None]).mean(axis=1)

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.suites.judging import told_by
+from benchmarks.suites.judging import truth_as
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.truth import StereoTruth
 from sim.optics import project, rays
@@ -29,7 +29,7 @@ def disparity_error_px(frame: Frame, matched_depth_m: NDArray[np.float32]) -> ND
     Args:
         matched_depth_m: (H', W') of the same view, of any size; NaN where it is unknown.
     """
-    truth, camera = told_by(frame.truth, StereoTruth), frame.observation.camera
+    truth, camera = truth_as(frame.truth, StereoTruth), frame.observation.camera
     height, width = truth.depth_m.shape
     enlarged_m = cv2.resize(matched_depth_m, (width, height), interpolation=cv2.INTER_NEAREST).astype(float)
     focal_times_baseline = camera.focal_px * baseline_m(camera)
@@ -38,13 +38,13 @@ def disparity_error_px(frame: Frame, matched_depth_m: NDArray[np.float32]) -> ND
 
 
 def seen_by_both(frame: Frame) -> NDArray[np.bool_]:
-    """Return which pixels (H, W) of the left picture show a surface that the right camera sees, too.
+    """Return (H, W): a pixel of the left picture shows a surface that the right camera sees, too.
 
-    A pixel's point lies, by its true depth, at some pixel of the right picture and at some depth from the right camera.
-    It is seen there if the right camera's true depth at that pixel gives the same disparity within one pixel: otherwise
-    something else is before it. Pixels of the sky, which has no depth, and points beside the right picture are not.
+    A pixel's point is projected by its true depth to the right picture. The right camera sees it if its true depth at
+    that pixel gives the same disparity within one pixel; otherwise something else hides the point. Pixels of the sky,
+    which has no depth, and points beside the right picture are not seen.
     """
-    truth, camera = told_by(frame.truth, StereoTruth), frame.camera
+    truth, camera = truth_as(frame.truth, StereoTruth), frame.camera
     height, width = truth.depth_m.shape
     columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     is_surface = np.isfinite(truth.depth_m)
@@ -62,10 +62,10 @@ def seen_by_both(frame: Frame) -> NDArray[np.bool_]:
 
 @dataclass(slots=True)
 class DisparityErrors:
-    """Errors of pixels of many pictures, added up.
+    """Sums of errors over pixels of many pictures.
 
     Attributes:
-        pixels: how many there were. known: of how many there was a disparity.
+        pixels: number of pixels. known: number with a disparity.
     """
 
     pixels: int = 0
@@ -75,7 +75,7 @@ class DisparityErrors:
     _beyond_3: int = 0
 
     def add(self, error_px: NDArray[np.float64]) -> None:
-        """Take in the pixels (K,) of one picture; NaN where there is no disparity."""
+        """Add the pixels (K,) of one picture; NaN where there is no disparity."""
         known_px = error_px[np.isfinite(error_px)]
         self.pixels += len(error_px)
         self.known += len(known_px)
@@ -91,12 +91,12 @@ class DisparityErrors:
 
     @property
     def bad_1(self) -> float | None:
-        """Share of the known disparities that are off by more than 1 pixel, in [0, 1]."""
+        """Share of the known disparities with an error above 1 pixel, in [0, 1]."""
         return self._beyond_1 / self.known if self.known else None
 
     @property
     def bad_3(self) -> float | None:
-        """Share of the known disparities that are off by more than 3 pixels, in [0, 1]."""
+        """Share of the known disparities with an error above 3 pixels, in [0, 1]."""
         return self._beyond_3 / self.known if self.known else None
 
     @property

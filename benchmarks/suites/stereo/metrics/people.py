@@ -1,4 +1,4 @@
-"""Is a tracker's answer on the target, on another person, or nowhere?
+"""Tests whether a tracker's answer is on the target, on another person, or nowhere.
 
 A frame counts as right (A), wrong (B) or missed (C)::
 
@@ -6,10 +6,10 @@ A frame counts as right (A), wrong (B) or missed (C)::
     B  any other answer
     C  no answer although at least a tenth of the target is visible
 
-Frames on which nothing of the target is visible count in none, nor does frame 0, where the answer is given.
+Frames on which nothing of the target is visible do not count, nor does frame 0, where the answer is given.
 ``P = A / (A + B)``, ``R = A / (A + C)``, ``F = 2 P R / (P + R) = 2 A / (2 A + B + C)`` are paper B's. There a wrong
-answer takes a frame out of the recall, so a tracker that always answers, a constant even, cannot miss. Trackers are
-ranked by the F1 of detection, in which a wrong answer is a false positive and leaves the target missed:
+answer removes a frame from the recall, so a tracker that always answers, even with a constant, cannot miss. Trackers
+are ranked by the F1 of detection, in which a wrong answer is a false positive and leaves the target missed:
 ``R = A / (A + B + C)`` and ``F1 = 2 A / (2 A + 2 B + C)``. A wrong answer costs more than none.
 """
 
@@ -28,14 +28,14 @@ from trackers.types import Estimate
 
 RIGHT_WITHIN_M = 0.5
 WORST_ERROR_M = 5.0
-"""Cap of every error, and the error of a tracker that does not answer or whose answer lies nowhere."""
+"""Cap of every error, and the error without an answer or without a place of it."""
 SEEN_AT_LEAST = 0.1
 ANSWERS_FROM = 0.5
 """Probability of being in view from which a tracker answers."""
 
 
 class Outcome(IntEnum):
-    """What a frame counts as, as series of rows hold it."""
+    """Classification of a frame, as stored in series of rows."""
 
     UNCOUNTED = 0
     RIGHT = 1
@@ -58,7 +58,7 @@ class PeopleSeries:
         visible_fraction: (F,) of the target.
         out: (F,) the target is wholly outside the picture.
         place: (F,) str, where the target is.
-        light_event: (F,) str, the change of light that has just begun; "" without one.
+        light_event: (F,) str, the present change of light; "" without one.
         near_person: (F,) bool, another person is within 1.5 m of the camera and in its picture.
     """
 
@@ -83,7 +83,7 @@ class PeopleSeries:
 
 
 def people_series(truths: Sequence[StereoTruth], target: int, rate_hz: float) -> PeopleSeries:
-    """Return the truth of an episode as arrays. The number of people must not change."""
+    """Return the truth of an episode as arrays; the number of people is constant."""
     return PeopleSeries(
         rate_hz=rate_hz,
         target=target,
@@ -97,21 +97,21 @@ def people_series(truths: Sequence[StereoTruth], target: int, rate_hz: float) ->
 
 
 def answers(estimate: Estimate) -> bool:
-    """Return whether an estimate is an answer: a finite position, and a probability of at least 0.5 if it has any."""
-    said = estimate.in_view_probability
-    return bool(np.isfinite(estimate.position_px).all()) and (said is None or said >= ANSWERS_FROM)
+    """Return whether an estimate is an answer: a finite position, and a probability of at least 0.5 or none."""
+    probability = estimate.in_view_probability
+    return bool(np.isfinite(estimate.position_px).all()) and (probability is None or probability >= ANSWERS_FROM)
 
 
 def answered_place_m(estimate: Estimate, truth: StereoTruth, camera: PinholeCamera) -> NDArray[np.float64]:
-    """Return the answer's place (2,) on the ground: ``c + depth * ray(position)`` without its height; NaN if nowhere.
+    """Return the answer's place (2,) on the ground: ``c + depth * ray(position)`` without its height, or NaN.
 
-    A tracker of one camera cannot measure depth. It is lent the *true* depth of the surface that its position shows:
-    generous, but then only whom it points at counts. It is nowhere if that is outside the picture, or sky.
+    A tracker of one camera cannot measure depth. It gets the *true* depth of the surface at its position, so that only
+    the person at that position counts. A position outside the picture or on the sky gives NaN.
     """
     position_px = np.asarray(estimate.position_px, dtype=float)
     if not np.isfinite(position_px).all():
         return np.full(2, np.nan)
-    depth_m = _lent_depth_m(position_px, truth) if estimate.depth_m is None else float(estimate.depth_m)
+    depth_m = _true_depth_m(position_px, truth) if estimate.depth_m is None else float(estimate.depth_m)
     if not np.isfinite(depth_m):
         return np.full(2, np.nan)
     place_m: NDArray[np.float64] = truth.T_world_camera[:3, 3] + depth_m * rays(
@@ -120,7 +120,7 @@ def answered_place_m(estimate: Estimate, truth: StereoTruth, camera: PinholeCame
     return place_m[:2]
 
 
-def _lent_depth_m(position_px: NDArray[np.float64], truth: StereoTruth) -> float:
+def _true_depth_m(position_px: NDArray[np.float64], truth: StereoTruth) -> float:
     column, row = np.floor(position_px)
     height, width = truth.depth_m.shape
     inside = 0 <= row < height and 0 <= column < width
@@ -128,7 +128,7 @@ def _lent_depth_m(position_px: NDArray[np.float64], truth: StereoTruth) -> float
 
 
 def distances_m(truth: PeopleSeries, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distances (F, N) of answers (F, 2) to everyone; infinite where there is no answer's place."""
+    """Return the distances (F, N) of answers (F, 2) to all people; infinite for an answer without a place."""
     distance_m = np.linalg.norm(place_m[:, None] - truth.ground_m, axis=-1)
     return np.where(np.isfinite(distance_m), distance_m, np.inf)
 
@@ -148,10 +148,10 @@ def on_other(truth: PeopleSeries, place_m: NDArray[np.float64]) -> NDArray[np.in
 
 
 def outcomes(truth: PeopleSeries, given: NDArray[np.bool_], place_m: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return what every frame counts as (F,), see ``Outcome``.
+    """Return the classification (F,) of every frame, see ``Outcome``.
 
     Args:
-        given: (F,) there is an answer. place_m: (F, 2) its place on the ground, NaN where it lies nowhere.
+        given: (F,) there is an answer. place_m: (F, 2) its place on the ground, NaN without one.
     """
     place_m = np.where(given[:, None], place_m, np.nan)
     right = distances_m(truth, place_m)[:, truth.target] <= RIGHT_WITHIN_M
@@ -174,16 +174,16 @@ def counts(outcome: NDArray[np.int64]) -> tuple[int, int, int]:
 
 
 def on_wrong_person(outcome: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return (K,): the answer is on another person, whether or not the target is seen meanwhile."""
+    """Return (K,): the answer is on another person, whether or not the target is seen."""
     return np.isin(outcome, (Outcome.WRONG_PERSON, Outcome.UNCOUNTED_WRONG_PERSON))
 
 
 def position_error_m(
     truth: PeopleSeries, given: NDArray[np.bool_], place_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return ``min(|answer - target|, 5)`` (F,) in metres; 5 where there is no answer or it lies nowhere.
+    """Return ``min(|answer - target|, 5)`` (F,) in metres; 5 without an answer or its place.
 
-    Unconditional: no frame is left out because the tracker is lost.
+    No frame is left out because the tracker is lost.
     """
     distance_m = distances_m(truth, np.where(given[:, None], place_m, np.nan))[:, truth.target]
     return np.minimum(distance_m, WORST_ERROR_M)

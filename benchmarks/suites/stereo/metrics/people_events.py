@@ -1,4 +1,4 @@
-"""Events while a person is followed: occlusions, changes of light, other people near the camera."""
+"""Events of an episode with people: occlusions, changes of light, other people near the camera."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class PeopleEvent:
     Attributes:
         index: its place in the episode's list of events, from 0.
         kind: ``occlusion``, a change of light (``lamp on`` …), ``near person`` or ``nobody near``.
-        first_frame, length_frames: the stretch; of a change of light the two seconds from its first frame on.
+        first_frame, length_frames: the stretch; for a change of light two seconds from its first frame.
         back_frame: first frame after an occlusion on which half of the target is visible; None if the target is hidden
-            again, or the episode ends, before that. None for other events.
+            again, or the episode ends, before. None for other events.
         watch_end_frame: first frame of the next occlusion, or the number of frames.
         place: where the target is on its first frame.
     """
@@ -42,18 +42,18 @@ class PeopleEvent:
 
     @property
     def end_frame(self) -> int:
-        """The frame after its last."""
+        """The frame after the last one."""
         return self.first_frame + self.length_frames
 
     def attributes(self) -> dict[str, Any]:
-        """Return what rows say of it; ``light`` is true of every change of light."""
+        """Return its attributes in rows; ``light`` is true for every change of light."""
         values = asdict(self)
         del values["watch_end_frame"]
         return {**values, "light": self.kind in LIGHT_KINDS}
 
 
 def find_events(truth: PeopleSeries) -> list[PeopleEvent]:
-    """Return the episode's events: occlusions, changes of light, and stretches with and without somebody near.
+    """Return the episode's events: occlusions, changes of light, and stretches with and without a person near.
 
     Frame 0, which is given, is in no stretch. A frame within two seconds of two changes of light is in both.
     """
@@ -77,8 +77,9 @@ def find_events(truth: PeopleSeries) -> list[PeopleEvent]:
 
 
 def _occlusions(truth: PeopleSeries) -> list[tuple[int, int]]:
-    """Return (first frame, end) of maximal runs of at least 2 frames on which less than a tenth of the target is seen
-    though it is in the picture.
+    """Return (first frame, end) of runs of at least 2 frames on which less than a tenth of the target is seen.
+
+    The target is in the picture, at least in part.
     """
     counted = np.arange(truth.frame_count) > 0
     hidden = (truth.visible_fraction < SEEN_AT_LEAST) & ~truth.out & counted
@@ -86,7 +87,7 @@ def _occlusions(truth: PeopleSeries) -> list[tuple[int, int]]:
 
 
 def _lights(truth: PeopleSeries) -> list[tuple[str, int]]:
-    """Return (kind, frame) of frames on which a change of light begins, or becomes another one."""
+    """Return (kind, frame) of frames on which a change of light begins, also directly after another one."""
     events = truth.light_event
     begins = (events[1:] != "") & (events[1:] != events[:-1])
     return [(str(events[frame]), int(frame)) for frame in np.flatnonzero(begins) + 1]

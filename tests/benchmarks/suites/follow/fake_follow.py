@@ -42,12 +42,12 @@ WALL_M = 12.0
 
 
 def target_m(time_s: float) -> NDArray[np.float64]:
-    """Return where the target is on the ground (2,)."""
+    """Return the target's place on the ground (2,)."""
     return np.array([5.0, 1.2 * np.sin(0.8 * time_s)])
 
 
 def people_m(frame: int) -> NDArray[np.float64]:
-    """Return where target, crosser and stander are (3, 2); the crosser hides the target on the frames ``HIDDEN``."""
+    """Return the places of target, crosser and stander (3, 2); the crosser hides the target on frames ``HIDDEN``."""
     middle = target_m(0.5 * (HIDDEN[0] + HIDDEN[-1]) / RATE_HZ)
     crosser = np.array([2.5, 0.5 * middle[1] + 0.3 * (frame - HIDDEN[0] - 2.5)])
     return np.array([target_m(frame / RATE_HZ), crosser, [6.0, -2.5]])
@@ -140,7 +140,7 @@ class FakeFollowEpisode:
         )
 
     def map_of(self) -> Building:
-        """Return some building; nobody walks by it."""
+        """Return some building; the people ignore it."""
         return draw_building(draw_floor_plan(np.random.default_rng(0)), np.random.default_rng(0))
 
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
@@ -178,7 +178,7 @@ class FakeFollowScenario:
 
 
 class _Follower:
-    """Knows everybody's way; says where the target is and how far."""
+    """Knows all people's ways; answers with the target's place and distance."""
 
     Parameters = NoParameters
 
@@ -204,13 +204,13 @@ class FollowKnowing(_Follower):
 
 @register("follow_single", role="as-written", summary="knows the way, in the picture alone", suites=("stereo",))
 class FollowSingle(_Follower):
-    """Has no depth and no probability: it points at the crosser while he hides the target."""
+    """Has no depth and no probability: it points at the crosser, who hides the target."""
 
     def told_at(self, frame: int) -> Estimate:
         return Estimate(middles_px(frame)[0])
 
 
-@register("follow_taken", role="baseline", summary="follows whoever crosses", suites=("stereo",))
+@register("follow_taken", role="baseline", summary="follows the crosser", suites=("stereo",))
 class FollowTaken(_Follower):
     """Goes with the crosser from the occlusion on."""
 

@@ -1,4 +1,4 @@
-"""What following is scored by: cases made by hand, and what must hold of any."""
+"""Metrics of following: cases made by hand, and properties of all cases."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_the_pixel_says_whom_an_estimate_is_on() -> None:
     assert not following.is_on_other(target, truth, 0)
     assert following.is_on_other(stander, truth, 0)
     assert not following.is_on_target(stander, truth, 0)
-    # On a wall or a piece of furniture, nowhere, outside: on nobody.
+    # On a wall or a piece of furniture, nowhere, outside: on no person.
     for place in ([1.0, 5.0], [np.nan, np.nan], [-30.0, 60.0], [30.0, 1e4]):
         assert not following.is_on_other(np.array(place), truth, 0)
         assert not following.is_on_target(np.array(place), truth, 0)
@@ -119,7 +119,7 @@ def test_a_collision_ends_it() -> None:
     [
         (20, None, True, 40 / 60),
         (21, None, False, 9 / 60),
-        # Somewhat nearer is not following yet, so that the count goes on; following begins it anew.
+        # Somewhat nearer is not following yet, so that the count continues; following resets it.
         (21, 3.5, False, 9 / 60),
         (21, 2.0, True, 39 / 60),
     ],

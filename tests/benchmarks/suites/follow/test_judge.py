@@ -19,7 +19,7 @@ HALF_SPEED = CameraCommand(forward_mps=0.5 * FASTEST_MPS)
 def scores_of(
     estimates: dict[int, Estimate] | None = None, failed_at_frame: int | None = None
 ) -> tuple[dict[str, float | None], list[Frame]]:
-    """Live through the drawn episode at half speed; return the scores of whole episodes and the frames."""
+    """Run the drawn episode at half speed; return the scores of whole episodes and the frames."""
     episode = fake_follow.FAKE_FOLLOW.episode("tiny", 0)
     judge = FollowJudge(episode, fake_follow.FAKE_FOLLOW)
     sheet, frames = judge.sheet(), []
@@ -44,7 +44,7 @@ def test_scores_are_those_of_what_was_seen() -> None:
     assert scores["effort"] == pytest.approx(0.5 / np.sqrt(2))
     assert scores["jerkiness_per_s"] == pytest.approx(RATE_HZ * 0.5 / np.sqrt(2) / (len(frames) - 1))
     assert scores["wrong_target_rate"] == 0.0
-    # Five metres away is too far for EVT-Bench, whose episode that ends.
+    # Five metres is too far for EVT-Bench and ends its episode.
     assert min(np.linalg.norm(people_m(k)[0]) for k in range(len(frames))) > 4.0
     assert (scores["evt_success_rate"], scores["evt_tracking_rate"], scores["evt_collision_rate"]) == (0.0, 0.0, 0.0)
     assert (scores["sr_500"], scores["episode_length_steps"]) == (1.0, len(frames) - 1.0)

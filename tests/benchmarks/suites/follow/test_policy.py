@@ -1,4 +1,4 @@
-"""Policies as controllers of the suite ``follow``, and envs that live what it judges, in the world of arithmetic."""
+"""Policies as controllers of the suite ``follow``, and envs with its scores, in the world of arithmetic."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["_fake_suite"]
 
 
 def forward_policy(share: float) -> Policy:
-    """Return a policy that flies forward at the same share of full speed, whatever it is told."""
+    """Return a policy that flies forward at the same share of full speed for every input."""
     weights = np.zeros((len(HELICOPTER.axes), len(FEATURES)), np.float32)
     return made_up_policy(HELICOPTER, [weights], [np.array([share, 0, 0, 0], np.float32)])
 

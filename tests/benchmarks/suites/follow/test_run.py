@@ -38,7 +38,7 @@ TINY = Experiment(
 
 @pytest.fixture(scope="module", autouse=True)
 def _fake_suite() -> Any:
-    """Let the suite be about the world of arithmetic, whose cars are ten pixels long, and about our controllers."""
+    """Give the suite the world of arithmetic, with cars ten pixels long, and our controllers."""
     with pytest.MonkeyPatch.context() as patch:
         suites.suites()
         patch.setitem(suites._SUITES, "follow", FAKE_FOLLOW)
@@ -135,7 +135,7 @@ def test_a_pair_with_a_blind_tracker_is_blind_whatever_steers(tmp_path: Path) ->
     competitors, references = page.split('<tbody class="apart">')[:2]
     assert "blind_straight" not in competitors
     assert "blind_straight" in references
-    assert "Blind contestants see no picture" in references
+    assert "Blind contestants get no picture" in references
     # One line of the legend, drawn as the controller's own role.
     assert page.count("</svg> centre</li>") == 1
     assert (
@@ -144,7 +144,7 @@ def test_a_pair_with_a_blind_tracker_is_blind_whatever_steers(tmp_path: Path) ->
     )
 
 
-def test_everyone_of_the_carrier_steers_if_nobody_is_named(tmp_path: Path) -> None:
+def test_all_controllers_of_the_carrier_steer_by_default(tmp_path: Path) -> None:
     made = run(replace(TINY, controllers=None, trackers=TRACKERS[:1], seeds=range(1)), tmp_path)
     assert {row["controller"] for row in read_rows(tmp_path)} >= {"hold", "centre", "fake_ours", "fake_raises"}
     failures = {(f.tracker, f.frame, f.reason) for f in made.failures}
@@ -180,7 +180,7 @@ def made_up(controller: str, tracker: str, seed: int, time_in_view: float) -> li
 
 
 def test_paired_differences_are_right_on_made_up_rows(tmp_path: Path) -> None:
-    """Episodes differ more than contestants do: unpaired, nobody would be ahead of anybody."""
+    """Episodes differ more than contestants do: unpaired, no difference would be significant."""
     better_by = {"hold": 0.0, "centre": 0.1, "fake_ours": 0.15, "policy:mine": 0.2}
     for seed in range(12):
         for controller, better in better_by.items():
@@ -210,8 +210,8 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
     text = re.sub(r"<[^>]+>", " ", page)
     assert f"<h1>{FOLLOW.heading}</h1>" in page
     for words in (
-        "For how long is it seen?",
-        "How soon is it found again, by fake_still?",
+        "How long is the target seen?",
+        "How soon is the target found again by fake_still?",
         "by fake_knowing",
         *TRACKERS,
     ):
@@ -219,7 +219,7 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
     assert "fake_ours + fake_knowing minus each other controller, on the same seeds" in text
     assert "--link prompt --controllers" in text
     assert page.count('<th scope="col" class="kind">controller</th><th scope="col" class="kind">tracker</th>') == 2
-    # Everyone had episodes of his own: losses are those of all.
+    # Each tracker had its own episodes: losses are those of all.
     losses = sum(row["metric"] == "watched_frames" for row in read_rows(outcome[1]))
     assert f"{losses} losses of " in text
     assert write_report(outcome[1]).read_text() == page
@@ -286,7 +286,7 @@ def test_results_over_two_links_are_not_compared(tmp_path: Path, capsys: pytest.
         (["--preset", "nix"], "presets: expected one of tiny, tiny-loop; got 'nix'"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(
+def test_what_is_wrong_is_reported_in_one_line(
     words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", "follow", "--workers", "0", "--seeds", "0:1", "--out", str(tmp_path / "out"), *words]) == 2

@@ -69,7 +69,7 @@ def test_no_silence_raises_coverage_or_lowers_nees(levels: list[float], nees: li
 
 @given(st.lists(st.booleans(), min_size=len(STATES), max_size=len(STATES)))
 def test_every_answer_has_rows_of_the_same_frame_outs(right: list[bool]) -> None:
-    """The return is 22 frames before the end: late enough to have been dropped for those that missed it."""
+    """The return is 22 frames before the end: late enough to drop only the misses of it."""
     truth = truth_of(STATES)
     position_px = np.where(np.array(right)[:, None], truth.position_px[:, 0], 0.0)
     for frames, expected in ((len(STATES), 1), (len(STATES) - 2, 0)):

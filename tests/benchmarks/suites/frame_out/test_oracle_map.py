@@ -36,7 +36,7 @@ def plans() -> list[Plan]:
 
 
 def assigned_in(path: Path) -> set[str]:
-    """Return the constants that a module gives values to, leading underscores left out."""
+    """Return the constants of a module, without leading underscores."""
     nodes = [node for node in ast.parse(path.read_text()).body if isinstance(node, ast.Assign)]
     names = (name for node in nodes for target in node.targets for name in ast.walk(target))
     return {name.id.lstrip("_") for name in names if isinstance(name, ast.Name) and name.id.isupper()}
@@ -53,7 +53,7 @@ def test_the_drivers_numbers_stand_in_the_scenario_alone() -> None:
 
 
 def frame_of(plan: Plan, k: int, state: str, T_world_camera: NDArray[np.float64]) -> Any:
-    """Return as much of a frame as the reference looks at, without a picture."""
+    """Return a frame with the truth that the reference reads, without a picture."""
     truth = SimpleNamespace(
         time_s=k / plan.preset.rate_hz,
         index_of=(TARGET_NAME,).index,
@@ -70,7 +70,7 @@ def frame_of(plan: Plan, k: int, state: str, T_world_camera: NDArray[np.float64]
 
 
 def followed(plan: Plan, parameters: OracleParameters) -> dict[int, tuple[int, float, float]]:
-    """Let it follow an episode; return frame → frames since the exit, error in metres, credible level."""
+    """Run it through an episode; return frame → frames since the exit, error in metres, credible level."""
     cameras = plan.camera_poses
     states = picture_states(plan.camera, cameras, plan.target_corners_m())
     oracle = OracleMap(parameters, RoadMap(plan.layout.graph), TARGET_NAME, generator(plan.seed, "tracker/oracle_map"))
@@ -111,7 +111,7 @@ def test_it_starts_from_the_truth_and_stays_nearer_than_a_straight_line(plans: l
 
 
 def test_knowing_the_drivers_is_worth_something(plans: list[Plan]) -> None:
-    """Over all frames outside: who knows how slowly cars leave the road is nearer and holds the truth more often."""
+    """Over all frames outside the reference with the driver model is nearer and holds the truth more often."""
     mean_error, held = {}, {}
     for knows in (False, True):
         found = [v for plan in plans for v in followed(plan, OracleParameters(slows_off_road=knows)).values()]
@@ -127,7 +127,7 @@ def test_the_same_numbers_give_the_same_guesses(plans: list[Plan]) -> None:
 
 
 def test_a_fan_holds_the_route_that_is_driven(plans: list[Plan]) -> None:
-    """On the road, the car's further way lies on one of the routes, whichever frame one starts from."""
+    """On the road, the car's further way lies on one of the routes, from any start frame."""
     checked = 0
     for plan in plans:
         roads = RoadMap(plan.layout.graph)

@@ -86,4 +86,3 @@ def test_error_by_frames_since_exit_starts_at_the_exit() -> None:
     (frame_out,) = find_frame_outs(truth)
     error = np.arange(5.0)
     assert offscreen.error_by_frames_since_exit_m(error, frame_out).tolist() == [1.0, 2.0, 3.0]
-    assert truth.frames_since_exit[1:4].tolist() == [0, 1, 2]

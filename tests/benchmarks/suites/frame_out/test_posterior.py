@@ -19,7 +19,7 @@ TRIALS = 600
 
 
 def mixture(rng: np.random.Generator, count: int) -> np.ndarray:
-    """Draw from two lanes a hundred metres apart, one three times as likely: what a crossing does to a posterior."""
+    """Draw from two lanes a hundred metres apart, one three times as likely, as after a crossing."""
     left = rng.random(count) < 0.25
     return np.where(left[:, None], [-50.0, 0.0], [50.0, 10.0]) + rng.normal(0, [1.0, 6.0], (count, 2))
 
@@ -121,5 +121,5 @@ def test_histogram_of_levels() -> None:
     levels = np.array([0.01, 0.03, 0.5, 1.0, np.nan])
     histogram = level_histogram(levels)
     assert histogram.sum() == pytest.approx(1.0)
-    # A frame without posterior is one whose truth is outside.
+    # A frame without posterior counts as a truth outside every region.
     assert histogram[0] == histogram[-1] == 0.4

@@ -91,7 +91,7 @@ def test_an_occlusion_that_never_ends_is_judged_only_where_the_tracker_steers() 
 
 
 def test_whether_an_occlusion_counts_does_not_depend_on_the_answer() -> None:
-    """Ten frames must be left after the return: before, a late success counted and a late failure did not."""
+    """Ten frames must follow the return, so that late successes and late failures count alike."""
     for count, recovered in ((BACK + 10, [[], []]), (BACK + 11, [[1.0], [0.0]])):
         truth = people_of(HIDDEN[:count])
         right, silent = (scores_of(truth, [place] * count) for place in (RIGHT, None))

@@ -178,11 +178,11 @@ def test_every_frame_is_accounted_for_as_a_plain_loop_does(
     places = np.array([place for _, _, place, _ in data], dtype=float)
     outcome = people.outcomes(truth, given, places)
     right = wrong = missed = on_other = answered = silent = 0
-    for k, (visible, answer, place, everyone) in enumerate(data):
+    for k, (visible, answer, place, bystanders) in enumerate(data):
         if k == 0:
             continue
         to_target = np.hypot(*place)
-        to_others = [np.hypot(place[0] - x, place[1] - y) for x, y in everyone]
+        to_others = [np.hypot(place[0] - x, place[1] - y) for x, y in bystanders]
         correct = answer and to_target <= 0.5
         if answer and not correct and any(d < 0.5 and d < to_target for d in to_others):
             on_other += 1

@@ -1,4 +1,4 @@
-"""Events while a person is followed: where each begins, how long it lasts, when he is back."""
+"""Events while a person is followed: begin, length and return of each."""
 
 from __future__ import annotations
 

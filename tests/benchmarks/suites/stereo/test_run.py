@@ -15,7 +15,7 @@ from benchmarks.report.page import write_report
 from benchmarks.report.palette import PLACEHOLDERS
 from benchmarks.run.experiment import Experiment, Outcome, run
 from benchmarks.run.records import read_blocks, read_rows
-from benchmarks.suites.judging import told_by
+from benchmarks.suites.judging import truth_as
 from benchmarks.suites.registry import Scene, register_suite
 from benchmarks.suites.stereo.metrics.people import WORST_ERROR_M
 from benchmarks.suites.stereo.suite import STEREO
@@ -24,12 +24,12 @@ from tests.benchmarks.run.test_experiment import without_times
 from tests.benchmarks.suites.follow import fake_follow
 from tests.benchmarks.suites.follow.fake_follow import HIDDEN
 
-EVERYONE = ("follow_knowing", "follow_single", "follow_taken")
+ALL_TRACKERS = ("follow_knowing", "follow_single", "follow_taken")
 TINY = Experiment(
     suite="stereo",
     scenario=fake_follow.FAKE_FOLLOW.id,
     presets=("tiny",),
-    trackers=EVERYONE,
+    trackers=ALL_TRACKERS,
     seeds=range(2),
     workers=0,
     modules=("tests.benchmarks.suites.follow.fake_follow",),
@@ -66,7 +66,7 @@ def test_who_knows_the_way_has_the_best_of_all_scores(outcome: tuple[Outcome, Pa
     }
     assert {metric: mean_of(made, "follow_knowing", metric) for metric in best} == pytest.approx(best)
     assert mean_of(made, "follow_knowing", "position_error_m") < 1e-6
-    # There was none such.
+    # There was none.
     assert not any(entry["metric"] in ("f1_after_doorway", "f1_after_shade") for entry in made.summary)
 
 
@@ -75,7 +75,7 @@ def test_whoever_goes_with_another_is_told_so(outcome: tuple[Outcome, Path]) -> 
     right, wrong = HIDDEN[0] - 1, FRAMES - HIDDEN[-1] - 1
     assert mean_of(made, "follow_taken", "precision") == pytest.approx(right / (right + wrong), abs=1e-5)
     assert mean_of(made, "follow_taken", "recall") == 1.0
-    # Also while nothing of the target is seen.
+    # Also while the target is hidden.
     assert mean_of(made, "follow_taken", "wrong_person_rate") == pytest.approx(
         (FRAMES - HIDDEN[0]) / (FRAMES - 1), abs=1e-5
     )
@@ -85,7 +85,7 @@ def test_whoever_goes_with_another_is_told_so(outcome: tuple[Outcome, Path]) -> 
 
 
 def test_a_tracker_without_depth_is_lent_what_its_pixel_shows(outcome: tuple[Outcome, Path]) -> None:
-    """It points at the target; while he is hidden that pixel shows the crosser, and so it stands where that one is."""
+    """It points at the target; while it is hidden that pixel shows the crosser and gives their place."""
     made, out = outcome
     assert mean_of(made, "follow_single", "f_measure") == 1.0
     (series,) = {
@@ -115,13 +115,13 @@ def test_rows_have_the_keys_that_are_documented(outcome: tuple[Outcome, Path]) -
 def test_ours_is_compared_in_what_the_suite_says(outcome: tuple[Outcome, Path]) -> None:
     _, out = outcome
     comparisons = json.loads((out / "comparisons.json").read_text())
-    assert {(c["tracker"], c["other"]) for c in comparisons} == {("follow_knowing", name) for name in EVERYONE[1:]}
+    assert {(c["tracker"], c["other"]) for c in comparisons} == {("follow_knowing", name) for name in ALL_TRACKERS[1:]}
     assert {c["metric"] for c in comparisons} == set(STEREO.compared)
 
 
 def test_a_stopped_run_goes_on_where_it_was(outcome: tuple[Outcome, Path], tmp_path: Path) -> None:
     _, at_once = outcome
-    run(replace(TINY, trackers=EVERYONE[:1]), tmp_path)
+    run(replace(TINY, trackers=ALL_TRACKERS[:1]), tmp_path)
     file = tmp_path / "records.jsonl"
     lines = file.read_text().splitlines(keepends=True)
     file.write_text("".join(lines[:-3]) + lines[-3][:50])
@@ -171,7 +171,7 @@ def test_a_scenario_that_tells_another_truth_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match=r"truth: expected StereoTruth, .* got RoadTruth"):
         run(replace(TINY, scenario="fake-town", modules=("tests.fakes_scenario",)), tmp_path)
     with pytest.raises(TypeError, match="truth: expected RoadTruth"):
-        told_by(fake_follow.FAKE_FOLLOW.episode("tiny", 0).step().truth, RoadTruth)
+        truth_as(fake_follow.FAKE_FOLLOW.episode("tiny", 0).step().truth, RoadTruth)
 
 
 def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -> None:
@@ -180,13 +180,13 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
     text = re.sub(r"<[^>]+>", " ", page)
     assert f"<h1>{STEREO.heading}</h1>" in page
     assert "outside the picture" not in text
-    for words in ("What makes it lose the person?", "How soon is he found again?", "Frame by frame, seed 0"):
+    for words in ("When is the person lost?", "How soon is the person found again?", "Frame by frame, seed 0"):
         assert words in text
     assert "2 occlusions of 6 to 6 frames, 4 changes of light (2 × lamp off, 2 × back light)" in text
-    for words in ("after lamp off", "somebody near", "another person", *EVERYONE):
+    for words in ("after lamp off", "near person", "another person", *ALL_TRACKERS):
         assert words in text
     # Its pictures are black: nothing is matched in them, in the hall or in the corridor.
-    facts = text.split("What can be matched from the pair?")[1].split("Intervals:")[0]
+    facts = text.split("Disparity matched from the pair")[1].split("Intervals:")[0]
     assert facts.split("all pixels")[1].split()[:4] == ["–", "–", "–", "0.0"]
     assert ["hall" in facts, "corridor" in facts, "yard" in facts] == [True, True, False]
     for colour in PLACEHOLDERS:
@@ -235,7 +235,7 @@ def test_compare_divides_by_what_happened(outcome: tuple[Outcome, Path], capsys:
     assert found["occlusions", "recovered"] == 1.0
     assert found["2 s after lamp off", "detection_f1"] == 1.0
     assert found["2 s after any change of light", "wrong_person_rate"] == -1.0
-    assert 0.0 < found["somebody near", "detection_f1"] < 1.0
+    assert 0.0 < found["near person", "detection_f1"] < 1.0
     assert ("2 s after shade", "detection_f1") not in found
     assert main(words) == 0
     assert "2 s after back light" in capsys.readouterr().out
@@ -248,15 +248,15 @@ def test_trackers_of_two_suites_are_not_compared(outcome: tuple[Outcome, Path], 
     assert main(["compare", *names]) == 2
 
 
-def test_bench_takes_everyone_of_the_suite_and_ranks_by_f(
+def test_bench_takes_all_trackers_of_the_suite_and_ranks_by_f(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fake = replace(STEREO, scenes=(Scene(TINY.scenario, "stereo"),), preset="tiny", quick_preset="tiny")
     monkeypatch.setattr("benchmarks.commands.bench.suite", lambda name: fake)
     assert main(["bench", "stereo", "--workers", "0", "--seeds", "0:1", "--quick", "--out", str(tmp_path)]) == 1
     out, err = capsys.readouterr()
-    # OpenCV's tracker is of both suites; one of those here fails, which is told.
-    assert {key.tracker for key in read_blocks(tmp_path)} >= {*EVERYONE, "opencv_mil", "follow_raises"}
+    # OpenCV's tracker is in both suites; one of the trackers here fails, which is reported.
+    assert {key.tracker for key in read_blocks(tmp_path)} >= {*ALL_TRACKERS, "opencv_mil", "follow_raises"}
     assert not {"hold", "oracle_map"} & {key.tracker for key in read_blocks(tmp_path)}
     assert next(line for line in out.splitlines() if "follow_" in line).split()[0] in (
         "follow_knowing",
@@ -272,7 +272,7 @@ def test_list_shows_suites_their_trackers_and_presets(capsys: pytest.CaptureFixt
     assert "opencv_mil" in stereo
     assert "hold" not in stereo
     assert "colour_pf" in out.split("trackers of suite frame-out")[1].split("trackers of suite stereo")[0]
-    # What is counted of the road town is not asked of others.
+    # The survey of the road town is not needed for others.
     follow = out.split("fake-follow-v1:")[1].split("suites")[0]
     assert "a fixed camera" in follow
     assert "frame-outs" not in follow
@@ -283,5 +283,5 @@ def test_list_shows_suites_their_trackers_and_presets(capsys: pytest.CaptureFixt
 
 
 def test_a_suites_name_is_taken_once() -> None:
-    with pytest.raises(ValueError, match="suite: the name 'stereo' is taken"):
+    with pytest.raises(ValueError, match="suite: expected a new name, got 'stereo', which is taken"):
         register_suite(STEREO)

@@ -41,7 +41,7 @@ def test_each_scenario_is_drawn_in_its_own_way():
     assert isinstance(drawing_of("stereo-follow-v1", episode()), StereoDrawing)
     assert isinstance(drawing_of("stereo-follow-v12", episode()), StereoDrawing)
     assert isinstance(drawing_of("road-town-v1", FakeEpisode()), InLargerView)
-    assert isinstance(drawing_of("somebody-elses-v1", FakeEpisode()), InLargerView)
+    assert isinstance(drawing_of("another-scenario-v1", FakeEpisode()), InLargerView)
 
 
 def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

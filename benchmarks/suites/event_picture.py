@@ -1,0 +1,47 @@
+"""The report's picture of one event, kept in the result folder as long as the rows do not change."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.report.pictures import made_from, remove_picture, write_picture
+from benchmarks.run.jobs import Job, job_of
+from benchmarks.run.records import Row
+from benchmarks.run.replay import made_by_this_code
+from benchmarks.suites.registry import Condition
+
+Sheet = tuple[NDArray[np.uint8], str, str]
+"""Picture (H, W, 3), title and caption."""
+
+
+def keep_event_picture(
+    directory: Path,
+    condition: Condition,
+    trackers: Mapping[str, Sequence[Row]],
+    shown: Sequence[str],
+    found: tuple[int, dict[str, Any]] | None,
+    draw: Callable[[Mapping[str, Job], dict[str, Any]], Sheet],
+) -> None:
+    """Write the picture of an event, unless it exists; remove it where it is out of date.
+
+    Args:
+        trackers: rows by tracker. shown: the trackers in the picture.
+        found: seed and attributes of the event. No picture is written for None, nor for rows made by other code, whose
+            runs cannot be repeated.
+        draw: returns the picture from the jobs of the trackers and the event.
+    """
+    name = "-".join(filter(None, condition))
+    key = json.dumps([found, [(tracker, trackers[tracker][0]["versions"]) for tracker in shown]])
+    if made_from(directory, name) == key:
+        return
+    remove_picture(directory, name)
+    if found is not None and all(made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
+        seed, event = found
+        sheet, title, caption = draw({tracker: job_of(trackers[tracker][0], seed) for tracker in shown}, event)
+        write_picture(directory, name, sheet, condition, title, f"Seed {seed}: {caption}", key)
