@@ -39,7 +39,7 @@ class Failure:
     seed: int
     frame: int
     reason: str
-    since: str = "given no answer"
+    since: str = "answered nothing"
 
     def __str__(self) -> str:
         return (

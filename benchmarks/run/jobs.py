@@ -131,7 +131,7 @@ class OpenJob:
 
     def failures(self) -> list[Failure]:
         """Return the failures so far."""
-        guards: list[tuple[str, Guard, str]] = [(each.label, each.guard, "given no answer") for each in self.watchers]
+        guards: list[tuple[str, Guard, str]] = [(each.label, each.guard, "answered nothing") for each in self.watchers]
         if self.controller is not None:
             guards.insert(0, (str(self.job.controller), self.controller, "commanded nothing"))
         where = (self.job.scenario, self.job.preset, self.job.seed)

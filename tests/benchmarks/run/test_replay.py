@@ -93,10 +93,10 @@ def test_a_preset_that_is_steered_by_itself_is_shown_as_suites_of_trackers_have_
     "changes",
     [{}, {"link": "delayed"}, {"suite": "frame-out", "presets": ("tiny-loop",)}, {"suite": "frame-out"}],
 )
-def test_a_run_named_by_its_row_is_lived_again_as_it_was_scored(
+def test_a_run_named_by_its_row_is_repeated_as_it_was_scored(
     changes: dict[str, Any], tmp_path: Path, obeyed: Commands
 ) -> None:
-    """So the report's pictures are made."""
+    """The report's pictures are made from such runs."""
     expected = scored(tmp_path, obeyed, **changes)
     row = read_rows(tmp_path)[0]
     with opened(job_of(row, row["seed"])) as live:
@@ -106,7 +106,7 @@ def test_a_run_named_by_its_row_is_lived_again_as_it_was_scored(
     assert [instant.frame.truth.frame for instant in instants] == [5]
 
 
-def test_one_that_fails_is_shown_silent_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_failed_one_is_shown_silent_and_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["render", "fake-town", "--preset", "tiny", "--tracker", "fake_raises", "--scale", "1", "--frames", "23"]
     assert cli.main([*words, "--controller", "fake_raises", "--out", str(tmp_path / "x.mp4")]) == 1
     out, err = capsys.readouterr()

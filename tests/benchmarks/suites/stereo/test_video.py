@@ -12,6 +12,7 @@ import pytest
 
 from benchmarks.run.jobs import Job
 from benchmarks.run.replay import replay
+from benchmarks.suites import event_picture
 from benchmarks.suites.stereo import picture
 from benchmarks.suites.stereo.drawing import StereoDrawing, describe_person
 from benchmarks.suites.stereo.instant import draw_left_and_plan
@@ -158,7 +159,7 @@ def test_four_frames_of_an_event_are_shown():
 
 def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     drawn = []
-    monkeypatch.setattr(picture, "made_by_this_code", lambda tracker, rows: rows[0]["versions"] == "now")
+    monkeypatch.setattr(event_picture, "made_by_this_code", lambda tracker, rows: rows[0]["versions"] == "now")
     monkeypatch.setattr(
         picture, "_row", lambda *about: drawn.append(about) or [("words", np.zeros((24, 64, 3), np.uint8))]
     )
