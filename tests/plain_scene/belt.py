@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.suites.judging import Score, told_by
+from benchmarks.suites.judging import Score, truth_as
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 from scenarios import catalog
 from scenarios.camera_rig import SingleCamera
@@ -199,7 +199,7 @@ class OutsideJudge:
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
-        truth = told_by(frame.truth, BeltTruth)
+        truth = truth_as(frame.truth, BeltTruth)
         target = truth.index_of(self._target)
         self.true_px, self.is_out = truth.position_px[target], truth.state[target] == "out"
 
