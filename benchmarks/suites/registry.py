@@ -151,12 +151,6 @@ class Scene:
     drawing: Callable[[Episode], Drawing] | None = None
 
 
-def no_picture(
-    directory: Path, condition: Condition, trackers: Mapping[str, Sequence[Row]], shown: Sequence[str]
-) -> None:
-    """Write no picture to the result folder."""
-
-
 @dataclass(frozen=True, slots=True)
 class Suite:
     """Scores that answer one question.
@@ -197,7 +191,7 @@ class Suite:
     silence: str
     events: EventWords = NO_EVENTS
     figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]] = lambda rows, styles: []
-    picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = no_picture
+    picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = lambda *_: None
     facts: Facts | None = None
     references: tuple[Entrant, ...] = ()
     oracles: str = ""
