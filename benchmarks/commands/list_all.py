@@ -118,6 +118,18 @@ def _measured(kept: dict[str, Any], survey: Survey) -> str:
     return measured
 
 
+_ROLES = {
+    "ours": "our own method",
+    "variant": "ours with one part left out",
+    "as-written": "a paper's method, as the paper describes it",
+    "baseline": "a simple or general method",
+    "external": "a user's own",
+    "blind": "sees no picture; a tracker of this role is told the target's true state at the start and at each exit",
+    "oracle": "knows what no tracker can know",
+    "policy": "a trained network that steers",
+}
+
+
 def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
     trackers = [
         (f"trackers of suite {name}", [(each.name, each.role, each.summary) for each in entrants(name).values()])
@@ -128,7 +140,8 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
         (f"controllers of the {name}", [(each.name, each.role, each.summary) for each in controllers(name).values()])
         for name in _carriers()
     ]
-    return [("suites", _suites()), *trackers, *steering, ("envs", _envs())]
+    roles = [(role, "", words) for role, words in _ROLES.items()]
+    return [("suites", _suites()), *trackers, *steering, ("roles", roles), ("envs", _envs())]
 
 
 def _envs() -> list[tuple[str, str, str]]:
