@@ -6,7 +6,6 @@ import contextlib
 import errno
 import importlib
 import io
-import os
 import re
 import sys
 from collections.abc import Sequence
@@ -74,10 +73,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ChildProcessError as error:
         print(f"error: {error}", file=sys.stderr)
         return _FAILED
-    except BrokenPipeError:
-        # What reads our output, such as `head`, has read enough; nothing is written into the pipe at the exit either.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except OSError as error:
         if error.errno not in _NO_ROOM:
             raise

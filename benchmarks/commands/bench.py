@@ -155,7 +155,6 @@ def _report_problems(outcome: Outcome, wanted: Suite) -> None:
         more = f" (and failed in {count - 1} more)" if count > 1 else ""
         lines.append(f"error: {first[tracker]}{more}")
     for tracker, frames in outcome.silent.items():
-        if frames:
-            lines.append(f"note: {tracker} gave no answer (NaN) on {frames} frames; each counts as {wanted.silence}")
+        lines.append(f"note: {tracker} gave no answer (NaN) on {frames} frames; each counts as {wanted.silence}")
     for line in lines:
         print(line, file=sys.stderr)

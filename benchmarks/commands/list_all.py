@@ -124,7 +124,7 @@ _ROLES = {
     "as-written": "a paper's method, as the paper describes it",
     "baseline": "a simple or general method",
     "external": "a user's own",
-    "blind": "sees no picture; a tracker of this role is told the target's true state at the start and at each exit",
+    "blind": "sees no picture; a tracker of this role gets the target's true state at the start and at each exit",
     "oracle": "knows what no tracker can know",
     "policy": "a trained network that steers",
 }

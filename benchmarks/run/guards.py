@@ -93,7 +93,9 @@ class GuardedContestant(Guard):
         note: Callable[[int], None] = lambda frame: None,
         ends_process_at: int | None = None,
     ) -> None:
-        """``note`` is called before each frame; at frame ``ends_process_at`` the contestant ends its process."""
+        """``note`` is called before each frame. On frame ``ends_process_at`` an earlier attempt ended its process: the
+        contestant fails there without being called.
+        """
         super().__init__(limit_s, "frame")
         self._silence: Answer = () if follows_many else SILENT
         self._check: Callable[[Any], None] = check_tracks if follows_many else check_estimate

@@ -106,7 +106,7 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
 def compare_ours(groups: Groups) -> list[dict[str, Any]]:
     """Return the list of ``comparisons.json``: the tracker with role ``ours`` against every other one.
 
-    Where controllers are contestants, they are compared likewise.
+    Where controllers are contestants, pairs that differ in one of the two names are compared.
     """
     entries = []
     for condition, contestants in groups.items():

@@ -33,7 +33,7 @@ class StereoTruth(Truth):
     right_depth_m: NDArray[np.float32] = truth_field("m", "H", "W", coding="as depth_m")
     illuminance_lx: NDArray[np.float64] = truth_field("lx", "N")
     place: str = truth_field("word")
-    light_event: LightEvent | None = truth_field("word", coding="none without a new change")
+    light_event: LightEvent | None = truth_field("word", coding="None while no change of light is new")
     registers: CameraRegisters = truth_field("1")
 
 

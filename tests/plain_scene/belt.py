@@ -20,6 +20,7 @@ from scenarios.envs.ids import register_envs
 from scenarios.scenario import Frame, RendererName, Scenario, preset_of
 from scenarios.stage import Stage, covers_all
 from scenarios.truth import Truth, TruthExtent, truth_field
+from sim.checks import check_types, check_within
 from sim.labels import amodal_boxes, outline, visible_fraction
 from sim.mesh import TexturedMesh
 from sim.meshes.facets import Facets, palette, swatch_uv
@@ -53,10 +54,18 @@ class Belt:
     travel_m: float = 2.0
     closed_loop: bool = False
 
+    def __post_init__(self) -> None:
+        check_types(self)
+        check_within(self, "frame_count width_px height_px", 2)
+
 
 @dataclass(frozen=True, slots=True)
 class BeltTruth(Truth):
-    """Attributes: run_m: how far the belt has run since frame 0."""
+    """Truth of one frame above the belt.
+
+    Attributes:
+        run_m: how far the belt has run since frame 0.
+    """
 
     run_m: float = truth_field("m", coding="since frame 0, against the camera's x axis where negative")
 
@@ -132,17 +141,17 @@ class BeltEpisode(Stage):
             names=tuple(PAINTS_RGB),
             kinds=("box",) * len(self._boxes),
             instance_id=np.array([box.index for box in self._boxes]),
-            speed_mps=np.full(len(self._boxes), abs(self._preset.travel_m * self._turn_rate_hz(frame))),
+            speed_mps=np.full(len(self._boxes), self._speed_mps(frame)),
             run_m=self._run_m,
         )
         settings = CameraSettings(truth.exposure_s, truth.gain)
         pose = EgoPose(self._T_world_camera)
         return Frame(Observation(seen.picture.image_rgb, truth.time_s, self._model, settings, pose), truth)
 
-    def _turn_rate_hz(self, frame: int) -> float:
-        """Return how fast the run of the belt changes, in travels a second."""
+    def _speed_mps(self, frame: int) -> float:
+        """Return the speed of the belt, the derivative of its run."""
         phase_rad = np.pi / (self._preset.frame_count - 1)
-        return float(np.cos(phase_rad * frame) * phase_rad * RATE_HZ)
+        return float(abs(self._preset.travel_m * np.cos(phase_rad * frame)) * phase_rad * RATE_HZ)
 
     def _amodal_xyxy(self) -> NDArray[np.float64]:
         return amodal_boxes(self._view, self._T_world_camera, self._outline, self._poses)
@@ -216,13 +225,11 @@ class OutsideSheet:
         self._errors_px: list[float] = []
 
     def keep(self, frame: Frame, answer: Estimate) -> None:
-        """See ``ScoreSheet``. Silence is an error of a picture's width."""
+        """See ``ScoreSheet``. Silence is an error of a picture's width, the greatest there is."""
         if self._judge.is_out:
-            error_px, width_px = (
-                np.linalg.norm(answer.position_px - self._judge.true_px),
-                frame.observation.camera.width_px,
-            )
-            self._errors_px.append(float(np.nan_to_num(error_px, nan=width_px)))
+            width_px = frame.observation.camera.width_px
+            error_px = np.linalg.norm(answer.position_px - self._judge.true_px)
+            self._errors_px.append(float(np.fmin(error_px, width_px)))
 
     def scores(self, failed_at_frame: int | None) -> Iterator[Score]:
         """Yield ``outside_error_px``: mean distance, in pixels, of estimate and box while it is outside the picture."""
@@ -240,7 +247,9 @@ register_suite(
         quick_preset="quick",
         judge=OutsideJudge,
         metrics=(
-            Metric("outside_error_px", "distance of estimate and box outside", "px", "lower", ("outside_error_px",)),
+            Metric(
+                "outside_error_px", "distance of estimate and box outside, at most a picture's width", "px", "lower"
+            ),
         ),
         headline=("outside_error_px",),
         compared=("outside_error_px",),

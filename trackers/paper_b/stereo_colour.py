@@ -57,7 +57,7 @@ class StereoColourParameters:
         acceleration_mps2: standard deviation of a person's acceleration in the robot's frame.
         place_noise_m: standard deviation of a candidate's position.
         predicted_s: how long a target that is not found and not occluded is predicted; then it is lost.
-        predicted_hidden_s: the same during an occlusion.
+        predicted_hidden_s: the same while the state of occlusion is not ``NONE``. A lost target's position stays.
         camera_height_m: height of a level camera, used if no pose is measured.
     """
 

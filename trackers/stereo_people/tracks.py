@@ -157,7 +157,7 @@ class Track:
 
 
 def associate(tracks: Sequence[Track], sightings: Sequence[Sighting]) -> list[int | None]:
-    """Return the index of each track's sighting, None for none, with the greatest sum of scores above zero."""
+    """Return the index of each track's sighting, None for none: the greatest sum of scores, each of them above zero."""
     if not tracks or not sightings:
         return [None] * len(tracks)
     scores = np.array([[track.score(sighting) for sighting in sightings] for track in tracks])

@@ -31,7 +31,12 @@ COMPARED = (
         "restricted mean",
         horizon_frames=LONGEST_SEARCH_FRAMES,
     ),
-    Metric("wrong_target_rate", "time with the tracker's estimate on another visible object", "fraction", "lower"),
+    Metric(
+        "wrong_target_rate",
+        "time with the estimate on another visible object, outside the target's box",
+        "fraction",
+        "lower",
+    ),
     Metric("effort", "mean size of the obeyed commands, 1 = every axis at its limit all the time", "fraction", "lower"),
     Metric("jerkiness_per_s", "mean change of the obeyed commands in a second, in the same measure", "1", "lower"),
 )

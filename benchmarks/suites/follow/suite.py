@@ -42,7 +42,9 @@ FOLLOW = Suite(
         ),
         _share("evt_success_rate", "EVT-Bench: episodes that end in the picture and within 3 m, never lost"),
         _share("evt_tracking_rate", "EVT-Bench: steps in the picture and within 3 m, none after a loss"),
-        Metric("evt_collision_rate", "EVT-Bench: episodes that end nearer than 0.5 m", "fraction", "lower"),
+        Metric(
+            "evt_collision_rate", "EVT-Bench: episodes that end with the camera nearer than 0.5 m", "fraction", "lower"
+        ),
         _share("in_view_tpr", 'OxUvA: frames in view on which the tracker says "in view" and is on the target'),
         _share("in_view_tnr", "OxUvA: frames with the target absent on which the tracker says so"),
         in_view.IN_VIEW_GM,

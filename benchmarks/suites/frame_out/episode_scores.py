@@ -83,7 +83,8 @@ def offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDAr
     """Yield errors and calibration on the frames on which the target is ``out``, weighted by their number.
 
     A tracker that gives a posterior on any frame of the episode has missed on frames without one: no region holds the
-    truth, and NEES is 100, which is also the most that any frame counts. Of a tracker that gives none all is null.
+    truth, and its NEES is ``NEES_CAP``, also the most that any frame counts. Without a posterior in the episode,
+    coverage and NEES are null; the errors are not.
     """
     out = truth.state == "out"
     frames = float(out.sum())

@@ -34,7 +34,7 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
     lines = {name: curve for name, rows in drawn.items() if (curve := curves.recovery(rows)) is not None}
     if lines:
         words = (
-            "Kaplan–Meier: a person who is never found again counts as lost to the end of the watch. "
+            "Kaplan–Meier: a person who is never found again counts as lost to the next occlusion or the end. "
             "Bands: 95 % bootstrap over seeds."
         )
         svg = plots.plot_recovery(lines, styles, "half of the person is seen again", OCCLUSION_WINDOW_FRAMES)
@@ -61,7 +61,7 @@ def _strips(drawn: Mapping[str, Sequence[Row]]) -> list[Plot]:
     if not strip:
         return []
     words = (
-        "Each line a tracker, each frame a mark. White: the person is hidden, or no answer while hardly anything is "
-        "visible. Above: the person's visible share, and when the light begins to change."
+        "Each line a tracker, each frame a mark. White: nothing of the person is visible, or no answer while "
+        "hardly anything is. Above: the person's visible share, and when the light begins to change."
     )
     return [Plot(f"Frame by frame, seed {seed}", words, strips.plot_strips(strip))]

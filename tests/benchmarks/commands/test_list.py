@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
@@ -14,6 +14,8 @@ from benchmarks.commands import list_all
 from scenarios import catalog
 from scenarios.road_town.survey import FRAME_OUTS, Held
 from tests import fakes_scenario
+from trackers.controllers.catalogue import ControllerRole
+from trackers.registry import Role
 
 FAKE = "fake-town-v1"
 
@@ -76,3 +78,7 @@ def test_what_is_kept_with_the_code_is_what_surveys_return() -> None:
         measured = catalog.survey(name)
         assert measured is not None
         assert all(len(measured.cells(held)) == len(measured.columns) for held in kept["holds"].values())
+
+
+def test_every_role_is_explained() -> None:
+    assert set(list_all._ROLES) == {*get_args(Role), *get_args(ControllerRole)}

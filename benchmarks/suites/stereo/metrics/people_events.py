@@ -77,7 +77,7 @@ def find_events(truth: PeopleSeries) -> list[PeopleEvent]:
 
 
 def _occlusions(truth: PeopleSeries) -> list[tuple[int, int]]:
-    """Return (first frame, end) of runs of at least 2 frames on which less than a tenth of the target is seen.
+    """Return (first frame, end) of maximal runs of at least 2 frames on which less than a tenth of the target is seen.
 
     The target is in the picture, at least in part.
     """
