@@ -181,7 +181,8 @@ class CarModel:
 def _spacing_m(positions_m: NDArray[np.float64]) -> float:
     """Return the mean spacing ``sqrt(2 pi sqrt(det cov) / N)`` of particles (N, 2).
 
-    It is added in quadrature to the detection's error: where particles are sparse, the nearest one is further from the target.
+    It is added in quadrature to the detection's error: where particles are sparse, the nearest one is further from the
+    target.
     """
     if len(positions_m) < 2:
         return 0.0
