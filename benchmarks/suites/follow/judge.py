@@ -137,7 +137,7 @@ class FollowSheet:
 
 
 def _says_in_view(estimate: Estimate, frame: Frame) -> bool:
-    """Return whether the tracker answers that it sees the target; without a probability, a position in the picture does."""
+    """Return whether the tracker answers that it sees the target; without a probability, that it is in the picture."""
     if estimate.in_view_probability is not None:
         return estimate.in_view_probability >= SEEN_PROBABILITY
     x, y = estimate.position_px
