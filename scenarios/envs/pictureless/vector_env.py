@@ -210,6 +210,9 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         states = self.states
         known = states["known"] > 0.0
         error_px = np.hypot(*(states["estimate_px"] - states["target_px"]).T)
+        # A carrier that moves as a whole has the first of these commands only.
+        command = np.zeros((self.num_envs, len(COMMANDS)))
+        command[:, : states["obeyed"].shape[1]] = states["obeyed"]
         return {
             "episode_seed": self.bank.seeds[states["episode"]],
             "frame": states["frame"].copy(),
@@ -219,8 +222,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             "length_px": states["length_px"].copy(),
             "position_px": states["target_px"].copy(),
             "error_px": np.where(known, error_px, np.nan),
-            # A carrier that moves as a whole has the first of these commands only.
-            "command": np.pad(states["obeyed"], ((0, 0), (0, len(COMMANDS) - states["obeyed"].shape[1]))),
+            "command": command,
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }
 
