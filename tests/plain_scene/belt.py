@@ -35,6 +35,7 @@ from trackers.types import CameraCommand, CameraModel, CameraSettings, Carrier, 
 
 RATE_HZ = 10.0
 BOX_M = (0.3, 0.2, 0.2)
+FLOOR_M = (8.0, 8.0, 0.1)
 PAINTS_RGB = {"target": (200, 40, 30), "blue box": (40, 90, 200), "yellow box": (220, 180, 40)}
 AT_REST = Carrier("pillar", (), "down")
 """A camera that no command moves: no axes."""
@@ -67,7 +68,7 @@ class BeltTruth(Truth):
         run_m: how far the belt has run since frame 0.
     """
 
-    run_m: float = truth_field("m", coding="since frame 0, against the camera's x axis where negative")
+    run_m: float = truth_field("m", coding="since frame 0")
 
 
 class BeltEpisode(Stage):
@@ -76,7 +77,7 @@ class BeltEpisode(Stage):
     def __init__(self, preset: Belt, seed: int, renderer: RendererName, closed_loop: bool, truth: TruthExtent) -> None:
         self._preset, self._all = preset, covers_all(truth)
         world = World()
-        world.add(_slab((8.0, 8.0, 0.1), (150, 150, 145)), pose_on_ground(0, 0, 0), name="floor", category="ground")
+        world.add(_slab(FLOOR_M, (150, 150, 145)), pose_on_ground(0, 0, 0), name="floor", category="ground")
         self._boxes = [
             world.add(_slab(BOX_M, paint), np.eye(4), name=name, category="box", movable=True)
             for name, paint in PAINTS_RGB.items()
@@ -118,7 +119,7 @@ class BeltEpisode(Stage):
         x_m, y_m = self._rest_m
         places = zip(x_m + self._run_m, y_m, self._yaw_rad, strict=True)
         self._poses = np.array([pose_on_ground(x, y, yaw) for x, y, yaw in places])
-        self._poses[:, 2, 3] = 0.1
+        self._poses[:, 2, 3] = FLOOR_M[2]
         self.world.move_all(self._boxes, self._poses)
 
     def _take(self, frame: int) -> Frame:

@@ -14,7 +14,8 @@ from scenarios.stage import Stage, covers_all
 from scenarios.truth import Truth, TruthExtent, without_pixels
 from scenarios.visibility import Exits, centres_px, states_of
 from sim.labels import amodal_boxes, outline, visible_fraction
-from sim.mesh import Texture, TexturedMesh
+from sim.mesh import TexturedMesh
+from sim.meshes.facets import Facets, palette, swatch_uv
 from sim.optics import PinholeCamera, look_down_pose
 from sim.pose import pose_on_ground
 from sim.rng import episode_seed, generator
@@ -59,18 +60,10 @@ class Yard:
 
 def box_mesh(size_m: tuple[float, float, float]) -> TexturedMesh:
     """Return a box that stands on z = 0."""
-    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)]) * size_m
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    vertices = np.array([corners[k] for quad in quads for k in quad], np.float32)
-    faces = np.array(
-        [(4 * q + a, 4 * q + b, 4 * q + c) for q in range(6) for a, b, c in ((0, 1, 2), (0, 2, 3))], np.int32
-    )
-    first = vertices[faces[::2]]
-    across = np.cross(first[:, 1] - first[:, 0], first[:, 2] - first[:, 0])
-    normals = np.repeat(across / np.linalg.norm(across, axis=1, keepdims=True), 4, axis=0).astype(np.float32)
-    return TexturedMesh(
-        vertices, normals, np.zeros((24, 2), np.float32), faces, Texture(np.full((1, 1, 3), 128, np.uint8))
-    )
+    facets = Facets()
+    x_m, y_m, z_m = size_m
+    facets.box((-x_m / 2, -y_m / 2, 0.0), (x_m / 2, y_m / 2, z_m), swatch_uv(0, 1))
+    return facets.mesh(palette([(128, 128, 128)]))
 
 
 class Head:

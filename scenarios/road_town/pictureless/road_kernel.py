@@ -98,7 +98,7 @@ def fly_on(
         _observe(state, flights, sightings[k], rng, scratch)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _observe(state: Any, flights: Any, sighting: Any, rng: np.random.Generator, scratch: Any) -> None:
     """Write the truth of the current frame, the tracker's answer, and the sighting."""
     episode, noise, camera = state.episode, flights.noise[0], flights.camera

@@ -55,6 +55,8 @@ def begin_drives(
     rng: np.random.Generator,
 ) -> None:
     """Begin ``episodes`` (K,) in the rows ``which`` (K,) of ``states``: on frame 0, or shortly before a likely loss."""
+    target_m, target_rad, size_m = drives.target_m, drives.target_rad, drives.size_m
+    others_m, openings_m, errors, camera = drives.others_m, drives.openings_m, drives.errors[0], drives.camera
     path_m, yaw_rad, interval_s = drives.path_m, drives.yaw_rad, drives.interval_s
     for n in range(len(which)):
         state, episode = states[which[n]], episodes[n]
@@ -79,7 +81,7 @@ def begin_drives(
         state.command[0] = state.obeyed[0] = state.speed_mps
         state.command[3] = state.obeyed[3] = state.yaw_rate_rad_s
         start_tracker(state, rng)
-        _observe(state, drives, sightings[which[n]], rng)
+        _observe(state, target_m, target_rad, size_m, others_m, openings_m, errors, camera, sightings[which[n]], rng)
 
 
 @njit(cache=True)
@@ -87,26 +89,43 @@ def drive_on(
     states: Any, wanted: Any, waiting: Any, link: LinkLimits, drives: Any, sightings: Any, rng: np.random.Generator
 ) -> None:
     """Advance all states by one frame under the commands (B, 4), and write their sightings."""
+    target_m, target_rad, size_m = drives.target_m, drives.target_rad, drives.size_m
+    others_m, openings_m, errors, camera = drives.others_m, drives.openings_m, drives.errors[0], drives.camera
+    free_m, interval_s = drives.free_m, drives.interval_s
     for k in range(len(states)):
         state = states[k]
         send(state, wanted[k], link, waiting[k], rng)
-        drive(state, drives.free_m[state.episode], drives.interval_s, rng)
+        drive(state, free_m[state.episode], interval_s, rng)
         state.frame += 1
         state.steps += 1
-        _observe(state, drives, sightings[k], rng)
+        _observe(state, target_m, target_rad, size_m, others_m, openings_m, errors, camera, sightings[k], rng)
 
 
 @njit(cache=True)
-def _observe(state: Any, drives: Any, sighting: Any, rng: np.random.Generator) -> None:
-    """Write the truth of the current frame, the tracker's answer, and the sighting."""
-    episode, camera = state.episode, drives.camera
-    size_m, others_m, openings_m = drives.size_m[episode], drives.others_m[episode], drives.openings_m[episode]
-    place_target(state, drives.target_m, drives.target_rad)
+def _observe(
+    state: Any,
+    target_m: Any,
+    target_rad: Any,
+    size_m: Any,
+    others_m: Any,
+    openings_m: Any,
+    errors: Any,
+    camera: Any,
+    sighting: Any,
+    rng: np.random.Generator,
+) -> None:
+    """Write the truth of the current frame, the tracker's answer, and the sighting.
+
+    Arrays are those of ``Drives``, one by one: each read of a tuple's array counts a reference, a tenth of a step.
+    """
+    episode = state.episode
+    place_target(state, target_m, target_rad)
     look_ahead(state, rng)
-    _notice_others(state, others_m[state.frame], openings_m, camera)
-    look(state, size_m, camera, covered_share(state, others_m[state.frame], openings_m))
+    people_m, doors_m = others_m[episode, state.frame], openings_m[episode]
+    _notice_others(state, people_m, doors_m, camera)
+    look(state, size_m[episode], camera, covered_share(state, people_m, doors_m))
     sight_rad = np.arctan2(state.target_m[1] - state.camera_m[1], state.target_m[0] - state.camera_m[0])
-    track(state, drives.errors[0], size_m, sight_rad, camera, rng)
+    track(state, errors, size_m[episode], sight_rad, camera, rng)
     write_sighting_ahead(state, camera, sighting)
 
 
