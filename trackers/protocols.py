@@ -39,6 +39,14 @@ class MultiTracker(Protocol):
         ...
 
 
+class RevisingTracker(MultiTracker, Protocol):
+    """A ``MultiTracker`` that decides identities later than it answers."""
+
+    def revised(self) -> Sequence[Sequence[Track]]:
+        """Return the answers on all pictures so far, as decided with hindsight; called once, after the last picture."""
+        ...
+
+
 class Controller(Protocol):
     """Steers the camera's carrier by a tracker's estimates."""
 

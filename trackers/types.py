@@ -160,6 +160,7 @@ class Estimate:
         particles_px: (N, 2) or None.
         weights: (N,) non-negative, sum 1; with particles None means equal weights.
         covariance_px: (2, 2) or None.
+        centre_line_px: (K, 2) middle line of a slender body, from head to tail, or None.
     """
 
     position_px: NDArray[np.float64]
@@ -170,6 +171,7 @@ class Estimate:
     weights: NDArray[np.float64] | None = None
     covariance_px: NDArray[np.float64] | None = None
     depth_m: float | None = None
+    centre_line_px: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +183,7 @@ class Track:
         estimate: its position.
         kind: its class, e.g. ``person``; None if the tracker does not classify.
         size_m: (3,) length, width and height; None if they are not measured.
-        confidence: probability in [0, 1] that the target exists, or None.
+        confidence: probability in [0, 1] that the target exists and is the one of this identity, or None.
     """
 
     identity: int
