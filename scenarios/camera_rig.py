@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from scenarios.scenario import RendererName
 from sim.optics import PinholeCamera
 from sim.render.pipeline import Capture, Sensor, Shader, capture
-from sim.render.protocol import create_renderer
+from sim.render.protocol import Renderer, create_renderer
 from sim.sensors.config import SensorSettings
 from sim.world import World
 
@@ -32,9 +33,24 @@ class Rig(Protocol):
 class SingleCamera:
     """A ``Rig`` of one camera."""
 
-    def __init__(self, world: World, camera: PinholeCamera, renderer: RendererName, sensor: Sensor[Any]) -> None:
+    def __init__(
+        self,
+        world: World,
+        camera: PinholeCamera,
+        renderer: RendererName,
+        sensor: Sensor[Any],
+        *,
+        through: Callable[[Renderer], Renderer] | None = None,
+    ) -> None:
+        """Stand before a world.
+
+        Args:
+            through: returns the renderer of what is seen through something, of the one that draws the world.
+        """
         self.camera = camera
         self._renderer = create_renderer(renderer, world)
+        if through is not None:
+            self._renderer = through(self._renderer)
         self._sensor = sensor
         self._frame, self._settings = -1, SensorSettings(1.0, 1.0)
 

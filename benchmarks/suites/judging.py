@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
-from trackers.types import CameraCommand
+from trackers.gaps.types import GapMethod
+from trackers.types import CameraCommand, Track
 
 _T = TypeVar("_T", bound=Truth)
 
@@ -31,6 +32,22 @@ class Score:
     event: Event | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """What is known of a contestant after the last frame.
+
+    Attributes:
+        failed_at_frame: from this frame on it gave no answers; None without a failure. The number of frames if it
+            failed only afterwards.
+        revised: its answers on all frames as decided with hindsight; None if it does not revise them.
+        gap_method: bridges gaps in tracks. After a failure of its own it predicts NaN. None if there is none.
+    """
+
+    failed_at_frame: int | None = None
+    revised: Sequence[Sequence[Track]] | None = None
+    gap_method: GapMethod | None = None
+
+
 class ScoreSheet(Protocol):
     """The answers of one contestant in one episode, and their scores."""
 
@@ -41,8 +58,8 @@ class ScoreSheet(Protocol):
         """
         ...
 
-    def scores(self, failed_at_frame: int | None) -> Iterable[Score]:
-        """Return all scores, after every frame was kept; from ``failed_at_frame`` on there are no answers."""
+    def scores(self, ending: Ending) -> Iterable[Score]:
+        """Return all scores, after every frame was kept."""
         ...
 
 
