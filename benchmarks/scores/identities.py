@@ -68,7 +68,7 @@ class ClearCounts:
 
     @property
     def mota(self) -> float:
-        """Return 1 - (missed + false + switches) / (found + missed), at most 1; 0 without targets, as TrackEval does."""
+        """Return 1 - (missed + false + switches) / (found + missed), at most 1; 0 without targets."""
         targets = self.found + self.missed
         return (self.found - self.false - self.switches) / targets if targets else 0.0
 
