@@ -19,18 +19,19 @@ from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
 from scenarios.truth import TruthExtent, without_pixels
 from scenarios.visibility import Exits, states_of
+from sim.meshes.fish_look import draw_look
 from sim.optics import PinholeCamera, look_down_pose
 from sim.render.refraction import ThroughWater
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
-from sim.shaders.water import WaterShader
-from sim.water_surface import WaterSurface
+from sim.shaders.daylight import DaylightShader, Sun
+from sim.water_surface import RippledSurface, Ripples, draw_waves
 from sim.world import World
 from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation, Start, SteeredCamera
 
 TARGET = "fish-0"
-_HEIGHT_M, _PIXELS_PER_M = 1.1, 1000.0
+_HEIGHT_M, _PIXELS_PER_M = 1.6, 925.0
 """Height of the overview camera above the floor, and its scale there in pictures 640 pixels wide."""
 _MIDDLE_M = 0.5 * VOLUME_M[2]
 """Measured poses are relative to the plane at half the water's depth: their "ground"."""
@@ -48,12 +49,15 @@ class FishTankEpisode(Stage):
         build_tank(world, generator(seed, "tank"))
         focal_px = _PIXELS_PER_M * _HEIGHT_M * preset.width_px / 640
         self._view = PinholeCamera(preset.width_px, preset.height_px, focal_px)
+        rng = generator(seed, "looks")
+        looks = [draw_look(rng, preset.variety) for _ in range(preset.fish)]
+        lengths_m = np.array([look.length_m for look in looks])
         self._swims = swim(
-            VOLUME_M, preset.fish, preset.frame_count, preset.rate_hz, preset.character, generator(seed, "shoal")
+            VOLUME_M, lengths_m, preset.frame_count, preset.rate_hz, preset.character, generator(seed, "shoal")
         )
-        self._fish = Fish(world, self._swims, preset.variety, generator(seed, "looks"))
-        self._surface = WaterSurface(preset.water, VOLUME_M[2], generator(seed, "ripples"))
-        self._water = WaterShader(world, self._surface, preset.water)
+        self._fish = Fish(world, self._swims, looks, rng)
+        self._surface = _surface(preset.ripples, generator(seed, "ripples"))
+        self._water = DaylightShader(world, Sun((0.1, 0.2, 1.0), 500.0), 300.0)
         self._camera = self._overview(world, "sensor")
         super().__init__(
             world, self._camera, frame_count=preset.frame_count, rate_hz=preset.rate_hz, closed_loop=closed_loop
@@ -71,7 +75,7 @@ class FishTankEpisode(Stage):
         return self._start
 
     @property
-    def _shader(self) -> WaterShader:
+    def _shader(self) -> DaylightShader:
         return self._water
 
     def map_of(self) -> tuple[float, float, float]:
@@ -86,7 +90,7 @@ class FishTankEpisode(Stage):
         self._fish.move_to(frame)
 
     def _set_time(self, time_s: float) -> None:
-        self._surface.move_to(time_s)
+        self._surface.time_s = time_s
 
     def _overview(self, world: World, stream: str) -> SingleCamera:
         """Return the overview camera with a sensor of its own."""
@@ -115,6 +119,7 @@ class FishTankEpisode(Stage):
 
     def _take(self, frame: int) -> Frame:
         capture = self._camera.take(self._water, self._T_world_camera, frame)
+        steers = self.closed_loop
         # In place: the map belongs to this frame alone.
         self._fish.merge(capture.instance_id)
         fish, seen = self._fish, self._seen_by(self._view, self._T_world_camera, capture.instance_id)
@@ -141,9 +146,9 @@ class FishTankEpisode(Stage):
             camera=_model(self._view),
             settings=CameraSettings(truth.exposure_s, truth.gain),
             ego=_measured(self._T_world_camera),
-            steered=SteeredCamera(_model(self._head.camera), _measured(self._head.T_world_camera)),
+            steered=SteeredCamera(_model(self._head.camera), _measured(self._head.T_world_camera)) if steers else None,
         )
-        return Frame(observation, truth, steered=self._by_head(truth))
+        return Frame(observation, truth, steered=self._by_head(truth) if steers else None)
 
     def _by_head(self, truth: FishTruth) -> FishTruth:
         """Return the truth of the steered camera: it takes no picture, and what the overview sees counts as seen."""
@@ -162,6 +167,12 @@ class FishTankEpisode(Stage):
             frames_since_exit=since,
             **changes,
         )
+
+
+def _surface(ripples: Ripples, rng: np.random.Generator) -> RippledSurface:
+    x_m, y_m, depth_m = VOLUME_M
+    corner_m = 0.5 * x_m, 0.5 * y_m
+    return RippledSurface(draw_waves(ripples, depth_m, rng), (-corner_m[0], -corner_m[1]), corner_m, depth_m, depth_m)
 
 
 def _model(camera: PinholeCamera) -> CameraModel:

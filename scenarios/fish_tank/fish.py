@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,14 +10,23 @@ from numpy.typing import NDArray
 
 from scenarios.fish_tank.shoal import Swims
 from sim.jointed_labels import joined, merge_parts, seen_body
-from sim.meshes.fish import draw_look, fish_parts
-from sim.motion.swim import centre_lines, segment_poses
+from sim.meshes.fish import fish_segments, half_size
+from sim.meshes.fish_look import FishLook
+from sim.motion.swim import CENTRE_LINE_POINTS, SEGMENT_ENDS, swim_pose
 from sim.optics import PinholeCamera, project
 from sim.render.refraction import project_through
-from sim.water_surface import WaterSurface
+from sim.water_surface import RippledSurface
 from sim.world import World
 
 _NO_PICTURE = np.empty((0, 0), np.int32)
+_LINE_TO_SEGMENTS = np.stack(
+    [
+        np.interp(np.convolve(SEGMENT_ENDS, (0.5, 0.5), "valid"), np.linspace(0.0, 1.0, CENTRE_LINE_POINTS), row)
+        for row in np.eye(CENTRE_LINE_POINTS)
+    ],
+    axis=1,
+)
+"""Weights (S, K) that interpolate values at the points of a centre line at the middles of the segments."""
 _AWAY_M = -1000.0
 """Height to which fish are moved for pictures without them."""
 
@@ -54,12 +64,10 @@ class Fish:
         centre_line_m: (N, K, 3).
     """
 
-    def __init__(self, world: World, swims: Swims, variety: float, rng: np.random.Generator) -> None:
+    def __init__(self, world: World, swims: Swims, looks: Sequence[FishLook], rng: np.random.Generator) -> None:
         self._world, self._swims = world, swims
-        count = swims.position_m.shape[1]
-        self.names = tuple(f"fish-{k}" for k in range(count))
-        looks = [draw_look(variety, rng) for _ in range(count)]
-        parts = [fish_parts(look) for look in looks]
+        self.names = tuple(f"fish-{k}" for k in range(len(looks)))
+        parts = [fish_segments(look, rng) for look in looks]
         self._shapes = [joined(meshes) for meshes in parts]
         bodies = [
             [
@@ -69,20 +77,19 @@ class Fish:
             for name, meshes in zip(self.names, parts, strict=True)
         ]
         self._bodies = [body for each in bodies for body in each]
-        self.size_m = np.array([look.size_m for look in looks])
+        self.size_m = np.array([_size_m(look) for look in looks])
         self.instance_id = np.array([each[0].index for each in bodies])
         self._merged_id = np.arange(len(world.bodies), dtype=np.int32)
         for each in bodies:
             self._merged_id[[body.index for body in each]] = each[0].index
-        self._lengths_m = self.size_m[:, 0].copy()
 
     def move_to(self, frame: int) -> None:
         """Bend and move all fish to their poses on a frame."""
         swims = self._swims
-        posture = swims.position_m[frame], swims.yaw_rad[frame], swims.pitch_rad[frame], swims.joints_rad[frame]
-        self._part_poses = segment_poses(*posture, self._lengths_m)
-        self.centre_line_m = centre_lines(*posture, self._lengths_m)
-        self.T_world_fish = _poses(*posture[:3])
+        place = swims.position_m[frame], swims.yaw_rad[frame], swims.pitch_rad[frame]
+        pose = swim_pose(self.size_m[:, 0], *place, swims.joints_rad[frame])
+        self._part_poses, self.centre_line_m = pose.T_world_segment, pose.centre_line_m
+        self.T_world_fish = _poses(*place)
         self.T_world_fish[:, :3, 3] -= 0.5 * self.size_m[:, 2:] * self.T_world_fish[:, :3, 2]
         self._world.move_all(self._bodies, self._part_poses.reshape(-1, 4, 4))
 
@@ -100,21 +107,21 @@ class Fish:
         self,
         camera: PinholeCamera,
         T_world_camera: NDArray[np.float64],
-        surface: WaterSurface,
+        surface: RippledSurface,
         merged: NDArray[np.int32] | None,
         *,
         in_full: bool,
     ) -> Sighted:
         """Return where all fish are seen; visible shares in a ``merged`` map, only the first one's unless ``in_full``.
 
-        Each segment is shifted as a whole from where a camera without water sees it: ripples are longer than it.
+        Each segment is shifted as a whole from where a camera without water sees it, by what the centre
+        line is shifted at its middle: ripples are longer than a segment.
         """
-        count, segments = self._part_poses.shape[:2]
-        middles_m = self._part_poses[..., :3, 3].reshape(-1, 3)
-        through_px = project_through(surface, camera, T_world_camera, middles_m)
-        shift_px = (through_px - project(camera, T_world_camera, middles_m)[0]).reshape(count, segments, 2)
-        line_px = project_through(surface, camera, T_world_camera, self.centre_line_m.reshape(-1, 3))
-        line_px = line_px.reshape(*self.centre_line_m.shape[:2], 2)
+        count, points = self.centre_line_m.shape[:2]
+        points_m = self.centre_line_m.reshape(-1, 3)
+        line_px = project_through(surface, camera, T_world_camera, points_m).reshape(count, points, 2)
+        line_shift_px = line_px - project(camera, T_world_camera, points_m)[0].reshape(count, points, 2)
+        shift_px = np.einsum("sk,nkp->nsp", _LINE_TO_SEGMENTS, line_shift_px)
         box_xyxy, fraction = np.empty((count, 4)), np.full(count, np.nan)
         hidden_by = np.full(count, -1)
         for k in range(count):
@@ -132,13 +139,20 @@ class Fish:
             )
             box_xyxy[k] = one.box_xyxy
             if is_asked:
-                fraction[k] = one.visible_fraction
+                # Only fish hide fish. At the rim of a thin body the picture's samples, bent by ripples, miss it at times.
+                fraction[k] = 1.0 - one.hidden_fraction
                 if one.hidden_by >= 0:
                     hidden_by[k] = np.searchsorted(self.instance_id, one.hidden_by)
-        middle = line_px.shape[1] // 2
+        middle = points // 2
         ahead_px = line_px[:, 0] - line_px[:, middle]
         heading_rad = np.arctan2(ahead_px[:, 1], ahead_px[:, 0])
         return Sighted(line_px[:, middle], box_xyxy, line_px, heading_rad, fraction, hidden_by)
+
+
+def _size_m(look: FishLook) -> NDArray[np.float64]:
+    """Return length, width and height (3,) of a straight fish."""
+    half_width, reach = half_size(np.linspace(0.0, 1.0, 101)).max(axis=1)
+    return look.length_m * np.array([1.0, 2.0 * look.width * half_width, 2.0 * reach])
 
 
 def _poses(

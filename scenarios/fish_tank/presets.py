@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from scenarios.fish_tank.character import AYU, CROWD, ZEBRAFISH, Character
 from sim.checks import check_types, check_within
-from sim.shaders.water import Water
+from sim.water_surface import Ripples
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class FishTank:
         fish: number of fish.
         variety: 0 for fish that look alike, 1 for differences of size, shade and pattern as in a mixed stock.
         character: how they swim.
-        water: ripples, light and turbidity.
+        ripples: of the surface.
     """
 
     summary: str
@@ -33,7 +33,7 @@ class FishTank:
     fish: int = 10
     variety: float = 0.6
     character: Character = ZEBRAFISH
-    water: Water = field(default_factory=Water)
+    ripples: Ripples = field(default_factory=Ripples)
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -46,7 +46,9 @@ class FishTank:
 
 PRESETS = {
     "standard": FishTank("ten zebrafish in clear, rippled water"),
-    "hard": FishTank("a hundred fish that look alike in murky water", frame_count=450, fish=100, variety=0.1),
+    "hard": FishTank(
+        "a hundred fish that look alike in murky water", frame_count=450, fish=100, variety=0.1, character=CROWD
+    ),
     "quick": FishTank("five fish in small pictures", frame_count=200, width_px=320, height_px=240, fish=5),
     "paper-c": FishTank("the paper's experiment: one slow fish", fish=1, character=AYU),
 }

@@ -17,7 +17,7 @@ _RIM_M, _WALL_M = 0.03, 0.008
 _TABLE_M = (1.8, 1.5)
 _WALL_RGB, _RIM_RGB = (206, 212, 212), (150, 160, 164)
 _FLOOR_RGB, _TABLE_RGB = (198, 199, 190), (112, 96, 80)
-_TEXELS = 1024
+_TEXELS = 512
 
 
 def build_tank(world: World, rng: np.random.Generator) -> None:
