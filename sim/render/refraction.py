@@ -46,7 +46,7 @@ class ThroughWater:
         self._renderer, self.surface = renderer, surface
         self.resolving = _ROWS if isinstance(renderer, Raster) else None
         self._ends = new_endings(0, 0, np.empty((0, 0), np.float32))
-        announce_compilation(trace)
+        announce_compilation(bend_rays)
 
     def gbuffer(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5

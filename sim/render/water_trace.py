@@ -30,6 +30,8 @@ _SAME = np.float32(0.04)
 """Greatest difference of places on one surface, relative to the floor's share."""
 _FILLED = np.float32(0.01)
 """The same for a place that is filled: bodies low above the floor are not to be copied."""
+_STEP_PX = np.float32(1.5)
+"""Step along a ray that is followed."""
 _MOST_STEPS = np.float32(400.0)
 
 
@@ -54,12 +56,10 @@ def new_endings(height: int, width: int, depth_m: NDArray[np.float32]) -> Ending
     return Endings(real[0], real[1], np.empty((height, width), np.int32), depth_m)
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 def trace(rays: WaterRays, nearness: NDArray[np.float32], margin_x: int, margin_y: int, ends: Endings) -> None:
     """Write where the rays end.
 
-    Where no edge is near, the place is a fixed point of ``share = 1 - z_s nearness(p + share e)``. Two steps find it, as
-    shares change slowly across a surface. Elsewhere the ray is followed.
+    Where no edge is near, the rays of the nodes are traced and those between interpolated; all others are followed.
 
     Args:
         nearness: (h, w) 1 / depth of the inner picture, wider and higher by the margins on each side.
@@ -67,11 +67,105 @@ def trace(rays: WaterRays, nearness: NDArray[np.float32], margin_x: int, margin_
     height, width = ends.depth_m.shape
     edges = np.zeros((-(-nearness.shape[0] // TILE), -(-nearness.shape[1] // TILE)), np.bool_)
     _find_edges(nearness, np.float32(_EDGE * rays.water.depth_m), edges)
+    shifts = np.empty((3, *rays.nodes.shape[1:]), np.float32)
+    wet = np.empty(rays.nodes.shape[1:], np.bool_)
+    _trace_nodes(rays, nearness, margin_x, margin_y, shifts, wet)
     near_edge = np.zeros((-(-height // TILE), -(-width // TILE)), np.bool_)
-    _find_near_edges(rays, edges, margin_x, margin_y, near_edge)
+    _find_near_edges(rays, edges, wet, margin_x, margin_y, near_edge)
+    # As one kernel they would take half as long again: the compiler then makes no vector code of some loops.
+    _interpolate_ends(shifts, margin_x, margin_y, nearness.shape, ends)
+    _follow_near_edges(rays, nearness, margin_x, margin_y, near_edge, ends)
+
+
+@njit(cache=True)
+def _follow_near_edges(
+    rays: WaterRays,
+    nearness: NDArray[np.float32],
+    margin_x: int,
+    margin_y: int,
+    near_edge: NDArray[np.bool_],
+    ends: Endings,
+) -> None:
+    """Write the ends of the rays in the tiles near an edge."""
+    width = ends.depth_m.shape[1]
     lines, followed = np.empty((7, width), np.float32), np.empty(width, np.int32)
-    for row in range(height):
+    for row in range(ends.depth_m.shape[0]):
         _trace_row(rays, nearness, row, margin_x, margin_y, near_edge[row // TILE], lines, followed, ends)
+
+
+@row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
+def _trace_nodes(
+    rays: WaterRays,
+    nearness: NDArray[np.float32],
+    margin_x: int,
+    margin_y: int,
+    shifts: NDArray[np.float32],
+    wet: NDArray[np.bool_],
+) -> None:
+    """Write how far the rays of the nodes end from where they are, along x and y, the nearness there, and which are in
+    the water: the fixed points of ``share = 1 - z_s nearness(p + share e)``.
+
+    Two steps find them, as shares change slowly across a surface.
+    """
+    for i in range(wet.shape[0]):
+        y = np.float32(i * STEP_PX)
+        for j in range(wet.shape[1]):
+            x = np.float32(j * STEP_PX)
+            z, ex, ey = rays.nodes[SURFACE_DEPTH, i, j], rays.nodes[ALONG_X, i, j], rays.nodes[ALONG_Y, i, j]
+            x, y_in = x + np.float32(margin_x), y + np.float32(margin_y)
+            near = _between(nearness, x, y_in)
+            wet[i, j] = _is_over(rays, x - np.float32(margin_x), y, z) and z * near < ONE
+            share = ZERO
+            if wet[i, j]:
+                for _ in range(2):
+                    share = max(ONE - z * near, ZERO)
+                    near = _between(nearness, x + share * ex, y_in + share * ey)
+                share = max(ONE - z * near, ZERO)
+            shifts[0, i, j], shifts[1, i, j], shifts[2, i, j] = share * ex, share * ey, near
+
+
+@row_kernel(forceinline=True)
+def _between(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> np.float32:
+    """Return the nearness at a place in the inner picture, as if it were linear around it."""
+    x = min(max(x, ZERO), np.float32(nearness.shape[1]) - np.float32(1.01))
+    y = min(max(y, ZERO), np.float32(nearness.shape[0]) - np.float32(1.01))
+    j, i = np.int32(x), np.int32(y)
+    here = nearness[i, j]
+    across, down = nearness[i, j + 1] - here, nearness[i + 1, j] - here
+    return here + (x - np.float32(j)) * across + (y - np.float32(i)) * down
+
+
+@row_kernel(forceinline=True)
+def _is_over(rays: WaterRays, column: np.float32, row: np.float32, z: np.float32) -> bool:
+    """Return whether the ray of a pixel is over the water at depth z."""
+    m, at, water, offset = rays.matrix, rays.position_m, rays.water, np.float32(rays.pixel_offset)
+    x, y = column + offset, row + offset
+    place_x = at[0] + z * (m[0, 0] * x + m[0, 1] * y + m[0, 2])
+    place_y = at[1] + z * (m[1, 0] * x + m[1, 1] * y + m[1, 2])
+    return water.low_m[0] < place_x < water.high_m[0] and water.low_m[1] < place_y < water.high_m[1]
+
+
+@row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
+def _interpolate_ends(
+    shifts: NDArray[np.float32], margin_x: int, margin_y: int, inner: tuple[int, int], ends: Endings
+) -> None:
+    """Write the ends of all rays from those of the nodes."""
+    height, width = ends.depth_m.shape
+    half, pitch = np.float32(0.5), np.int32(inner[1])
+    most_x, most_y = np.float32(inner[1] - 1), np.float32(inner[0] - 1)
+    first_x = np.int32(margin_x)
+    for row in range(height):
+        column, line, source, depth_m = ends.column[row], ends.row[row], ends.source[row], ends.depth_m[row]
+        interpolate_row(shifts[0], row, width, column)
+        interpolate_row(shifts[1], row, width, line)
+        interpolate_row(shifts[2], row, width, depth_m)
+        y = np.float32(row + margin_y)
+        for k in range(width):
+            x = min(max(np.float32(np.int32(k) + first_x) + column[k], ZERO), most_x)
+            v = min(max(y + line[k], ZERO), most_y)
+            column[k], line[k] = x, v
+            source[k] = np.int32(np.int32(v + half) * pitch) + np.int32(x + half)
+            depth_m[k] = ONE / depth_m[k]
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
@@ -86,20 +180,22 @@ def _trace_row(
     followed: NDArray[np.int32],
     ends: Endings,
 ) -> None:
-    """Write the ends of one row's rays, whose tiles are near an edge or not."""
+    """Write the ends of one row's rays in the tiles that are near an edge."""
     width = ends.depth_m.shape[1]
     interpolate_row(rays.nodes[SURFACE_DEPTH], row, width, lines[0])
     interpolate_row(rays.nodes[ALONG_X], row, width, lines[1])
     interpolate_row(rays.nodes[ALONG_Y], row, width, lines[2])
-    _find_wet(rays, row, nearness[row + margin_y, margin_x : margin_x + width], lines)
-    _find_fixed_points(nearness, row, margin_x, margin_y, lines, ends)
-    count = 0
+    count, i = 0, row + margin_y
     for tile in range(near_edge.shape[0]):
-        if near_edge[tile]:
-            for column in range(tile * TILE, min(tile * TILE + TILE, width)):
-                if lines[3, column] < ONE:
-                    followed[count] = column
-                    count += 1
+        if not near_edge[tile]:
+            continue
+        for column in range(tile * TILE, min(tile * TILE + TILE, width)):
+            z, j = lines[0, column], column + margin_x
+            if z * nearness[i, j] < ONE and _is_over(rays, np.float32(column), np.float32(row), z):
+                followed[count] = column
+                count += 1
+            else:
+                _end(nearness, row, column, np.float32(j), np.float32(i), (i, j), ends)
     _follow(rays, nearness, row, margin_x, margin_y, lines, followed, count, ends)
 
 
@@ -126,9 +222,16 @@ def _find_edges(nearness: NDArray[np.float32], jump_m: np.float32, edges: NDArra
 
 @row_kernel(error_model="numpy")
 def _find_near_edges(
-    rays: WaterRays, edges: NDArray[np.bool_], margin_x: int, margin_y: int, near_edge: NDArray[np.bool_]
+    rays: WaterRays,
+    edges: NDArray[np.bool_],
+    wet: NDArray[np.bool_],
+    margin_x: int,
+    margin_y: int,
+    near_edge: NDArray[np.bool_],
 ) -> None:
-    """Mark the tiles of the picture whose rays pass a tile with an edge between the surface and the floor."""
+    """Mark the tiles of the picture whose rays pass a tile with an edge on their way to the floor, and those partly in
+    the water.
+    """
     nodes = rays.nodes
     for tile_row in range(near_edge.shape[0]):
         for tile in range(near_edge.shape[1]):
@@ -143,66 +246,15 @@ def _find_near_edges(
                 top, bottom = min(top, y, y + share * ey), max(bottom, y, y + share * ey)
             first, last = max(int(left + 0.5 + margin_x) // TILE, 0), int(right + 0.5 + margin_x) // TILE
             upper, lower = max(int(top + 0.5 + margin_y) // TILE, 0), int(bottom + 0.5 + margin_y) // TILE
+            i, j = _NODES * tile_row, _NODES * tile
+            for node in range((_NODES + 1) ** 2):
+                other = wet[
+                    min(i + node // (_NODES + 1), wet.shape[0] - 1), min(j + node % (_NODES + 1), wet.shape[1] - 1)
+                ]
+                near_edge[tile_row, tile] |= other != wet[i, j]
             for i in range(upper, min(lower + 1, edges.shape[0])):
                 for j in range(first, min(last + 1, edges.shape[1])):
                     near_edge[tile_row, tile] |= edges[i, j]
-
-
-@row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _find_wet(rays: WaterRays, row: int, nearness: NDArray[np.float32], lines: NDArray[np.float32]) -> None:
-    """Write ``z_s nearness`` (line 3) of what the straight rays meet: 1 where this is not in the water."""
-    m, water, offset = rays.matrix, rays.water, np.float32(rays.pixel_offset)
-    low_x, high_x = np.float32(water.low_m[0] - rays.position_m[0]), np.float32(water.high_m[0] - rays.position_m[0])
-    low_y, high_y = np.float32(water.low_m[1] - rays.position_m[1]), np.float32(water.high_m[1] - rays.position_m[1])
-    y = np.float32(row) + offset
-    a_step, a = np.float32(m[0, 0]), np.float32(m[0, 1]) * y + np.float32(m[0, 2])
-    b_step, b = np.float32(m[1, 0]), np.float32(m[1, 1]) * y + np.float32(m[1, 2])
-    z_s, met = lines[0], lines[3]
-    for k in range(met.shape[0]):
-        x = np.float32(np.int32(k)) + offset
-        place_x, place_y = z_s[k] * (a_step * x + a), z_s[k] * (b_step * x + b)
-        inside = (place_x > low_x) & (place_x < high_x) & (place_y > low_y) & (place_y < high_y)
-        met[k] = min(z_s[k] * nearness[k], ONE) if inside else ONE
-
-
-@row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _find_fixed_points(
-    nearness: NDArray[np.float32], row: int, margin_x: int, margin_y: int, lines: NDArray[np.float32], ends: Endings
-) -> None:
-    """Write the ends of one row's rays, see ``trace``; straight rays end where they are."""
-    z_s, ex, ey, met, at_x, at_y = lines[0], lines[1], lines[2], lines[3], lines[4], lines[5]
-    column, line, source, depth_m = ends.column[row], ends.row[row], ends.source[row], ends.depth_m[row]
-    flat, pitch = nearness.reshape(-1), np.int32(nearness.shape[1])
-    most_x, most_y = np.float32(nearness.shape[1]) - np.float32(1.01), np.float32(nearness.shape[0]) - np.float32(1.01)
-    below = np.uint64(nearness.shape[1])
-    first_x, y = np.int32(margin_x), np.float32(row + margin_y)
-    half = np.float32(0.5)
-    width = met.shape[0]
-    for k in range(width):
-        share = ONE - met[k]
-        x = np.float32(np.int32(k) + first_x) + share * ex[k]
-        i = np.int32(min(max(y + share * ey[k], ZERO), most_y) + half)
-        source[k] = np.int32(i * pitch) + np.int32(min(max(x, ZERO), most_x) + half)
-    for k in range(width):
-        at_x[k] = flat[np.uint64(np.uint32(source[k]))]
-    for k in range(width):
-        share = ZERO if met[k] >= ONE else max(ONE - z_s[k] * at_x[k], ZERO)
-        x = min(max(np.float32(np.int32(k) + first_x) + share * ex[k], ZERO), most_x)
-        v = min(max(y + share * ey[k], ZERO), most_y)
-        j, i = np.int32(x), np.int32(v)
-        source[k] = np.int32(i * pitch) + j
-        at_x[k], at_y[k] = x - np.float32(j), v - np.float32(i)
-    for k in range(width):
-        cell = np.uint64(np.uint32(source[k]))
-        here = flat[cell]
-        depth_m[k] = here + at_x[k] * (flat[cell + np.uint64(1)] - here) + at_y[k] * (flat[cell + below] - here)
-    for k in range(width):
-        share = ZERO if met[k] >= ONE else max(ONE - z_s[k] * depth_m[k], ZERO)
-        x = min(max(np.float32(np.int32(k) + first_x) + share * ex[k], ZERO), most_x)
-        v = min(max(y + share * ey[k], ZERO), most_y)
-        column[k], line[k] = x, v
-        source[k] = np.int32(np.int32(v + half) * pitch) + np.int32(x + half)
-        depth_m[k] = ONE / depth_m[k]
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
@@ -218,7 +270,7 @@ def _follow(
     ends: Endings,
 ) -> None:
     """Write the ends of ``count`` rays of a row, in columns ``followed``: each the first place that is not before the
-    inner picture's surface, pixel by pixel. All take a step together, so that the processor fetches many at a time.
+    inner picture's surface. All take a step together, so that the processor fetches many at a time.
     """
     offset = rays.pixel_offset
     front, step, left = lines[4], lines[5], lines[6]
@@ -226,7 +278,7 @@ def _follow(
         k = followed[n]
         z, ex, ey = lines[0, k], lines[1, k], lines[2, k]
         last = np.float32(1.0 - z / floor_depth(rays, k + offset, row + offset, z, ex, ey))
-        steps = min(np.floor(np.sqrt(ex * ex + ey * ey) * last) + np.float32(2.0), _MOST_STEPS)
+        steps = min(np.floor(np.sqrt(ex * ex + ey * ey) * last / _STEP_PX) + np.float32(2.0), _MOST_STEPS)
         front[k], step[k], left[k] = ZERO, last / steps, steps + np.float32(1.5)
     y = np.float32(row + margin_y)
     taken = ZERO

@@ -23,6 +23,8 @@ from sim.world import World
 _CELLS_PER_WAVE = 8
 _OUTERMOST = 8.0
 """Square of the distance, in standard deviations, at which an ellipse's thickness ends."""
+_THINNEST = 0.02
+"""Optical thickness of an ellipse below which it is left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,6 +313,8 @@ def _add_ellipse(
     determinant = xx * yy - xy * xy
     # The ellipse has the area 4 pi size, and its profile the integral 8 pi / 3 sqrt(determinant).
     peak = np.float32(1.5 * size / np.sqrt(determinant))
+    if peak < _THINNEST:
+        return
     x, y = (x + light[1] * above - floor[0]) / step_m, (y + light[2] * above - floor[1]) / step_m
     wide, high = np.sqrt(_OUTERMOST * xx) / step_m, np.sqrt(_OUTERMOST * yy) / step_m
     scale = step_m * step_m / (determinant * _OUTERMOST)
