@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass
@@ -169,8 +170,9 @@ class GuardedMany(GuardedContestant):
         if self.reason is None:
             with self.guarded(self._frames, "gap method"):
                 method = self._contestant.gap_method()
-        bridging = None if method is None else GuardedGapMethod(method, self, self._frames)
-        return Ending(self.failed_at_frame, revised, bridging)
+        if method is None:
+            return Ending(self.failed_at_frame, revised)
+        return Ending(self.failed_at_frame, revised, lambda: GuardedGapMethod(method, self, self._frames))
 
     def _revised(self) -> Sequence[Sequence[Track]] | None:
         revised = None
@@ -203,8 +205,11 @@ class GuardedGapMethod:
     """A guarded ``GapMethod``: after a failure of its contestant it predicts NaN."""
 
     def __init__(self, method: GapMethod, guard: Guard, frame: int) -> None:
-        """``frame``: on which a failure counts."""
-        self._method, self._guard, self._frame = method, guard, frame
+        """``method`` is copied, so that what it learns ends with this object. ``frame``: on which a failure counts."""
+        self._guard, self._frame = guard, frame
+        if guard.reason is None:
+            with guard.guarded(frame, "copy"):
+                self._method = copy.deepcopy(method)
 
     def learn(self, pieces: Sequence[Piece]) -> None:
         """See ``GapMethod``."""

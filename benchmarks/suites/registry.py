@@ -28,6 +28,7 @@ _MODULES = {
     "frame-out": "benchmarks.suites.frame_out.suite",
     "follow": "benchmarks.suites.follow.suite",
     "stereo": "benchmarks.suites.stereo.suite",
+    "fish": "benchmarks.suites.fish.suite",
 }
 """Suite -> module that defines it; the first is the default. Add yours here."""
 DEFAULT = next(iter(_MODULES))
