@@ -18,8 +18,8 @@ from trackers.types import Observation
 _VOTING_FRAMES = 60
 _CORE_QUANTILE = 0.8
 _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-_PALE_SHARE, _DARK_SHARE = 0.6, 0.6
-"""Most pale pixels of a fish alone, over its dark ones; least dark pixels, as a share of the smallest blob's."""
+_PALE_SHARE, _DARK_SHARE = 0.35, 0.6
+"""Most pale pixels of a fish alone, over its dark ones and their rim; least dark ones, as a share of a least blob."""
 _WIDER = 0.9
 """Fish side by side overlap."""
 
@@ -203,15 +203,16 @@ def _without_shadow(
     if shadow == 0:
         return whole
     count, labels, stats, _ = cv2.connectedComponentsWithStats((relative > shadow).view(np.uint8), connectivity=8)
-    parts = []
+    parts, covered = [], np.zeros_like(mask)
     for label in range(1, count):
         dark = (labels == label).view(np.uint8)
         if stats[label, cv2.CC_STAT_AREA] >= _DARK_SHARE * least_px and (dark & surely).any():
             part = cv2.dilate(dark, _CROSS) & mask
+            covered |= part
             x, y, width, height = cv2.boundingRect(part)
             parts.append((part[y : y + height, x : x + width], np.array([x, y])))
-    pale = np.count_nonzero(mask) - np.count_nonzero(labels)
-    return whole if len(parts) == 1 and pale < _PALE_SHARE * np.count_nonzero(labels) else parts
+    pale = np.count_nonzero(mask) - np.count_nonzero(covered)
+    return whole if len(parts) == 1 and pale < _PALE_SHARE * np.count_nonzero(covered) else parts
 
 
 def _colour(image_rgb: NDArray[np.uint8], mask: NDArray[np.uint8]) -> NDArray[np.float64]:
