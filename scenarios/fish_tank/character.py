@@ -22,6 +22,7 @@ class Character(NamedTuple):
         wall_reach_m: distance at which a fish begins to turn away from the wall ahead.
         wall_follow: share in [0, 1] by which a fish near a wall turns parallel to it at a burst.
         school: share in [0, 1] by which a fish turns to its mates and to their heading at a burst.
+        align: weight of their heading; that of the direction to them is 1.
         school_reach_m: distance at which mates are seen.
         depth_s: mean time between changes of the wanted depth.
         beat_hz: frequency of the tail beat at rest; it rises by 1.3 Hz for a body length per second.
@@ -42,6 +43,7 @@ class Character(NamedTuple):
     wall_reach_m: float
     wall_follow: float
     school: float
+    align: float
     school_reach_m: float
     depth_s: float
     beat_hz: float
@@ -62,8 +64,9 @@ ZEBRAFISH = Character(
     veer_s=0.4,
     wall_reach_m=0.08,
     wall_follow=0.3,
-    school=0.08,
-    school_reach_m=0.15,
+    school=0.15,
+    align=0.2,
+    school_reach_m=0.3,
     depth_s=6.0,
     beat_hz=2.5,
 )

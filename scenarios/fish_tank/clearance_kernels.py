@@ -15,7 +15,7 @@ from sim.meshes.fish import half_size
 from sim.motion.swim import SEGMENT_COUNT, SEGMENT_ENDS, place_segments
 
 _HALF_WIDTH, _HALF_HEIGHT = half_size(np.array(SEGMENT_ENDS))
-_HALF_WIDTH = 1.25 * _HALF_WIDTH + 0.01
+_HALF_WIDTH = 1.15 * _HALF_WIDTH + 0.01
 _HALF_HEIGHT = 1.05 * _HALF_HEIGHT
 """At the ends of the segments, shares of length; the width is that of the broadest fish, with room for water."""
 _TALLEST = float(_HALF_HEIGHT.max())
@@ -75,6 +75,12 @@ def keep_inside(
 
 
 @njit(cache=True)
+def _reach_m(length_m: float, pitch_rad: float) -> float:
+    """Return a bound of how far a body reaches above and below its position."""
+    return (_TALLEST + 0.5 * abs(np.sin(pitch_rad))) * length_m
+
+
+@njit(cache=True)
 def _keep_in_depth(
     n: int,
     length_m: NDArray[np.float64],
@@ -82,7 +88,7 @@ def _keep_in_depth(
     pitch_rad: NDArray[np.float64],
     size_m: NDArray[np.float64],
 ) -> None:
-    reach_m = (_TALLEST + 0.5 * abs(np.sin(pitch_rad[n]))) * length_m[n]
+    reach_m = _reach_m(length_m[n], pitch_rad[n])
     position_m[n, 2] = min(max(position_m[n, 2], reach_m), size_m[2] - reach_m)
 
 
@@ -107,6 +113,9 @@ def keep_apart(
                 reach_m = 0.55 * (length_m[i] + length_m[j])
                 x, y = position_m[i, 0] - position_m[j, 0], position_m[i, 1] - position_m[j, 1]
                 if x * x + y * y > reach_m * reach_m:
+                    continue
+                tall_m = _reach_m(length_m[i], pitch_rad[i]) + _reach_m(length_m[j], pitch_rad[j])
+                if abs(position_m[i, 2] - position_m[j, 2]) > tall_m:
                     continue
                 upper, lower = (i, j) if position_m[i, 2] >= position_m[j, 2] else (j, i)
                 missing_m = _missing_rise(axes_m[upper], axes_m[lower], length_m[upper], length_m[lower])

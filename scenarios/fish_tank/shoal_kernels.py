@@ -167,8 +167,8 @@ def _towards_mates(school: School, character: Character, n: int) -> float:
         near = school.length_m[n]
         # Too near, they turn away.
         pull = (distance_m - near) / (distance_m + near) / (distance_m + 1e-6)
-        x += pull * dx + np.cos(school.yaw_rad[k])
-        y += pull * dy + np.sin(school.yaw_rad[k])
+        x += pull * dx + character.align * np.cos(school.yaw_rad[k])
+        y += pull * dy + character.align * np.sin(school.yaw_rad[k])
     if x == 0.0 and y == 0.0:
         return 0.0
     return _wrapped(np.arctan2(y, x) - school.yaw_rad[n])

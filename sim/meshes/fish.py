@@ -107,7 +107,7 @@ def _body(segment: int) -> _Shape:
         normals.append(_unit(turned) if angle < 1.5 else turned[:1])
     vertices = np.concatenate(points)
     shape = _hull(vertices, _unit(np.concatenate(normals)), body_uv(-vertices[:, 0], vertices[:, 1], vertices[:, 2]))
-    return shape._replace(vertices=shape.vertices + [front, 0.0, 0.0])
+    return shape._replace(vertices=shape.vertices + np.array([front, 0.0, 0.0]))
 
 
 def _ring(share: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -118,7 +118,7 @@ def _ring(share: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     ring = np.column_stack([np.full(_SIDES, -share), width * np.sin(angle), height * np.cos(angle)])
     ahead = (np.interp(share + 0.02, PROFILE[:, 0], PROFILE[:, 1]) - np.interp(share - 0.02, *PROFILE.T[:2])) / 0.04
     normal = _unit(np.column_stack([np.zeros(_SIDES), np.sin(angle) / width, np.cos(angle) / height]))
-    return ring, _unit(normal + [ahead, 0.0, 0.0])
+    return ring, _unit(normal + np.array([ahead, 0.0, 0.0]))
 
 
 def _eye(side: float) -> _Shape:

@@ -18,6 +18,8 @@ from trackers.types import Observation
 _VOTING_FRAMES = 60
 _REMEMBERED = 1500
 _SOME = 30
+_WIDER = 0.9
+"""Fish side by side overlap."""
 """Blobs from which on their median is trusted."""
 _ONE_BODY_QUANTILE = 0.4
 """Below the median, as some blobs are of several fish."""
@@ -32,7 +34,8 @@ class DetectorParameters:
             first and ends where the contrast falls below the second.
         surely_share, hardly_share: the same as shares of the usual contrast of a fish; the higher limit counts.
         least_area: area of the smallest blob, as a share of one fish's.
-        merged_area: area from which on a blob is of several fish, as a multiple of one fish's.
+        merged_area: area from which on a blob may be of several fish, as a multiple of one fish's; it is if it is as
+            much longer, or nearly as much wider.
         least_px: area of the smallest blob before the area of a fish is known.
     """
 
@@ -56,7 +59,7 @@ class Detection:
         centre_line_px: (K, 2) at equal distances from the head, the heavier end, to the tail.
         area_px: pixels.
         score: in [0, 1]; how far area and contrast reach those of the usual fish.
-        merged: more than one fish by its area.
+        merged: more than one fish by its area and shape.
         widths_px: (K,) across the centre line. shades: (K,) brightness along it as a share of the floor's.
         colour: (2,) logarithms of red and blue over green, relative to the floor's about the blob.
         mask: (h, w) 1 on the blob; its top left corner is at ``corner_px`` (x, y).
@@ -85,7 +88,7 @@ class Detector:
     """Detects the fish of a tank; learns floor, contrast and size of a fish as pictures come.
 
     Attributes:
-        fish_area_px: usual area of one fish; 0 until it is known.
+        fish_area_px, fish_length_px: usual area and length of one fish; 0 until they are known.
     """
 
     def __init__(self, parameters: DetectorParameters) -> None:
@@ -100,8 +103,10 @@ class Detector:
         self._voted = 0
         self._areas: deque[float] = deque(maxlen=_REMEMBERED)
         self._contrasts: deque[float] = deque(maxlen=_REMEMBERED)
+        self._lengths: deque[float] = deque(maxlen=_REMEMBERED)
         self._contrast = 0.0
         self.fish_area_px = 0.0
+        self.fish_length_px = 0.0
 
     def detect(self, observation: Observation) -> list[Detection]:
         """Return the blobs of the next picture, and learn from it."""
@@ -155,8 +160,10 @@ class Detector:
         line = body[:, :2] + corner
         area = float(np.count_nonzero(mask))
         usual = float(contrast.sum()) / area
+        length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
         self._areas.append(area)
         self._contrasts.append(usual)
+        self._lengths.append(length)
         ahead = line[0] - line[STATIONS // 2]
         return Detection(
             position_px=line[STATIONS // 2],
@@ -165,7 +172,7 @@ class Detector:
             centre_line_px=line,
             area_px=area,
             score=min(1.0, area / max(self.fish_area_px, 1.0)) * min(1.0, usual / max(self._contrast, 1.0)),
-            merged=0 < self._parameters.merged_area * self.fish_area_px < area,
+            merged=self._is_merged(area, length),
             widths_px=body[:, 2],
             shades=body[:, 3],
             colour=_colour(image_rgb[window], mask),
@@ -176,7 +183,15 @@ class Detector:
     def _learn_size(self) -> None:
         if len(self._areas) >= _SOME and (len(self._areas) < _REMEMBERED or self._voted % _SOME == 0):
             self.fish_area_px = float(np.quantile(self._areas, _ONE_BODY_QUANTILE))
+            self.fish_length_px = float(np.quantile(self._lengths, _ONE_BODY_QUANTILE))
             self._contrast = float(np.quantile(self._contrasts, _ONE_BODY_QUANTILE))
+
+    def _is_merged(self, area_px: float, length_px: float) -> bool:
+        if self.fish_area_px == 0:
+            return False
+        larger, longer = area_px / self.fish_area_px, length_px / self.fish_length_px
+        limit = self._parameters.merged_area
+        return larger > limit and (longer > limit or larger / longer > _WIDER * limit)
 
 
 def _colour(image_rgb: NDArray[np.uint8], mask: NDArray[np.uint8]) -> NDArray[np.float64]:
