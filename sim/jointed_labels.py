@@ -42,11 +42,13 @@ class SeenBody:
         visible_fraction: share of its own pixels, drawn alone on an unbounded picture, that are seen; 0 where the box
             is NaN.
         hidden_by: id of the body that covers most of its pixels in the picture, -1 if none does.
+        hidden_fraction: share of its own pixels that show one of the hiders in the picture.
     """
 
     box_xyxy: NDArray[np.float64]
     visible_fraction: float
     hidden_by: int
+    hidden_fraction: float
 
 
 def joined(meshes: Sequence[TexturedMesh]) -> JointedShape:
@@ -98,7 +100,8 @@ def seen_body(
     )
     most = int(np.argmax(counts[2:])) if len(hiders) else 0
     hidden_by = int(hiders[most]) if len(hiders) and counts[2 + most] > 0 else -1
-    return SeenBody(box, min(1.0, float(counts[1] / max(counts[0], 1))), hidden_by)
+    own, hidden = max(counts[0], 1), counts[2:].sum()
+    return SeenBody(box, min(1.0, float(counts[1] / own)), hidden_by, float(hidden / own))
 
 
 @njit(cache=True)

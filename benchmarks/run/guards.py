@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass
@@ -21,6 +22,8 @@ from trackers.types import Answer, CameraCommand, Estimate, Observation, Start, 
 
 _UNTIMED_FRAMES = 5
 """The first updates load compiled code from disk and are left out of the timing."""
+
+FAILED_AT = "failed_at_frame"
 
 SILENT = Estimate(position_px=np.full(2, np.nan))
 """Answer of a failed contestant of one target."""
@@ -139,7 +142,7 @@ class GuardedContestant(Guard):
             yield Score("ms_per_frame", ms_per_frame)
             yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
         if self.failed_at_frame is not None:
-            yield Score("failed_at_frame", float(self.failed_at_frame))
+            yield Score(FAILED_AT, float(self.failed_at_frame))
 
     def ending(self) -> Ending:
         """Return what is known of the contestant after the last frame."""
@@ -162,6 +165,17 @@ class GuardedMany(GuardedContestant):
         """``how``: see ``GuardedContestant``."""
         super().__init__(contestant, limit_s, **how)
         self._silence, self._check = (), check_tracks
+        self._follows = False
+
+    def update(self, frame: Frame) -> Answer:
+        """See ``Contestant``."""
+        answer = super().update(frame)
+        self._follows = self._follows or answer != self._silence
+        return answer
+
+    def scores(self) -> Iterator[Score]:
+        """See ``GuardedContestant``. One that follows nothing, and bridges gaps alone, has no times."""
+        return (score for score in super().scores() if self._follows or score.metric == FAILED_AT)
 
     def ending(self) -> Ending:
         """Return what is known of the contestant after the last frame; call once. It revises its answers here."""
@@ -169,8 +183,9 @@ class GuardedMany(GuardedContestant):
         if self.reason is None:
             with self.guarded(self._frames, "gap method"):
                 method = self._contestant.gap_method()
-        bridging = None if method is None else GuardedGapMethod(method, self, self._frames)
-        return Ending(self.failed_at_frame, revised, bridging)
+        if method is None:
+            return Ending(self.failed_at_frame, revised)
+        return Ending(self.failed_at_frame, revised, lambda: GuardedGapMethod(method, self, self._frames))
 
     def _revised(self) -> Sequence[Sequence[Track]] | None:
         revised = None
@@ -203,8 +218,11 @@ class GuardedGapMethod:
     """A guarded ``GapMethod``: after a failure of its contestant it predicts NaN."""
 
     def __init__(self, method: GapMethod, guard: Guard, frame: int) -> None:
-        """``frame``: on which a failure counts."""
-        self._method, self._guard, self._frame = method, guard, frame
+        """``method`` is copied, so that what it learns ends with this object. ``frame``: on which a failure counts."""
+        self._guard, self._frame = guard, frame
+        if guard.reason is None:
+            with guard.guarded(frame, "copy"):
+                self._method = copy.deepcopy(method)
 
     def learn(self, pieces: Sequence[Piece]) -> None:
         """See ``GapMethod``."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
@@ -40,12 +40,13 @@ class Ending:
         failed_at_frame: from this frame on it gave no answers; None without a failure. The number of frames if it
             failed only afterwards.
         revised: its answers on all frames as decided with hindsight; None if it does not revise them.
-        gap_method: bridges gaps in tracks. After a failure of its own it predicts NaN. None if there is none.
+        new_gap_method: makes a copy of its method to bridge gaps in tracks, as it is after the last frame. After a
+            failure it predicts NaN. None if it has no method.
     """
 
     failed_at_frame: int | None = None
     revised: Sequence[Sequence[Track]] | None = None
-    gap_method: GapMethod | None = None
+    new_gap_method: Callable[[], GapMethod] | None = None
 
 
 class ScoreSheet(Protocol):
@@ -78,6 +79,21 @@ class Judge(Protocol):
 
     def sheet(self) -> ScoreSheet:
         """Return a fresh sheet for one contestant."""
+        ...
+
+
+class Recording(Protocol):
+    """Real tracks without pictures, judged by what was measured.
+
+    Attributes:
+        name: of the recording. block_frames: length of its blocks of time.
+    """
+
+    name: str
+    block_frames: int
+
+    def scores(self, ending: Ending) -> Iterable[tuple[int, Sequence[Score]]]:
+        """Return the scores of a contestant, of which the gap method is known, by number of the block of time."""
         ...
 
 

@@ -73,7 +73,7 @@ def test_revised_answers_are_asked_for_once_all_pictures_were_seen(episode: Yard
     guard, ending = ended(episode, ManyFromPictures(Revises(lambda seen: revised[:seen])))
     assert guard.reason is None
     assert ending.revised == revised
-    assert (ending.failed_at_frame, ending.gap_method) == (None, None)
+    assert (ending.failed_at_frame, ending.new_gap_method) == (None, None)
 
 
 def test_one_that_does_not_revise_leaves_nothing(episode: YardEpisode) -> None:
@@ -120,29 +120,38 @@ def test_the_time_of_a_revision_is_shared_among_frames(episode: YardEpisode) -> 
     assert float(times[1]) < 5
 
 
+def test_one_that_follows_nothing_has_no_times(episode: YardEpisode) -> None:
+    class Silent(Bridges):
+        def update(self, observation: Observation) -> list[Track]:
+            return []
+
+    guard, _ = ended(episode, ManyFromPictures(Silent()))
+    assert list(guard.scores()) == []
+
+
 def test_a_gap_method_is_handed_on_and_checked(episode: YardEpisode) -> None:
     tracker = Bridges()
     guard, ending = ended(episode, ManyFromPictures(tracker))
-    method = ending.gap_method
-    assert method is not None
+    assert ending.new_gap_method is not None
+    method = ending.new_gap_method()
     method.learn([PAST])
     bridge = method.extrapolate(PAST, 3, Surroundings())
     assert bridge is not None
     assert bridge.position_px.tolist() == [[1.0, 1.0]] * 3
     assert method.interpolate(PAST, FUTURE, Surroundings()) is None
-    assert (tracker.lessons, guard.reason) == (1, None)
+    # What it learns stays in the copy.
+    assert (tracker.lessons, guard.reason) == (0, None)
 
 
 @pytest.mark.parametrize("answer", [lambda count: 1 / 0, lambda count: Bridge(np.ones((count + 1, 2)))])
 def test_a_gap_method_that_fails_predicts_nan_from_there_on(episode: YardEpisode, answer: Any) -> None:
     tracker = Bridges(answer)
     guard, ending = ended(episode, ManyFromPictures(tracker))
-    method = ending.gap_method
-    assert method is not None
+    assert ending.new_gap_method is not None
+    method = ending.new_gap_method()
     bridges = [method.extrapolate(PAST, 5, Surroundings()), method.interpolate(PAST, FUTURE, Surroundings())]
     assert [np.isnan(each.position_px).sum() for each in bridges if each is not None] == [10, 6]
     method.learn([PAST])
-    assert tracker.lessons == 0
     assert guard.failed_at_frame == 20
 
 
@@ -161,7 +170,7 @@ def test_a_blind_one_is_called_on_no_picture(episode: YardEpisode) -> None:
     guard, ending = ended(episode, ManyBlindfolded(tracker))
     assert not hasattr(tracker, "seen")
     assert guard.reason is None
-    assert ending.gap_method is not None
-    assert ending.gap_method.extrapolate(PAST, 2, Surroundings()) is not None
+    assert ending.new_gap_method is not None
+    assert ending.new_gap_method().extrapolate(PAST, 2, Surroundings()) is not None
     with pytest.raises(TypeError, match="expected one with a gap_method, since its role is blind"):
         ManyBlindfolded(Follows())  # type: ignore[arg-type]

@@ -71,7 +71,7 @@ def _slices(mask: NDArray[np.uint8], weight: NDArray[np.float32], shade: NDArray
     distance = geodesic(mask, row, column)
     row, column = _farthest(mask, distance)
     length = distance[row, column] + 1.0
-    count = max(1, int(round(length / _SLICE_PX)))
+    count = max(1, round(length / _SLICE_PX))
     sums = np.zeros((count, 5))
     for i in range(mask.shape[0]):
         for j in range(mask.shape[1]):
@@ -145,3 +145,9 @@ def posture(
     for k in range(count):
         balance += cut[k, 3] * (1.0 if along[k + 1] < 0.5 * along[-1] else -1.0)
     return result if balance >= 0 else result[::-1].copy()
+
+
+def headings(lines_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the directions (T,) from the middle of centre lines (T, K, 2) to their heads."""
+    ahead = lines_px[:, 0] - lines_px[:, lines_px.shape[1] // 2]
+    return np.arctan2(ahead[:, 1], ahead[:, 0])

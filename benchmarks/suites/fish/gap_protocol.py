@@ -1,8 +1,9 @@
 """The gap protocol of paper C: gaps are cut out of unbroken tracks, and methods bridge them.
 
 A gap of G frames follows ``PAST_FRAMES`` measured frames and, for interpolation, is followed by as many. No window
-holds an unmeasured frame or a jump. Methods learn only from frames before the gap. Intervals come from a bootstrap
-over blocks of time, in which all targets stay together, since gaps that are near in time are correlated.
+holds an unmeasured frame or a jump; where the true positions are known, the gap itself may. Methods learn only from
+frames before the gap. Intervals come from a bootstrap over blocks of time, in which all targets stay together, since
+gaps that are near in time are correlated.
 """
 
 from __future__ import annotations
@@ -38,12 +39,19 @@ class Tracks:
         interval_s: time between frames, > 0.
         heading_rad: (T, N), see ``Piece``; None without.
         centre_line_px: (T, N, K, 2), see ``Piece``; None without.
+        true_px: (T, N, 2) true positions, which bridges are judged by; None: they are judged by ``position_px``.
     """
 
     position_px: NDArray[np.float64]
     interval_s: float
     heading_rad: NDArray[np.float64] | None = None
     centre_line_px: NDArray[np.float64] | None = None
+    true_px: NDArray[np.float64] | None = None
+
+    @property
+    def judged_px(self) -> NDArray[np.float64]:
+        """The positions (T, N, 2) that bridges are judged by."""
+        return self.position_px if self.true_px is None else self.true_px
 
     def piece(self, target: int, first: int, end: int) -> Piece:
         """Return frames [first, end) of one target."""
@@ -72,14 +80,16 @@ class BridgedGap:
 
     Attributes:
         block: number of the gap's block in the bootstrap; unique over all series.
-        error_px: (G,) distance of the predicted to the measured position.
-        inside: (G,) whether the measured position is in the region of probability ``REGION``; None without covariance.
+        error_px: (G,) distance of the predicted to the true position, or to the measured one if that is unknown.
+        inside: (G,) whether that position is in the region of probability ``REGION``; None without covariance.
+        bridge: the method's answer.
     """
 
     gap: Gap
     block: int
     error_px: NDArray[np.float64]
     inside: NDArray[np.bool_] | None
+    bridge: Bridge
 
     def measure(self, measure: Measure) -> float:
         """Return the error on the last lost frame or the mean over the gap, in pixels."""
@@ -107,7 +117,12 @@ def cut_gaps(
     for count in counts:
         after = PAST_FRAMES if both_ends else 0
         firsts = np.arange(PAST_FRAMES, len(broken) - count - after + 1, stride)
-        whole = broken[firsts - PAST_FRAMES] == broken[firsts + count + after - 1]
+        if tracks.true_px is None:
+            whole = broken[firsts - PAST_FRAMES] == broken[firsts + count + after - 1]
+        else:
+            whole = broken[firsts - PAST_FRAMES] == broken[firsts - 1]
+            if both_ends:
+                whole &= broken[firsts + count] == broken[firsts + count + after - 1]
         gaps += [Gap(int(target), int(firsts[k]), count) for k, target in np.argwhere(whole)]
     return sorted(gaps, key=lambda gap: (gap.first, gap.target, gap.count))
 
@@ -148,9 +163,9 @@ def bridge_gaps(
             bridge = method.extrapolate(past, gap.count, around)
         if bridge is None:
             return []
-        error_px = tracks.position_px[gap.first : end, gap.target] - bridge.position_px
+        error_px = tracks.judged_px[gap.first : end, gap.target] - bridge.position_px
         block = series * 1_000_000 + gap.first // BLOCK_FRAMES
-        bridged.append(BridgedGap(gap, block, np.linalg.norm(error_px, axis=-1), _inside(bridge, error_px)))
+        bridged.append(BridgedGap(gap, block, np.linalg.norm(error_px, axis=-1), _inside(bridge, error_px), bridge))
     return bridged
 
 
@@ -196,7 +211,7 @@ def turn_rad(tracks: Tracks, gap: Gap, over_frames: int = 10) -> float:
     end = gap.first + gap.count
     if gap.first <= over_frames or end + over_frames > len(tracks.position_px):
         return float("nan")
-    xy = tracks.position_px[:, gap.target]
+    xy = tracks.judged_px[:, gap.target]
     before, after = xy[gap.first - 1] - xy[gap.first - 1 - over_frames], xy[end + over_frames - 1] - xy[end - 1]
     across, along = before[0] * after[1] - before[1] * after[0], before @ after
     return float(abs(np.arctan2(across, along)))
