@@ -45,7 +45,7 @@ def test_rows_are_defined_and_summed_up(episode: Path) -> None:
     assert {"hota", "hota_at_once", "mota", "identity_right_frames", "frames_per_s"} <= by_tracker["fake_nearest"]
     for names in by_tracker.values():
         # An episode of 200 frames has no room for a gap of 50 with 100 frames before and after it.
-        assert {"gap_error_50_px", "gap_coverage_50", "successor_rate_50"} <= names
+        assert {"gap_error_50_px", "gap_coverage_50"} <= names
     assert not {"hota", "link_made", "frames_per_s", "ms_per_frame"} & by_tracker["fake_holds"]
     defined = {name for names in suite("fish").definitions.values() for name in names}
     shown = {name.rpartition("_")[0] + "_FISH" if "_runs_" in name else name for name in by_tracker["fake_nearest"]}
