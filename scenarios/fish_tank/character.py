@@ -25,7 +25,8 @@ class Character(NamedTuple):
         align: weight of their heading; that of the direction to them is 1.
         school_reach_m: distance at which mates are seen.
         depth_s: mean time between changes of the wanted depth.
-        beat_hz: frequency of the tail beat at rest; it rises by 1.3 Hz for a body length per second.
+        beat_hz: frequency of the tail beat at rest; it rises by 1.3 Hz for a body length per second,
+            up to 9 Hz.
     """
 
     cruise_mps: float

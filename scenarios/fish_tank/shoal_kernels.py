@@ -19,7 +19,7 @@ _WALL_TURN = 5.0
 """Rate of turn at a wall straight ahead, in radians for each ``wall_reach_m`` swum."""
 _HALT_S = 0.35
 """A fish that would meet a wall sooner than this slows down."""
-_BEAT_HZ_PER_LENGTH = 1.3
+_BEAT_HZ_PER_LENGTH, _FASTEST_BEAT_HZ = 1.3, 9.0
 _BEAT_RAD = np.array([0.05, 0.06, 0.09, 0.13, 0.19, 0.27, 0.38])
 """Amplitudes of the joints in the tail beat of a burst, head to tail."""
 _BEAT_LAG_RAD = 2.0 * np.pi * 0.9 * np.array([0.20, 0.32, 0.43, 0.53, 0.63, 0.73, 0.83])
@@ -251,7 +251,8 @@ def _bend(school: School, character: Character, n: int, rate_radps: float, inter
     wanted = 1.0 if school.burst_left_s[n] > 0.0 and school.push_mps2[n] > 0.0 else cruising
     time_s = _BEAT_RISE_S if wanted > school.beat[n, 1] else _BEAT_FALL_S
     school.beat[n, 1] += (1.0 - np.exp(-interval_s / time_s)) * (wanted - school.beat[n, 1])
-    school.beat[n, 0] += 2.0 * np.pi * (character.beat_hz + _BEAT_HZ_PER_LENGTH * lengths_ps) * interval_s
+    beat_hz = min(character.beat_hz + _BEAT_HZ_PER_LENGTH * lengths_ps, _FASTEST_BEAT_HZ)
+    school.beat[n, 0] += 2.0 * np.pi * beat_hz * interval_s
     for k in range(JOINT_COUNT):
         wave = school.beat[n, 1] * _BEAT_RAD[k] * np.sin(school.beat[n, 0] - _BEAT_LAG_RAD[k])
         school.joints_rad[n, k] = school.bend_rad[n, k] + wave

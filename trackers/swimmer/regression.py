@@ -1,0 +1,122 @@
+"""Regression of places: the weights that minimise the mean distance, and the spread about them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+RIDGE = 0.03
+"""Weight of the prior as a share of each feature's mean square, with any number of samples."""
+SCARCE = 150.0
+"""The prior weighs double with so many independent samples."""
+_NEAREST = 0.003
+"""Distances below this many units count as this much, so that no sample has unbounded weight."""
+_ROUNDS = 8
+_QUANTILE = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Regression:
+    """Predicts a step (2,) from features, and how far off it may be.
+
+    Attributes:
+        weights: (D,) of the features of either axis.
+        spread: (S,) weights >= 0 of the scales: the radius that holds 95 % of the errors is ``spread @ scales``.
+    """
+
+    weights: NDArray[np.float64]
+    spread: NDArray[np.float64]
+
+    def step(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the steps (M, 2) for features (M, 2, D)."""
+        return features @ self.weights
+
+    def radius(self, scales: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the radii (M,) of the circles that hold the end with 95 % probability, for scales (M, S)."""
+        return scales @ self.spread
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """M observed steps.
+
+    Attributes:
+        features: (M, 2, D). step: (M, 2), in units. scales: (M, S) >= 0.
+        weight: (M,) > 0, at most 1.
+        fold: (M,) bool, which of two parts of the time a sample is from.
+        independent: number of samples that do not overlap.
+    """
+
+    features: NDArray[np.float64]
+    step: NDArray[np.float64]
+    scales: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    fold: NDArray[np.bool_]
+    independent: float
+
+    def part(self, kept: NDArray[np.bool_]) -> Samples:
+        """Return the samples that are ``kept`` (M,)."""
+        arrays = (self.features, self.step, self.scales, self.weight, self.fold)
+        return Samples(*(array[kept] for array in arrays), self.independent * float(kept.mean()))
+
+
+def fitted(samples: Samples, prior: Regression) -> Regression:
+    """Return the regression that the samples and a prior give.
+
+    The weights w minimise ``sum q |step - F w|`` plus a ridge about the prior's, by iteratively reweighted least
+    squares (Weiszfeld 1937): the error that counts is the mean distance. The spread is the prior's times the factor
+    that makes 95 % of the errors lie inside, each predicted from the other half of the time.
+    """
+    weights = _weights(samples, prior.weights)
+    ratios, counts = [], []
+    for fold in (False, True):
+        tested = samples.fold == fold
+        if tested.any() and not tested.all():
+            trained = _weights(samples.part(~tested), prior.weights)
+            part = samples.part(tested)
+            ratios.append(_length(part.step - part.features @ trained) / prior.radius(part.scales))
+            counts.append(part.weight)
+    if not ratios:
+        return Regression(weights, prior.spread)
+    factor = _weighted_quantile(np.concatenate(ratios), np.concatenate(counts))
+    trust = samples.independent / (samples.independent + SCARCE / 10)
+    return Regression(weights, prior.spread * factor**trust)
+
+
+def first_fit(samples: Samples) -> Regression:
+    """Return the regression of samples alone; the radii are fitted to the errors and scaled to hold 95 % of them."""
+    weights = _weights(samples, np.zeros(samples.features.shape[-1]), RIDGE / 30)
+    error = _length(samples.step - samples.features @ weights)
+    # Relative errors count, or the swift would decide alone.
+    size = np.maximum(error, _NEAREST) + samples.scales.mean(axis=1)
+    spread, _ = nnls(samples.scales / size[:, None], error / size)
+    spread += 1e-3 * spread.max()
+    return Regression(weights, spread * _weighted_quantile(error / (samples.scales @ spread), samples.weight))
+
+
+def _weights(samples: Samples, prior: NDArray[np.float64], ridge: float | None = None) -> NDArray[np.float64]:
+    if ridge is None:
+        ridge = RIDGE * (1.0 + SCARCE / max(samples.independent, 1.0))
+    F, D = samples.features, samples.features.shape[-1]
+    flat, off = F.reshape(-1, D), samples.step - F @ prior
+    w = prior
+    for _ in range(_ROUNDS):
+        q = samples.weight / np.maximum(_length(samples.step - F @ w), _NEAREST)
+        weighted = flat * np.repeat(q, 2)[:, None]
+        gram = weighted.T @ flat
+        penalty = ridge * np.maximum(np.diag(gram), 1e-9 * q.sum())
+        w = prior + np.linalg.solve(gram + np.diag(penalty), weighted.T @ off.ravel())
+    return w
+
+
+def _length(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.linalg.norm(vector, axis=-1)
+
+
+def _weighted_quantile(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+    order = np.argsort(values)
+    below = np.cumsum(weights[order]) / weights.sum()
+    return float(values[order[min(int(np.searchsorted(below, _QUANTILE)), len(values) - 1)]])
