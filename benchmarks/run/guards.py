@@ -23,6 +23,8 @@ from trackers.types import Answer, CameraCommand, Estimate, Observation, Start, 
 _UNTIMED_FRAMES = 5
 """The first updates load compiled code from disk and are left out of the timing."""
 
+FAILED_AT = "failed_at_frame"
+
 SILENT = Estimate(position_px=np.full(2, np.nan))
 """Answer of a failed contestant of one target."""
 
@@ -140,7 +142,7 @@ class GuardedContestant(Guard):
             yield Score("ms_per_frame", ms_per_frame)
             yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
         if self.failed_at_frame is not None:
-            yield Score("failed_at_frame", float(self.failed_at_frame))
+            yield Score(FAILED_AT, float(self.failed_at_frame))
 
     def ending(self) -> Ending:
         """Return what is known of the contestant after the last frame."""
@@ -163,6 +165,17 @@ class GuardedMany(GuardedContestant):
         """``how``: see ``GuardedContestant``."""
         super().__init__(contestant, limit_s, **how)
         self._silence, self._check = (), check_tracks
+        self._follows = False
+
+    def update(self, frame: Frame) -> Answer:
+        """See ``Contestant``."""
+        answer = super().update(frame)
+        self._follows = self._follows or answer != self._silence
+        return answer
+
+    def scores(self) -> Iterator[Score]:
+        """See ``GuardedContestant``. One that follows nothing, and bridges gaps alone, has no times."""
+        return (score for score in super().scores() if self._follows or score.metric == FAILED_AT)
 
     def ending(self) -> Ending:
         """Return what is known of the contestant after the last frame; call once. It revises its answers here."""

@@ -135,6 +135,8 @@ from trackers.atomic_file import write_atomic
 
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
+REAL = "real"
+"""Scenario and renderer in rows about real recordings; the preset is the recording, the seed a block of time."""
 HUMAN = "human"
 """Controller in rows of a person who played; the role is ``external``."""
 

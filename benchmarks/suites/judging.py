@@ -82,6 +82,21 @@ class Judge(Protocol):
         ...
 
 
+class Recording(Protocol):
+    """Real tracks without pictures, judged by what was measured.
+
+    Attributes:
+        name: of the recording. block_frames: length of its blocks of time.
+    """
+
+    name: str
+    block_frames: int
+
+    def scores(self, ending: Ending) -> Iterable[tuple[int, Sequence[Score]]]:
+        """Return the scores of a contestant, of which the gap method is known, by number of the block of time."""
+        ...
+
+
 def truth_as(truth: Truth, kind: type[_T]) -> _T:
     """Return a truth as the kind that a suite needs.
 

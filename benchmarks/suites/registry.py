@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import Row
-from benchmarks.suites.judging import Judge
+from benchmarks.suites.judging import Judge, Recording
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
@@ -40,6 +40,7 @@ Statistic = Literal[
     "mean",
     "median",
     "geometric mean",
+    "ratio of means",
     "precision",
     "recall",
     "f",
@@ -175,6 +176,7 @@ class Suite:
         contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
+        recordings: reads files of real tracks, see ``frameout bench --real``; None: the suite judges none.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
     """
 
@@ -200,6 +202,7 @@ class Suite:
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
     follows_many: bool = False
+    recordings: Callable[[Sequence[Path]], Sequence[Recording]] | None = None
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
 
     @property

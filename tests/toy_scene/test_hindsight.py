@@ -120,6 +120,15 @@ def test_the_time_of_a_revision_is_shared_among_frames(episode: YardEpisode) -> 
     assert float(times[1]) < 5
 
 
+def test_one_that_follows_nothing_has_no_times(episode: YardEpisode) -> None:
+    class Silent(Bridges):
+        def update(self, observation: Observation) -> list[Track]:
+            return []
+
+    guard, _ = ended(episode, ManyFromPictures(Silent()))
+    assert list(guard.scores()) == []
+
+
 def test_a_gap_method_is_handed_on_and_checked(episode: YardEpisode) -> None:
     tracker = Bridges()
     guard, ending = ended(episode, ManyFromPictures(tracker))

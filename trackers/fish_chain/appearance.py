@@ -40,11 +40,13 @@ class Appearance:
         prior = _PRIOR_CHUNKS * np.diag(all_variance)
         within = (centred.T @ centred + prior) / (freedom + _PRIOR_CHUNKS)
         mean = np.average(means, axis=0, weights=np.sqrt(counts))
-        between = np.cov(means.T, aweights=np.sqrt(counts)) - within * np.mean(_noise(counts))
-        # Axes on which W = I and B = diag(spread).
-        spread, axes = eigh(between, within)
-        kept = spread > 0
-        self._mean, self._spread, self._axes = mean, spread[kept], axes[:, kept]
+        # Axes on which W = I and the means of pieces scatter by diag(scatter).
+        scatter, axes = eigh(np.cov(means.T, aweights=np.sqrt(counts)), within)
+        noise = float(np.mean(_noise(counts)))
+        # Means of one and the same fish would scatter by up to so much (Marchenko & Pastur, 1967).
+        edge = noise * (1 + np.sqrt(len(mean) / len(long))) ** 2
+        kept = scatter > edge
+        self._mean, self._spread, self._axes = mean, scatter[kept] - noise, axes[:, kept]
 
     def log_ratios(
         self, first: Sequence[NDArray[np.float64]], second: Sequence[NDArray[np.float64]]

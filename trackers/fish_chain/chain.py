@@ -144,7 +144,7 @@ class Chain:
 
     def _body_px(self) -> float:
         """Return the length of the usual body; before it is known, a fifteenth of the room that fish were seen in."""
-        known = self._detector.fish_length_px
+        known = self._detector.norms.length_px
         if known == 0 and np.isfinite(self._bounds).all():
             known = max(float((self._bounds[2:] - self._bounds[:2]).max()) / 15, 10.0)
         return max(known, 1.0)

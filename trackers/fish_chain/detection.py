@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.fish_chain.background import Background, Grey, grey_of
+from trackers.fish_chain.norms import Norms
 from trackers.fish_chain.posture import STATIONS, posture
 from trackers.registry import tunable
 from trackers.types import Observation
 
 _VOTING_FRAMES = 60
-_REMEMBERED = 1500
-_SOME = 30
+_CORE_QUANTILE = 0.8
+_CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+_PALE_SHARE, _DARK_SHARE = 0.35, 0.6
+"""Most pale pixels of a fish alone, over its dark ones and their rim; least dark ones, as a share of a least blob."""
 _WIDER = 0.9
 """Fish side by side overlap."""
-"""Blobs from which on their median is trusted."""
-_ONE_BODY_QUANTILE = 0.4
-"""Below the median, as some blobs are of several fish."""
 
 
 @dataclass(frozen=True)
@@ -85,10 +84,10 @@ class Detection:
 
 
 class Detector:
-    """Detects the fish of a tank; learns floor, contrast and size of a fish as pictures come.
+    """Detects the fish of a tank; learns floor, shadows, contrast and size of a fish as pictures come.
 
     Attributes:
-        fish_area_px, fish_length_px: usual area and length of one fish; 0 until they are known.
+        norms: what is known of one fish.
     """
 
     def __init__(self, parameters: DetectorParameters) -> None:
@@ -101,12 +100,7 @@ class Detector:
         self._background: Background | None = None
         self._votes = np.zeros(2)
         self._voted = 0
-        self._areas: deque[float] = deque(maxlen=_REMEMBERED)
-        self._contrasts: deque[float] = deque(maxlen=_REMEMBERED)
-        self._lengths: deque[float] = deque(maxlen=_REMEMBERED)
-        self._contrast = 0.0
-        self.fish_area_px = 0.0
-        self.fish_length_px = 0.0
+        self.norms = Norms()
 
     def detect(self, observation: Observation) -> list[Detection]:
         """Return the blobs of the next picture, and learn from it."""
@@ -116,25 +110,35 @@ class Detector:
         difference = self._background.difference(grey)
         sign = self._sign(difference)
         contrast = difference if sign > 0 else -difference
-        p = self._parameters
-        above = (contrast > np.maximum(p.hardly * self._background.spread, p.hardly_share * self._contrast)).view(
-            np.uint8
-        )
+        p, norms = self._parameters, self.norms
+        limit = self._limit(p.hardly, p.hardly_share)
+        above = (contrast > limit).view(np.uint8)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(above, connectivity=8)
-        least_px = max(p.least_area * self.fish_area_px, p.least_px)
+        least_px = max(p.least_area * norms.area_px, p.least_px)
         found, occupied = [], np.zeros_like(above)
         for label in np.flatnonzero(stats[1:count, cv2.CC_STAT_AREA] >= least_px) + 1:
-            x, y, width, height = stats[label, :4]
+            x, y, width, height = (int(value) for value in stats[label, :4])
             window = np.s_[y : y + height, x : x + width]
             mask = (labels[window] == label).view(np.uint8)
-            peak = np.where(mask, contrast[window], 0.0)
-            surely = np.maximum(p.surely * self._background.spread[window], p.surely_share * self._contrast)
-            if (peak > surely).any():
+            relative = np.where(mask, contrast[window] / (self._background.mean[window] + 1.0), 0.0)
+            norms.see_blob(float(np.quantile(relative[mask > 0], _CORE_QUANTILE)))
+            surely = mask & (contrast[window] > self._limit(p.surely, p.surely_share, window))
+            if surely.any():
                 occupied[window] |= mask
-                found.append(self._detection(observation.image_rgb, window, mask, peak, grey))
+                for body, corner in _without_shadow(mask, surely, relative, norms.shadow, least_px):
+                    found.append(
+                        self._detection(observation.image_rgb, body, corner + np.array([x, y]), contrast, grey)
+                    )
         self._background.learn(grey, difference, occupied, sign)
-        self._learn_size()
+        norms.learn()
         return found
+
+    def _limit(self, spreads: float, share: float, window: tuple[slice, slice] = np.s_[:, :]) -> Grey:
+        """Return the contrast in grey levels that so many standard deviations, and such a share of a fish's, make."""
+        assert self._background is not None
+        spread, mean = self._background.spread[window], self._background.mean[window]
+        limit: Grey = np.maximum(spreads * spread, np.float32(share * self.norms.contrast) * mean)
+        return limit
 
     def _sign(self, difference: Grey) -> int:
         """Return -1 for fish darker than the floor, +1 for brighter ones, as the first pictures show it."""
@@ -148,30 +152,30 @@ class Detector:
     def _detection(
         self,
         image_rgb: NDArray[np.uint8],
-        window: tuple[slice, slice],
         mask: NDArray[np.uint8],
+        corner: NDArray[np.int64],
         contrast: Grey,
         grey: Grey,
     ) -> Detection:
         assert self._background is not None
-        corner = np.array([window[1].start, window[0].start])
-        floor = self._background.mean[window]
-        body = posture(mask, np.maximum(contrast, 1e-3), (grey[window] + 1.0) / (floor + 1.0), STATIONS)
+        (x, y), (height, width) = corner, mask.shape
+        window = np.s_[y : y + height, x : x + width]
+        floor = self._background.mean[window] + 1.0
+        weight = np.where(mask, np.maximum(contrast[window], 1e-3), 0.0).astype(np.float32)
+        body = posture(mask, weight, (grey[window] + 1.0) / floor, STATIONS)
         line = body[:, :2] + corner
         area = float(np.count_nonzero(mask))
-        usual = float(contrast.sum()) / area
+        usual = float((weight / floor).sum()) / area
         length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-        self._areas.append(area)
-        self._contrasts.append(usual)
-        self._lengths.append(length)
+        self.norms.see_fish(area, length, usual)
         ahead = line[0] - line[STATIONS // 2]
         return Detection(
             position_px=line[STATIONS // 2],
-            box_xyxy=np.concatenate([corner, corner + mask.shape[::-1]]).astype(float),
+            box_xyxy=np.concatenate([corner, corner + np.array([width, height])]).astype(float),
             heading_rad=float(np.arctan2(ahead[1], ahead[0])),
             centre_line_px=line,
             area_px=area,
-            score=min(1.0, area / max(self.fish_area_px, 1.0)) * min(1.0, usual / max(self._contrast, 1.0)),
+            score=min(1.0, area / max(self.norms.area_px, 1.0)) * min(1.0, usual / max(self.norms.contrast, 1e-3)),
             merged=self._is_merged(area, length),
             widths_px=body[:, 2],
             shades=body[:, 3],
@@ -180,18 +184,35 @@ class Detector:
             corner_px=corner,
         )
 
-    def _learn_size(self) -> None:
-        if len(self._areas) >= _SOME and (len(self._areas) < _REMEMBERED or self._voted % _SOME == 0):
-            self.fish_area_px = float(np.quantile(self._areas, _ONE_BODY_QUANTILE))
-            self.fish_length_px = float(np.quantile(self._lengths, _ONE_BODY_QUANTILE))
-            self._contrast = float(np.quantile(self._contrasts, _ONE_BODY_QUANTILE))
-
     def _is_merged(self, area_px: float, length_px: float) -> bool:
-        if self.fish_area_px == 0:
+        if self.norms.area_px == 0:
             return False
-        larger, longer = area_px / self.fish_area_px, length_px / self.fish_length_px
+        larger, longer = area_px / self.norms.area_px, length_px / self.norms.length_px
         limit = self._parameters.merged_area
         return larger > limit and (longer > limit or larger / longer > _WIDER * limit)
+
+
+def _without_shadow(
+    mask: NDArray[np.uint8], surely: NDArray[np.uint8], relative: NDArray[np.float32], shadow: float, least_px: float
+) -> list[tuple[NDArray[np.uint8], NDArray[np.int64]]]:
+    """Return the parts of a blob that are no shadow, each cut out, with its top left corner (x, y) in the blob.
+
+    A blob without room for a shadow beside its dark part is returned whole, since tails are as pale as shadows.
+    """
+    whole = [(mask, np.zeros(2, dtype=np.int64))]
+    if shadow == 0:
+        return whole
+    count, labels, stats, _ = cv2.connectedComponentsWithStats((relative > shadow).view(np.uint8), connectivity=8)
+    parts, covered = [], np.zeros_like(mask)
+    for label in range(1, count):
+        dark = (labels == label).view(np.uint8)
+        if stats[label, cv2.CC_STAT_AREA] >= _DARK_SHARE * least_px and (dark & surely).any():
+            part = cv2.dilate(dark, _CROSS) & mask
+            covered |= part
+            x, y, width, height = cv2.boundingRect(part)
+            parts.append((part[y : y + height, x : x + width], np.array([x, y])))
+    pale = np.count_nonzero(mask) - np.count_nonzero(covered)
+    return whole if len(parts) == 1 and pale < _PALE_SHARE * np.count_nonzero(covered) else parts
 
 
 def _colour(image_rgb: NDArray[np.uint8], mask: NDArray[np.uint8]) -> NDArray[np.float64]:

@@ -19,19 +19,21 @@ _GROUPS: dict[str, Callable[[Link], bool]] = {
     "pair_50": lambda link: link.gap.fish_count <= 2 and link.gap.length_frames <= 50,
     "crowd_50": lambda link: link.gap.fish_count > 2 and link.gap.length_frames <= 50,
 }
+LENGTHS = ("50", "200")
+"""Groups by length alone."""
 GROUPS = tuple(_GROUPS)
 """Names of groups of gaps: at most 50 and 200 frames; of the former those in which centre lines cross or not, and with
 two or more fish."""
 
 
-def link_scores(links: Sequence[Link], ending: str = "") -> Iterator[Score]:
-    """Yield the scores of each group of gaps; ``ending`` is added to the names.
+def link_scores(links: Sequence[Link], ending: str = "", groups: Sequence[str] = GROUPS) -> Iterator[Score]:
+    """Yield the scores of the ``groups`` of gaps; ``ending`` is added to the names.
 
     ``link_precision_GROUP``: right links of those made. ``link_rate_GROUP``: links made, of all gaps.
     ``link_recall_GROUP``: right links, of all gaps. ``link_precision_GROUP_of_90``: see ``precision_at``.
     """
-    for name, belongs in _GROUPS.items():
-        mine = [link for link in links if belongs(link)]
+    for name in groups:
+        mine = [link for link in links if _GROUPS[name](link)]
         outcomes = [link.outcome for link in mine]
         right, wrong = outcomes.count(Outcome.RIGHT), outcomes.count(Outcome.WRONG)
         if right + wrong:

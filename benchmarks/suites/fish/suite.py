@@ -12,6 +12,7 @@ from benchmarks.suites.fish.figures import figures
 from benchmarks.suites.fish.gap_scores import GAP_FRAMES, TURNS_DEG
 from benchmarks.suites.fish.judge import AT_ONCE, FishJudge
 from benchmarks.suites.fish.link_scores import GROUPS
+from benchmarks.suites.fish.real import recordings
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
 _GROUP_WORDS = {
@@ -53,6 +54,12 @@ def _gap_metrics(count: int) -> tuple[Metric, ...]:
         ),
         _rate(f"successor_rate_{count}", f"fish lost at once for {count} frames that get their own place at the end"),
     )
+
+
+def _growth(count: int) -> Metric:
+    rows = (f"gap_error_{count}_px", f"gap_error_{GAP_FRAMES[0]}_px")
+    words = f"error after {count} lost frames over that after {GAP_FRAMES[0]}"
+    return Metric(f"gap_growth_{count}", words, "1", "lower", rows, "ratio of means")
 
 
 def _link_metrics(ending: str, when: str) -> tuple[Metric, ...]:
@@ -106,6 +113,7 @@ FISH = Suite(
         *_chain_metrics("", ""),
         *_link_metrics("", ""),
         *(metric for count in GAP_FRAMES for metric in _gap_metrics(count)),
+        *(_growth(count) for count in GAP_FRAMES[1:]),
         *_chain_metrics(AT_ONCE, _NOW),
         *_link_metrics(AT_ONCE, _NOW),
         *CPU_TIME,
@@ -139,6 +147,7 @@ FISH = Suite(
     figures=figures,
     controller=None,
     follows_many=True,
+    recordings=recordings,
     definitions={
         judge.chain_scores: (*_CHAIN_NAMES, *(f"{name}{AT_ONCE}" for name in _CHAIN_NAMES)),
         link_scores.link_scores: (*_LINK_NAMES, *(f"{name}{AT_ONCE}" for name in _LINK_NAMES)),
