@@ -44,6 +44,8 @@ _MODULES = (
     "trackers.stereo_people.tracker",
     "trackers.blind.dead_reckoning",
     "trackers.blind.straight_ahead",
+    "trackers.baselines.gap_methods",
+    "trackers.blind.gap_places",
 )
 """Modules that define trackers. Add yours here."""
 
