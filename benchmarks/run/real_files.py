@@ -17,6 +17,7 @@ from benchmarks.scores.summary import write_summary
 from benchmarks.suites.judging import Ending, Recording, Score
 from benchmarks.suites.registry import Suite
 from scenarios.loop import tracker_stream
+from sim.checks import check
 from trackers import registry
 from trackers.protocols import BridgingTracker
 
@@ -40,6 +41,8 @@ def run_on_files(
     if not bridging:
         raise ValueError(f"trackers: expected some with a gap method, got {', '.join(trackers) or 'none'}")
     found = suite.recordings(files)
+    twice = sorted({one.name for k, one in enumerate(found) if one.name in {each.name for each in found[:k]}})
+    check("real", not twice, "recordings of different names", f"two called {', '.join(twice)}")
     make_folder(out)
     outcome, total = Outcome(), len(found) * len(bridging)
     for recording in found:

@@ -20,11 +20,12 @@ class Character(NamedTuple):
         turn_s: duration of a turn.
         veer_radps, veer_s: standard deviation and correlation time of the rate of turn between bursts.
         wall_reach_m: distance at which a fish begins to turn away from the wall ahead.
-        wall_follow: share in [0, 1] by which a fish near a wall turns parallel to it at a burst.
+        wall_follow: share in [0, 1] by which a fish within twice that distance turns along a wall at a burst.
         school: share in [0, 1] by which a fish turns to its mates and to their heading at a burst.
         align: weight of their heading; that of the direction to them is 1.
         school_reach_m: distance at which mates are seen.
         depth_s: mean time between changes of the wanted depth.
+        glide_beat: amplitude of the tail beat between bursts, as a share of that in them.
         beat_hz: frequency of the tail beat at rest; it rises by 1.3 Hz for a body length per second,
             up to 9 Hz.
     """
@@ -47,6 +48,7 @@ class Character(NamedTuple):
     align: float
     school_reach_m: float
     depth_s: float
+    glide_beat: float
     beat_hz: float
 
 
@@ -69,6 +71,7 @@ ZEBRAFISH = Character(
     align=0.2,
     school_reach_m=0.3,
     depth_s=6.0,
+    glide_beat=0.1,
     beat_hz=2.5,
 )
 """A few zebrafish in a tank, one of the presets ``standard`` and ``quick``."""
@@ -77,11 +80,13 @@ CROWD = ZEBRAFISH._replace(burst_mps=0.08, school=0.2, school_reach_m=0.1)
 """A crowded tank."""
 
 AYU = ZEBRAFISH._replace(
-    cruise_mps=0.03,
-    mood_s=8.0,
+    cruise_mps=0.0038,
+    mood_s=32.0,
     mood_spread=0.1,
     burst_interval_s=float("inf"),
-    veer_radps=0.05,
-    veer_s=4.0,
+    veer_radps=0.0125,
+    veer_s=16.0,
+    depth_s=float("inf"),
+    glide_beat=0.35,
 )
-"""One fish that cruises slowly and smoothly."""
+"""One fish that keeps its place against a slow current."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scenarios.camera_rig import SingleCamera
 from scenarios.fish_tank.fish import Fish, Sighted
 from scenarios.fish_tank.head import LENS, Head
+from scenarios.fish_tank.light import room_lights
 from scenarios.fish_tank.presets import FishTank
 from scenarios.fish_tank.shoal import swim
 from scenarios.fish_tank.tank import VOLUME_M, build_tank
@@ -25,7 +26,7 @@ from sim.render.refraction import ThroughWater
 from sim.rng import generator
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
-from sim.shaders.daylight import DaylightShader, Sun
+from sim.shaders.water import WaterShader
 from sim.water_surface import RippledSurface, Ripples, draw_waves
 from sim.world import World
 from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation, Start, SteeredCamera
@@ -35,6 +36,10 @@ _HEIGHT_M, _PIXELS_PER_M = 1.6, 925.0
 """Height of the overview camera above the floor, and its scale there in pictures 640 pixels wide."""
 _MIDDLE_M = 0.5 * VOLUME_M[2]
 """Measured poses are relative to the plane at half the water's depth: their "ground"."""
+_AMBIENT_LX = 250.0
+"""Light from all around: of walls and ceiling."""
+_SENSOR = SensorConfig(longest_exposure_s=8e-3, mid_grey=0.3)
+"""A camera in a laboratory: its exposure is short enough for fish that dart."""
 _EMPTY_PICTURES, _EMPTY_EVERY_S = 20, 0.5
 
 
@@ -57,7 +62,9 @@ class FishTankEpisode(Stage):
         )
         self._fish = Fish(world, self._swims, looks, rng)
         self._surface = _surface(preset.ripples, generator(seed, "ripples"))
-        self._water = DaylightShader(world, Sun((0.1, 0.2, 1.0), 500.0), 300.0)
+        self._water = WaterShader(
+            world, self._surface, preset.water, room_lights(generator(seed, "light")), _AMBIENT_LX
+        )
         self._camera = self._overview(world, "sensor")
         super().__init__(
             world, self._camera, frame_count=preset.frame_count, rate_hz=preset.rate_hz, closed_loop=closed_loop
@@ -75,7 +82,7 @@ class FishTankEpisode(Stage):
         return self._start
 
     @property
-    def _shader(self) -> DaylightShader:
+    def _shader(self) -> WaterShader:
         return self._water
 
     def map_of(self) -> tuple[float, float, float]:
@@ -94,7 +101,7 @@ class FishTankEpisode(Stage):
 
     def _overview(self, world: World, stream: str) -> SingleCamera:
         """Return the overview camera with a sensor of its own."""
-        sensor = CameraSensor(SensorConfig(), generator(self._seed, stream))
+        sensor = CameraSensor(_SENSOR, generator(self._seed, stream))
         return SingleCamera(
             world, self._view, self._renderer, sensor, through=lambda renderer: ThroughWater(renderer, self._surface)
         )

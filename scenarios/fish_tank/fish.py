@@ -139,7 +139,7 @@ class Fish:
             )
             box_xyxy[k] = one.box_xyxy
             if is_asked:
-                # Only fish hide fish. At the rim of a thin body the picture's samples, bent by ripples, miss it at times.
+                # Only fish hide fish; at the rim of a thin body the bent samples miss it at times.
                 fraction[k] = 1.0 - one.hidden_fraction
                 if one.hidden_by >= 0:
                     hidden_by[k] = np.searchsorted(self.instance_id, one.hidden_by)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from scenarios.fish_tank.character import AYU, CROWD, ZEBRAFISH, Character
 from sim.checks import check_types, check_within
+from sim.shaders.water import Water
 from sim.water_surface import Ripples
 
 
@@ -21,7 +22,7 @@ class FishTank:
         fish: number of fish.
         variety: 0 for fish that look alike, 1 for differences of size, shade and pattern as in a mixed stock.
         character: how they swim.
-        ripples: of the surface.
+        ripples: of the surface. water: what is in it.
     """
 
     summary: str
@@ -34,6 +35,7 @@ class FishTank:
     variety: float = 0.6
     character: Character = ZEBRAFISH
     ripples: Ripples = field(default_factory=Ripples)
+    water: Water = field(default_factory=Water)
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -47,7 +49,13 @@ class FishTank:
 PRESETS = {
     "standard": FishTank("ten zebrafish in clear, rippled water"),
     "hard": FishTank(
-        "a hundred fish that look alike in murky water", frame_count=450, fish=100, variety=0.1, character=CROWD
+        "a hundred fish that look alike in murky water",
+        frame_count=450,
+        fish=100,
+        variety=0.1,
+        character=CROWD,
+        ripples=Ripples(slope_rms=0.03),
+        water=Water(scattering_per_m=6.0),
     ),
     "quick": FishTank("five fish in small pictures", frame_count=200, width_px=320, height_px=240, fish=5),
     "paper-c": FishTank("the paper's experiment: one slow fish", fish=1, character=AYU),

@@ -15,8 +15,10 @@ from sim.motion.swim import JOINT_COUNT
 _CLIMB_MPS, _DEPTH_SETTLING_S = 0.04, 0.7
 """Greatest vertical speed of swimming, and time constant of the approach to the wanted depth."""
 _STEEPEST_RAD, _PITCHING_S = 0.3, 0.2
-_WALL_TURN = 5.0
-"""Rate of turn at a wall straight ahead, in radians for each ``wall_reach_m`` swum."""
+_WALL_TURN, _WALL_INSET = 6.0, 0.4
+"""Rate of turn at a wall straight ahead, in radians for each ``wall_reach_m`` swum; nearest approach, in lengths."""
+_WALL_LEAN = 0.8
+"""A fish that follows a wall nears it by this slope where it begins to."""
 _HALT_S = 0.35
 """A fish that would meet a wall sooner than this slows down."""
 _BEAT_HZ_PER_LENGTH, _FASTEST_BEAT_HZ = 1.3, 9.0
@@ -142,16 +144,18 @@ def _decide(
 
 @njit(cache=True)
 def _towards_wall(school: School, character: Character, size_m: NDArray[np.float64], n: int) -> float:
-    """Return the turn that makes a fish near a wall more nearly parallel to it."""
-    x_gap = 0.5 * size_m[0] - abs(school.position_m[n, 0])
-    y_gap = 0.5 * size_m[1] - abs(school.position_m[n, 1])
-    gap = min(x_gap, y_gap)
-    if gap > 2.0 * character.wall_reach_m:
+    """Return the turn of a fish near a wall to a way along it that leads nearer to it."""
+    x, y = school.position_m[n, 0], school.position_m[n, 1]
+    c, s = np.cos(school.yaw_rad[n]), np.sin(school.yaw_rad[n])
+    x_gap, y_gap = 0.5 * size_m[0] - abs(x), 0.5 * size_m[1] - abs(y)
+    share = min(x_gap, y_gap) / (2.0 * character.wall_reach_m)
+    if share > 1.0:
         return 0.0
-    along = 0.0 if y_gap < x_gap else 0.5 * np.pi
-    # Either way along the wall, whichever is nearer.
-    off = _wrapped(2.0 * (along - school.yaw_rad[n])) / 2.0
-    return character.wall_follow * off * (1.0 - gap / (2.0 * character.wall_reach_m))
+    if x_gap < y_gap:
+        wanted = np.arctan2(1.0 if s >= 0.0 else -1.0, _WALL_LEAN * share * (1.0 if x >= 0.0 else -1.0))
+    else:
+        wanted = np.arctan2(_WALL_LEAN * share * (1.0 if y >= 0.0 else -1.0), 1.0 if c >= 0.0 else -1.0)
+    return character.wall_follow * _wrapped(wanted - school.yaw_rad[n]) * (1.0 - share)
 
 
 @njit(cache=True)
@@ -208,12 +212,12 @@ def _steer(school: School, character: Character, size_m: NDArray[np.float64], n:
 
 @njit(cache=True)
 def _wall_ahead(school: School, character: Character, size_m: NDArray[np.float64], n: int) -> tuple[float, float]:
-    """Return the rate of turn away from the walls, and the way ahead to the nearest, from half a length before it.
+    """Return the rate of turn away from the walls, and the way ahead to the nearest approach.
 
     The rate is ``_WALL_TURN v / reach (1 - gap / reach)`` times the cosine of the angle to the wall.
     """
     c, s = np.cos(school.yaw_rad[n]), np.sin(school.yaw_rad[n])
-    inset_m = 0.55 * school.length_m[n]
+    inset_m = _WALL_INSET * school.length_m[n]
     most, side, near_walls, way_m = 0.0, 0.0, 0, 1e9
     for axis in range(2):
         for sign in (-1.0, 1.0):
@@ -232,8 +236,8 @@ def _wall_ahead(school: School, character: Character, size_m: NDArray[np.float64
         # In a corner: to the side where the middle of the tank lies.
         side = school.position_m[n, 0] * s - school.position_m[n, 1] * c
     turn = most * (1.0 if side >= 0.0 else -1.0)
-    speed = max(school.speed_mps[n], 0.03)
-    return _WALL_TURN * turn * speed / character.wall_reach_m, way_m
+    speed_mps = max(school.speed_mps[n], character.cruise_mps)
+    return _WALL_TURN * turn * speed_mps / character.wall_reach_m, way_m
 
 
 @njit(cache=True)
@@ -247,8 +251,7 @@ def _bend(school: School, character: Character, n: int, rate_radps: float, inter
         share += follow * (before - share)
         school.bend_rad[n, k], before = share * _BEND_SHARES[k], share
     lengths_ps = school.speed_mps[n] / school.length_m[n]
-    cruising = min(0.25 * character.cruise_mps / school.length_m[n], 0.5)
-    wanted = 1.0 if school.burst_left_s[n] > 0.0 and school.push_mps2[n] > 0.0 else cruising
+    wanted = 1.0 if school.burst_left_s[n] > 0.0 and school.push_mps2[n] > 0.0 else character.glide_beat
     time_s = _BEAT_RISE_S if wanted > school.beat[n, 1] else _BEAT_FALL_S
     school.beat[n, 1] += (1.0 - np.exp(-interval_s / time_s)) * (wanted - school.beat[n, 1])
     beat_hz = min(character.beat_hz + _BEAT_HZ_PER_LENGTH * lengths_ps, _FASTEST_BEAT_HZ)

@@ -16,7 +16,7 @@ _RIM_M, _WALL_M = 0.03, 0.008
 """Height of the walls above the water, and their thickness."""
 _TABLE_M = (1.8, 1.5)
 _WALL_RGB, _RIM_RGB = (206, 212, 212), (150, 160, 164)
-_FLOOR_RGB, _TABLE_RGB = (198, 199, 190), (112, 96, 80)
+_FLOOR_RGB, _TABLE_RGB = (212, 212, 203), (112, 96, 80)
 _TEXELS = 512
 
 
@@ -51,7 +51,7 @@ def _plate(size_m: tuple[float, float], z_m: float, texture: Texture) -> Texture
 
 def _grained(rgb: tuple[int, int, int], grain: float, rng: np.random.Generator) -> Texture:
     """Return a surface with fine grain and broad stains of standard deviation ``grain`` (8-bit levels)."""
-    fine = _stains(_TEXELS, rng)
+    fine = _stains(_TEXELS // 3, rng)
     broad = _stains(24, rng)
     picture = np.asarray(rgb, float) + grain * (0.5 * fine + 0.8 * broad)[..., None]
     return Texture(np.clip(picture, 0, 255).astype(np.uint8), smooth=True)

@@ -37,7 +37,7 @@ class Visible(NamedTuple):
     """A picture whose nearest triangles are known, see ``draw_picture``; maps are (H, W).
 
     Attributes:
-        depth_m, instance_id: written row by row, see ``GBuffer``.
+        depth_m, instance_id: see ``GBuffer``; ids are written row by row.
     """
 
     textures: TexturePool

@@ -1,7 +1,7 @@
 """From world to finished picture: renderer, shader and sensor in one call.
 
 The stages are those of ``Renderer.gbuffer``, ``Shader.shade`` and ``Sensor.expose``, with the same kernels. With
-``raster``, a ``RowShader`` and a ``RowSensor``, each row passes through all stages while it is in the processor's
+a ``RowRenderer``, a ``RowShader`` and a ``RowSensor``, each row passes through all stages while it is in the processor's
 cache, and the stages' whole pictures are never written, unless the sensor needs the whole radiance first.
 """
 
@@ -17,10 +17,25 @@ from numpy.typing import NDArray
 from sim.gbuffer import GBuffer
 from sim.optics import CameraMotion, PinholeCamera
 from sim.render.protocol import Renderer
-from sim.render.raster import Raster
 from sim.render.row_stages import RowStage, finish_rows
 
 _Picture = TypeVar("_Picture", covariant=True)
+
+
+class RowRenderer(Renderer, Protocol):
+    """A renderer that finishes its pictures row by row.
+
+    Attributes:
+        resolving: its stage.
+    """
+
+    resolving: RowStage
+
+    def visible(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> Any:
+        """Return a NamedTuple that the stage's kernel reads, with ``depth_m`` (H, W) float32, and ``instance_id`` (H, W)
+        int32, which the kernel writes; arguments as for ``gbuffer``.
+        """
+        ...
 
 
 class Shader(Protocol):
@@ -151,7 +166,7 @@ def capture(
         settings: of the picture, with which the sensor's loops stay as they are: for the second camera of a stereo
             pair.
     """
-    if isinstance(renderer, Raster) and _lights_rows(shader) and _develops_rows(sensor):
+    if _draws_rows(renderer) and _lights_rows(shader) and _develops_rows(sensor):
         return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings, motion)
     gbuffer = renderer.gbuffer(camera, T_world_camera)
     radiance = shader.shade(gbuffer, camera, T_world_camera)
@@ -160,6 +175,10 @@ def capture(
 
 
 # Checking the protocol at run time, for every picture, would take a hundred times as long.
+def _draws_rows(renderer: Renderer) -> TypeGuard[RowRenderer]:
+    return getattr(renderer, "resolving", None) is not None
+
+
 def _lights_rows(shader: Shader) -> TypeGuard[RowShader]:
     return hasattr(shader, "lighting")
 
@@ -182,7 +201,7 @@ def _photograph(
 
 
 def _capture_by_rows(
-    renderer: Raster,
+    renderer: RowRenderer,
     shader: RowShader,
     sensor: RowSensor[_Picture],
     camera: PinholeCamera,
@@ -193,20 +212,18 @@ def _capture_by_rows(
 ) -> Capture[_Picture]:
     seen = renderer.visible(camera, T_world_camera)
     height, width = seen.depth_m.shape
-    with np.errstate(divide="ignore"):
-        np.divide(np.float32(1.0), seen.nearness, out=seen.depth_m)
     light = shader.row_light(seen.depth_m, camera, T_world_camera)
     if sensor.needs_whole(camera, settings, motion):
         film = sensor.film(height, width)
-        finish_rows(seen, np.arange(height), shader.lighting, light, film)
+        finish_rows(renderer.resolving, seen, np.arange(height), shader.lighting, light, film)
         picture = _photograph(sensor, film, camera, frame, settings, motion)
         return Capture(picture, seen.depth_m, seen.instance_id)
     # The metered rows come first: their scattered light falls on all others.
     metered_rows, other_rows = _metered_and_other_rows(height, sensor.metered_row_step)
     film = sensor.film(len(metered_rows), width)
-    finish_rows(seen, metered_rows, shader.lighting, light, film)
+    finish_rows(renderer.resolving, seen, metered_rows, shader.lighting, light, film)
     picture, development = sensor.develop_first(film, metered_rows, camera, frame, settings)
-    finish_rows(seen, other_rows, shader.lighting, light, film[:1], sensor.developing, development)
+    finish_rows(renderer.resolving, seen, other_rows, shader.lighting, light, film[:1], sensor.developing, development)
     return Capture(picture, seen.depth_m, seen.instance_id)
 
 

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
-from sim.render.attributes import Visible, resolve_picture
+from sim.render.attributes import Visible, new_resolve_scratch, resolve_picture, resolve_row
 from sim.render.compilation import announce_compilation
+from sim.render.row_stages import RowStage
 from sim.render.scene import SceneArrays, pack_scene
 from sim.render.textures import TexturePool
 from sim.render.view import camera_view
@@ -17,7 +18,13 @@ from sim.world import World
 
 
 class Raster:
-    """Draws a world. Bodies may be added and moved between pictures; shapes and textures are packed once."""
+    """Draws a world. Bodies may be added and moved between pictures; shapes and textures are packed once.
+
+    Attributes:
+        resolving: see ``sim.render.pipeline.RowRenderer``.
+    """
+
+    resolving = RowStage(resolve_row, new_resolve_scratch)
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -53,7 +60,7 @@ class Raster:
         """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
 
         Returns:
-            depth and ids are fresh arrays and not written yet; the others are overwritten by the next call.
+            depth and ids are fresh arrays, ids not written yet; the others are overwritten by the next call.
         """
         self._pack()
         shape = (camera.height_px, camera.width_px)
@@ -71,6 +78,8 @@ class Raster:
             self._triangle,
         )
         depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
+        with np.errstate(divide="ignore"):
+            np.divide(np.float32(1.0), self._nearness, out=depth_m)
         return Visible(self._textures, self._table, self._nearness, self._triangle, depth_m, instance_id)
 
     def _pack(self) -> None:

@@ -10,7 +10,7 @@ on a straight line from p. So the point seen is the first one on that line where
 
 from __future__ import annotations
 
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,71 +20,125 @@ from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, project, ray_of_pixel
 from sim.render.compilation import announce_compilation
 from sim.render.protocol import Renderer
-from sim.render.refraction_kernels import Water, WaterRays, bend_rays, find_entries, widest_shift, warp
+from sim.render.raster import Raster
+from sim.render.refracted_rows import Refracted, new_refracted_scratch, resolve_refracted, resolve_refracted_row
+from sim.render.row_stages import RowStage
+from sim.render.water_rays import STEP_PX, WaterBody, WaterRays, bend_rays, find_entries, widest_shift
+from sim.render.water_trace import Endings, new_endings, trace
 from sim.water_surface import RippledSurface
 
-STEP_PX = 4
-"""Rays are bent at every fourth pixel of every fourth row, and interpolated between."""
+_ROWS = RowStage(resolve_refracted_row, new_refracted_scratch)
+_latest: WeakKeyDictionary[RippledSurface, tuple[object, WaterRays]] = WeakKeyDictionary()
 
 
 class ThroughWater:
     """A ``Renderer`` of another one's world with water in it; see ``sim.render.protocol``.
 
     What is above the water or beside its rectangle is seen as it is. The inner renderer must not draw the surface.
+
+    Attributes:
+        surface: looked through, as it is at the time of each picture.
+        resolving: see ``sim.render.pipeline.RowRenderer``; None if the inner renderer is not ``raster``.
     """
 
     def __init__(self, renderer: Renderer, surface: RippledSurface) -> None:
-        """Look at the world of ``renderer`` through the surface as it is at the time of each picture."""
+        """Look at the world of ``renderer``."""
         self._renderer, self.surface = renderer, surface
-        announce_compilation(warp)
+        self.resolving = _ROWS if isinstance(renderer, Raster) else None
+        self._ends = new_endings(0, 0, np.empty((0, 0), np.float32))
+        announce_compilation(bend_rays)
 
     def gbuffer(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
     ) -> GBuffer:
         """Return what is really seen, see ``Renderer``: depth, id and normal are those of the point on the bent ray.
 
-        Places that the inner renderer hides behind a body, though the bent ray passes it, get the surface beside it.
+        Places that the inner renderer hides behind a body, though the bent ray passes it, are filled with the surface
+        beside it.
 
         Raises:
             ValueError: if the camera is not above the water.
         """
-        rays = water_rays(self.surface, camera, T_world_camera, pixel_offset)
-        margin_x, margin_y = margins_px(rays, camera)
-        wide = PinholeCamera(camera.width_px + 2 * margin_x, camera.height_px + 2 * margin_y, camera.focal_px)
+        if self.resolving is not None:
+            seen = self.visible(camera, T_world_camera, pixel_offset=pixel_offset)
+            shape = (*seen.depth_m.shape, 3)
+            base_colour_rgb, normal_world = np.empty(shape, np.uint8), np.empty(shape, np.float32)
+            resolve_refracted(seen, base_colour_rgb, normal_world)
+            return GBuffer(base_colour_rgb, seen.depth_m, seen.instance_id, normal_world)
+        rays, wide, margins = self._outlook(camera, T_world_camera, pixel_offset)
         inner = self._renderer.gbuffer(wide, T_world_camera, pixel_offset=pixel_offset)
-        shape = (camera.height_px, camera.width_px)
-        seen = GBuffer(
-            np.empty((*shape, 3), np.uint8),
-            np.empty(shape, np.float32),
-            np.empty(shape, np.int32),
-            np.empty((*shape, 3), np.float32),
+        ends = self._trace(rays, np.float32(1.0) / inner.depth_m, margins, camera)
+        at = ends.source
+        return GBuffer(
+            inner.base_colour_rgb.reshape(-1, 3)[at],
+            ends.depth_m,
+            inner.instance_id.ravel()[at],
+            inner.normal_world.reshape(-1, 3)[at],
         )
-        warp(rays, inner, margin_x, margin_y, seen)
-        return seen
+
+    def visible(
+        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
+    ) -> Refracted:
+        """Trace the rays of all pixels, the first half of ``gbuffer``, through what ``raster`` draws.
+
+        Returns:
+            depth and ids are fresh arrays, ids not written yet; the others are overwritten by the next call.
+        """
+        rays, wide, margins = self._outlook(camera, T_world_camera, pixel_offset)
+        inner = self._renderer.visible(wide, T_world_camera, pixel_offset=pixel_offset)  # type: ignore[attr-defined]
+        ends = self._trace(rays, inner.nearness, margins, camera)
+        return Refracted(inner, ends, ends.depth_m, np.empty(ends.depth_m.shape, np.int32))
+
+    def _outlook(
+        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixel_offset: float
+    ) -> tuple[WaterRays, PinholeCamera, tuple[int, int]]:
+        """Return the bent rays, the camera of the inner picture, and its margins."""
+        rays = water_rays(self.surface, camera, T_world_camera, pixel_offset)
+        margins = _margins_px(rays, camera)
+        width_px, height_px = camera.width_px + 2 * margins[0], camera.height_px + 2 * margins[1]
+        return rays, PinholeCamera(width_px, height_px, camera.focal_px), margins
+
+    def _trace(
+        self, rays: WaterRays, nearness: NDArray[np.float32], margins: tuple[int, int], camera: PinholeCamera
+    ) -> Endings:
+        depth_m = np.empty((camera.height_px, camera.width_px), np.float32)
+        if self._ends.column.shape != depth_m.shape:
+            self._ends = new_endings(*depth_m.shape, depth_m)
+        ends = self._ends._replace(depth_m=depth_m)
+        trace(rays, nearness, *margins, ends)
+        return ends
 
 
 def water_rays(
     surface: RippledSurface, camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixel_offset: float = 0.5
 ) -> WaterRays:
-    """Return the bent rays of a picture, in fresh arrays.
+    """Return the bent rays of a picture, not to be written to. The latest ones of a surface are kept.
 
     Raises:
         ValueError: if the camera is not above the water.
     """
-    water = _water(surface, T_world_camera)
-    rows, columns = (-(-(side - 1) // STEP_PX) + 1 for side in (camera.height_px, camera.width_px))
+    key = (camera, T_world_camera.tobytes(), pixel_offset, surface.time_s)
+    kept = _latest.get(surface)
+    if kept is not None and kept[0] == key:
+        return kept[1]
+    body = _water_body(surface, T_world_camera)
+    rows, columns = camera.height_px // STEP_PX + 2, camera.width_px // STEP_PX + 2
     nodes = np.empty((6, rows, columns), np.float32)
-    matrix = _matrix(camera, T_world_camera)
-    grid = surface.grid()
-    rays = WaterRays(nodes, STEP_PX, pixel_offset, T_world_camera[:3, 3].astype(float), matrix, water)
-    bend_rays(rays, _projection(camera, T_world_camera), grid)
+    position_m = T_world_camera[:3, 3].astype(float)
+    rays = WaterRays(nodes, pixel_offset, position_m, _matrix(camera, T_world_camera), body)
+    bend_rays(rays, _projection(camera, T_world_camera), surface.grid())
+    _latest[surface] = (key, rays)
     return rays
 
 
-def margins_px(rays: WaterRays, camera: PinholeCamera) -> tuple[int, int]:
+def _margins_px(rays: WaterRays, camera: PinholeCamera) -> tuple[int, int]:
     """Return columns on either side and rows above and below that the inner picture needs beyond the outer one."""
-    widest = widest_shift(rays, camera.width_px, camera.height_px)
-    return tuple(0 if shift <= 0.5 else 8 * int(np.ceil((shift + 1.0) / 8.0)) for shift in widest)  # type: ignore[return-value]
+    right, down = widest_shift(rays, camera.width_px, camera.height_px)
+    return _in_tiles(right), _in_tiles(down)
+
+
+def _in_tiles(shift_px: float) -> int:
+    return 0 if shift_px <= 0.5 else 8 * int(np.ceil((shift_px + 1.0) / 8.0))
 
 
 def project_through(
@@ -104,14 +158,14 @@ def project_through(
     Raises:
         ValueError: if the camera is not above the water.
     """
-    water = _water(surface, T_world_camera)
+    body = _water_body(surface, T_world_camera)
     points = np.asarray(points_m, dtype=float).reshape(-1, 3)
     pixels, depth_m = project(camera, T_world_camera, points)
     within = (points[:, :2] >= surface.low_m) & (points[:, :2] <= surface.high_m)
     is_under = within.all(axis=1) & (points[:, 2] < surface.level_m) & (depth_m > 1e-6)
     found = np.ascontiguousarray(pixels[is_under])
     find_entries(
-        water,
+        body,
         surface.waves,
         surface.time_s,
         T_world_camera[:3, 3].astype(float),
@@ -124,10 +178,10 @@ def project_through(
     return pixels
 
 
-def _water(surface: RippledSurface, T_world_camera: NDArray[np.float64]) -> Water:
+def _water_body(surface: RippledSurface, T_world_camera: NDArray[np.float64]) -> WaterBody:
     height_m = float(T_world_camera[2, 3])
     check("T_world_camera", height_m > surface.level_m, f"a camera above the water at {surface.level_m} m", height_m)
-    return Water(surface.low_m, surface.high_m, surface.level_m, surface.depth_m, surface.refractive_index)
+    return WaterBody(surface.low_m, surface.high_m, surface.level_m, surface.depth_m, surface.refractive_index)
 
 
 def _matrix(camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:

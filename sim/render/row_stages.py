@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
-from sim.render.attributes import ResolveScratch, SurfaceRow, Visible, new_resolve_scratch, resolve_row
+from sim.render.attributes import ResolveScratch, SurfaceRow, new_resolve_scratch
 from sim.render.compilation import announce_compilation, forget_stale_kernels, row_kernel
 
 
@@ -26,7 +26,8 @@ class RowStage:
     """One stage of a row of pixels.
 
     Attributes:
-        kernel: a ``row_kernel``. A shader's writes the radiance (C, W) float32 of a row: ``(light, row, surfaces,
+        kernel: a ``row_kernel``. A renderer's writes the surfaces of a row: ``(seen, row, scratch, surfaces)``, where
+            ``seen`` is what ``visible`` returns; its scratch has ``colour`` and ``normal`` of ``SurfaceRow``. A shader's writes the radiance (C, W) float32 of a row: ``(light, row, surfaces,
             scratch, radiance)``, where ``light`` is what ``row_light`` returns and ``surfaces`` a ``SurfaceRow``. A
             sensor's writes the picture: ``(development, row, scratch, radiance)``, see ``RowSensor.develop_first``.
         new_scratch: returns a NamedTuple of the kernel's scratch arrays, for rows of W pixels.
@@ -39,7 +40,7 @@ class RowStage:
 class RowScratch(NamedTuple):
     """Scratch of all stages."""
 
-    resolve: ResolveScratch
+    resolve: Any
     light: Any
     develop: Any
 
@@ -49,12 +50,12 @@ def _keep(development: None, row: int, scratch: None, radiance: NDArray[np.float
     """Leave the radiance of a row as it is."""
 
 
-_RESOLVE = RowStage(resolve_row, new_resolve_scratch)
 _KEEP = RowStage(_keep, lambda width: None)
 
 
 def finish_rows(
-    seen: Visible,
+    resolving: RowStage,
+    seen: Any,
     rows: NDArray[np.int64],
     lighting: RowStage,
     light: Any,
@@ -68,9 +69,9 @@ def finish_rows(
         light, development: arrays of the two stages.
         radiance: (R, C, W); or (1, C, W), scratch for a row of it on its way to the picture.
     """
-    width = seen.nearness.shape[1]
-    scratch = RowScratch(*(_scratch(stage, width) for stage in (_RESOLVE, lighting, developing)))
-    kernel = _bound(_finish_rows, light_row=lighting.kernel, develop_row=developing.kernel)
+    width = seen.depth_m.shape[1]
+    scratch = RowScratch(*(_scratch(stage, width) for stage in (resolving, lighting, developing)))
+    kernel = _bound(_finish_rows, resolve=resolving.kernel, light_row=lighting.kernel, develop_row=developing.kernel)
     kernel(seen, rows, light, development, radiance, scratch)
 
 
@@ -79,7 +80,7 @@ def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer, channels: in
     height, width = gbuffer.depth_m.shape
     radiance = np.empty((height, channels, width), np.float32)
     kernel = _bound(_light_picture, light_row=lighting.kernel)
-    kernel(gbuffer, light, _scratch(_RESOLVE, width), _scratch(lighting, width), radiance)
+    kernel(gbuffer, light, new_resolve_scratch(width), _scratch(lighting, width), radiance)
     return radiance
 
 
@@ -103,7 +104,7 @@ def _bound(function: FunctionType, **kernels: Any) -> Any:
 
 
 def _finish_rows(
-    seen: Visible,
+    seen: Any,
     rows: NDArray[np.int64],
     light: Any,
     development: Any,
@@ -114,7 +115,7 @@ def _finish_rows(
         row = rows[k]
         radiance_row = radiance[k % radiance.shape[0]]
         surfaces = SurfaceRow(scratch.resolve.colour, seen.depth_m[row], seen.instance_id[row], scratch.resolve.normal)
-        resolve_row(seen, row, scratch.resolve, surfaces)
+        resolve(seen, row, scratch.resolve, surfaces)  # type: ignore[name-defined]  # noqa: F821
         light_row(light, row, surfaces, scratch.light, radiance_row)  # type: ignore[name-defined]  # noqa: F821
         develop_row(development, row, scratch.develop, radiance_row)  # type: ignore[name-defined]  # noqa: F821
 

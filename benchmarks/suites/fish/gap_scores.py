@@ -13,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks.suites.fish.gap_protocol import BridgedGap, Gap, Measure, Tracks, bridge_gaps, cut_gaps, turn_rad
 from benchmarks.suites.judging import Score
+from sim.rng import generator
 from trackers.gaps.types import GapMethod
 
 GAP_FRAMES = (50, 100, 200)
@@ -124,13 +125,24 @@ def successors(tracks: Tracks, lost: Sequence[BridgedGap]) -> list[bool]:
     """Return whether each of several fish that are lost at once is told which place on the last lost frame is its own.
 
     The places are given to the fish so that the sum of ``d' C^-1 d + log det C`` is least, d the distance to the
-    prediction and C its covariance; so that the sum of squared distances is, where a method gives none.
+    prediction and C its covariance; so that the sum of squared distances is, where a method gives none. Of several
+    such choices one is taken at random. A fish without a prediction is told none.
     """
     end = lost[0].gap.first + lost[0].gap.count - 1
     places = np.array([tracks.judged_px[end, each.gap.target] for each in lost])
     cost = np.array([_misfit(each, places) for each in lost])
-    rows, columns = linear_sum_assignment(np.where(np.isfinite(cost), cost, 1e12))
-    return [bool(row == column) for row, column in zip(rows, columns, strict=True)]
+    told = np.isfinite(cost).all(axis=1)
+    chosen = assigned(np.where(told[:, None], cost, 0.0), generator(lost[0].gap.first, "successors"))
+    return [bool(known) and column == row for row, (column, known) in enumerate(zip(chosen, told, strict=True))]
+
+
+def assigned(cost: NDArray[np.float64], rng: np.random.Generator) -> list[int]:
+    """Return the column for each row (R,) of least cost in all, of R x C with R <= C; a random one of several such.
+
+    Without the shuffling of columns ties would go to the order of the columns, which may be that of the truth.
+    """
+    order = rng.permutation(cost.shape[1])
+    return [int(order[column]) for column in linear_sum_assignment(cost[:, order])[1]]
 
 
 def _misfit(lost: BridgedGap, places: NDArray[np.float64]) -> NDArray[np.float64]:

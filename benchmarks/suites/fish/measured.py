@@ -17,8 +17,8 @@ from trackers.types import Observation
 class Measurement:
     """Detects the fish of each picture, and gives each detection that is beyond doubt to its true fish.
 
-    That is: the fish stands apart, the detection is of one fish by its area, each is the other's nearest, and they are
-    less than half a body apart. All else is not measured.
+    That is: the fish stands apart and lies whole in the picture, the detection is of one fish by its area, each is the
+    other's nearest, and they are less than half a body apart. All else is not measured.
     """
 
     def __init__(self, background: Sequence[Observation], interval_s: float) -> None:
@@ -88,7 +88,7 @@ def _assigned(found: Sequence[Detection], truth: FishTruth, apart: NDArray[np.bo
     places = np.array([each.position_px for each in found])
     away_px = np.linalg.norm(truth.position_px[:, None] - places[None], axis=2)
     half_px = 0.5 * body_length_px(truth)
-    for fish in np.flatnonzero(apart & np.isfinite(truth.position_px).all(axis=1)):
+    for fish in np.flatnonzero(apart & (truth.state == "in")):
         nearest = int(away_px[fish].argmin())
         if away_px[fish, nearest] < half_px[fish] and np.nanargmin(away_px[:, nearest]) == fish:
             assigned[fish] = found[nearest]

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from benchmarks.scores.runs import runs
 from benchmarks.suites.fish.gap_protocol import BLOCK_FRAMES, PAST_FRAMES, Tracks
+from benchmarks.suites.fish.gap_scores import assigned
 from benchmarks.suites.fish.links import APART_FRAMES, FishGap, Link, Outcome
+from sim.rng import generator
 from trackers.gaps.types import Bridge, GapMethod, Surroundings
 
 SEARCH_FRAMES = 200
@@ -56,8 +57,8 @@ def link_tracklets(new_method: Callable[[], GapMethod], tracks: Tracks, jump_px:
     worth = _worth(new_method, tracks, pieces)
     if worth is None:
         return []
-    rows, columns = linear_sum_assignment(-np.maximum(worth, 0.0))
-    chosen = {int(i): int(j) for i, j in zip(rows, columns, strict=True) if worth[i, j] > 0}
+    columns = assigned(-np.maximum(worth, 0.0), generator(len(pieces), "tracklets"))
+    chosen = {i: j for i, j in enumerate(columns) if worth[i, j] > 0}
     links: list[Link] = []
     for i, piece in enumerate(pieces):
         following = _next_of(pieces, piece)

@@ -116,7 +116,7 @@ def test_speed_decays_exponentially_between_bursts():
 
 
 def test_tail_beats_belong_to_bursts_and_travel_to_the_tail():
-    quiet = ZEBRAFISH._replace(burst_interval_s=float("inf"), cruise_mps=1e-4, veer_radps=0.0)
+    quiet = ZEBRAFISH._replace(burst_interval_s=float("inf"), cruise_mps=1e-4, veer_radps=0.0, glide_beat=0.0)
     assert np.abs(shoal(quiet, 3, 60).joints_rad).max() < 0.02
     swims = shoal(ZEBRAFISH, 10, 300)
     spread = swims.joints_rad.std(axis=(0, 1))

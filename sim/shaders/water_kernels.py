@@ -1,0 +1,283 @@
+"""The kernels of ``sim.shaders.water``, a row of pixels at a time. Loops are short, so that they become vector code."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sim.render.attributes import SurfaceRow
+from sim.render.compilation import row_kernel
+from sim.render.water_rays import (
+    ALONG_X,
+    ALONG_Y,
+    MIRROR_X,
+    MIRROR_Y,
+    REFLECTANCE,
+    STEP_PX,
+    SURFACE_DEPTH,
+    WaterRays,
+    interpolate_row,
+)
+from sim.shaders.caustics import MapExtent, exp_minus
+from sim.shaders.daylight_kernels import reflectance_row
+
+ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+_ON_FLOOR = np.float32(0.93)
+"""Share of the water's depth from which on shadows of bodies fall: not on the bodies themselves."""
+_FARTHEST_M = np.float32(1e4)
+_EDGE = np.float32(0.06)
+"""Width of a mirrored edge, which is out of focus, relative to the panel's side."""
+Z, U, V, F, X, Y, DOWN, WAY, LIT, WET, MIRROR_A, MIRROR_B = range(12)
+"""Lines of the scratch: z_s; e along x and y; share reflected; position and depth below the surface of what is seen;
+way to it in the water; light that arrives; 1 in the water, 0 elsewhere; place on a mirrored panel."""
+
+
+class PanelArrays(NamedTuple):
+    """Panels as arrays for kernels, float32.
+
+    Attributes:
+        frames: (P, 3, 3) the middle; and the sides, each divided by its squared length.
+        nit: (P, 3) luminance of R, G and B.
+        panes: (P, 2) along the sides.
+        bar_share: (P,).
+    """
+
+    frames: NDArray[np.float32]
+    nit: NDArray[np.float32]
+    panes: NDArray[np.float32]
+    bar_share: NDArray[np.float32]
+
+
+class WaterLight(NamedTuple):
+    """Light in one picture as arrays for kernels, all float32.
+
+    Attributes:
+        nodes: (6, R, C), see ``WaterRays``.
+        position_m, matrix: (3,) and (3, 3) of the camera, see there.
+        extent: of the maps.
+        maps: (2, rows, columns) light on the floor, with and without shadows of bodies.
+        medium: (4, 3) of R, G and B: light in the water as radiance of a white surface, radiance of the veil,
+            attenuation per metre of the way to the camera and per metre of depth.
+        direct: (3,) unit vector towards the light, in the water.
+        bounce: share of light that comes from below.
+        air: (3,) radiance of a white level surface in air. mirrored: (3,) radiance of the room.
+        panels: above the water.
+        places: (P, 2, R, C) where on each panel the nodes' mirrored rays end, 0 in its middle, -1/2 and 1/2 at its edges.
+    """
+
+    nodes: NDArray[np.float32]
+    position_m: NDArray[np.float32]
+    matrix: NDArray[np.float32]
+    extent: MapExtent
+    maps: NDArray[np.float32]
+    medium: NDArray[np.float32]
+    direct: NDArray[np.float32]
+    bounce: np.float32
+    air: NDArray[np.float32]
+    mirrored: NDArray[np.float32]
+    panels: PanelArrays
+    places: NDArray[np.float32]
+
+
+class WaterScratch(NamedTuple):
+    """Scratch of ``shade_row``: lines (12, W) float32, and cells (W,) of the maps."""
+
+    lines: NDArray[np.float32]
+    cells: NDArray[np.uint32]
+
+
+def new_water_scratch(width: int) -> WaterScratch:
+    """Return scratch for rows of ``width`` pixels."""
+    return WaterScratch(np.empty((12, width), np.float32), np.empty(width, np.uint32))
+
+
+def mirror_panels(rays: WaterRays, panels: PanelArrays) -> NDArray[np.float32]:
+    """Return where the mirrored rays of all nodes end, see ``WaterLight.places``."""
+    places = np.empty((len(panels.frames), 2, *rays.nodes.shape[1:]), np.float32)
+    _mirror_panels(rays, panels.frames, places)
+    return places
+
+
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _mirror_panels(rays: WaterRays, frames: NDArray[np.float32], places: NDArray[np.float32]) -> None:
+    nodes, origin, matrix = rays.nodes, rays.position_m.astype(np.float32), rays.matrix.astype(np.float32)
+    for panel in range(frames.shape[0]):
+        middle, a, b = frames[panel, 0], frames[panel, 1], frames[panel, 2]
+        nx, ny, nz = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+        for row in range(nodes.shape[1]):
+            y = np.float32(row * STEP_PX + rays.pixel_offset)
+            for column in range(nodes.shape[2]):
+                x = np.float32(column * STEP_PX) + np.float32(rays.pixel_offset)
+                depth = min(nodes[SURFACE_DEPTH, row, column], _FARTHEST_M)
+                px = origin[0] + depth * (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]) - middle[0]
+                py = origin[1] + depth * (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]) - middle[1]
+                pz = origin[2] + depth * (matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]) - middle[2]
+                rx, ry = nodes[MIRROR_X, row, column], nodes[MIRROR_Y, row, column]
+                rise = -(nx * px + ny * py + nz * pz) / (nx * rx + ny * ry + nz)
+                px, py, pz = px + rise * rx, py + rise * ry, pz + rise
+                ahead = rise > ZERO
+                u, v = px * a[0] + py * a[1] + pz * a[2], px * b[0] + py * b[1] + pz * b[2]
+                places[panel, 0, row, column] = (
+                    min(max(u, np.float32(-9.0)), np.float32(9.0)) if ahead else np.float32(9.0)
+                )
+                places[panel, 1, row, column] = (
+                    min(max(v, np.float32(-9.0)), np.float32(9.0)) if ahead else np.float32(9.0)
+                )
+
+
+@row_kernel()
+def shade_row(
+    light: WaterLight, row: int, surfaces: SurfaceRow, scratch: WaterScratch, radiance: NDArray[np.float32]
+) -> None:
+    """Write the radiance (3, W) of one row, see ``sim.shaders.water``."""
+    lines, width = scratch.lines, surfaces.depth_m.shape[0]
+    interpolate_row(light.nodes[SURFACE_DEPTH], row, width, lines[Z])
+    interpolate_row(light.nodes[ALONG_X], row, width, lines[U])
+    interpolate_row(light.nodes[ALONG_Y], row, width, lines[V])
+    interpolate_row(light.nodes[REFLECTANCE], row, width, lines[F])
+    _place(light, row, surfaces.depth_m, lines)
+    _light_arriving(light, surfaces, lines, scratch.cells)
+    for channel in range(3):
+        reflectance_row(surfaces.colour, np.uint32(8 * channel), radiance[channel])
+        _colour(light, channel, surfaces.depth_m, lines, radiance[channel])
+    for panel in range(light.places.shape[0]):
+        _mirror(light, panel, row, lines, radiance)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _place(light: WaterLight, row: int, depth_m: NDArray[np.float32], lines: NDArray[np.float32]) -> None:
+    """Write where the surfaces seen lie, below the water's surface, and how far the light comes through the water."""
+    m, origin, extent = light.matrix, light.position_m, light.extent
+    z_s, ex, ey = lines[Z], lines[U], lines[V]
+    out_x, out_y, below, way, wet = lines[X], lines[Y], lines[DOWN], lines[WAY], lines[WET]
+    level = origin[2] - extent.level_m
+    low_x, low_y, high_x, high_y = extent.low_m[0], extent.low_m[1], extent.high_m[0], extent.high_m[1]
+    y = np.float32(row) + HALF
+    a, b, c = m[0, 1] * y + m[0, 2], m[1, 1] * y + m[1, 2], m[2, 1] * y + m[2, 2]
+    for k in range(depth_m.shape[0]):
+        x = np.float32(np.int32(k)) + HALF
+        z, w = z_s[k], min(depth_m[k], _FARTHEST_M)
+        dx, dy, dz = m[0, 0] * x + a, m[1, 0] * x + b, m[2, 0] * x + c
+        place_x, place_y = origin[0] + z * dx, origin[1] + z * dy
+        inside = (place_x > low_x) & (place_x < high_x) & (place_y > low_y) & (place_y < high_y) & (w > z)
+        is_wet = ONE if inside else ZERO
+        share = ONE - z / w
+        du, dv = share * ex[k] * is_wet, share * ey[k] * is_wet
+        px = dx + m[0, 0] * du + m[0, 1] * dv
+        py = dy + m[1, 0] * du + m[1, 1] * dv
+        pz = dz + m[2, 0] * du + m[2, 1] * dv
+        along_x, along_y, along_z = w * px - z * dx, w * py - z * dy, w * pz - z * dz
+        out_x[k], out_y[k] = origin[0] + w * px, origin[1] + w * py
+        below[k] = max(-level - w * pz, ZERO) * is_wet
+        way[k] = np.sqrt(along_x * along_x + along_y * along_y + along_z * along_z) * is_wet
+        wet[k] = is_wet
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _light_arriving(
+    light: WaterLight, surfaces: SurfaceRow, lines: NDArray[np.float32], cells: NDArray[np.uint32]
+) -> None:
+    """Write the light that arrives, relative to that on the floor without ripples.
+
+    Between surface and floor, caustics are as much weaker as they are higher. Light comes from the panels' mean
+    direction and, a third of it and what the floor sends back, from all around:
+
+        E = map (2/3 max(0, n . l) / l_z + 1/3 (1 + n_z) / 2) + bounce (1 - n_z) / 2
+    """
+    extent, direct = light.extent, light.direct
+    rows, columns = light.maps.shape[1], light.maps.shape[2]
+    per_m = ONE / extent.step_m
+    most_s, most_t = np.float32(columns) - np.float32(1.01), np.float32(rows) - np.float32(1.01)
+    x, y, below, lit, wet = lines[X], lines[Y], lines[DOWN], lines[LIT], lines[WET]
+    shadowless, pitch = np.int32(rows * columns), np.int32(columns)
+    floor = extent.depth_m * _ON_FLOOR
+    for k in range(x.shape[0]):
+        s = min(max((x[k] - extent.first_m[0]) * per_m, ZERO), most_s)
+        t = min(max((y[k] - extent.first_m[1]) * per_m, ZERO), most_t)
+        j, i = np.int32(s), np.int32(t)
+        cells[k] = np.uint32(i * pitch + j + (np.int32(0) if below[k] > floor else shadowless))
+        x[k], y[k] = s - np.float32(j), t - np.float32(i)
+    maps, below_row = light.maps.reshape(-1), np.uint64(columns)
+    for k in range(x.shape[0]):
+        cell = np.uint64(cells[k])
+        upper = maps[cell] + (maps[cell + np.uint64(1)] - maps[cell]) * x[k]
+        lower = maps[cell + below_row]
+        lower += (maps[cell + below_row + np.uint64(1)] - lower) * x[k]
+        lit[k] = upper + (lower - upper) * y[k]
+    nx, ny, nz = surfaces.normal[0], surfaces.normal[1], surfaces.normal[2]
+    directed, from_above = np.float32(2.0 / 3.0) / direct[2], np.float32(1.0 / 6.0)
+    for k in range(lit.shape[0]):
+        cosine = max(nx[k] * direct[0] + ny[k] * direct[1] + nz[k] * direct[2], ZERO)
+        share = min(below[k] / extent.depth_m, ONE) * wet[k]
+        caustic = ONE + (lit[k] - ONE) * share
+        lit[k] = caustic * (directed * cosine + from_above * (ONE + nz[k])) + light.bounce * HALF * (ONE - nz[k])
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _colour(
+    light: WaterLight,
+    channel: int,
+    depth_m: NDArray[np.float32],
+    lines: NDArray[np.float32],
+    radiance: NDArray[np.float32],
+) -> None:
+    """Turn one channel's reflectance into radiance, without panels' mirror images. Where depth is inf, it is dark."""
+    inside, veil = light.medium[0, channel], light.medium[1, channel]
+    along, down = light.medium[2, channel], light.medium[3, channel]
+    air, mirrored = light.air[channel], light.mirrored[channel]
+    lit, way, below, wet, reflected = lines[LIT], lines[WAY], lines[DOWN], lines[WET], lines[F]
+    out = ONE / (light.extent.refractive_index * light.extent.refractive_index)
+    infinity = np.float32(np.inf)
+    for k in range(depth_m.shape[0]):
+        left = exp_minus(along * way[k] + down * below[k])
+        shown = radiance[k] * lit[k] * (air + (inside - air) * wet[k])
+        under = (shown * left + veil * (ONE - left)) * (ONE - reflected[k]) * out + mirrored * reflected[k]
+        seen = shown + (under - shown) * wet[k]
+        radiance[k] = seen if depth_m[k] < infinity else ZERO
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _mirror(light: WaterLight, panel: int, row: int, lines: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
+    """Add what the surface mirrors of a panel to the radiance (3, W)."""
+    width = radiance.shape[1]
+    if not _is_near(light.places[panel], row):
+        return
+    a, b, wet, reflected = lines[MIRROR_A], lines[MIRROR_B], lines[WET], lines[F]
+    interpolate_row(light.places[panel, 0], row, width, a)
+    interpolate_row(light.places[panel, 1], row, width, b)
+    panes_a, panes_b, bar = light.panels.panes[panel, 0], light.panels.panes[panel, 1], light.panels.bar_share[panel]
+    for k in range(width):
+        shine = _within(a[k], panes_a, bar) * _within(b[k], panes_b, bar)
+        a[k] = shine * wet[k] * reflected[k]
+    for channel in range(3):
+        nit, line = light.panels.nit[panel, channel], radiance[channel]
+        for k in range(width):
+            line[k] += nit * a[k]
+
+
+@row_kernel(error_model="numpy")
+def _is_near(places: NDArray[np.float32], row: int) -> bool:
+    """Return whether a mirrored panel (2, R, C) may be seen in a row."""
+    first = min(row // STEP_PX, places.shape[1] - 2)
+    near = np.float32(0.7)
+    low_a, high_a, low_b, high_b = np.float32(9.0), np.float32(-9.0), np.float32(9.0), np.float32(-9.0)
+    for i in range(first, first + 2):
+        for j in range(places.shape[2]):
+            low_a, high_a = min(low_a, places[0, i, j]), max(high_a, places[0, i, j])
+            low_b, high_b = min(low_b, places[1, i, j]), max(high_b, places[1, i, j])
+    return low_a < near and high_a > -near and low_b < near and high_b > -near
+
+
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _within(place: np.float32, panes: np.float32, bar: np.float32) -> np.float32:
+    """Return 1 on the panes of a panel's side, 0 on bars and outside."""
+    at = (place + HALF) * panes
+    inside = min(max(min(at, panes - at) / (_EDGE * panes) + HALF, ZERO), ONE)
+    off_bar = np.abs(at - np.floor(at) - HALF)
+    pane = min(
+        max((HALF - HALF * bar - off_bar) / (_EDGE * (bar + np.float32(1e-6)) * panes + np.float32(1e-6)), ZERO), ONE
+    )
+    return inside * (pane if bar > ZERO else ONE)
