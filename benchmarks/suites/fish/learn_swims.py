@@ -51,9 +51,7 @@ def _character(like: Character, rng: np.random.Generator) -> Character:
 def learn_swims(seeds: Sequence[int]) -> dict[str, Any]:
     """Return the content of the file that ``trackers.swimmer`` reads."""
     recordings = [recording_of(seed) for seed in seeds]
-    ahead = [
-        {"ahead": knot} | _fit(recordings, lambda each, knot=knot: samples_ahead(each, knot)) for knot in KNOTS
-    ]
+    ahead = [{"ahead": knot} | _fit(recordings, lambda each, knot=knot: samples_ahead(each, knot)) for knot in KNOTS]
     between = [
         {"gap": gap, "share": share}
         | _fit(recordings, lambda each, gap=gap, share=share: samples_between(each, gap, share))

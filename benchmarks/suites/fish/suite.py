@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Literal
 
 from benchmarks.scores.cpu_time import CPU_TIME
-from benchmarks.suites.fish import gap_scores, judge, link_scores, timelines
+from benchmarks.suites.fish import gap_scores, judge, link_scores, motion, timelines
 from benchmarks.suites.fish.drawing import FishDrawing
 from benchmarks.suites.fish.events import EVENTS
 from benchmarks.suites.fish.figures import figures
 from benchmarks.suites.fish.gap_scores import GAP_FRAMES, TURNS_DEG
 from benchmarks.suites.fish.judge import AT_ONCE, FishJudge
 from benchmarks.suites.fish.link_scores import GROUPS
+from benchmarks.suites.fish.motion import MOTION
 from benchmarks.suites.fish.real import recordings
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
@@ -145,6 +146,7 @@ FISH = Suite(
     events=EVENTS,
     silence="no track",
     figures=figures,
+    facts=MOTION,
     controller=None,
     follows_many=True,
     recordings=recordings,
@@ -153,6 +155,7 @@ FISH = Suite(
         link_scores.link_scores: (*_LINK_NAMES, *(f"{name}{AT_ONCE}" for name in _LINK_NAMES)),
         link_scores.link_events: ("link_made", "link_right"),
         gap_scores.gap_scores: (*_GAP_NAMES, "gap_error_by_frame_px"),
+        motion.motion_scores: motion.ROWS,
         timelines.identity_series: ("identity_runs_FISH", "gap_runs_FISH"),
     },
 )
