@@ -63,5 +63,3 @@ MOTION = Facts(
         Metric("motion_meetings", "share of time that two fish are nearer than half a body", "fraction", "higher"),
     ),
 )
-ROWS = tuple(f"motion_{name}_{lag}" for name in _LAGGED for lag in _LAGS) + tuple(f"motion_{n}_{_ANY}" for n in _PLAIN)
-"""Names of the rows."""
