@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
+from trackers.baselines.gap_methods import DampedParameters
 from trackers.gaps.check import check_bridge
 from trackers.gaps.types import GapMethod, Piece, Surroundings
 from trackers.protocols import BridgingTracker
@@ -16,6 +17,8 @@ from trackers.registry import entry
 EXTRAPOLATING = ("fish_hold", "fish_constant_velocity", "fish_damped_velocity")
 INTERPOLATING = ("fish_linear", "fish_hermite")
 BLIND = ("fish_mean_place", "fish_middle", "fish_wall_ahead")
+TAU = DampedParameters().decay_frames
+DECAYED = TAU * (1 - np.exp(-10 / TAU))
 AROUND = Surroundings(np.array([0.0, 0.0, 100.0, 60.0]))
 
 
@@ -51,7 +54,7 @@ def test_every_piece_with_a_measurement_is_answered(name: str, before: int, afte
     [
         ("fish_hold", (29.0, 29.5)),
         ("fish_constant_velocity", (39.0, 34.5)),
-        ("fish_damped_velocity", (29.0 + 51 * (1 - np.exp(-10 / 51)), 29.5 + 25.5 * (1 - np.exp(-10 / 51)))),
+        ("fish_damped_velocity", (29.0 + DECAYED, 29.5 + 0.5 * DECAYED)),
         ("fish_mean_place", (19.5, 24.75)),
         ("fish_middle", (50.0, 30.0)),
         ("fish_wall_ahead", (90.0, 60.0)),
@@ -97,7 +100,7 @@ def test_the_decay_is_learnt_and_forgotten() -> None:
 
 
 def test_the_covariance_of_damped_velocity_is_that_of_the_process() -> None:
-    rng, tau, runs = np.random.default_rng(3), 51.0, 4000
+    rng, tau, runs = np.random.default_rng(3), TAU, 4000
     kept = np.exp(-1 / tau)
     velocity = rng.normal(size=(runs, 2))
     place = np.zeros((runs, 2))
