@@ -117,7 +117,7 @@ class Chain:
         for each in detections:
             self._bounds[:2] = np.minimum(self._bounds[:2], each.position_px)
             self._bounds[2:] = np.maximum(self._bounds[2:], each.position_px)
-        begun = self._builder.step(self._frame, detections, self._body_px())
+        begun = self._builder.step(self._frame, detections, self._detector.body_px)
         self._tracklets += begun
         self._pending += begun
         self._count_fish()
@@ -142,13 +142,6 @@ class Chain:
                     answers[frame].append(track)
         return answers
 
-    def _body_px(self) -> float:
-        """Return the length of the usual body; before it is known, a fifteenth of the room that fish were seen in."""
-        known = self._detector.norms.length_px
-        if known == 0 and np.isfinite(self._bounds).all():
-            known = max(float((self._bounds[2:] - self._bounds[:2]).max()) / 15, 10.0)
-        return max(known, 1.0)
-
     def _count_fish(self) -> None:
         """Learn how many fish there are: the most that were seen together, for some frames."""
         lasting = [each for each in self._builder.active if len(each) >= _COUNTED_FRAMES]
@@ -161,7 +154,7 @@ class Chain:
         self._appearance.learn([each.looks() for each in long])
         steps_s = np.diff(self._times_s)
         self._motion.interval_s = max(float(np.median(steps_s)), 1e-3) if len(steps_s) else 1 / 30
-        self._motion.length_px = self._body_px()
+        self._motion.length_px = self._detector.body_px
         if np.isfinite(self._bounds).all():
             self._motion.around = Surroundings(self._bounds.copy())
         self._motion.learn([each.piece(self._motion.interval_s) for each in long])
@@ -260,7 +253,7 @@ class Chain:
         for each in self._builder.active:
             identity, probability = self._name(each, owners)
             named.add(identity)
-            line, box = each.line_px(self._frame), each.boxes_xyxy()[-1]
+            line, box = each.line_px(self._frame), each.box_xyxy(self._frame)
             tracks.append(measured(identity, line, box, probability))
         for each in self._builder.ghosts:
             identity, probability = self._name(each, owners)

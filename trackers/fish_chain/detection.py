@@ -133,6 +133,13 @@ class Detector:
         norms.learn()
         return found
 
+    @property
+    def body_px(self) -> float:
+        """Length of the usual fish; before it is known, a fifteenth of the longer side of the picture."""
+        if self.norms.length_px == 0 and self._background is not None:
+            return max(max(self._background.mean.shape) / 15, 1.0)
+        return max(self.norms.length_px, 1.0)
+
     def _limit(self, spreads: float, share: float, window: tuple[slice, slice] = np.s_[:, :]) -> Grey:
         """Return the contrast in grey levels that so many standard deviations, and such a share of a fish's, make."""
         assert self._background is not None

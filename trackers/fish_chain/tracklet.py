@@ -110,9 +110,9 @@ class Tracklet:
         line = self._lines[frame - self.first_frame]
         return line if self.head_first else line[::-1]
 
-    def boxes_xyxy(self) -> NDArray[np.float64]:
-        """Return the boxes (T, 4)."""
-        return np.array(self._boxes)
+    def box_xyxy(self, frame: int) -> NDArray[np.float64]:
+        """Return the box (4,) on one of its frames."""
+        return self._boxes[frame - self.first_frame]
 
     def looks(self) -> NDArray[np.float64]:
         """Return descriptors (C, D) of successive chunks of frames; one of all frames if it is shorter than a chunk."""

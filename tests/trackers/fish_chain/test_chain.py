@@ -112,7 +112,9 @@ def test_the_same_pictures_get_the_same_answers() -> None:
     np.testing.assert_array_equal(first[-1][0].estimate.position_px, second[-1][0].estimate.position_px)
 
 
-@pytest.mark.parametrize("name", ["shoal_chain", "shoal_chain_offline", "shoal_chain_no_motion", "sort", "bytetrack"])
+@pytest.mark.parametrize(
+    "name", ["shoal_chain", "shoal_chain_offline", "shoal_chain_no_motion", "sort", "bytetrack", "ca_kalman"]
+)
 def test_odd_pictures_do_no_harm(name: str) -> None:
     tracker = entry(name).create(np.random.default_rng(0))
     tank, _, pictures, _ = film(0)
