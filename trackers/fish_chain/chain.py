@@ -24,6 +24,8 @@ _FIRST_LESSON = 30
 """Frames after which the models learn for the first time; then whenever the number has grown by half."""
 _LESSON_FRAMES = 5
 """Length of the shortest tracklet that is learnt from."""
+_LEAST_FRAMES = 3
+"""Shorter tracklets are taken for glints."""
 _COUNTED_FRAMES = 15
 """Frames for which so many fish must be seen at the same time to be counted, and of a fish that counts."""
 _ROUNDS = (0.999, 0.99, 0.9)
@@ -117,6 +119,7 @@ class Chain:
         for each in detections:
             self._bounds[:2] = np.minimum(self._bounds[:2], each.position_px)
             self._bounds[2:] = np.maximum(self._bounds[2:], each.position_px)
+        before = len(self._builder.ended)
         begun = self._builder.step(self._frame, detections, self._detector.body_px)
         self._tracklets += begun
         self._pending += begun
@@ -124,7 +127,10 @@ class Chain:
         if self._frame + 1 >= self._lesson:
             self._learn()
             self._lesson = 3 * self._lesson // 2
-        self._decide(self._parameters.delay)
+        ripe = self._frame - self._parameters.delay
+        changed = begun or len(self._builder.ended) > before
+        if changed or any(each.first_frame <= ripe for each in self._pending):
+            self._decide(self._parameters.delay)
         return self._now()
 
     def revised(self) -> list[list[Track]]:
@@ -161,10 +167,11 @@ class Chain:
 
     def _decide(self, delay: int) -> None:
         """Find the best links of all tracklets that are not decided, and decide those that began ``delay`` ago."""
+        active = {each.number for each in self._builder.active}
+        self._pending = [each for each in self._pending if each.number in active or len(each) >= _LEAST_FRAMES]
         if not self._pending:
             return
         oldest = self._frame - self._parameters.most_lost - self._parameters.delay
-        active = {each.number for each in self._builder.active}
         tails = [Fish([each]) for each in self._pending] + list(self._fish.values())
         tails = [each for each in tails if each.tail.number not in active and each.tail.end_frame >= oldest]
         starts = [Fish([each]) for each in self._pending]
@@ -208,7 +215,7 @@ class Chain:
 
     def _decide_all(self) -> list[Fish]:
         """Link all tracklets of the video, the surest links first."""
-        fish = [Fish([each]) for each in self._tracklets]
+        fish = [Fish([each]) for each in self._tracklets if len(each) >= _LEAST_FRAMES]
         self.links = []
         for limit in (*_ROUNDS, self._parameters.made):
             matches = best_links(self._costs(fish, fish, len(fish)))

@@ -121,7 +121,8 @@ class Detector:
             window = np.s_[y : y + height, x : x + width]
             mask = (labels[window] == label).view(np.uint8)
             relative = np.where(mask, contrast[window] / (self._background.mean[window] + 1.0), 0.0)
-            norms.see_blob(float(np.quantile(relative[mask > 0], _CORE_QUANTILE)))
+            inside = np.sort(relative[mask > 0])
+            norms.see_blob(float(inside[int(_CORE_QUANTILE * len(inside))]))
             surely = mask & (contrast[window] > self._limit(p.surely, p.surely_share, window))
             if surely.any():
                 occupied[window] |= mask
