@@ -36,12 +36,15 @@ Role = Literal["ours", "variant", "as-written", "baseline", "blind", "oracle", "
 
 _MODULES = (
     "trackers.baselines.single_target",
+    "trackers.baselines.sort",
+    "trackers.baselines.bytetrack",
     "trackers.paper_a.colour_pf",
     "trackers.paper_a.road_shape_pf",
     "trackers.paper_a.background_pf",
     "trackers.mosaic_graph.tracker",
     "trackers.paper_b.stereo_colour",
     "trackers.stereo_people.tracker",
+    "trackers.fish_chain.tracker",
     "trackers.blind.dead_reckoning",
     "trackers.blind.straight_ahead",
 )

@@ -16,7 +16,7 @@ from benchmarks.suites.registry import suite
 from scenarios.scenario import RendererName
 from trackers import registry
 
-_WRITTEN, _OURS = "ca_kalman", "fish_chain"
+_WRITTEN, _OURS = "ca_kalman", "shoal_chain"
 _PRINTED_PX = {50: 0.60, 100: 1.05, 200: 2.81}
 """The paper's table: mean distance of the last predicted to the observed point, of eight gaps for each length."""
 _TOLERANCE = 0.4

@@ -107,6 +107,7 @@ def plot_errors(curves: Curves, styles: Styles, x_label: str, y_label: str) -> s
         axes.set_yscale("log")
         for name, curve in curves.items():
             _draw(axes, curve, styles[name])
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
         axes.set_xlim(0, max(curve.x[-1] for curve in curves.values()))

@@ -142,8 +142,7 @@ class Scene:
 
     Attributes:
         scenario: catalogue id without version.
-        trackers_of: name of the suite whose trackers take part; "" = the suite's own.
-        trackers: default trackers; () = all.
+        trackers_of: name of the suite whose trackers take part; "" = its own. trackers: default ones; () = all.
         drawing: makes the drawing of an episode; None: another suite's, or the larger view.
     """
 
@@ -158,8 +157,7 @@ class Suite:
     """Scores that answer one question.
 
     Attributes:
-        name: what users type.
-        summary: one line. heading: of its report page.
+        name: what users type. summary: one line. heading: of its report page.
         scenes: its scenarios; tuning uses the first. preset, quick_preset: defaults.
         judge: makes the judge of an episode of a scenario; it decides which objects are targets.
         metrics: of the summary, in order.

@@ -14,6 +14,7 @@ from benchmarks.suites.fish.gap_scores import GapTask, gap_scores
 from benchmarks.suites.fish.link_scores import link_events, link_scores
 from benchmarks.suites.fish.links import FishGap, bearers, find_gaps, judge_links
 from benchmarks.suites.fish.measured import Measurement, body_length_px
+from benchmarks.suites.fish.motion import motion_scores
 from benchmarks.suites.fish.timelines import identity_series
 from benchmarks.suites.judging import Ending, Score, truth_as
 from scenarios.fish_tank.truth import FishTruth
@@ -78,6 +79,11 @@ class FishJudge:
         return find_gaps(self.apart, self._together, np.array(self._crosses))
 
     @cached_property
+    def motion(self) -> list[Score]:
+        """How the fish swim, the same for all contestants."""
+        return list(motion_scores(self.position_px, self.length_px))
+
+    @cached_property
     def task(self) -> GapTask:
         """Gaps cut out of the measured tracks."""
         cap_px = float(np.hypot(*self._size_px))
@@ -105,6 +111,7 @@ class FishSheet:
             yield from self._of_answers(self._answers if ending.revised is None else ending.revised)
             if ending.revised is not None:
                 yield from self._at_once()
+        yield from self._judge.motion
         if ending.new_gap_method is not None:
             task = self._judge.task
             yield from gap_scores(task.tracks, task.bridged(ending.new_gap_method))

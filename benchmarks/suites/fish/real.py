@@ -12,6 +12,7 @@ import numpy as np
 from benchmarks.suites.fish.gap_protocol import BLOCK_FRAMES, Tracks
 from benchmarks.suites.fish.gap_scores import GapTask, gap_scores
 from benchmarks.suites.fish.link_scores import LENGTHS, link_events, link_scores
+from benchmarks.suites.fish.motion import motion_scores
 from benchmarks.suites.fish.tracklets import link_tracklets
 from benchmarks.suites.judging import Ending, Score
 from benchmarks.track_files.reading import read_tracks
@@ -47,7 +48,9 @@ class FishRecording:
         for block in sorted({*gaps, *(link.gap.first_frame // BLOCK_FRAMES for link in links)}):
             mine = [link for link in links if link.gap.first_frame // BLOCK_FRAMES == block]
             bridged = list(gap_scores(self._tracks, gaps[block])) if block in gaps else []
-            yield block, [*bridged, *link_scores(mine, groups=LENGTHS), *link_events(mine)]
+            first = block * BLOCK_FRAMES
+            motion = motion_scores(self._tracks.position_px[first : first + BLOCK_FRAMES], None)
+            yield block, [*bridged, *link_scores(mine, groups=LENGTHS), *link_events(mine), *motion]
 
 
 def recordings(files: Sequence[Path]) -> list[FishRecording]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Literal
 
 from benchmarks.scores.cpu_time import CPU_TIME
-from benchmarks.suites.fish import gap_scores, judge, link_scores, timelines
+from benchmarks.suites.fish import gap_scores, judge, link_scores, motion
 from benchmarks.suites.fish.drawing import FishDrawing
 from benchmarks.suites.fish.events import EVENTS
 from benchmarks.suites.fish.figures import figures
-from benchmarks.suites.fish.gap_scores import GAP_FRAMES, TURNS_DEG
+from benchmarks.suites.fish.gap_scores import GAP_FRAMES
 from benchmarks.suites.fish.judge import AT_ONCE, FishJudge
 from benchmarks.suites.fish.link_scores import GROUPS
+from benchmarks.suites.fish.motion import MOTION
 from benchmarks.suites.fish.real import recordings
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
@@ -92,14 +93,7 @@ def _chain_metrics(ending: str, when: str) -> tuple[Metric, ...]:
 _NOW = ", as answered at once"
 _CHAIN_NAMES = (*_CHAIN_ROWS, *_IDENTITY_ROWS)
 _LINK_NAMES = tuple(kind.format(group) for group in GROUPS for kind in _LINK_KINDS)
-_GAP_NAMES = tuple(
-    name
-    for count in GAP_FRAMES
-    for name in (
-        *(metric.name for metric in _gap_metrics(count)),
-        *(f"gap_error_{count}_turn_{low}_px" for low in TURNS_DEG),
-    )
-)
+_GAP_NAMES = tuple(metric.name for count in GAP_FRAMES for metric in _gap_metrics(count))
 
 FISH = Suite(
     name="fish",
@@ -145,6 +139,7 @@ FISH = Suite(
     events=EVENTS,
     silence="no track",
     figures=figures,
+    facts=MOTION,
     controller=None,
     follows_many=True,
     recordings=recordings,
@@ -152,8 +147,8 @@ FISH = Suite(
         judge.chain_scores: (*_CHAIN_NAMES, *(f"{name}{AT_ONCE}" for name in _CHAIN_NAMES)),
         link_scores.link_scores: (*_LINK_NAMES, *(f"{name}{AT_ONCE}" for name in _LINK_NAMES)),
         link_scores.link_events: ("link_made", "link_right"),
-        gap_scores.gap_scores: (*_GAP_NAMES, "gap_error_by_frame_px"),
-        timelines.identity_series: ("identity_runs_FISH", "gap_runs_FISH"),
+        gap_scores.gap_scores: _GAP_NAMES,
+        motion.motion_scores: tuple(row for metric in MOTION.columns for row in metric.rows),
     },
 )
 register_suite(FISH)
