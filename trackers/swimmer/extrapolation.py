@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from trackers.swimmer.features import Pasts, activity, features, smoothness
+from trackers.swimmer.features import POSTURE_FEATURES, Pasts, activity, features, smoothness
 from trackers.swimmer.regression import Regression, Samples
 from trackers.swimmer.windows import Recording
 
@@ -20,7 +22,8 @@ def samples_ahead(recording: Recording, ahead: int) -> Samples:
     pasts = windows.pasts
     step = (windows.gap_px[:, -1] - pasts.last_px) / pasts.unit_px
     scales = scales_ahead(pasts)
-    return Samples(features(pasts, ahead), step, scales, windows.weight, windows.fold, windows.independent)
+    features_ahead = features(pasts, np.array([float(ahead)]))[0]
+    return Samples(features_ahead, step, scales, windows.weight, windows.fold, windows.independent, POSTURE_FEATURES)
 
 
 def scales_ahead(pasts: Pasts) -> NDArray[np.float64]:
@@ -33,22 +36,23 @@ def scales_ahead(pasts: Pasts) -> NDArray[np.float64]:
 
 
 def way_ahead(
-    regressions: dict[int, Regression], pasts: Pasts, count: int
+    regression: Callable[[int], Regression], pasts: Pasts, count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the places (count, 2) on the frames after one past, and the radii (count,) that hold 95 %, in pixels.
 
     Places outside the bounds are moved onto them as far as the past is rough: a smooth one shows where it will go
     better than the bounds do.
+
+    Args:
+        regression: takes one of ``KNOTS`` to its regression.
     """
     last, unit = pasts.last_px[0], float(pasts.unit_px[0, 0])
-    scales = scales_ahead(pasts)
-    places, radii, frames = [last], [0.0], [0]
-    for ahead in KNOTS:
-        places.append(last + regressions[ahead].step(features(pasts, ahead))[0] * unit)
-        radii.append(float(regressions[ahead].radius(scales)[0]) * unit)
-        frames.append(ahead)
-        if ahead >= count:
-            break
+    knots = KNOTS[: int(np.searchsorted(KNOTS, count)) + 1]
+    scales, seen = scales_ahead(pasts), features(pasts, np.array(knots, dtype=float))
+    places, radii, frames = [last], [0.0], [0, *knots]
+    for ahead, each in zip(knots, seen, strict=True):
+        places.append(last + regression(ahead).step(each)[0] * unit)
+        radii.append(float(regression(ahead).radius(scales)[0]) * unit)
     at = np.minimum(np.arange(1, count + 1), frames[-1])
     way = PchipInterpolator(frames, np.array(places))(at)
     within = np.clip(way, pasts.bounds_xyxy[0, :2], pasts.bounds_xyxy[0, 2:])

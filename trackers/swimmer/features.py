@@ -7,6 +7,7 @@ preferred side, so both axes share one set of weights. Lengths are in units of h
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,8 @@ PAST = 100
 LAGS = (1, 3, 6, 12, 25, 50, PAST - 1)
 _DAMPED = tuple((lag, tau) for lag in (3, 12) for tau in (10.0, 20.0, 40.0, 80.0))
 """Frames over which a velocity is taken, and time constant of its decay, frames."""
-_ARCS = tuple((frames, tau) for frames in (12, 25, 50) for tau in (15.0, 60.0))
-"""Frames over which velocity and turn rate are fitted, and time constant of the turn rate's decay, frames."""
+_FITTED, _TURN_TAUS = (12, 25, 50), (15.0, 60.0)
+"""Frames over which velocity and turn rate are fitted, and time constants of the turn rate's decay, frames."""
 _ROUGH = 0.25
 """Roughness at which a past counts half as smooth."""
 _AT_REST = 1e-3
@@ -32,11 +33,14 @@ class Pasts:
         position_px: (M, PAST, 2) without NaN.
         bounds_xyxy: (M, 4) the region that swimmers reach.
         home_px: (M, 2) where swimmers have been of late.
+        posture: (M, 3) at the end: direction of the head as a unit vector, and the angle from the rear half of the body
+            to the front half; zeros where it is unknown.
     """
 
     position_px: NDArray[np.float64]
     bounds_xyxy: NDArray[np.float64]
     home_px: NDArray[np.float64]
+    posture: NDArray[np.float64]
 
     @property
     def last_px(self) -> NDArray[np.float64]:
@@ -75,13 +79,20 @@ def activity(pasts: Pasts) -> NDArray[np.float64]:
     return step_px.sum(axis=1) / pasts.unit_px[:, 0]
 
 
-def features(pasts: Pasts, ahead: float) -> NDArray[np.float64]:
-    """Return (M, 2, D) features of the displacement within ``ahead`` frames, for x and y."""
-    x, unit = pasts.position_px, pasts.unit_px
+POSTURE_FEATURES = 8
+"""The last features are those of posture; they are all zero where it is unknown."""
+
+
+def features(pasts: Pasts, ahead: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (K, M, 2, D) features of the displacements within ``ahead`` (K,) frames, for x and y."""
+    x = pasts.position_px
     smooth = smoothness(x)[:, None, None]
-    rough_part = np.stack([*_ways(pasts), *_walls(pasts), *_turns(pasts)], axis=-1)
-    smooth_part = np.stack([*_arcs(x, unit, ahead)], axis=-1)
-    return np.concatenate([(1.0 - smooth) * rough_part, smooth * smooth_part], axis=-1)
+    rough_part = (1.0 - smooth) * np.stack([*_ways(pasts), *_walls(pasts), *_turns(pasts)], axis=-1)
+    smooth_part = smooth * np.stack(_arcs(x, pasts.unit_px, ahead), axis=-1)
+    posture = np.stack(_posture(pasts), axis=-1)
+    posture_part = np.concatenate([(1.0 - smooth) * posture, smooth * posture], axis=-1)
+    rough_part, posture_part = (np.broadcast_to(part, (len(ahead), *part.shape)) for part in (rough_part, posture_part))
+    return np.concatenate([rough_part, smooth_part, posture_part], axis=-1)
 
 
 def _steps(pasts: Pasts) -> list[NDArray[np.float64]]:
@@ -149,29 +160,44 @@ def _turns(pasts: Pasts) -> list[NDArray[np.float64]]:
     return found
 
 
-def _arcs(x: NDArray[np.float64], unit: NDArray[np.float64], ahead: float) -> list[NDArray[np.float64]]:
-    """Ways ahead at constant speed, straight or with a turn rate that decays."""
+def _posture(pasts: Pasts) -> list[NDArray[np.float64]]:
+    """What the body adds to the way so far: the head's direction off that of travel, and the bend to its side."""
+    head, bend, step = pasts.posture[:, :2], pasts.posture[:, 2:], _steps(pasts)[2]
+    off = np.where(lengths(head) > 0.0, head - step / (lengths(step) + _AT_REST), 0.0)
+    aside = bend * np.stack([-head[:, 1], head[:, 0]], axis=1)
+    return [0.1 * off, off * lengths(step), 0.1 * aside, aside * lengths(step)]
+
+
+def _arcs(x: NDArray[np.float64], unit: NDArray[np.float64], ahead: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Ways (K, M, 2) at constant speed, straight or with a turn rate that decays."""
     found = []
-    for frames in sorted({frames for frames, _ in _ARCS}):
+    for frames in _FITTED:
         velocity, turn = fitted_motion(x, frames)
-        found.append(velocity * ahead / unit)
-        found += [_arc(velocity, turn, tau, ahead) / unit for each, tau in _ARCS if each == frames]
+        found.append(ahead[:, None, None] * velocity / unit)
+        found += [_arc(velocity, turn, tau, ahead) / unit for tau in _TURN_TAUS]
     return found
 
 
 def fitted_motion(x: NDArray[np.float64], frames: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return velocity (M, 2) and turn rate (M, 1), per frame, at the end of a parabola through the last frames."""
-    t = np.arange(1.0 - frames, 1.0)
-    fit = np.linalg.pinv(np.stack([np.ones(frames), t, 0.5 * t * t], axis=1))
-    _, velocity, acceleration = np.einsum("kt,mti->kmi", fit, x[:, -frames:])
+    velocity, acceleration = np.einsum("kt,mti->kmi", _parabola(frames), x[:, -frames:])
     across = velocity[:, :1] * acceleration[:, 1:] - velocity[:, 1:] * acceleration[:, :1]
     return velocity, across / np.maximum((velocity**2).sum(axis=1, keepdims=True), 1e-4)
 
 
-def _arc(velocity: NDArray[np.float64], turn: NDArray[np.float64], tau: float, ahead: float) -> NDArray[np.float64]:
-    """Integrate ``v (cos a, sin a)`` with ``a(t) = turn tau (1 - exp(-t / tau))`` by Simpson's rule."""
-    t = np.linspace(0.0, ahead, 9)
-    angle = np.clip(turn * tau, -3.0, 3.0) * (1.0 - np.exp(-t / tau))
-    weights = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) * ahead / 24.0
-    c, s = np.cos(angle) @ weights, np.sin(angle) @ weights
-    return np.stack([c * velocity[:, 0] - s * velocity[:, 1], s * velocity[:, 0] + c * velocity[:, 1]], axis=1)
+@cache
+def _parabola(frames: int) -> NDArray[np.float64]:
+    """Return (2, T): slope and curvature at the end of the parabola of least squares through T values."""
+    t = np.arange(1.0 - frames, 1.0)
+    return np.linalg.pinv(np.stack([np.ones(frames), t, 0.5 * t * t], axis=1))[1:]
+
+
+def _arc(
+    velocity: NDArray[np.float64], turn: NDArray[np.float64], tau: float, ahead: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Integrate ``v (cos a, sin a)`` with ``a(t) = turn tau (1 - exp(-t / tau))`` by Simpson's rule, to (K, M, 2)."""
+    t = ahead[:, None] * np.linspace(0.0, 1.0, 9)
+    angle = np.clip(turn * tau, -3.0, 3.0) * (1.0 - np.exp(-t / tau))[:, None]
+    weights = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24.0
+    c, s = (ahead[:, None] * (turned @ weights) for turned in (np.cos(angle), np.sin(angle)))
+    return np.stack([c * velocity[:, 0] - s * velocity[:, 1], s * velocity[:, 0] + c * velocity[:, 1]], axis=-1)

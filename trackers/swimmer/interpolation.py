@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,36 +48,35 @@ class Ends:
         return np.minimum(smoothness(self.before.position_px), smoothness(self.after.position_px))
 
 
-def features_between(ends: Ends, count: int, share: float) -> NDArray[np.float64]:
-    """Return (M, 2, D) features of the way off the chord at ``share`` of a gap of ``count`` frames."""
+def features_between(ends: Ends, count: int, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (K, M, 2, D) features of the ways off the chord at ``shares`` (K,) of gaps of ``count`` frames."""
     time, chord = count + 1.0, ends.chord
     smooth = ends.smooth[:, None, None]
-    point = ends.before.last_px + share * (ends.after.last_px - ends.before.last_px)
-    rough_part = [chord, *_places(ends, point)]
-    for side, end in ((1.0, ends.before), (-1.0, ends.after)):
-        rough_part += _motions(end, side * chord, time)
-    smooth_part = []
+    at = shares[:, None, None]
+    motions = [chord, *_motions(ends.before, chord, time), *_motions(ends.after, -chord, time)]
+    smooth_part = [chord]
     for frames in _FITTED:
         leaving, _ = fitted_motion(ends.before.position_px, frames)
         coming, _ = fitted_motion(ends.after.position_px, frames)
         start, end = leaving * time / ends.before.unit_px, -coming * time / ends.before.unit_px
-        smooth_part += [hermite_off_chord(chord, start, end, share), start, end]
-    smooth_part.append(chord)
-    return np.concatenate(
-        [(1.0 - smooth) * np.stack(rough_part, axis=-1), smooth * np.stack(smooth_part, axis=-1)], axis=-1
-    )
+        smooth_part += [hermite_off_chord(chord, start, end, at), start, end]
+    places = _places(ends, ends.before.last_px + at * (ends.after.last_px - ends.before.last_px))
+    whole = [(1.0 - smooth) * np.stack(places, axis=-1)]
+    for part, weight in ((motions, 1.0 - smooth), (smooth_part, smooth)):
+        whole.append(weight * np.stack(np.broadcast_arrays(*part, places[0])[:-1], axis=-1))
+    return np.concatenate(whole, axis=-1)
 
 
 def hermite_off_chord(
-    chord: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64], share: float
+    chord: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64], share: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the cubic with these tangents (M, 2) at its ends, less the chord, at ``share``."""
+    """Return the cubic with these tangents at its ends, less the chord, at ``share``, all (..., 2) or numbers."""
     s = share
     return (3 * s**2 - 2 * s**3 - s) * chord + (s - 2 * s**2 + s**3) * start + (s**3 - s**2) * end
 
 
 def _places(ends: Ends, point: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Where targets are mostly, seen from the point on the chord."""
+    """Where targets are mostly, seen from points (K, M, 2) on the chord."""
     unit, bounds = ends.before.unit_px, ends.before.bounds_xyxy
     low, high = bounds[:, :2], bounds[:, 2:]
     place = np.clip((2 * point - low - high) / np.maximum(high - low, 1.0), -1.0, 1.0)
@@ -109,14 +109,14 @@ def scales_between(ends: Ends, count: int) -> NDArray[np.float64]:
 def samples_between(recording: Recording, count: int, share: float) -> Samples:
     """Return the ways off the chord at ``share`` of gaps of ``count`` frames, forwards and backwards in time."""
     windows = recording.windows(count, PAST)
-    bounds, home = windows.pasts.bounds_xyxy, windows.pasts.home_px
-    ends = Ends(windows.pasts, Pasts(windows.after_px[:, ::-1], bounds, home))
+    ends = Ends(windows.pasts, replace(windows.pasts, position_px=windows.after_px[:, ::-1]))
     whole = np.concatenate([ends.before.position_px[:, -1:], windows.gap_px, windows.after_px[:, :1]], axis=1)
     parts = []
     for way, each in ((whole, ends), (whole[:, ::-1], ends.reversed())):
         point = way[:, 0] + share * (way[:, -1] - way[:, 0])
         off = (_at(way, share * (count + 1)) - point) / each.before.unit_px
-        parts.append((features_between(each, count, share), off, scales_between(each, count)))
+        seen = features_between(each, count, np.array([share]))[0]
+        parts.append((seen, off, scales_between(each, count)))
     features, off, scales = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     return Samples(features, off, scales, np.tile(windows.weight, 2), np.tile(windows.fold, 2), windows.independent)
 
@@ -129,33 +129,37 @@ def _at(way: NDArray[np.float64], frame: float) -> NDArray[np.float64]:
 
 
 def way_between(
-    regressions: dict[tuple[int, float], Regression], ends: Ends, count: int
+    regression: Callable[[int, float], Regression], ends: Ends, count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the places (count, 2) on the frames between two ends, and the radii (count,) that hold 95 %, in pixels."""
+    """Return the places (count, 2) on the frames between two ends, and the radii (count,) that hold 95 %, in pixels.
+
+    Args:
+        regression: takes one of ``GAPS`` and one of ``SHARES`` to their regression.
+    """
     above = int(np.searchsorted(GAPS, count))
     near = sorted({GAPS[max(above - 1, 0)], GAPS[min(above, len(GAPS) - 1)]})
-    ways = [_way(regressions, ends, count, gap) for gap in near]
-    if len(near) == 1:
-        return ways[0]
-    upper = float(np.log(count / near[0]) / np.log(near[1] / near[0]))
-    (low_px, low_radius), (high_px, high_radius) = ways
-    return (1 - upper) * low_px + upper * high_px, (1 - upper) * low_radius + upper * high_radius
-
-
-def _way(
-    regressions: dict[tuple[int, float], Regression], ends: Ends, count: int, gap: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    unit = float(ends.before.unit_px[0, 0])
-    shares, off, radii = [0.0, 1.0], [np.zeros(2), np.zeros(2)], [0.0, 0.0]
-    scales = scales_between(ends, count)
-    for way, each in ((0, ends), (1, ends.reversed())):
-        for share in SHARES[: len(SHARES) - way]:
-            regression = regressions[gap, share]
-            shares.append(1.0 - share if way else share)
-            off.append(regression.step(features_between(each, count, share))[0] * unit)
-            radii.append(float(regression.radius(scales)[0]) * unit)
-    order = np.argsort(shares)
+    ways, radii = _at_shares(regression, ends, count, near)
+    upper = 0.0 if len(near) == 1 else float(np.log(count / near[0]) / np.log(near[1] / near[0]))
+    blend = np.array([1.0 - upper, upper])[: len(near)]
     at = np.arange(1, count + 1) / (count + 1.0)
     chord = ends.before.last_px[0] + at[:, None] * (ends.after.last_px[0] - ends.before.last_px[0])
-    knots = np.array(shares)[order]
-    return chord + CubicSpline(knots, np.array(off)[order])(at), np.interp(at, knots, np.array(radii)[order])
+    knots = np.array([0.0, *SHARES, *(1.0 - share for share in SHARES[-2::-1]), 1.0])
+    way = CubicSpline(knots, np.einsum("g,gki->ki", blend, ways))(at)
+    return chord + way, np.interp(at, knots, blend @ radii)
+
+
+def _at_shares(
+    regression: Callable[[int, float], Regression], ends: Ends, count: int, gaps: Sequence[int]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the ways off the chord (G, K, 2) and radii (G, K), px, at the ends, all shares and the mirrored ones."""
+    unit, shares, scales = float(ends.before.unit_px[0, 0]), np.array(SHARES), scales_between(ends, count)
+    forth, back = (features_between(each, count, shares) for each in (ends, ends.reversed()))
+    ways, radii = np.zeros((len(gaps), 2 * len(SHARES) + 1, 2)), np.zeros((len(gaps), 2 * len(SHARES) + 1))
+    for row, gap in enumerate(gaps):
+        for k, share in enumerate(SHARES):
+            found = regression(gap, share)
+            # The half of the gap is reached from both sides.
+            ways[row, 1 + k] += found.step(forth[k])[0] * unit * (0.5 if share == 0.5 else 1.0)
+            ways[row, -2 - k] += found.step(back[k])[0] * unit * (0.5 if share == 0.5 else 1.0)
+            radii[row, 1 + k] = radii[row, -2 - k] = float(found.radius(scales)[0]) * unit
+    return ways, radii

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -12,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.gaps.types import Bridge, Piece, Surroundings
-from trackers.swimmer.extrapolation import KNOTS, samples_ahead, way_ahead
+from trackers.swimmer.extrapolation import samples_ahead, way_ahead
 from trackers.swimmer.features import Pasts
-from trackers.swimmer.interpolation import GAPS, SHARES, Ends, samples_between, way_between
+from trackers.swimmer.interpolation import Ends, samples_between, way_between
 from trackers.swimmer.regression import Regression, Samples, fitted
-from trackers.swimmer.windows import Recording, whole_past
+from trackers.swimmer.windows import Recording, postures_of, whole_past
 
+_UNKNOWN = np.zeros(3)
 PRIOR_FILE = "prior.json"
 _RADIUS_SIGMAS = float(np.sqrt(-2.0 * np.log(0.05)))
 """Radius of the circle that holds 95 % of a round Gaussian, in standard deviations."""
@@ -31,24 +33,25 @@ class SwimGaps:
     ``learn``. Time is counted in frames: the weights that are shipped suit about 30 frames per second.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, posture: bool = True) -> None:
+        """``posture``: whether headings and centre lines are used where they are given."""
+        self._posture = posture
         self.learn(())
 
     def learn(self, pieces: Sequence[Piece]) -> None:
         """Learn from all pieces; what was learnt before is forgotten."""
-        recording = Recording(pieces)
-        self._home_px = recording.home_px
-        self._ahead, self._between = dict(shipped()[0]), dict(shipped()[1])
-        for ahead in KNOTS:
-            self._ahead[ahead] = _learnt(samples_ahead(recording, ahead), self._ahead[ahead])
-        for gap in GAPS:
-            for share in SHARES:
-                self._between[gap, share] = _learnt(samples_between(recording, gap, share), self._between[gap, share])
+        self._recording = Recording([self._allowed(piece) for piece in pieces])
+        # Fitted when they are first asked for: most users need few of them.
+        self._ahead = cache(lambda ahead: _learnt(samples_ahead(self._recording, ahead), shipped()[0][ahead]))
+        self._between = cache(
+            lambda gap, share: _learnt(samples_between(self._recording, gap, share), shipped()[1][gap, share])
+        )
 
     def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge:
         """See ``GapMethod``."""
         x, pause = whole_past(past)
-        places, radii = way_ahead(self._ahead, self._pasts(x, around), pause + count)
+        posture = postures_of(self._allowed(past))[len(past.position_px) - 1 - pause]
+        places, radii = way_ahead(self._ahead, self._pasts(x, around, posture), pause + count)
         return _bridge(places[pause:], radii[pause:])
 
     def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge:
@@ -57,17 +60,19 @@ class SwimGaps:
         back = Piece(0, future.position_px[::-1], future.interval_s)
         y, later = whole_past(back)
         count = future.first_frame - past.end_frame
-        places, radii = way_between(
-            self._between, Ends(self._pasts(x, around), self._pasts(y, around)), pause + count + later
-        )
+        ends = Ends(self._pasts(x, around, _UNKNOWN), self._pasts(y, around, _UNKNOWN))
+        places, radii = way_between(self._between, ends, pause + count + later)
         return _bridge(places[pause : pause + count], radii[pause : pause + count])
 
-    def _pasts(self, x: NDArray[np.float64], around: Surroundings) -> Pasts:
+    def _allowed(self, piece: Piece) -> Piece:
+        return piece if self._posture else replace(piece, heading_rad=None, centre_line_px=None)
+
+    def _pasts(self, x: NDArray[np.float64], around: Surroundings, posture: NDArray[np.float64]) -> Pasts:
         bounds = around.bounds_xyxy
         if bounds is None:
             bounds = np.concatenate([x.min(axis=0), x.max(axis=0)])
-        home = 0.5 * (bounds[:2] + bounds[2:]) if self._home_px is None else self._home_px
-        return Pasts(x[None], bounds[None], home[None])
+        home = 0.5 * (bounds[:2] + bounds[2:]) if self._recording.home_px is None else self._recording.home_px
+        return Pasts(x[None], bounds[None], home[None], posture[None])
 
 
 def _learnt(samples: Samples, prior: Regression) -> Regression:

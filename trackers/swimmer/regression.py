@@ -14,7 +14,7 @@ SCARCE = 150.0
 """The prior weighs double with so many independent samples."""
 _NEAREST = 0.003
 """Distances below this many units count as this much, so that no sample has unbounded weight."""
-_ROUNDS = 8
+_ROUNDS = 6
 _QUANTILE = 0.95
 
 
@@ -48,6 +48,7 @@ class Samples:
         weight: (M,) > 0, at most 1.
         fold: (M,) bool, which of two parts of the time a sample is from.
         independent: number of samples that do not overlap.
+        added: number of the last features, which may be unknown (all zero): the others are fitted without them.
     """
 
     features: NDArray[np.float64]
@@ -56,11 +57,12 @@ class Samples:
     weight: NDArray[np.float64]
     fold: NDArray[np.bool_]
     independent: float
+    added: int = 0
 
     def part(self, kept: NDArray[np.bool_]) -> Samples:
         """Return the samples that are ``kept`` (M,)."""
         arrays = (self.features, self.step, self.scales, self.weight, self.fold)
-        return Samples(*(array[kept] for array in arrays), self.independent * float(kept.mean()))
+        return Samples(*(array[kept] for array in arrays), self.independent * float(kept.mean()), self.added)
 
 
 def fitted(samples: Samples, prior: Regression) -> Regression:
@@ -98,17 +100,32 @@ def first_fit(samples: Samples) -> Regression:
 
 
 def _weights(samples: Samples, prior: NDArray[np.float64], ridge: float | None = None) -> NDArray[np.float64]:
+    """Return weights of the features before ``samples.added``, and those of the added ones for what is then left."""
     if ridge is None:
         ridge = RIDGE * (1.0 + SCARCE / max(samples.independent, 1.0))
-    F, D = samples.features, samples.features.shape[-1]
-    flat, off = F.reshape(-1, D), samples.step - F @ prior
-    w = prior
+    base = samples.features.shape[-1] - samples.added
+    F, rest = np.split(samples.features, [base], axis=-1)
+    first = _nearest(F, samples.step, samples.weight, prior[:base], ridge)
+    if not rest.any():
+        return np.concatenate([first, prior[base:]])
+    return np.concatenate([first, _nearest(rest, samples.step - F @ first, samples.weight, prior[base:], ridge)])
+
+
+def _nearest(
+    F: NDArray[np.float64],
+    step: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    prior: NDArray[np.float64],
+    ridge: float,
+) -> NDArray[np.float64]:
+    """Return the w that minimises the weighted sum of ``|step - F w|`` and the ridge."""
+    flat, off, w = F.reshape(-1, F.shape[-1]), (step - F @ prior).ravel(), prior
     for _ in range(_ROUNDS):
-        q = samples.weight / np.maximum(_length(samples.step - F @ w), _NEAREST)
+        q = weight / np.maximum(_length(step - F @ w), _NEAREST)
         weighted = flat * np.repeat(q, 2)[:, None]
         gram = weighted.T @ flat
         penalty = ridge * np.maximum(np.diag(gram), 1e-9 * q.sum())
-        w = prior + np.linalg.solve(gram + np.diag(penalty), weighted.T @ off.ravel())
+        w = prior + np.linalg.solve(gram + np.diag(penalty), weighted.T @ off)
     return w
 
 

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from trackers.gaps.types import Piece
 from trackers.swimmer.features import PAST, Pasts
 
-MOST_WINDOWS = 4000
+MOST_WINDOWS = 3000
 """Only so many windows, the latest, are learnt from."""
-_STRIDE = 5
+_STRIDE = 10
 _JUMP = 5.0
 """A step longer than this many times the 95th percentile of all steps is a mistake of the tracker."""
 _HOME_FRAMES = 1500.0
@@ -56,6 +57,7 @@ class Recording:
     def __init__(self, pieces: Sequence[Piece]) -> None:
         pieces = [piece for piece in pieces if np.isfinite(piece.position_px).any()]
         self._pieces = pieces
+        self._postures = [postures_of(piece) for piece in pieces]
         self._first = min((piece.first_frame for piece in pieces), default=0)
         self.end_frame = max((piece.end_frame for piece in pieces), default=0)
         frames = self.end_frame - self._first
@@ -83,25 +85,26 @@ class Recording:
 
     def windows(self, count: int, after: int) -> Windows:
         """Return the latest windows with gaps of ``count`` frames and ``after`` frames behind them."""
-        found = [
-            (first + piece.first_frame, k)
-            for k, (piece, breaks) in enumerate(zip(self._pieces, self._breaks, strict=True))
-            for first in range(PAST, len(breaks) - count - after + 1, _STRIDE)
-            if breaks[first - PAST] == breaks[first + count + after - 1]
-        ]
-        found = sorted(found)[-MOST_WINDOWS:]
-        whole = np.zeros((len(found), PAST + count + after, 2))
-        for row, (frame, k) in enumerate(found):
-            first = frame - self._pieces[k].first_frame
-            whole[row] = self._pieces[k].position_px[first - PAST : first + count + after]
-        frames = np.array([frame for frame, _ in found], dtype=int)
-        at = frames - 1 - self._first
+        length = PAST + count + after
+        frames, wholes, postures = [np.zeros(0, int)], [np.zeros((0, length, 2))], [np.zeros((0, 3))]
+        for piece, posture, breaks in zip(self._pieces, self._postures, self._breaks, strict=True):
+            firsts = np.arange(0, len(breaks) - length + 1, _STRIDE)
+            firsts = firsts[breaks[firsts] == breaks[firsts + length - 1]]
+            if len(firsts):
+                view = sliding_window_view(piece.position_px, length, axis=0)
+                wholes.append(view[firsts].transpose(0, 2, 1))
+                postures.append(posture[firsts + PAST - 1])
+                frames.append(firsts + PAST + piece.first_frame)
+        latest = np.argsort(np.concatenate(frames), kind="stable")[-MOST_WINDOWS:]
+        frame, whole = np.concatenate(frames)[latest], np.concatenate(wholes)[latest]
+        posture = np.concatenate(postures)[latest]
+        at = frame - 1 - self._first
         return Windows(
-            Pasts(whole[:, :PAST], self._bounds_xyxy[at], self._home_px[at]),
+            Pasts(whole[:, :PAST], self._bounds_xyxy[at], self._home_px[at], posture),
             whole[:, PAST : PAST + count],
             whole[:, PAST + count :],
-            np.exp((frames + count - self.end_frame) / _FORGETTING_FRAMES),
-            frames // _FOLD_FRAMES % 2 == 1,
+            np.exp((frame + count - self.end_frame) / _FORGETTING_FRAMES),
+            frame // _FOLD_FRAMES % 2 == 1,
         )
 
 
@@ -138,3 +141,20 @@ def whole_past(piece: Piece) -> tuple[NDArray[np.float64], int]:
         mirrored = 2 * x[0] - x[1:][::-1] if len(x) > 1 else x
         x = np.concatenate([mirrored, x])[-PAST:]
     return x, len(piece.position_px) - 1 - int(last)
+
+
+def postures_of(piece: Piece) -> NDArray[np.float64]:
+    """Return (T, 3) the posture on each frame, see ``Pasts``; zeros where it is unknown."""
+    posture = np.zeros((len(piece.position_px), 3))
+    heading_rad = piece.heading_rad
+    line = piece.centre_line_px
+    if line is not None:
+        middle = line.shape[1] // 2
+        front, rear = line[:, 0] - line[:, middle], line[:, middle] - line[:, -1]
+        across = rear[:, 0] * front[:, 1] - rear[:, 1] * front[:, 0]
+        posture[:, 2] = np.arctan2(across, (rear * front).sum(axis=1))
+        if heading_rad is None:
+            heading_rad = np.arctan2(front[:, 1], front[:, 0])
+    if heading_rad is not None:
+        posture[:, 0], posture[:, 1] = np.cos(heading_rad), np.sin(heading_rad)
+    return np.where(np.isfinite(posture).all(axis=1, keepdims=True), posture, 0.0)

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenarios.fish_tank.character import AYU, ZEBRAFISH, Character
-from scenarios.fish_tank.shoal import swim
+from scenarios.fish_tank.shoal import Swims, swim
+from sim.motion.swim import swim_pose
 from sim.rng import generator
 from trackers.atomic_file import write_atomic
 from trackers.gaps.types import Piece
@@ -27,6 +29,7 @@ _FRAMES = 1200
 _WATER_M = (0.6, 0.42, 0.12)
 _PX_PER_M = 1000.0
 _NOISE_PX = (0.1, 1.0)
+_LINE_NOISE_PX = 0.5
 _LENGTH_M = (0.025, 0.045)
 _MOST_FISH = 8
 
@@ -37,10 +40,31 @@ def recording_of(seed: int) -> Recording:
     smooth = seed % 2 == 1
     character = _character(AYU if smooth else ZEBRAFISH, rng)
     count = 1 if smooth else int(rng.integers(1, _MOST_FISH + 1))
-    swims = swim(_WATER_M, rng.uniform(*_LENGTH_M, count), _FRAMES, RATE_HZ, character, rng)
+    length_m = rng.uniform(*_LENGTH_M, count)
+    swims = swim(_WATER_M, length_m, _FRAMES, RATE_HZ, character, rng)
     noise_px = float(np.exp(rng.uniform(*np.log(_NOISE_PX))))
     x = swims.position_m[..., :2] * _PX_PER_M + noise_px * rng.normal(size=(_FRAMES, count, 2))
-    return Recording([Piece(0, x[:, n], 1.0 / RATE_HZ) for n in range(count)])
+    # The picture's y axis points down.
+    x[..., 1] *= -1.0
+    return Recording([Piece(0, x[:, n], 1.0 / RATE_HZ, *_posture(swims, length_m, n, rng)) for n in range(count)])
+
+
+def _posture(
+    swims: Swims, length_m: NDArray[np.float64], n: int, rng: np.random.Generator
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return measured headings (T,) and centre lines (T, K, 2) of one fish, as seen from above."""
+    frames = len(swims.yaw_rad)
+    pose = swim_pose(
+        np.full(frames, length_m[n]),
+        swims.position_m[:, n],
+        swims.yaw_rad[:, n],
+        swims.pitch_rad[:, n],
+        swims.joints_rad[:, n],
+    )
+    line = pose.centre_line_m[..., :2] * [_PX_PER_M, -_PX_PER_M]
+    line = line + _LINE_NOISE_PX * rng.normal(size=line.shape)
+    front = line[:, 0] - line[:, line.shape[1] // 2]
+    return np.arctan2(front[:, 1], front[:, 0]), line
 
 
 def _character(like: Character, rng: np.random.Generator) -> Character:
@@ -82,4 +106,4 @@ def _joined(parts: Sequence[Samples]) -> Samples:
         np.concatenate([getattr(part, name) for part in parts]) for name in ("features", "step", "scales", "fold")
     ]
     weight = np.concatenate([np.full(len(part.step), 100.0 / max(len(part.step), 1)) for part in parts])
-    return Samples(*arrays[:3], weight, arrays[3], sum(part.independent for part in parts))
+    return Samples(*arrays[:3], weight, arrays[3], sum(part.independent for part in parts), parts[0].added)
