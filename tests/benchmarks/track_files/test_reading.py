@@ -224,5 +224,5 @@ def test_what_is_written_is_read_again(
 
 def test_another_program_is_refused(tmp_path: Path) -> None:
     table = TrackTable("swim", np.zeros((2, 1, 2)), ("0",))
-    with pytest.raises(ValueError, match="program: expected one of trex, .*, got 'excel'"):
+    with pytest.raises(ValueError, match=r"program: expected one of trex, .*, got 'excel'"):
         write_tracks(table, tmp_path, "excel")
