@@ -47,6 +47,8 @@ _MODULES = (
     "trackers.fish_chain.tracker",
     "trackers.blind.dead_reckoning",
     "trackers.blind.straight_ahead",
+    "trackers.baselines.gap_methods",
+    "trackers.blind.gap_places",
 )
 """Modules that define trackers. Add yours here."""
 

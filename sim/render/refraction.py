@@ -23,7 +23,8 @@ from sim.render.protocol import Renderer
 from sim.render.raster import Raster
 from sim.render.refracted_rows import Refracted, new_refracted_scratch, resolve_refracted, resolve_refracted_row
 from sim.render.row_stages import RowStage
-from sim.render.water_rays import STEP_PX, WaterBody, WaterRays, bend_rays, find_entries, widest_shift
+from sim.render.water_entries import find_entries
+from sim.render.water_rays import STEP_PX, WaterBody, WaterRays, bend_rays, widest_shift
 from sim.render.water_trace import Endings, new_endings, trace
 from sim.water_surface import RippledSurface
 

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
+from sim.render.water_edges import EDGE, TILE, find_edges, find_near_edges
 from sim.render.water_rays import (
     ALONG_X,
     ALONG_Y,
@@ -21,15 +22,11 @@ from sim.render.water_rays import (
     interpolate_row,
 )
 
-TILE = 8
-"""Side of the tiles of the inner picture that have an edge or none."""
-_NODES = TILE // STEP_PX
-_EDGE = 0.01
-"""Share of the water's depth by which a surface must jump or fold to be an edge."""
 _SAME = np.float32(0.04)
 """Greatest difference of places on one surface, relative to the floor's share."""
 _FILLED = np.float32(0.01)
-"""The same for a place that is filled: bodies low above the floor are not to be copied."""
+"""The same for places that fill others: bodies low above the floor are not to be copied."""
+_ITERATIONS = 4
 _STEP_PX = np.float32(1.5)
 """Step along a ray that is followed."""
 _MOST_STEPS = np.float32(400.0)
@@ -66,12 +63,12 @@ def trace(rays: WaterRays, nearness: NDArray[np.float32], margin_x: int, margin_
     """
     height, width = ends.depth_m.shape
     edges = np.zeros((-(-nearness.shape[0] // TILE), -(-nearness.shape[1] // TILE)), np.bool_)
-    _find_edges(nearness, np.float32(_EDGE * rays.water.depth_m), edges)
+    find_edges(nearness, np.float32(EDGE * rays.water.depth_m), edges)
     shifts = np.empty((3, *rays.nodes.shape[1:]), np.float32)
     wet = np.empty(rays.nodes.shape[1:], np.bool_)
     _trace_nodes(rays, nearness, margin_x, margin_y, shifts, wet)
     near_edge = np.zeros((-(-height // TILE), -(-width // TILE)), np.bool_)
-    _find_near_edges(rays, edges, wet, margin_x, margin_y, near_edge)
+    find_near_edges(rays, edges, wet, margin_x, margin_y, near_edge)
     # As one kernel they would take half as long again: the compiler then makes no vector code of some loops.
     _interpolate_ends(shifts, margin_x, margin_y, nearness.shape, ends)
     _follow_near_edges(rays, nearness, margin_x, margin_y, near_edge, ends)
@@ -88,7 +85,7 @@ def _follow_near_edges(
 ) -> None:
     """Write the ends of the rays in the tiles near an edge."""
     width = ends.depth_m.shape[1]
-    lines, followed = np.empty((7, width), np.float32), np.empty(width, np.int32)
+    lines, followed = np.empty((8, width), np.float32), np.empty(width, np.int32)
     for row in range(ends.depth_m.shape[0]):
         _trace_row(rays, nearness, row, margin_x, margin_y, near_edge[row // TILE], lines, followed, ends)
 
@@ -105,7 +102,7 @@ def _trace_nodes(
     """Write how far the rays of the nodes end from where they are, along x and y, the nearness there, and which are in
     the water: the fixed points of ``share = 1 - z_s nearness(p + share e)``.
 
-    Two steps find them, as shares change slowly across a surface.
+    A few steps find them, as shares change slowly across a surface.
     """
     for i in range(wet.shape[0]):
         y = np.float32(i * STEP_PX)
@@ -117,7 +114,7 @@ def _trace_nodes(
             wet[i, j] = _is_over(rays, x - np.float32(margin_x), y, z) and z * near < ONE
             share = ZERO
             if wet[i, j]:
-                for _ in range(2):
+                for _ in range(_ITERATIONS):
                     share = max(ONE - z * near, ZERO)
                     near = _between(nearness, x + share * ex, y_in + share * ey)
                 share = max(ONE - z * near, ZERO)
@@ -199,64 +196,6 @@ def _trace_row(
     _follow(rays, nearness, row, margin_x, margin_y, lines, followed, count, ends)
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _find_edges(nearness: NDArray[np.float32], jump_m: np.float32, edges: NDArray[np.bool_]) -> None:
-    """Mark the tiles where nearness, which is linear on a plane, is not: ``|n - 2 n' + n''| > jump n'²``."""
-    rows, columns = nearness.shape
-    worst = np.empty(columns, np.float32)
-    for tile_row in range(edges.shape[0]):
-        worst[:] = ZERO
-        for row in range(tile_row * TILE, min(tile_row * TILE + TILE, rows)):
-            above, here, below = nearness[max(row - 1, 0)], nearness[row], nearness[min(row + 1, rows - 1)]
-            if 0 < row < rows - 1:
-                for k in range(columns):
-                    fold = np.abs(above[k] + below[k] - np.float32(2.0) * here[k]) - jump_m * here[k] * here[k]
-                    worst[k] = max(worst[k], fold)
-            for k in range(1, columns - 1):
-                fold = np.abs(here[k - 1] + here[k + 1] - np.float32(2.0) * here[k]) - jump_m * here[k] * here[k]
-                worst[k] = max(worst[k], fold)
-        for tile in range(edges.shape[1]):
-            for k in range(tile * TILE, min(tile * TILE + TILE, columns)):
-                edges[tile_row, tile] |= worst[k] > ZERO
-
-
-@row_kernel(error_model="numpy")
-def _find_near_edges(
-    rays: WaterRays,
-    edges: NDArray[np.bool_],
-    wet: NDArray[np.bool_],
-    margin_x: int,
-    margin_y: int,
-    near_edge: NDArray[np.bool_],
-) -> None:
-    """Mark the tiles of the picture whose rays pass a tile with an edge on their way to the floor, and those partly in
-    the water.
-    """
-    nodes = rays.nodes
-    for tile_row in range(near_edge.shape[0]):
-        for tile in range(near_edge.shape[1]):
-            left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
-            for corner in range(4):
-                i, j = _NODES * (tile_row + corner // 2), _NODES * (tile + corner % 2)
-                i, j = min(i, nodes.shape[1] - 1), min(j, nodes.shape[2] - 1)
-                x, y = STEP_PX * j - corner % 2, STEP_PX * i - corner // 2
-                z, ex, ey = nodes[SURFACE_DEPTH, i, j], nodes[ALONG_X, i, j], nodes[ALONG_Y, i, j]
-                share = 1.0 - z / floor_depth(rays, x, y, z, ex, ey)
-                left, right = min(left, x, x + share * ex), max(right, x, x + share * ex)
-                top, bottom = min(top, y, y + share * ey), max(bottom, y, y + share * ey)
-            first, last = max(int(left + 0.5 + margin_x) // TILE, 0), int(right + 0.5 + margin_x) // TILE
-            upper, lower = max(int(top + 0.5 + margin_y) // TILE, 0), int(bottom + 0.5 + margin_y) // TILE
-            i, j = _NODES * tile_row, _NODES * tile
-            for node in range((_NODES + 1) ** 2):
-                other = wet[
-                    min(i + node // (_NODES + 1), wet.shape[0] - 1), min(j + node % (_NODES + 1), wet.shape[1] - 1)
-                ]
-                near_edge[tile_row, tile] |= other != wet[i, j]
-            for i in range(upper, min(lower + 1, edges.shape[0])):
-                for j in range(first, min(last + 1, edges.shape[1])):
-                    near_edge[tile_row, tile] |= edges[i, j]
-
-
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 def _follow(
     rays: WaterRays,
@@ -273,12 +212,13 @@ def _follow(
     inner picture's surface. All take a step together, so that the processor fetches many at a time.
     """
     offset = rays.pixel_offset
-    front, step, left = lines[4], lines[5], lines[6]
+    front, step, left, deepest = lines[4], lines[5], lines[6], lines[7]
     for n in range(count):
         k = followed[n]
         z, ex, ey = lines[0, k], lines[1, k], lines[2, k]
         last = np.float32(1.0 - z / floor_depth(rays, k + offset, row + offset, z, ex, ey))
         steps = min(np.floor(np.sqrt(ex * ex + ey * ey) * last / _STEP_PX) + np.float32(2.0), _MOST_STEPS)
+        deepest[k] = ONE - z * nearness[row + margin_y, k + margin_x] - _FILLED * last
         front[k], step[k], left[k] = ZERO, last / steps, steps + np.float32(1.5)
     y = np.float32(row + margin_y)
     taken = ZERO
@@ -291,12 +231,15 @@ def _follow(
             x = np.float32(k + margin_x)
             shown = ONE - z * nearness[_pixel(nearness, x + share * ex, y + share * ey)]
             if shown > share:
-                front[k] = share
+                if shown >= deepest[k]:
+                    front[k], deepest[k] = share, shown - _FILLED * left[k] * step[k]
             elif shown >= ZERO:
                 # The ray meets what is shown there, unless it shows something else where the ray is at that depth.
                 there = _pixel(nearness, x + shown * ex, y + shown * ey)
                 same = max(np.float32(2.0) * step[k], _SAME * (left[k] - np.float32(1.5)) * step[k])
-                if abs(ONE - z * nearness[there] - shown) <= same:
+                met = ONE - z * nearness[there]
+                if abs(met - shown) <= same:
+                    shown = max(met, ZERO)
                     _end(nearness, row, k, x + shown * ex, y + shown * ey, there, ends)
                     continue
             if taken < left[k]:
@@ -319,7 +262,7 @@ def _fill(
 ) -> None:
     """Write the end of a ray that passed behind a body and had not come out when it met the floor.
 
-    The inner picture lacks what is seen. It is filled by the surface before the body, as if mirrored at its edge.
+    The inner picture lacks what is seen. It is filled by the lowest surface before the body, mirrored at its edge.
     """
     z, ex, ey, front = lines[0, column], lines[1, column], lines[2, column], lines[4, column]
     last = (lines[6, column] - np.float32(1.5)) * lines[5, column]
@@ -328,7 +271,8 @@ def _fill(
     shown = ONE - z * nearness[floor]
     mirrored = max(np.float32(2.0) * front - shown, ZERO)
     there = _pixel(nearness, x + mirrored * ex, y + mirrored * ey)
-    if abs(ONE - z * nearness[there] - shown) <= _FILLED * last:
+    beyond = ONE - z * nearness[there] - shown
+    if -_FILLED * last <= beyond <= _FILLED * last + front - mirrored:
         _end(nearness, row, column, x + mirrored * ex, y + mirrored * ey, there, ends)
     else:
         _end(nearness, row, column, x + front * ex, y + front * ey, floor, ends)

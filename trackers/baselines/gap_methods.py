@@ -107,7 +107,7 @@ class DampedParameters:
     """
 
     over_frames: int = tunable(3, 1, 30)
-    decay_frames: float = tunable(20.0, 1.0, 500.0, log=True)
+    decay_frames: float = tunable(51.0, 1.0, 500.0, log=True)
 
 
 @register("fish_damped_velocity", role="baseline", summary="goes on with a velocity that decays", suites=("fish",))

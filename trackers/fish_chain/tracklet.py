@@ -14,8 +14,8 @@ CHUNK = 8
 """Frames over which a look is averaged; neighbouring frames see the same light and the same beat of the tail."""
 _VELOCITY_GAIN = 0.4
 _LATEST = 40
-_MOTION_VOTE = 0.15
-"""Weight of swimming a body length ahead against the balance of one picture."""
+_MOTION_VOTE = 0.03
+"""Way ahead, in lengths of the body, that weighs as much as the balance of one picture."""
 
 
 class Tracklet:

@@ -26,8 +26,8 @@ class CaKalmanParameters:
         measured_px: standard deviation of a measured coordinate, px; gives R.
     """
 
-    jerk_px: float = tunable(30.0, 0.1, 10000.0, log=True)
-    measured_px: float = tunable(0.3, 0.01, 10.0, log=True)
+    jerk_px: float = tunable(136.0, 0.1, 10000.0, log=True)
+    measured_px: float = tunable(0.299, 0.01, 10.0, log=True)
 
 
 class CaKalman:
