@@ -7,7 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.water_rays import ALONG_X, ALONG_Y, STEP_PX, SURFACE_DEPTH, ZERO, WaterRays, floor_depth
+from sim.render.water_rays import STEP_PX, ZERO
+from sim.render.water_ways import ALONG_X, ALONG_Y, ENTRY_X, ENTRY_Y, FLOOR_SHARE
 
 TILE = 8
 """Side of the tiles of the inner picture that have an edge or none."""
@@ -39,36 +40,28 @@ def find_edges(nearness: NDArray[np.float32], jump_m: np.float32, edges: NDArray
 
 @row_kernel(error_model="numpy")
 def find_near_edges(
-    rays: WaterRays,
-    edges: NDArray[np.bool_],
-    wet: NDArray[np.bool_],
-    margin_x: int,
-    margin_y: int,
-    near_edge: NDArray[np.bool_],
+    ways: NDArray[np.float32], edges: NDArray[np.bool_], kinds: NDArray[np.int8], near_edge: NDArray[np.bool_]
 ) -> None:
-    """Mark the tiles of the picture whose rays pass a tile with an edge on their way to the floor, and those partly in
-    the water.
+    """Mark the tiles of the picture whose rays pass a tile with an edge on their way to the floor, or are of two kinds.
+
+    Args:
+        kinds: (R, C) of the nodes.
     """
-    nodes = rays.nodes
+    rows, columns = kinds.shape
     for tile_row in range(near_edge.shape[0]):
         for tile in range(near_edge.shape[1]):
             left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
-            for corner in range(4):
-                i, j = NODES * (tile_row + corner // 2), NODES * (tile + corner % 2)
-                i, j = min(i, nodes.shape[1] - 1), min(j, nodes.shape[2] - 1)
-                x, y = STEP_PX * j, STEP_PX * i
-                z, ex, ey = nodes[SURFACE_DEPTH, i, j], nodes[ALONG_X, i, j], nodes[ALONG_Y, i, j]
-                share = 1.0 - z / floor_depth(rays, x, y, z, ex, ey)
-                left, right = min(left, x, x + share * ex), max(right, x, x + share * ex)
-                top, bottom = min(top, y, y + share * ey), max(bottom, y, y + share * ey)
-            first, last = max(int(left + 0.5 + margin_x) // TILE, 0), int(right + 0.5 + margin_x) // TILE
-            upper, lower = max(int(top + 0.5 + margin_y) // TILE, 0), int(bottom + 0.5 + margin_y) // TILE
-            i, j = NODES * tile_row, NODES * tile
-            for node in range((NODES + 1) ** 2):
-                other = wet[
-                    min(i + node // (NODES + 1), wet.shape[0] - 1), min(j + node % (NODES + 1), wet.shape[1] - 1)
-                ]
-                near_edge[tile_row, tile] |= other != wet[i, j]
-            for i in range(upper, min(lower + 1, edges.shape[0])):
-                for j in range(first, min(last + 1, edges.shape[1])):
-                    near_edge[tile_row, tile] |= edges[i, j]
+            first_i, first_j = min(NODES * tile_row, rows - 1), min(NODES * tile, columns - 1)
+            last_i, last_j = min(first_i + NODES, rows - 1), min(first_j + NODES, columns - 1)
+            is_near = False
+            for i in range(first_i, last_i + 1):
+                for j in range(first_j, last_j + 1):
+                    is_near |= kinds[i, j] != kinds[first_i, first_j]
+                    x, y, share = ways[ENTRY_X, i, j], ways[ENTRY_Y, i, j], ways[FLOOR_SHARE, i, j]
+                    end_x, end_y = x + share * ways[ALONG_X, i, j], y + share * ways[ALONG_Y, i, j]
+                    left, right = min(left, x, end_x), max(right, x, end_x)
+                    top, bottom = min(top, y, end_y), max(bottom, y, end_y)
+            for i in range(max(int(top + 0.5) // TILE, 0), min(int(bottom + 0.5) // TILE + 1, edges.shape[0])):
+                for j in range(max(int(left + 0.5) // TILE, 0), min(int(right + 0.5) // TILE + 1, edges.shape[1])):
+                    is_near |= edges[i, j]
+            near_edge[tile_row, tile] = is_near

@@ -196,35 +196,6 @@ def _bend_row(
         reflectance[k] = HALF * (across * across + parallel * parallel)
 
 
-@row_kernel(forceinline=True, error_model="numpy")
-def floor_depth(rays: WaterRays, x: float, y: float, surface_depth: float, ex: float, ey: float) -> float:
-    """Return the depth at which the bent ray of a pixel meets the water's floor."""
-    fall = rays.matrix[2, 0] * (x + ex) + rays.matrix[2, 1] * (y + ey) + rays.matrix[2, 2]
-    return surface_depth - rays.water.depth_m / fall
-
-
-@njit(cache=True, error_model="numpy")
-def widest_shift(rays: WaterRays, width: int, height: int) -> tuple[float, float]:
-    """Return how far beyond the picture's border places on the floor lie in the inner picture, pixels along x and y."""
-    nodes, water = rays.nodes, rays.water
-    widest_x, widest_y = 0.0, 0.0
-    for row in range(nodes.shape[1]):
-        y = row * STEP_PX + rays.pixel_offset
-        for column in range(nodes.shape[2]):
-            x = column * STEP_PX + rays.pixel_offset
-            depth, ex, ey = nodes[SURFACE_DEPTH, row, column], nodes[ALONG_X, row, column], nodes[ALONG_Y, row, column]
-            dx, dy, _ = ray(rays.matrix, x, y)
-            place_x, place_y = rays.position_m[0] + depth * dx, rays.position_m[1] + depth * dy
-            is_in = water.low_m[0] < place_x < water.high_m[0] and water.low_m[1] < place_y < water.high_m[1]
-            if depth >= FARTHEST_M or not is_in:
-                continue
-            share = 1.0 - depth / floor_depth(rays, x, y, depth, ex, ey)
-            shown_x, shown_y = x + share * ex, y + share * ey
-            widest_x = max(widest_x, -shown_x, shown_x - width)
-            widest_y = max(widest_y, -shown_y, shown_y - height)
-    return widest_x, widest_y
-
-
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def interpolate_row(plane: NDArray[np.float32], row: int, width: int, line: NDArray[np.float32]) -> None:
     """Write the values (W,) of one row of pixels from those of a plane of nodes (R, C)."""

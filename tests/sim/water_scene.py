@@ -9,7 +9,7 @@ from sim.optics import PinholeCamera
 from sim.water_surface import RippledSurface, Ripples, draw_waves
 from sim.world import World
 
-LOW_M, HIGH_M, LEVEL_M = (-0.3, -0.21), (0.3, 0.21), 0.12
+LOW_M, HIGH_M, LEVEL_M, RIM_M = (-0.3, -0.21), (0.3, 0.21), 0.12, 0.15
 FLOOR, WALLS = 0, 1
 
 
@@ -21,7 +21,7 @@ def surface(slope_rms=0.03, seed=3, time_s=1.7):
     return water
 
 
-def tank(balls_m=(), size_m=0.004, rim_m=0.15):
+def tank(balls_m=(), size_m=0.004):
     """Return a world of a pale floor, walls and small dark boxes that can move."""
     world = World()
     floor = Facets()
@@ -35,7 +35,7 @@ def tank(balls_m=(), size_m=0.004, rim_m=0.15):
         ((x0 - t, y0 - t), (x1 + t, y0)),
         ((x0 - t, y1), (x1 + t, y1 + t)),
     ):
-        walls.box((*low, 0.0), (*high, rim_m), swatch_uv(0, 1))
+        walls.box((*low, 0.0), (*high, RIM_M), swatch_uv(0, 1))
     world.add(walls.mesh(palette([(225, 225, 222)])), np.eye(4), name="walls", category="wall")
     for k, place_m in enumerate(balls_m):
         box = Facets()
