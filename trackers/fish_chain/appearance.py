@@ -17,8 +17,8 @@ _LEAST_PIECES, _LEAST_CHUNKS = 4, 3
 _PRIOR_CHUNKS = 20.0
 _LASTING = 0.3
 """Share of W that does not average out over chunks: light, depth and posture change slowly."""
-_TOO_UNLIKE = -3.0
-"""A single feature speaks no stronger against a link; real looks have heavier tails than Gaussians."""
+_MOST = 3.0
+"""A single feature speaks no stronger for or against a link; real looks have heavier tails than Gaussians."""
 
 
 class Appearance:
@@ -62,7 +62,7 @@ class Appearance:
         determinant = same_xx * same_yy - spread**2
         same = (x**2 * same_yy - 2 * spread * x * y + y**2 * same_xx) / determinant + np.log(determinant)
         different = x**2 / same_xx + y**2 / same_yy + np.log(same_xx * same_yy)
-        ratios = np.maximum(0.5 * (different - same), _TOO_UNLIKE)
+        ratios = np.clip(0.5 * (different - same), -_MOST, _MOST)
         return ratios.sum(axis=-1)  # type: ignore[no-any-return]
 
     def _projected(self, pieces: Sequence[NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -121,7 +121,8 @@ class Detector:
             window = np.s_[y : y + height, x : x + width]
             mask = (labels[window] == label).view(np.uint8)
             relative = np.where(mask, contrast[window] / (self._background.mean[window] + 1.0), 0.0)
-            norms.see_blob(float(np.quantile(relative[mask > 0], _CORE_QUANTILE)))
+            inside = np.sort(relative[mask > 0])
+            norms.see_blob(float(inside[int(_CORE_QUANTILE * len(inside))]))
             surely = mask & (contrast[window] > self._limit(p.surely, p.surely_share, window))
             if surely.any():
                 occupied[window] |= mask
@@ -132,6 +133,13 @@ class Detector:
         self._background.learn(grey, difference, occupied, sign)
         norms.learn()
         return found
+
+    @property
+    def body_px(self) -> float:
+        """Length of the usual fish; before it is known, a fifteenth of the longer side of the picture."""
+        if self.norms.length_px == 0 and self._background is not None:
+            return max(max(self._background.mean.shape) / 15, 1.0)
+        return max(self.norms.length_px, 1.0)
 
     def _limit(self, spreads: float, share: float, window: tuple[slice, slice] = np.s_[:, :]) -> Grey:
         """Return the contrast in grey levels that so many standard deviations, and such a share of a fish's, make."""

@@ -14,8 +14,8 @@ CHUNK = 8
 """Frames over which a look is averaged; neighbouring frames see the same light and the same beat of the tail."""
 _VELOCITY_GAIN = 0.4
 _LATEST = 40
-_MOTION_VOTE = 0.15
-"""Weight of swimming a body length ahead against the balance of one picture."""
+_MOTION_VOTE = 0.03
+"""Way ahead, in lengths of the body, that weighs as much as the balance of one picture."""
 
 
 class Tracklet:
@@ -110,9 +110,9 @@ class Tracklet:
         line = self._lines[frame - self.first_frame]
         return line if self.head_first else line[::-1]
 
-    def boxes_xyxy(self) -> NDArray[np.float64]:
-        """Return the boxes (T, 4)."""
-        return np.array(self._boxes)
+    def box_xyxy(self, frame: int) -> NDArray[np.float64]:
+        """Return the box (4,) on one of its frames."""
+        return self._boxes[frame - self.first_frame]
 
     def looks(self) -> NDArray[np.float64]:
         """Return descriptors (C, D) of successive chunks of frames; one of all frames if it is shorter than a chunk."""

@@ -17,8 +17,9 @@ from trackers.swimmer.extrapolation import samples_ahead, way_ahead
 from trackers.swimmer.features import Pasts
 from trackers.swimmer.interpolation import Ends, samples_between, way_between
 from trackers.swimmer.regression import Regression, Samples, fitted
-from trackers.swimmer.windows import Recording, postures_of, whole_past
+from trackers.swimmer.windows import Recording, jitter_px, postures_of, whole_past
 
+_LEAST_NOISE_PX = 0.1
 _UNKNOWN = np.zeros(3)
 PRIOR_FILE = "prior.json"
 _RADIUS_SIGMAS = float(np.sqrt(-2.0 * np.log(0.05)))
@@ -52,7 +53,7 @@ class SwimGaps:
         x, pause = whole_past(past)
         posture = postures_of(self._allowed(past))[len(past.position_px) - 1 - pause]
         places, radii = way_ahead(self._ahead, self._pasts(x, around, posture), pause + count)
-        return _bridge(places[pause:], radii[pause:])
+        return _bridge(places[pause:], radii[pause:], jitter_px(x))
 
     def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge:
         """See ``GapMethod``."""
@@ -62,7 +63,7 @@ class SwimGaps:
         count = future.first_frame - past.end_frame
         ends = Ends(self._pasts(x, around, _UNKNOWN), self._pasts(y, around, _UNKNOWN))
         places, radii = way_between(self._between, ends, pause + count + later)
-        return _bridge(places[pause : pause + count], radii[pause : pause + count])
+        return _bridge(places[pause : pause + count], radii[pause : pause + count], jitter_px(x))
 
     def _allowed(self, piece: Piece) -> Piece:
         return piece if self._posture else replace(piece, heading_rad=None, centre_line_px=None)
@@ -79,9 +80,9 @@ def _learnt(samples: Samples, prior: Regression) -> Regression:
     return fitted(samples, prior) if len(samples.step) else prior
 
 
-def _bridge(places: NDArray[np.float64], radii: NDArray[np.float64]) -> Bridge:
-    sigma = np.maximum(radii / _RADIUS_SIGMAS, 0.1)
-    return Bridge(places, sigma[:, None, None] ** 2 * np.eye(2))
+def _bridge(places: NDArray[np.float64], radii: NDArray[np.float64], noise_px: float) -> Bridge:
+    variance = (radii / _RADIUS_SIGMAS) ** 2 + max(noise_px, _LEAST_NOISE_PX) ** 2
+    return Bridge(places, variance[:, None, None] * np.eye(2))
 
 
 @cache

@@ -12,6 +12,8 @@ RIDGE = 0.03
 """Weight of the prior as a share of each feature's mean square, with any number of samples."""
 SCARCE = 150.0
 """The prior weighs double with so many independent samples."""
+_FEW = 5.0
+"""So many independent samples weigh as much as the prior in what single numbers tell: its share, and the spread."""
 _NEAREST = 0.003
 """Distances below this many units count as this much, so that no sample has unbounded weight."""
 _ROUNDS = 6
@@ -69,23 +71,35 @@ def fitted(samples: Samples, prior: Regression) -> Regression:
     """Return the regression that the samples and a prior give.
 
     The weights w minimise ``sum q |step - F w|`` plus a ridge about the prior's, by iteratively reweighted least
-    squares (Weiszfeld 1937): the error that counts is the mean distance. The spread is the prior's times the factor
+    squares (Weiszfeld 1937): the error that counts is the mean distance. The prior's weights are first taken times the
+    share in [0, 1] that suits the samples best. The spread is the prior's times the factor
     that makes 95 % of the errors lie inside, each predicted from the other half of the time.
     """
-    weights = _weights(samples, prior.weights)
+    held = prior.weights * _held(samples, prior.weights)
+    weights = _weights(samples, held)
     ratios, counts = [], []
     for fold in (False, True):
         tested = samples.fold == fold
         if tested.any() and not tested.all():
-            trained = _weights(samples.part(~tested), prior.weights)
+            trained = _weights(samples.part(~tested), held)
             part = samples.part(tested)
             ratios.append(_length(part.step - part.features @ trained) / prior.radius(part.scales))
             counts.append(part.weight)
     if not ratios:
         return Regression(weights, prior.spread)
     factor = _weighted_quantile(np.concatenate(ratios), np.concatenate(counts))
-    trust = samples.independent / (samples.independent + SCARCE / 10)
-    return Regression(weights, prior.spread * factor**trust)
+    return Regression(weights, prior.spread * factor ** _trust(samples))
+
+
+def _held(samples: Samples, prior: NDArray[np.float64]) -> float:
+    """Return the share of the prior's steps that gives the least error, nearer to 1 the fewer samples there are."""
+    shares, step = np.linspace(0.0, 1.0, 11), samples.features @ prior
+    errors = [samples.weight @ _length(samples.step - share * step) for share in shares]
+    return 1.0 + _trust(samples) * (float(shares[int(np.argmin(errors))]) - 1.0)
+
+
+def _trust(samples: Samples) -> float:
+    return samples.independent / (samples.independent + _FEW)
 
 
 def first_fit(samples: Samples) -> Regression:
@@ -102,7 +116,7 @@ def first_fit(samples: Samples) -> Regression:
 def _weights(samples: Samples, prior: NDArray[np.float64], ridge: float | None = None) -> NDArray[np.float64]:
     """Return weights of the features before ``samples.added``, and those of the added ones for what is then left."""
     if ridge is None:
-        ridge = RIDGE * (1.0 + SCARCE / max(samples.independent, 1.0))
+        ridge = RIDGE * (1.0 + SCARCE / samples.independent)
     base = samples.features.shape[-1] - samples.added
     F, rest = np.split(samples.features, [base], axis=-1)
     first = _nearest(F, samples.step, samples.weight, prior[:base], ridge)

@@ -158,3 +158,10 @@ def postures_of(piece: Piece) -> NDArray[np.float64]:
     if heading_rad is not None:
         posture[:, 0], posture[:, 1] = np.cos(heading_rad), np.sin(heading_rad)
     return np.where(np.isfinite(posture).all(axis=1, keepdims=True), posture, 0.0)
+
+
+def jitter_px(x: NDArray[np.float64]) -> float:
+    """Return the standard deviation of a measured coordinate, from the median second difference of a way (T, 2)."""
+    second = np.linalg.norm(np.diff(x, n=2, axis=0), axis=1)
+    # Second differences have 6 times the variance; the median length of a round Gaussian is 1.18 standard deviations.
+    return float(np.median(second)) / (np.sqrt(6.0) * np.sqrt(2.0 * np.log(2.0)))
