@@ -21,7 +21,8 @@ from sim.render.water_rays import (
     WaterRays,
     interpolate_row,
 )
-from sim.shaders.caustics import MapExtent, exp_minus
+from sim.shaders.caustics import MapExtent
+from sim.shaders.caustics_kernels import exp_minus
 from sim.shaders.daylight_kernels import reflectance_row
 
 ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
@@ -65,7 +66,7 @@ class WaterLight(NamedTuple):
         bounce: share of light that comes from below.
         air: (3,) radiance of a white level surface in air. mirrored: (3,) radiance of the room.
         panels: above the water.
-        places: (P, 2, R, C) where on each panel the nodes' mirrored rays end, 0 in its middle, -1/2 and 1/2 at its edges.
+        places: (P, 2, R, C) where the nodes' mirrored rays meet each panel: 0 in its middle, -1/2 and 1/2 at its edges.
     """
 
     nodes: NDArray[np.float32]
@@ -268,7 +269,7 @@ def _is_near(places: NDArray[np.float32], row: int) -> bool:
         for j in range(places.shape[2]):
             low_a, high_a = min(low_a, places[0, i, j]), max(high_a, places[0, i, j])
             low_b, high_b = min(low_b, places[1, i, j]), max(high_b, places[1, i, j])
-    return low_a < near and high_a > -near and low_b < near and high_b > -near
+    return bool(low_a < near and high_a > -near and low_b < near and high_b > -near)
 
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")

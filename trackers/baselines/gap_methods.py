@@ -5,8 +5,10 @@ Each is a tracker without tracks: what it does is its ``gap_method``. Time is co
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,9 @@ from trackers.gaps.ends import Pictureless, last_state, reversed_in_time
 from trackers.gaps.types import Bridge, Piece, Surroundings
 from trackers.registry import NoParameters, register, tunable
 
+DECAY_FILE = "velocity_decay.json"
+_DECAY = json.loads(resources.files("trackers.baselines").joinpath(DECAY_FILE).read_text())
+"""Learnt from development swims by ``frameout learn-swims``."""
 _LESSON_FRAMES = 50
 """``DampedVelocity`` learns from its errors after so many frames."""
 _DECAYS_FRAMES = np.geomspace(2.0, 500.0, 30)
@@ -107,7 +112,7 @@ class DampedParameters:
     """
 
     over_frames: int = tunable(3, 1, 30)
-    decay_frames: float = tunable(51.0, 1.0, 500.0, log=True)
+    decay_frames: float = tunable(_DECAY["decay_frames"], 1.0, 500.0, log=True)
 
 
 @register("fish_damped_velocity", role="baseline", summary="goes on with a velocity that decays", suites=("fish",))
@@ -117,29 +122,32 @@ class DampedVelocity(_Extrapolation):
     Its covariance is that of the process: ``s² tau² (2 t / tau - 3 + 4 exp(-t / tau) - exp(-2 t / tau))``, with the
     mean square s² of a coordinate of the velocity in the past. ``learn`` takes the tau with the least mean error after
     50 frames.
+
+    Attributes:
+        decay_frames: tau.
     """
 
     Parameters = DampedParameters
 
     def __init__(self, parameters: DampedParameters, rng: np.random.Generator) -> None:
         self._over_frames = parameters.over_frames
-        self._decay_frames = self._shipped_frames = parameters.decay_frames
+        self.decay_frames = self._shipped_frames = parameters.decay_frames
 
     def learn(self, pieces: Sequence[Piece]) -> None:
         """See ``GapMethod``."""
         lessons = [_lessons(piece.position_px, self._over_frames) for piece in pieces]
         step, velocity = (np.concatenate([np.zeros((0, 2)), *(each[k] for each in lessons)]) for k in (0, 1))
         if len(step) == 0:
-            self._decay_frames = self._shipped_frames
+            self.decay_frames = self._shipped_frames
             return
         reach = _DECAYS_FRAMES * (1.0 - np.exp(-_LESSON_FRAMES / _DECAYS_FRAMES))
         errors_px = [np.linalg.norm(step - velocity * each, axis=1).mean() for each in reach]
-        self._decay_frames = float(_DECAYS_FRAMES[int(np.argmin(errors_px))])
+        self.decay_frames = float(_DECAYS_FRAMES[int(np.argmin(errors_px))])
 
     def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge:
         """See ``GapMethod``."""
         last_px, velocity, since = last_state(past, self._over_frames)
-        tau = self._decay_frames
+        tau = self.decay_frames
         t = (since + np.arange(1, count + 1)) / tau
         steps = np.diff(past.position_px, axis=0)
         known = steps[np.isfinite(steps).all(axis=1)]

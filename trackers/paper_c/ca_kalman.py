@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
 
 import numpy as np
 from numba import njit
@@ -14,20 +16,22 @@ from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 from trackers.registry import tunable
 
 _P0 = 100.0
+NOISE_FILE = "noise.json"
+_NOISE = json.loads(resources.files("trackers.paper_c").joinpath(NOISE_FILE).read_text())
 
 
 @dataclass(frozen=True)
 class CaKalmanParameters:
     """Noise of the filter; the paper prints neither. The defaults are of maximum likelihood on development swims of
-    one slow fish, found by ``fit_noise``.
+    one slow fish, found by ``frameout learn-swims``.
 
     Attributes:
         jerk_px: square root of the spectral density of the white jerk, px / s^2.5; gives Q.
         measured_px: standard deviation of a measured coordinate, px; gives R.
     """
 
-    jerk_px: float = tunable(136.0, 0.1, 10000.0, log=True)
-    measured_px: float = tunable(0.299, 0.01, 10.0, log=True)
+    jerk_px: float = tunable(_NOISE["jerk_px"], 0.1, 10000.0, log=True)
+    measured_px: float = tunable(_NOISE["measured_px"], 0.01, 10.0, log=True)
 
 
 class CaKalman:

@@ -116,7 +116,7 @@ def first_fit(samples: Samples) -> Regression:
 def _weights(samples: Samples, prior: NDArray[np.float64], ridge: float | None = None) -> NDArray[np.float64]:
     """Return weights of the features before ``samples.added``, and those of the added ones for what is then left."""
     if ridge is None:
-        ridge = RIDGE * (1.0 + SCARCE / max(samples.independent, 1.0))
+        ridge = RIDGE * (1.0 + SCARCE / samples.independent)
     base = samples.features.shape[-1] - samples.added
     F, rest = np.split(samples.features, [base], axis=-1)
     first = _nearest(F, samples.step, samples.weight, prior[:base], ridge)

@@ -1,4 +1,8 @@
-"""Learns the regressions that ``trackers.swimmer`` ships, from simulated swims of many kinds of fish."""
+"""Learns from simulated swims what gap methods ship.
+
+``trackers.swimmer`` ships regressions, learnt from many kinds of fish; ``ca_kalman`` its noise, by maximum likelihood
+on swims of preset ``paper-c``; damped velocity its decay, from ``standard``.
+"""
 
 from __future__ import annotations
 
@@ -10,25 +14,35 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from scenarios.fish_tank.character import AYU, ZEBRAFISH, Character
+from scenarios.fish_tank.presets import PRESETS
 from scenarios.fish_tank.shoal import Swims, swim
 from sim.motion.swim import swim_pose
 from sim.rng import generator
 from trackers.atomic_file import write_atomic
+from trackers.baselines.gap_methods import DECAY_FILE, DampedParameters, DampedVelocity
 from trackers.gaps.types import Piece
+from trackers.paper_c.ca_kalman import NOISE_FILE, CaKalmanParameters, log_likelihood
 from trackers.swimmer.extrapolation import KNOTS, samples_ahead
 from trackers.swimmer.interpolation import GAPS, SHARES, samples_between
 from trackers.swimmer.method import PRIOR_FILE
 from trackers.swimmer.regression import Regression, Samples, first_fit
 from trackers.swimmer.windows import Recording
 
-PRIOR_PATH = Path(__file__).resolve().parents[3] / "trackers" / "swimmer" / PRIOR_FILE
+TRACKERS = Path(__file__).resolve().parents[3] / "trackers"
+PRIOR_PATH = TRACKERS / "swimmer" / PRIOR_FILE
+NOISE_PATH = TRACKERS / "paper_c" / NOISE_FILE
+DECAY_PATH = TRACKERS / "baselines" / DECAY_FILE
+Array = NDArray[np.float64]
 RATE_HZ = 30.0
 _FRAMES = 1200
 _WATER_M = (0.6, 0.42, 0.12)
 _PX_PER_M = 1000.0
 _NOISE_PX = (0.1, 1.0)
+_PRESET_NOISE_PX = 0.3
+_FITTED_FISH = 8
 _LINE_NOISE_PX = 0.5
 _LENGTH_M = (0.025, 0.045)
 _MOST_FISH = 8
@@ -40,31 +54,42 @@ def recording_of(seed: int) -> Recording:
     smooth = seed % 2 == 1
     character = _character(AYU if smooth else ZEBRAFISH, rng)
     count = 1 if smooth else int(rng.integers(1, _MOST_FISH + 1))
-    length_m = rng.uniform(*_LENGTH_M, count)
-    swims = swim(_WATER_M, length_m, _FRAMES, RATE_HZ, character, rng)
     noise_px = float(np.exp(rng.uniform(*np.log(_NOISE_PX))))
-    x = swims.position_m[..., :2] * _PX_PER_M + noise_px * rng.normal(size=(_FRAMES, count, 2))
+    return Recording(_swum(character, rng.uniform(*_LENGTH_M, count), noise_px, rng))
+
+
+def _swum(character: Character, length_m: Array, noise_px: float, rng: np.random.Generator) -> list[Piece]:
+    """Return tracks as seen from above, with white noise on positions and centre lines."""
+    swims = swim(_WATER_M, length_m, _FRAMES, RATE_HZ, character, rng)
     # The picture's y axis points down.
-    x[..., 1] *= -1.0
-    return Recording([Piece(0, x[:, n], 1.0 / RATE_HZ, *_posture(swims, length_m, n, rng)) for n in range(count)])
+    x = swims.position_m[..., :2] * [_PX_PER_M, -_PX_PER_M]
+    x = x + noise_px * rng.normal(size=x.shape)
+    pieces = []
+    for n in range(len(length_m)):
+        line = _centre_line_px(swims, length_m, n, rng)
+        front = line[:, 0] - line[:, line.shape[1] // 2]
+        pieces.append(Piece(0, x[:, n], 1.0 / RATE_HZ, np.arctan2(front[:, 1], front[:, 0]), line))
+    return pieces
 
 
-def _posture(
-    swims: Swims, length_m: NDArray[np.float64], n: int, rng: np.random.Generator
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return measured headings (T,) and centre lines (T, K, 2) of one fish, as seen from above."""
-    frames = len(swims.yaw_rad)
+def _centre_line_px(swims: Swims, length_m: Array, n: int, rng: np.random.Generator) -> Array:
+    """Return the measured centre lines (T, K, 2) of one fish."""
     pose = swim_pose(
-        np.full(frames, length_m[n]),
+        np.full(len(swims.yaw_rad), length_m[n]),
         swims.position_m[:, n],
         swims.yaw_rad[:, n],
         swims.pitch_rad[:, n],
         swims.joints_rad[:, n],
     )
     line = pose.centre_line_m[..., :2] * [_PX_PER_M, -_PX_PER_M]
-    line = line + _LINE_NOISE_PX * rng.normal(size=line.shape)
-    front = line[:, 0] - line[:, line.shape[1] // 2]
-    return np.arctan2(front[:, 1], front[:, 0]), line
+    return line + _LINE_NOISE_PX * rng.normal(size=line.shape)
+
+
+def preset_tracks(preset: str, seed: int) -> list[Piece]:
+    """Return measured tracks of a preset's fish."""
+    rng, fish = generator(seed, f"learn-swims/{preset}"), PRESETS[preset]
+    length_m = rng.uniform(*_LENGTH_M, min(fish.fish, _FITTED_FISH))
+    return _swum(fish.character, length_m, _PRESET_NOISE_PX, rng)
 
 
 def _character(like: Character, rng: np.random.Generator) -> Character:
@@ -85,10 +110,29 @@ def learn_swims(seeds: Sequence[int]) -> dict[str, Any]:
     return {"ahead": ahead, "between": between}
 
 
-def write_prior(content: dict[str, Any], command: str) -> Path:
-    """Write the regressions to the file that is shipped; return its path."""
-    write_atomic(PRIOR_PATH, json.dumps(content | {"command": command}, indent=1) + "\n")
-    return PRIOR_PATH
+def fit_noise(tracks: Sequence[Piece]) -> CaKalmanParameters:
+    """Return the parameters of ``ca_kalman`` under which the tracks are most likely, to three digits."""
+
+    def cost(logs: Array) -> float:
+        jerk_px, measured_px = np.exp(logs)
+        return -sum(log_likelihood(track, CaKalmanParameters(jerk_px, measured_px)) for track in tracks)
+
+    found = minimize(cost, np.log([30.0, 0.5]), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-2})
+    jerk_px, measured_px = (float(f"{value:.3g}") for value in np.exp(found.x))
+    return CaKalmanParameters(jerk_px, measured_px)
+
+
+def fit_decay(tracks: Sequence[Piece]) -> float:
+    """Return the time constant (frames) of damped velocity that suits the tracks best, to three digits."""
+    method = DampedVelocity(DampedParameters(), np.random.default_rng(0))
+    method.learn(tracks)
+    return float(f"{method.decay_frames:.3g}")
+
+
+def write(path: Path, content: dict[str, Any], command: str) -> Path:
+    """Write what was learnt to one of the files that are shipped; return its path."""
+    write_atomic(path, json.dumps(content | {"command": command}) + "\n")
+    return path
 
 
 def _fit(recordings: Sequence[Recording], sampled: Callable[[Recording], Samples]) -> dict[str, list[float]]:

@@ -14,8 +14,7 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.suites.registry import suite
 from benchmarks.track_files.table import TrackTable
-from benchmarks.track_files.text_files import write_idtracker
-from benchmarks.track_files.trex_files import write_trex
+from benchmarks.track_files.writing import write_tracks
 from tests.benchmarks.suites.fish.gap_methods import swimming
 
 FAKES = "tests.benchmarks.suites.fish.fake_trackers"
@@ -82,8 +81,8 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Path]]:
     position[400:420, 0] = np.nan
     position[700:730, 1] = np.nan
     table = TrackTable("pond", position, ("0", "1", "2"), 25.0)
-    write_idtracker(table, folder / "pond.txt")
-    return folder, [folder / "pond.txt", *write_trex(replace(table, name="lake"), folder)]
+    lake = write_tracks(replace(table, name="lake"), folder, "trex")
+    return folder, [*write_tracks(table, folder, "idtracker"), *lake]
 
 
 def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys: pytest.CaptureFixture[str]) -> None:
