@@ -58,7 +58,7 @@ class Background:
         self._samples: list[NDArray[np.uint8]] | None = None
         self._frames = 0
         if shown:
-            self.mean, variance = _moments([grey_of(each) for each in shown], [glare_of(each) ^ 1 for each in shown])
+            self.mean, variance = _moments([grey_of(each) for each in shown], [glare_of(each) == 0 for each in shown])
             self._variance = _smoothed(variance)
         else:
             self._samples = []
@@ -108,12 +108,12 @@ class Background:
         self.spread: Grey = np.maximum(np.sqrt(_smoothed(self._variance)), _LEAST_SPREAD)
 
 
-def _moments(greys: Sequence[Grey], seen: Sequence[NDArray[np.uint8]]) -> tuple[Grey, Grey]:
+def _moments(greys: Sequence[Grey], seen: Sequence[NDArray[np.bool_]]) -> tuple[Grey, Grey]:
     """Return mean and variance (H, W) of the pixels that are seen; of their neighbours, where one is never seen."""
-    count = np.sum(seen, axis=0, dtype=np.float32)
-    mean = np.sum([grey * mask for grey, mask in zip(greys, seen, strict=True)], axis=0) / np.maximum(count, 1)
+    count: Grey = np.array(seen, dtype=np.float32).sum(axis=0)
+    mean: Grey = np.sum([grey * mask for grey, mask in zip(greys, seen, strict=True)], axis=0) / np.maximum(count, 1)
     squares = [(grey - mean) ** 2 * mask for grey, mask in zip(greys, seen, strict=True)]
-    variance = np.sum(squares, axis=0) / np.maximum(count, 1)
+    variance: Grey = np.sum(squares, axis=0) / np.maximum(count, 1)
     return _filled(mean, count), _filled(variance, count)
 
 

@@ -247,7 +247,7 @@ class Chain:
             looks = ([each.looks() for each in fish] for fish in (tails, starts))
             log_odds += p.trust * self._appearance.log_ratios(*looks)
         if p.use_motion:
-            for row in np.flatnonzero(possible.any(axis=1)):
+            for row in np.flatnonzero(possible.any(axis=1)).tolist():
                 columns = np.flatnonzero(possible[row])
                 chosen = Starts(first.first_frame[columns], first.place_px[columns], first.heading_rad[columns])
                 log_odds[row, columns] += self._motion.log_ratios(tails[row].tail, chosen)
