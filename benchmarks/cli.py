@@ -25,6 +25,7 @@ _COMMANDS = {
     "train": ("benchmarks.commands.train", "Train"),
     "tune": ("benchmarks.commands.tune", "Tune"),
     "learn-colours": ("benchmarks.commands.learn_colours", "LearnColours"),
+    "learn-swims": ("benchmarks.commands.learn_swims", "LearnSwims"),
 }
 """Sub-command → module and the frozen dataclass whose fields are its options."""
 
@@ -40,6 +41,7 @@ _SUMMARIES = {
     "train": "train a policy that steers by a tracker's estimate",
     "tune": "search parameters of trackers and controllers on development seeds",
     "learn-colours": "learn colour models of road, building and other from development towns",
+    "learn-swims": "learn from simulated swims what gap methods ship",
 }
 _STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
 _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}

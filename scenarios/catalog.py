@@ -49,6 +49,7 @@ _ENTRIES: tuple[Entry, ...] = (
         "frameout/StereoFollow-v1",
         "stereo_people",
     ),
+    Entry("fish-tank-v1", "scenarios.fish_tank.scenario:FISH_TANK", "frameout/FishTankFollow-v1", "shoal_chain"),
     Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
 """In order of publication: a later version of a scenario stands after an earlier one. Add yours here."""

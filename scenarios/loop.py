@@ -6,7 +6,7 @@ Benchmark, videos, envs and recorded runs all use this loop.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scenarios.command_link import CommandLink
 from scenarios.scenario import Episode, Frame
 from sim.rng import generator
-from trackers.protocols import Controller, MultiTracker, Tracker
+from trackers.gaps.types import GapMethod
+from trackers.protocols import BridgingTracker, Controller, MultiTracker, RevisingTracker, Tracker
 from trackers.types import Answer, CameraCommand, Estimate, Start, Track
 
 
@@ -27,6 +28,19 @@ class Contestant(Protocol):
 
     def update(self, frame: Frame) -> Answer:
         """Answer on the next frame."""
+        ...
+
+
+@runtime_checkable
+class ManyContestant(Contestant, Protocol):
+    """A contestant that answers with the tracks of many targets."""
+
+    def revised(self) -> Sequence[Sequence[Track]] | None:
+        """Return all answers as decided with hindsight, after the last frame; None if it does not revise."""
+        ...
+
+    def gap_method(self) -> GapMethod | None:
+        """Return its method to bridge gaps, if it offers one."""
         ...
 
 
@@ -60,6 +74,14 @@ class ManyFromPictures:
     def update(self, frame: Frame) -> Sequence[Track]:
         """See ``Contestant``."""
         return self._tracker.update(frame.observation)
+
+    def revised(self) -> Sequence[Sequence[Track]] | None:
+        """See ``ManyContestant``."""
+        return self._tracker.revised() if isinstance(self._tracker, RevisingTracker) else None
+
+    def gap_method(self) -> GapMethod | None:
+        """See ``ManyContestant``."""
+        return self._tracker.gap_method if isinstance(self._tracker, BridgingTracker) else None
 
 
 def first_box(start: Start) -> NDArray[np.float64]:

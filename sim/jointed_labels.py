@@ -42,11 +42,13 @@ class SeenBody:
         visible_fraction: share of its own pixels, drawn alone on an unbounded picture, that are seen; 0 where the box
             is NaN.
         hidden_by: id of the body that covers most of its pixels in the picture, -1 if none does.
+        hidden_fraction: share of its own pixels that show one of the hiders in the picture.
     """
 
     box_xyxy: NDArray[np.float64]
     visible_fraction: float
     hidden_by: int
+    hidden_fraction: float
 
 
 def joined(meshes: Sequence[TexturedMesh]) -> JointedShape:
@@ -69,6 +71,7 @@ def seen_body(
     *,
     hiders: NDArray[np.int64],
     pixel_offset: float = 0.5,
+    shift_px: NDArray[np.float64] | None = None,
 ) -> SeenBody:
     """Return the visible part of a body in a picture.
 
@@ -77,6 +80,7 @@ def seen_body(
         instance_map: (H, W) with one id for all parts of a body.
         hiders: ids of the bodies that ``hidden_by`` may name.
         pixel_offset: where in a pixel the map was sampled.
+        shift_px: (P, 2) by which each part is seen beside its place in a pinhole camera, through water; None = nowhere.
     """
     centre_x, centre_y = camera.centre_px
     counts = np.zeros(len(hiders) + 2, np.int64)
@@ -91,11 +95,13 @@ def seen_body(
         instance_id,
         hiders,
         pixel_offset,
+        np.zeros((len(part_poses), 2)) if shift_px is None else shift_px,
         counts,
     )
     most = int(np.argmax(counts[2:])) if len(hiders) else 0
     hidden_by = int(hiders[most]) if len(hiders) and counts[2 + most] > 0 else -1
-    return SeenBody(box, min(1.0, float(counts[1] / max(counts[0], 1))), hidden_by)
+    own, hidden = max(counts[0], 1), counts[2:].sum()
+    return SeenBody(box, min(1.0, float(counts[1] / own)), hidden_by, float(hidden / own))
 
 
 @njit(cache=True)
@@ -130,6 +136,7 @@ def _count_pixels(
     instance_id: int,
     hiders: NDArray[np.int64],
     pixel_offset: float,
+    shift_px: NDArray[np.float64],
     counts: NDArray[np.int64],
 ) -> NDArray[np.float64]:
     """Return the body's box (4,); count its own pixels, drawn alone, and those of them that show it and each hider.
@@ -138,7 +145,7 @@ def _count_pixels(
         counts: (2 + hiders,) zeros; they stay so where the box is NaN or beyond the picture.
     """
     pixels = np.empty((shape.vertices_m.shape[0], 2))
-    box = _project(shape, part_poses, focal_px, centre_x, centre_y, T_world_camera, pixels)
+    box = _project(shape, part_poses, focal_px, centre_x, centre_y, T_world_camera, shift_px, pixels)
     height, width = instance_map.shape
     # Comparisons with NaN are false.
     if not (box[2] > 0 and box[3] > 0 and box[0] < width and box[1] < height):
@@ -197,6 +204,7 @@ def _project(
     centre_x: float,
     centre_y: float,
     T_world_camera: NDArray[np.float64],
+    shift_px: NDArray[np.float64],
     pixels: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Write where the vertices are seen (V, 2); return their bounds (4,), NaN if one is nearer than ``NEAREST_M``."""
@@ -212,6 +220,7 @@ def _project(
             return np.full(4, np.nan)
         for axis in range(2):
             pixel = (view[axis, 0] * x + view[axis, 1] * y + view[axis, 2] * z + view[axis, 3]) / depth_m
+            pixel += shift_px[shape.part[n], axis]
             pixels[n, axis] = pixel
             box[axis], box[axis + 2] = min(box[axis], pixel), max(box[axis + 2], pixel)
     return box

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.gaps.types import GapMethod
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Track
 
 
@@ -39,12 +40,20 @@ class MultiTracker(Protocol):
         ...
 
 
+@runtime_checkable
 class RevisingTracker(MultiTracker, Protocol):
     """A ``MultiTracker`` that decides identities later than it answers."""
 
     def revised(self) -> Sequence[Sequence[Track]]:
         """Return the answers on all pictures so far, as decided with hindsight; called once, after the last picture."""
         ...
+
+
+@runtime_checkable
+class BridgingTracker(MultiTracker, Protocol):
+    """A ``MultiTracker`` that also offers its method to bridge gaps."""
+
+    gap_method: GapMethod
 
 
 class Controller(Protocol):

@@ -36,14 +36,20 @@ Role = Literal["ours", "variant", "as-written", "baseline", "blind", "oracle", "
 
 _MODULES = (
     "trackers.baselines.single_target",
+    "trackers.baselines.sort",
+    "trackers.baselines.bytetrack",
     "trackers.paper_a.colour_pf",
     "trackers.paper_a.road_shape_pf",
     "trackers.paper_a.background_pf",
     "trackers.mosaic_graph.tracker",
     "trackers.paper_b.stereo_colour",
     "trackers.stereo_people.tracker",
+    "trackers.fish_chain.tracker",
+    "trackers.paper_c.tracker",
     "trackers.blind.dead_reckoning",
     "trackers.blind.straight_ahead",
+    "trackers.baselines.gap_methods",
+    "trackers.blind.gap_places",
 )
 """Modules that define trackers. Add yours here."""
 

@@ -13,6 +13,7 @@ from sim.checks import check
 
 # The help texts of these name the default themselves.
 COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
+FILES = tyro.conf.arg(metavar="FILE …", help_behavior_hint="")
 FILE = tyro.conf.arg(metavar="FILE", help_behavior_hint="")
 ONE_NAME = tyro.conf.arg(metavar="NAME", help_behavior_hint="")
 VALUES = tyro.conf.arg(metavar="NAME VALUE …", help_behavior_hint="")

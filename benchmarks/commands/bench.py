@@ -11,7 +11,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, NAMES, PUBLISH, SEEDS, WORKERS, cores, names, seed_range
+from benchmarks.commands.arguments import FILES, FOLDER, NAMES, PUBLISH, SEEDS, WORKERS, cores, names, seed_range
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.selection import parties
@@ -19,8 +19,10 @@ from benchmarks.report.page import write_report
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
+from benchmarks.run.real_files import run_on_files
 from benchmarks.suites.registry import DEFAULT, Suite, suite
 from sim.checks import check
+from trackers import registry
 
 _QUICK_SEEDS = "10000:10003"
 
@@ -33,7 +35,7 @@ class Bench:
     rest of the episode, and the exit status is 1; the results of the others are not affected.
 
     Attributes:
-        suites: names of the suites to run: frame-out, stereo, follow.
+        suites: names of the suites to run: frame-out, stereo, fish, follow.
         scenario: one or more of the suite's scenarios (default: all that have the preset).
         preset: one or more presets of the scenarios (default: standard; with --quick: quick).
         trackers: names of trackers, see `frameout list` (default: all of the suite; with --quick all but variants;
@@ -45,6 +47,9 @@ class Bench:
         seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
             10000:10003 by default.
         renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
+        real: files of real tracks in place of episodes, for suites that judge them: those of TRex (npz, csv),
+            idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are cut out of the tracks and bridged, and
+            pieces of tracks linked. Intervals are over blocks of time.
         quick: run a few small, short episodes as a trial.
         out: folder for records.jsonl, summary.json, comparisons.json and report.html (default:
             results/SUITE, with --quick results/quick).
@@ -65,6 +70,7 @@ class Bench:
     link: str = "prompt"
     seeds: Annotated[str, SEEDS] = "10000:10050"
     renderer: str = "raster"
+    real: Annotated[tuple[Path, ...], FILES] = ()
     quick: bool = False
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
@@ -85,18 +91,18 @@ class Bench:
 
     @property
     def _seeds(self) -> range:
+        if self.real:
+            return range(0)
         quick_seeds = self.quick and self.seeds == type(self).seeds
         return seed_range(_QUICK_SEEDS if quick_seeds else self.seeds)
 
     def _run_suite(self, name: str) -> int:
         load_modules(self.modules)
         wanted = suite(name)
-        experiments = self._experiments(wanted)
-        out = self.out or Path("results") / ("quick" if self.quick else wanted.name)
-        outcome = Outcome()
-        for experiment in experiments:
-            with progress_bar(_title(wanted, experiment)) as progress:
-                outcome = outcome.followed_by(run(experiment, out, progress))
+        if self.real:
+            out, outcome = self._run_on_files(wanted)
+        else:
+            out, outcome = self._run_episodes(wanted)
         report = write_report(out)
         if self.json:
             failures = [asdict(failure) for failure in outcome.failures]
@@ -106,6 +112,24 @@ class Bench:
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
         _report_problems(outcome, wanted)
         return 1 if outcome.failures else 0
+
+    def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
+        experiments = self._experiments(wanted)
+        out = self.out or Path("results") / ("quick" if self.quick else wanted.name)
+        outcome = Outcome()
+        for experiment in experiments:
+            with progress_bar(_title(wanted, experiment)) as progress:
+                outcome = outcome.followed_by(run(experiment, out, progress))
+        return out, outcome
+
+    def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:
+        steered = (*self.scenario, *self.preset, *self.controllers)
+        check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
+        known = {name: each for name, each in registry.entries().items() if wanted.name in each.suites}
+        default = tuple(name for name, each in known.items() if each.role != "variant" or not self.quick)
+        out = self.out or Path("results") / f"{wanted.name}-real"
+        with progress_bar(f"{wanted.name}, real tracks") as progress:
+            return out, run_on_files(wanted, self.real, names(self.trackers) or default, out, self.limit_s, progress)
 
     def _experiments(self, wanted: Suite) -> list[Experiment]:
         """Return the experiments, one for each scenario.

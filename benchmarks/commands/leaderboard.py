@@ -11,6 +11,7 @@ from rich.table import Table
 
 from benchmarks.commands.console import console_of
 from benchmarks.report import tables
+from benchmarks.run.records import REAL
 from benchmarks.scores.summary import condition_of, steering_words
 from benchmarks.suites.registry import suite
 
@@ -31,7 +32,8 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = Fal
     intervals = markdown or console.width >= _WIDE_ENOUGH_FOR_INTERVALS
     for condition, entries in _conditions(summary):
         episodes = max(entry["n"] for entry in entries)
-        title = f"{condition}: {episodes} episodes{', 95 % intervals over them' if intervals else ''}"
+        units = "blocks of time" if entries[0]["scenario"] == REAL else "episodes"
+        title = f"{condition}: {episodes} {units}{', 95 % intervals over them' if intervals else ''}"
         scores = suite(entries[0]["suite"])
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:

@@ -14,7 +14,7 @@ from benchmarks.papers.repeat import repeat
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.experiment import check_renderer
 
-_EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3")
+_EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C")
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Paper:
 
     Attributes:
         experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown), B1
-            (colours and camera settings under a dimmed lamp), B2 (when colour can be learnt) or B3 (a person followed
-            by stereo under changing light).
+            (colours and camera settings under a dimmed lamp), B2 (when colour can be learnt), B3 (a person followed
+            by stereo under changing light) or C (lost pieces of a fish's track).
         seeds: episodes A to B - 1 (default: 10000:10050; for B3 10000:10010, as many frames as in the paper).
         renderer: raster or pybullet.
         out: folder for rows, pictures and page (default: results/paper-a2 …).

@@ -20,7 +20,7 @@ from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job, as_row, heading_of, take_in
 from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
-from benchmarks.suites.judging import Judge, Score, ScoreSheet
+from benchmarks.suites.judging import Ending, Judge, Score, ScoreSheet
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
@@ -182,7 +182,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         ending = {"seconds": seconds, "versions": versions_of(job.suite, job.scenario, job.preset, tracker)}
         heading = heading_of(job, played.tracker, tracker.role, controller_role="external")
         assert self._sheet is not None
-        scores = [*self._sheet.scores(None), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]
+        scores = [*self._sheet.scores(Ending()), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]
         event_key = controllers_suite().events.key
         append_block(played.out, [{**heading, **as_row(0, score, event_key), **ending} for score in scores])
         self.finished += 1

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.papers.experiment import PaperExperiment
+from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.jobs import Job, opened
@@ -58,13 +58,14 @@ class TrackerExperiment(PaperExperiment):
         )
         return run_experiment(runs, out, progress).moved
 
-    def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> None:
+    def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
         """See ``PaperExperiment``: the paper's frames; where it names none, the suite's picture."""
         if self.frames:
             self._show_frames(out, seeds.start, renderer)
         else:
             condition = self.condition(renderer)
             suite(self.suite).picture(out, condition, grouped(rows)[condition], self.trackers)
+        return None
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
         """Run one episode with each method; show the observed frame inside the larger view."""

@@ -86,6 +86,15 @@ def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve 
     return _with_band(found, x=np.arange(until_frames + 1.0), fewest=0)
 
 
+def series_mean(rows: Sequence[Row], metric: str, x: NDArray[np.float64]) -> Curve | None:
+    """Return the mean of a series, entry by entry, at ``x``, as long as its longest row; None without rows.
+
+    The band is a percentile bootstrap over seeds.
+    """
+    sums = _sums_by_seed(rows, metric)
+    return None if sums is None else _with_band(sums, x[: sums.numerators.shape[1]], fewest=1)
+
+
 def _sums_by_seed(rows: Sequence[Row], metric: str) -> PooledRatios | None:
     """Add up the series of a metric by seed, entry by entry; shorter series contribute nothing to later entries."""
     chosen = [row for row in rows if row["metric"] == metric and row["value"] is not None]

@@ -100,6 +100,20 @@ def _found_again(curves: Curves, styles: Styles, since: str, until_frames: int) 
     return figure, axes
 
 
+def plot_errors(curves: Curves, styles: Styles, x_label: str, y_label: str) -> str:
+    """Draw mean errors (log) against ``x_label``, with bands for ours and references."""
+    with drawn_as(x_label.replace(" ", "-")):
+        figure, axes = new_figure(x_label, y_label)
+        axes.set_yscale("log")
+        for name, curve in curves.items():
+            _draw(axes, curve, styles[name])
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        axes.set_xlim(0, max(curve.x[-1] for curve in curves.values()))
+        return svg(figure)
+
+
 def plot_calibration(curves: Curves, styles: Styles) -> str:
     """Draw the share of truths inside the p region against p, and the diagonal of a calibrated posterior."""
     with drawn_as("calibration"):

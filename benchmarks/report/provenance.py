@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.report.numbers import ranges_text
 from benchmarks.results.ledger import TEST_SPLIT
-from benchmarks.run.records import LAST_METRIC, Row
+from benchmarks.run.records import LAST_METRIC, REAL, Row
 from benchmarks.suites.registry import event_of, suite
 
 
@@ -41,7 +41,7 @@ def provenance(rows: Sequence[Row]) -> Provenance:
     frames = {row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}
     return Provenance(
         seeds=ranges_text(seeds),
-        split=_split(seeds),
+        split="real recording, blocks of time" if rows[0]["scenario"] == REAL else _split(seeds),
         episodes=len(seeds),
         frames=int(sum(frames.values())),
         events=_events(rows),
@@ -70,6 +70,8 @@ def _split(seeds: Sequence[int]) -> str:
 def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
     row = rows[0]
     controllers, trackers = (list(dict.fromkeys(each[key] for each in rows)) for key in ("controller", "tracker"))
+    if row["scenario"] == REAL:
+        return " ".join(["frameout", "bench", row["suite"], "--real", "FILE", "--trackers", *trackers])
     parts = ["frameout", "bench", row["suite"], "--preset", row["preset"]]
     parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}", "--renderer", row["renderer"]]
     if suite(row["suite"]).judges_controllers:

@@ -1,7 +1,8 @@
-"""A contestant without pictures: it receives the target's true state at each exit and no other truth."""
+"""Contestants without pictures: one target's true state at each exit is all that they receive, or gaps to bridge."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +11,9 @@ from scenarios.loop import first_box, given
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from trackers.blind.protocol import BlindTracker, TargetState
-from trackers.protocols import Tracker
-from trackers.types import Estimate, Observation, Start
+from trackers.gaps.types import GapMethod
+from trackers.protocols import BridgingTracker, Tracker
+from trackers.types import Estimate, Observation, Start, Track
 
 WHAT_BLIND_MEANS = (
     "Blind contestants get no picture. Blind trackers get the target's true state at the start and at each exit, "
@@ -49,6 +51,31 @@ class Blindfolded:
         if frame.truth.frames_since_exit[target] == 0:
             self._tracker.set_state(observation, _state_of(frame.truth, target))
         return self._tracker.update(observation)
+
+
+class ManyBlindfolded:
+    """See ``loop.ManyContestant``. It is not called on any picture, and has no track: it is judged on gaps alone."""
+
+    def __init__(self, tracker: BridgingTracker) -> None:
+        """Raises TypeError for a tracker without a gap method."""
+        if not isinstance(tracker, BridgingTracker):
+            raise TypeError(f"tracker: expected one with a gap_method, since its role is blind, got {tracker!r}")
+        self._tracker = tracker
+
+    def initialise(self, frame: Frame, start: Start) -> Sequence[Track]:
+        """See ``Contestant``."""
+        return ()
+
+    def update(self, frame: Frame) -> Sequence[Track]:
+        """See ``Contestant``."""
+        return ()
+
+    def revised(self) -> None:
+        """See ``ManyContestant``."""
+
+    def gap_method(self) -> GapMethod:
+        """See ``ManyContestant``."""
+        return self._tracker.gap_method
 
 
 def _unseen(observation: Observation) -> Observation:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from benchmarks.run.blindfold import Blindfolded
+from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
 from benchmarks.run.source_files import is_users
 from benchmarks.suites.registry import DEFAULT, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
@@ -107,8 +107,10 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
 
     def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
         tracker = entry.tracker(parameters, rng)
+        if entry.follows_many and many:
+            return ManyBlindfolded(tracker) if entry.role == "blind" else ManyFromPictures(tracker)
         if entry.follows_many:
-            return ManyFromPictures(tracker) if many else FromPictures(FollowOne(tracker, episode.start.background))
+            return FromPictures(FollowOne(tracker, episode.start.background))
         return Blindfolded(tracker, scenario.target) if entry.role == "blind" else FromPictures(tracker)
 
     return Entrant(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import copy
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass
 from typing import Any
@@ -10,15 +11,19 @@ from typing import Any
 import numpy as np
 
 from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
-from benchmarks.suites.judging import Score
-from scenarios.loop import Contestant, given
+from benchmarks.suites.judging import Ending, Score
+from scenarios.loop import Contestant, ManyContestant, given
 from scenarios.scenario import Frame
 from trackers.estimate_check import check_estimate, check_tracks
+from trackers.gaps.check import check_bridge
+from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 from trackers.protocols import Controller
-from trackers.types import Answer, CameraCommand, Estimate, Observation, Start
+from trackers.types import Answer, CameraCommand, Estimate, Observation, Start, Track
 
 _UNTIMED_FRAMES = 5
 """The first updates load compiled code from disk and are left out of the timing."""
+
+FAILED_AT = "failed_at_frame"
 
 SILENT = Estimate(position_px=np.full(2, np.nan))
 """Answer of a failed contestant of one target."""
@@ -66,13 +71,13 @@ class Guard:
         self.reason, self.failed_at_frame = reason, frame
 
     @contextmanager
-    def guarded(self, frame: int) -> Iterator[Stopwatch]:
-        """Catch failures and time-outs of the code in this context, which answers for a frame."""
+    def guarded(self, frame: int, answer: str = "") -> Iterator[Stopwatch]:
+        """Catch failures and time-outs of the code in this context, which gives an ``answer`` for a frame."""
         try:
             with at_most(self._limit_s) as watch:
                 yield watch
         except TooSlow:
-            self.fail(frame, f"took longer than {self._limit_s:g} s over one {self._answer}")
+            self.fail(frame, f"took longer than {self._limit_s:g} s over one {answer or self._answer}")
         except Exception as error:
             self.fail(frame, f"{type(error).__name__}: {error}".splitlines()[0])
 
@@ -89,7 +94,6 @@ class GuardedContestant(Guard):
         contestant: Contestant,
         limit_s: float,
         *,
-        follows_many: bool = False,
         note: Callable[[int], None] = lambda frame: None,
         ends_process_at: int | None = None,
     ) -> None:
@@ -97,10 +101,11 @@ class GuardedContestant(Guard):
         contestant fails there without being called.
         """
         super().__init__(limit_s, "frame")
-        self._silence: Answer = () if follows_many else SILENT
-        self._check: Callable[[Any], None] = check_tracks if follows_many else check_estimate
+        self._silence: Answer = SILENT
+        self._check: Callable[[Any], None] = check_estimate
         self._contestant, self._note, self._ends_process_at = contestant, note, ends_process_at
         self._cpu_s: list[float] = []
+        self._frames, self._revision_cpu_s = 0, 0.0
         self.silent_frames = 0
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
@@ -127,20 +132,121 @@ class GuardedContestant(Guard):
         return answer
 
     def scores(self) -> Iterator[Score]:
-        """Yield the mean CPU time of the thread per update, without the first five, and the frame of failure."""
+        """Yield the CPU time of the thread per frame and the frame of failure.
+
+        The time is the mean per update, without the first five, and a frame's share of a revision at the end.
+        """
         timed = self._cpu_s[_UNTIMED_FRAMES:]
         if timed:
-            ms_per_frame = 1e3 * float(np.mean(timed))
+            ms_per_frame = 1e3 * (float(np.mean(timed)) + self._revision_cpu_s / self._frames)
             yield Score("ms_per_frame", ms_per_frame)
             yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
         if self.failed_at_frame is not None:
-            yield Score("failed_at_frame", float(self.failed_at_frame))
+            yield Score(FAILED_AT, float(self.failed_at_frame))
+
+    def ending(self) -> Ending:
+        """Return what is known of the contestant after the last frame."""
+        return Ending(self.failed_at_frame)
 
     def _runs_on(self, frame: int) -> bool:
+        self._frames = frame + 1
         if frame == self._ends_process_at:
             self.fail(frame, "ended its process (killed, crashed or stuck in compiled code)")
         self._note(frame)
         return self.reason is None
+
+
+class GuardedMany(GuardedContestant):
+    """See ``GuardedContestant``. This one answers with tracks of many targets, and may revise them at the end."""
+
+    _contestant: ManyContestant
+
+    def __init__(self, contestant: ManyContestant, limit_s: float, **how: Any) -> None:
+        """``how``: see ``GuardedContestant``."""
+        super().__init__(contestant, limit_s, **how)
+        self._silence, self._check = (), check_tracks
+        self._follows = False
+
+    def update(self, frame: Frame) -> Answer:
+        """See ``Contestant``."""
+        answer = super().update(frame)
+        self._follows = self._follows or answer != self._silence
+        return answer
+
+    def scores(self) -> Iterator[Score]:
+        """See ``GuardedContestant``. One that follows nothing, and bridges gaps alone, has no times."""
+        return (score for score in super().scores() if self._follows or score.metric == FAILED_AT)
+
+    def ending(self) -> Ending:
+        """Return what is known of the contestant after the last frame; call once. It revises its answers here."""
+        revised, method = self._revised(), None
+        if self.reason is None:
+            with self.guarded(self._frames, "gap method"):
+                method = self._contestant.gap_method()
+        if method is None:
+            return Ending(self.failed_at_frame, revised)
+        return Ending(self.failed_at_frame, revised, lambda: GuardedGapMethod(method, self, self._frames))
+
+    def _revised(self) -> Sequence[Sequence[Track]] | None:
+        revised = None
+        if self.reason is None:
+            with self.guarded(self._frames, "revision") as watch:
+                revised = self._contestant.revised()
+                self._revision_cpu_s = watch.cpu_s
+                if revised is not None:
+                    _check_revised(revised, self._frames)
+        return revised if self.reason is None else None
+
+
+def guarded(contestant: Contestant, limit_s: float, **how: Any) -> GuardedContestant:
+    """Return a contestant guarded as what it is, of one target or of many; ``how``: see ``GuardedContestant``."""
+    if isinstance(contestant, ManyContestant):
+        return GuardedMany(contestant, limit_s, **how)
+    return GuardedContestant(contestant, limit_s, **how)
+
+
+def _check_revised(revised: Sequence[Sequence[Track]], frame_count: int) -> None:
+    if not isinstance(revised, Sequence):
+        raise ValueError(f"revised: expected a sequence of answers, got {type(revised).__name__}")
+    if len(revised) != frame_count:
+        raise ValueError(f"revised: expected an answer on each of {frame_count} pictures, got {len(revised)}")
+    for tracks in revised:
+        check_tracks(tracks)
+
+
+class GuardedGapMethod:
+    """A guarded ``GapMethod``: after a failure of its contestant it predicts NaN."""
+
+    def __init__(self, method: GapMethod, guard: Guard, frame: int) -> None:
+        """``method`` is copied, so that what it learns ends with this object. ``frame``: on which a failure counts."""
+        self._guard, self._frame = guard, frame
+        if guard.reason is None:
+            with guard.guarded(frame, "copy"):
+                self._method = copy.deepcopy(method)
+
+    def learn(self, pieces: Sequence[Piece]) -> None:
+        """See ``GapMethod``."""
+        if self._guard.reason is None:
+            with self._guard.guarded(self._frame, "lesson"):
+                self._method.learn(pieces)
+
+    def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge | None:
+        """See ``GapMethod``."""
+        return self._bridge(lambda: self._method.extrapolate(past, count, around), count)
+
+    def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge | None:
+        """See ``GapMethod``."""
+        count = future.first_frame - past.end_frame
+        return self._bridge(lambda: self._method.interpolate(past, future, around), count)
+
+    def _bridge(self, bridged: Callable[[], Bridge | None], count: int) -> Bridge | None:
+        bridge = None
+        if self._guard.reason is None:
+            with self._guard.guarded(self._frame, "gap"):
+                bridge = bridged()
+                if bridge is not None:
+                    check_bridge(bridge, count)
+        return bridge if self._guard.reason is None else Bridge(np.full((count, 2), np.nan))
 
 
 class GuardedController(Guard):

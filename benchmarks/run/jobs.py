@@ -16,7 +16,7 @@ import cv2
 import numba
 
 from benchmarks.run.contestants import Entrant, entrant, load_modules
-from benchmarks.run.guards import Failure, Guard, GuardedContestant, GuardedController
+from benchmarks.run.guards import Failure, Guard, GuardedContestant, GuardedController, guarded
 from benchmarks.run.notes import Note, note_at
 from benchmarks.run.records import LAST_METRIC, Row, rounded
 from benchmarks.run.steering import controller_for
@@ -211,10 +211,8 @@ def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
         for repeat in range(1 if entered.reproducible else job.repeats):
             rng = tracker_stream(job.seed, entered.name, repeat)
             contestant = entered.create(episode, scenario, rng, many)
-            guard = GuardedContestant(
-                contestant, job.limit_s, follows_many=many, note=write, ends_process_at=job.deadly.get(label)
-            )
-            watchers.append(_Watcher(label, entered, repeat, guard))
+            how = {"note": write, "ends_process_at": job.deadly.get(label)}
+            watchers.append(_Watcher(label, entered, repeat, guarded(contestant, job.limit_s, **how)))
     return watchers
 
 
@@ -231,7 +229,7 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
         scores = [
             (each.repeat, score)
             for each, sheet in mine
-            for score in (*sheet.scores(each.guard.failed_at_frame), *each.guard.scores())
+            for score in (*sheet.scores(each.guard.ending()), *each.guard.scores())
         ]
         if controller_failed_at is not None:
             scores.append((0, Score("controller_failed_at_frame", float(controller_failed_at))))

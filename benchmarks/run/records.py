@@ -3,18 +3,17 @@
 ``records.jsonl`` holds one JSON object a line. Every row has these keys:
 
 ======================  ================================================================================
-``suite``               ``frame-out``, ``stereo``, ``follow``; ``paper`` for experiments that measure a camera and
-                        run no tracker
-``scenario``            catalogue id with version, ``road-town-v1``
-``preset``              ``standard`` …
+``suite``               ``frame-out``, ``stereo``, ``fish``, ``follow``; ``paper`` for experiments that measure a
+                        camera and run no tracker
+``scenario``, ``preset``  ``road-town-v1``, ``standard`` …; of real tracks ``real`` and the recording's name
 ``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``blind`` ``oracle``);
                         suite ``paper``: ``none`` and ``measured``; suite ``follow``: the *controller's* role
                         (``ours`` ``policy`` ``baseline`` ``variant`` …)
 ``tracker_role``        suite ``follow`` alone: the role of the tracker
 ``controller``          name of the controller that steered the camera; null on a set path
 ``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``
-``renderer``            ``raster`` or ``pybullet``
-``seed``                the episode's seed
+``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
+``seed``                the episode's seed; of recordings the number of a block of 500 frames
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)
@@ -39,6 +38,7 @@
                         ``back_frame`` is the first frame after an occlusion on which half of the target is seen;
                         null if it was hidden again, or the episode ended, before that, and of other events. A
                         change of light is the two seconds from its beginning on.
+``event``               suite ``fish``: null, or the gap of a fish, see ``suites.fish.links.FishGap``
 ``event``               suite ``follow``: null for rows about the whole episode; else the loss that the row is
                         about::
 
@@ -108,6 +108,9 @@ pair whose right picture is not lost, over pixels that both cameras see:
 (shares of the known disparities with a larger error) and ``disparity_density_GROUP`` (share of pixels that have one).
 GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is there).
 
+Rows of suite ``fish`` are defined in its modules: ``judge.chain_scores``, ``link_scores``, ``gap_scores``, ``motion``,
+``timelines``; ``_at_once`` marks the immediate answers of a tracker that revises them.
+
 Rows of suite ``follow``, formulas in ``metrics.following`` and ``scores.view_time``; about a loss: ``recovery_frames``
 (from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
 about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
@@ -135,6 +138,8 @@ from trackers.atomic_file import write_atomic
 
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
+REAL = "real"
+"""Scenario and renderer in rows about real recordings; the preset is the recording, the seed a block of time."""
 HUMAN = "human"
 """Controller in rows of a person who played; the role is ``external``."""
 

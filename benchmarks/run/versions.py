@@ -51,6 +51,14 @@ def versions_of(
     return made if controller is None else made | _versions_of_controller(controller)
 
 
+def versions_on_files(suite: str, entrant: Entrant) -> dict[str, str]:
+    """Return ``versions`` of rows about real recordings: of packages, ``judge`` and ``tracker``."""
+    judge = suites.suite(suite).recordings
+    assert judge is not None
+    tracker = _hash_with(entrant.module, entrant.parameters)
+    return {**_package_versions(), "judge": _modules_hash(judge.__module__), "tracker": tracker}
+
+
 def modules_of(suite: str, scenario: str) -> tuple[str, str, str]:
     """Return the modules of a scene, of the judge and of the loop that runs episodes."""
     return type(catalog.scenario(scenario)).__module__, suites.suite(suite).judge.__module__, jobs.__name__

@@ -21,6 +21,7 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
         mean: ``sum w v / sum w`` of values v and weights w (the frames that a value is a mean of, else 1).
         median: of the values, one for each row.
         geometric mean: root of the product of the means of two kinds of row.
+        ratio of means: the mean of the first kind of row over that of the second.
         precision, recall, f: of the mean curves, at the confidence at which F is greatest.
         precision, recall, f of counts: ``A / (A + B)``, ``A / (A + C)`` and ``2 A / (2 A + B + C)`` of the sums A, B
             and C of right, wrong and missed frames.
@@ -56,6 +57,7 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
     finish = {
         "mean": _only,
         "geometric mean": _geometric_mean,
+        "ratio of means": lambda ratios: ratios[..., 0] / ratios[..., 1],
         "precision": lambda ratios: _at_best(ratios)[0],
         "recall": lambda ratios: _at_best(ratios)[1],
         "f": lambda ratios: long_term.f_score(*_at_best(ratios)),

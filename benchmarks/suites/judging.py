@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
-from trackers.types import CameraCommand
+from trackers.gaps.types import GapMethod
+from trackers.types import CameraCommand, Track
 
 _T = TypeVar("_T", bound=Truth)
 
@@ -31,6 +32,23 @@ class Score:
     event: Event | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """What is known of a contestant after the last frame.
+
+    Attributes:
+        failed_at_frame: from this frame on it gave no answers; None without a failure. The number of frames if it
+            failed only afterwards.
+        revised: its answers on all frames as decided with hindsight; None if it does not revise them.
+        new_gap_method: makes a copy of its method to bridge gaps in tracks, as it is after the last frame. After a
+            failure it predicts NaN. None if it has no method.
+    """
+
+    failed_at_frame: int | None = None
+    revised: Sequence[Sequence[Track]] | None = None
+    new_gap_method: Callable[[], GapMethod] | None = None
+
+
 class ScoreSheet(Protocol):
     """The answers of one contestant in one episode, and their scores."""
 
@@ -41,8 +59,8 @@ class ScoreSheet(Protocol):
         """
         ...
 
-    def scores(self, failed_at_frame: int | None) -> Iterable[Score]:
-        """Return all scores, after every frame was kept; from ``failed_at_frame`` on there are no answers."""
+    def scores(self, ending: Ending) -> Iterable[Score]:
+        """Return all scores, after every frame was kept."""
         ...
 
 
@@ -61,6 +79,21 @@ class Judge(Protocol):
 
     def sheet(self) -> ScoreSheet:
         """Return a fresh sheet for one contestant."""
+        ...
+
+
+class Recording(Protocol):
+    """Real tracks without pictures, judged by what was measured.
+
+    Attributes:
+        name: of the recording. block_frames: length of its blocks of time.
+    """
+
+    name: str
+    block_frames: int
+
+    def scores(self, ending: Ending) -> Iterable[tuple[int, Sequence[Score]]]:
+        """Return the scores of a contestant, of which the gap method is known, by number of the block of time."""
         ...
 
 

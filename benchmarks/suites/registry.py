@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import Row
-from benchmarks.suites.judging import Judge
+from benchmarks.suites.judging import Judge, Recording
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
@@ -28,6 +28,7 @@ _MODULES = {
     "frame-out": "benchmarks.suites.frame_out.suite",
     "follow": "benchmarks.suites.follow.suite",
     "stereo": "benchmarks.suites.stereo.suite",
+    "fish": "benchmarks.suites.fish.suite",
 }
 """Suite -> module that defines it; the first is the default. Add yours here."""
 DEFAULT = next(iter(_MODULES))
@@ -39,6 +40,7 @@ Statistic = Literal[
     "mean",
     "median",
     "geometric mean",
+    "ratio of means",
     "precision",
     "recall",
     "f",
@@ -140,8 +142,7 @@ class Scene:
 
     Attributes:
         scenario: catalogue id without version.
-        trackers_of: name of the suite whose trackers take part; "" = the suite's own.
-        trackers: default trackers; () = all.
+        trackers_of: name of the suite whose trackers take part; "" = its own. trackers: default ones; () = all.
         drawing: makes the drawing of an episode; None: another suite's, or the larger view.
     """
 
@@ -156,8 +157,7 @@ class Suite:
     """Scores that answer one question.
 
     Attributes:
-        name: what users type.
-        summary: one line. heading: of its report page.
+        name: what users type. summary: one line. heading: of its report page.
         scenes: its scenarios; tuning uses the first. preset, quick_preset: defaults.
         judge: makes the judge of an episode of a scenario; it decides which objects are targets.
         metrics: of the summary, in order.
@@ -174,6 +174,7 @@ class Suite:
         contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
+        recordings: reads files of real tracks, see ``frameout bench --real``; None: the suite judges none.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
     """
 
@@ -199,6 +200,7 @@ class Suite:
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
     follows_many: bool = False
+    recordings: Callable[[Sequence[Path]], Sequence[Recording]] | None = None
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
 
     @property

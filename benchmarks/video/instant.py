@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from benchmarks.video import marks
 from scenarios.scenario import Frame
@@ -85,7 +85,7 @@ def draw_instant(instant: Instant, zoom: float | None = None) -> NDArray[np.uint
     image = canvas.image
     height, width = instant.frame.observation.image_rgb.shape[:2]
     marks.draw_box(image, canvas.box(np.array([0.0, 0.0, width, height])), marks.OBSERVED)
-    _draw_steered(canvas, instant.frame)
+    draw_steered(image, instant.frame, canvas.zoom, canvas.corner_px)
     for _, estimate in instant.estimates:
         _draw_posterior(canvas, estimate)
     truth = instant.frame.truth
@@ -133,8 +133,12 @@ def _draw_estimate(canvas: _Canvas, estimate: Estimate, identity: str) -> None:
         marks.draw_text(canvas.image, (x, y), identity, marks.ESTIMATE, size=19, weight=600)
 
 
-def _draw_steered(canvas: _Canvas, frame: Frame) -> None:
-    """Outline the steered camera's view of the ground (z = 0), if it is another camera."""
+def draw_steered(image: marks.Image, frame: Frame, zoom: float, corner_px: ArrayLike = (0.0, 0.0)) -> None:
+    """Outline the steered camera's view of the ground (z = 0), if it is another camera.
+
+    Args:
+        image: shows the observed picture at ``zoom`` times its size, its corner at ``corner_px``.
+    """
     if frame.steered is None:
         return
     truth, camera = frame.judged
@@ -142,7 +146,8 @@ def _draw_steered(canvas: _Canvas, frame: Frame) -> None:
     border = np.stack([np.interp(np.linspace(0, 5, 201), range(6), side) for side in sides], axis=1)
     ground_m = intersect_plane(camera, truth.T_world_camera, border * (camera.width_px, camera.height_px), 0.0)
     outline = project(frame.camera, frame.truth.T_world_camera, np.insert(ground_m, 2, 0.0, axis=1))[0]
-    marks.draw_lines(canvas.image, [canvas.point(outline[np.isfinite(outline).all(axis=1)])], marks.OBSERVED, 1)
+    seen = outline[np.isfinite(outline).all(axis=1)] * zoom + np.asarray(corner_px)
+    marks.draw_lines(image, [seen], marks.OBSERVED, 1)
 
 
 def describe_state(instant: Instant) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.suites.judging import Score, truth_as
+from benchmarks.suites.judging import Ending, Score, truth_as
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 from scenarios import catalog
 from scenarios.camera_rig import SingleCamera
@@ -232,7 +232,7 @@ class OutsideSheet:
             error_px = np.linalg.norm(answer.position_px - self._judge.true_px)
             self._errors_px.append(float(np.fmin(error_px, width_px)))
 
-    def scores(self, failed_at_frame: int | None) -> Iterator[Score]:
+    def scores(self, ending: Ending) -> Iterator[Score]:
         """Yield ``outside_error_px``: mean distance, in pixels, of estimate and box while it is outside the picture."""
         if self._errors_px:
             yield Score("outside_error_px", float(np.mean(self._errors_px)), len(self._errors_px))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from benchmarks.suites.judging import Score
+from benchmarks.suites.judging import Ending, Score
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.visibility import MOSTLY_SEEN
 from trackers.types import CameraCommand, Track
@@ -78,7 +78,7 @@ class ManySheet:
         self._errors_px += error_px[there].tolist()
         self._false += len(said) - int(on.sum())
 
-    def scores(self, failed_at_frame: int | None) -> Iterator[Score]:
+    def scores(self, ending: Ending) -> Iterator[Score]:
         """Yield ``found_rate`` (crates that are there and have a track within 6 px), ``position_error_px`` (at most
         6 px, 6 px without a track), ``identity_switches`` and ``false_tracks`` (of an episode, and of a frame);
         ``crate_found_rate`` is the first of one crate alone.

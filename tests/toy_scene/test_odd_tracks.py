@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.run.guards import GuardedContestant
+from benchmarks.run.guards import GuardedMany
 from benchmarks.run.jobs import take_in
-from benchmarks.suites.registry import suite
 from benchmarks.video.instant import Instant, draw_instant
 from scenarios.loop import Loop, ManyFromPictures
+from tests.toy_scene.judge import ManyJudge
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode
 from tests.toy_scene.tracker import WarmBodies, WarmParameters
 from trackers.follow_one import FollowOne
@@ -38,15 +38,15 @@ class Says:
         return self._answers(self._frame)
 
 
-def lived(episode: YardEpisode, answers: Any) -> tuple[GuardedContestant, list[Any], dict[str, Any]]:
+def lived(episode: YardEpisode, answers: Any) -> tuple[GuardedMany, list[Any], dict[str, Any]]:
     """Return the guard, the answers and the scores of a tracker that says what it is told to."""
-    guard = GuardedContestant(ManyFromPictures(Says(answers)), 60.0, follows_many=True)
-    judge = suite("toy-many").judge(episode, TOY_YARD)
+    guard = GuardedMany(ManyFromPictures(Says(answers)), 60.0)
+    judge = ManyJudge(episode, TOY_YARD)
     loop, sheet, said = Loop(episode, [guard]), judge.sheet(), []
     for _ in loop.frames():
         take_in(loop, judge, [sheet])
         said.append(loop.answers[0])
-    scores = {score.metric: score.value for score in sheet.scores(guard.failed_at_frame)}
+    scores = {score.metric: score.value for score in sheet.scores(guard.ending())}
     return guard, said, scores
 
 

@@ -26,7 +26,7 @@ SEQUENCE_FRAMES = 25
 
 def answers(entry: TrackerEntry, sequence: Sequence) -> Iterator[Estimate]:
     """Follow a sequence and yield every answer, checked. A box outside the picture may be refused."""
-    tracker = entry.create(np.random.default_rng(0))
+    tracker = entry.create_for_one(np.random.default_rng(0))
     first, *rest = sequence.observations
     try:
         tracker.initialise(first, sequence.box_xyxy.copy())

@@ -36,6 +36,8 @@ _MODULES = (
     "trackers.controllers.centre_robot",
     "trackers.controllers.search_robot",
     "trackers.controllers.reentry_robot",
+    "trackers.controllers.centre_head",
+    "trackers.controllers.lead_head",
 )
 """Modules that define controllers. Add yours here."""
 

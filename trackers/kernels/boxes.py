@@ -35,3 +35,13 @@ def inside_picture(points_px: NDArray[np.float64], width_px: int, height_px: int
     """Return for each of the points (..., 2) whether it lies in ``[0, width) x [0, height)``; NaN does not."""
     x, y = points_px[..., 0], points_px[..., 1]
     return (x >= 0) & (x < width_px) & (y >= 0) & (y < height_px)
+
+
+def intersections_over_union(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, M) area of the intersection over that of the union of boxes (N, 4) and (M, 4); 0 for empty ones."""
+    low = np.maximum(first_xyxy[:, None, :2], second_xyxy[None, :, :2])
+    high = np.minimum(first_xyxy[:, None, 2:], second_xyxy[None, :, 2:])
+    shared = np.prod(np.maximum(high - low, 0.0), axis=-1)
+    areas = (np.prod(np.maximum(each[:, 2:] - each[:, :2], 0.0), axis=-1) for each in (first_xyxy, second_xyxy))
+    union = np.add.outer(*areas) - shared
+    return np.divide(shared, union, out=np.zeros_like(shared), where=union > 0)

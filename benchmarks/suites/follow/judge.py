@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.scores import in_view
 from benchmarks.scores.view_time import find_losses, view_scores
 from benchmarks.suites.follow.metrics import following
-from benchmarks.suites.judging import Score
+from benchmarks.suites.judging import Ending, Score
 from scenarios.in_view import centring, is_in_view
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import Truth
@@ -126,10 +126,10 @@ class FollowSheet:
         self._says.append(_says_in_view(estimate, frame))
         self._silent_frames += bool(np.isnan(position_px).any())
 
-    def scores(self, failed_at_frame: int | None) -> Iterator[Score]:
+    def scores(self, ending: Ending) -> Iterator[Score]:
         """See ``ScoreSheet``. After a failure the controller gets no estimates."""
         yield from self._judge.scores()
-        failed = in_view.failed_frames(len(self._says), failed_at_frame)
+        failed = in_view.failed_frames(len(self._says), ending.failed_at_frame)
         says, on_target = np.array(self._says), np.array(self._on_target)
         yield from in_view.oxuva_scores(*self._judge.present_and_absent(), says, on_target, failed)
         yield Score("wrong_target_rate", float(np.mean(self._on_other[1:])), float(len(self._on_other) - 1))

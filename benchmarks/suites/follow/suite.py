@@ -22,6 +22,7 @@ FOLLOW = Suite(
     scenes=(
         Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf")),
         Scene("stereo-follow", "stereo", ("stereo_people", "stereo_wb_shutter_gain")),
+        Scene("fish-tank", "fish", ("shoal_chain", "ca_kalman")),
     ),
     preset="standard",
     quick_preset="quick",

@@ -17,7 +17,7 @@ from benchmarks.suites.frame_out.metrics.series import (
     estimated_box,
     truth_series,
 )
-from benchmarks.suites.judging import Score, truth_as
+from benchmarks.suites.judging import Ending, Score, truth_as
 from scenarios.in_view import is_in_view
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Episode, Frame, Scenario
@@ -98,7 +98,7 @@ class FrameOutSheet:
             posterior.calibration(estimate, truth, target, camera) if outside else posterior.NO_POSTERIOR
         )
 
-    def scores(self, failed_at_frame: int | None) -> Sequence[Score]:
+    def scores(self, ending: Ending) -> Sequence[Score]:
         """See ``ScoreSheet``."""
         series = EstimateSeries(
             position_px=np.array(self._position_px),
@@ -109,4 +109,4 @@ class FrameOutSheet:
             credible_level=np.array([c.credible_level for c in self._calibrations]),
             nees=np.array([c.nees for c in self._calibrations]),
         )
-        return self._judge.scores(series, failed_at_frame)
+        return self._judge.scores(series, ending.failed_at_frame)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.scores import recovery
-from benchmarks.suites.judging import Score, truth_as
+from benchmarks.suites.judging import Ending, Score, truth_as
 from benchmarks.suites.stereo.disparity import DisparityMeasurement
 from benchmarks.suites.stereo.metrics import people
 from benchmarks.suites.stereo.metrics.people import PeopleSeries
@@ -72,7 +72,7 @@ class StereoSheet:
         self._place_m.append(people.answered_place_m(estimate, truth_as(frame.truth, StereoTruth), frame.camera))
         self._silent_frames += bool(np.isnan(estimate.position_px).any())
 
-    def scores(self, failed_at_frame: int | None) -> Iterator[Score]:
+    def scores(self, ending: Ending) -> Iterator[Score]:
         """See ``ScoreSheet``. After a failure there are no answers: a miss where the target is seen."""
         yield from self._judge.scores(np.array(self._given), np.array(self._place_m))
         yield Score("silent_frames", float(self._silent_frames))

@@ -6,6 +6,7 @@ import pytest
 
 from benchmarks.suites.follow.judge import FollowJudge
 from benchmarks.suites.frame_out.judge import FrameOutJudge
+from benchmarks.suites.judging import Ending
 from scenarios.road_town.scenario import ROAD_TOWN
 from tests.benchmarks.fake_episode import FakeEpisode
 from trackers.types import CameraCommand, Estimate
@@ -20,7 +21,9 @@ def test_view_and_losses_of_a_steered_camera_are_those_of_the_suite_follow() -> 
         for judge, sheet in zip(judges, sheets, strict=True):
             judge.see(frame, None if k == 0 else CameraCommand())
             sheet.keep(frame, Estimate(frame.truth.position_px[0]))
-    told, by_follow = ({score.metric: (score.value, score.weight) for score in sheet.scores(None)} for sheet in sheets)
+    told, by_follow = (
+        {score.metric: (score.value, score.weight) for score in sheet.scores(Ending())} for sheet in sheets
+    )
     names = ("time_seen", "time_in_view", "losses_per_minute")
     assert {name: told[name] for name in names} == {name: by_follow[name] for name in names}
     # The centre of the box leaves with frame 14, and the box is whole up to frame 12: 15 frames a second, one loss.

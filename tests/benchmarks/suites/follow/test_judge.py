@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.suites.follow.judge import FollowJudge
+from benchmarks.suites.judging import Ending
 from scenarios.in_view import is_in_view
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.robot import FASTEST_MPS
@@ -29,7 +30,7 @@ def scores_of(
         judge.see(frame, None if k == 0 else HALF_SPEED)
         target_px = frame.truth.position_px[0]
         sheet.keep(frame, (estimates or {}).get(k, Estimate(target_px, in_view_probability=0.9)))
-    return {each.metric: each.value for each in sheet.scores(failed_at_frame) if each.event is None}, frames  # type: ignore[misc]
+    return {each.metric: each.value for each in sheet.scores(Ending(failed_at_frame)) if each.event is None}, frames  # type: ignore[misc]
 
 
 def test_scores_are_those_of_what_was_seen() -> None:

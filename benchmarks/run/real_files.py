@@ -1,0 +1,82 @@
+"""Runs trackers on recordings of real tracks: rows as those of episodes, with blocks of time in place of seeds."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from benchmarks.run.contestants import entrant
+from benchmarks.run.experiment import Outcome, Progress, make_folder
+from benchmarks.run.guards import Failure, Guard, GuardedGapMethod
+from benchmarks.run.jobs import as_row
+from benchmarks.run.records import LAST_METRIC, REAL, Row, append_block, tidy
+from benchmarks.run.versions import versions_on_files
+from benchmarks.scores.summary import write_summary
+from benchmarks.suites.judging import Ending, Recording, Score
+from benchmarks.suites.registry import Suite
+from scenarios.loop import tracker_stream
+from sim.checks import check
+from trackers import registry
+from trackers.protocols import BridgingTracker
+
+
+def run_on_files(
+    suite: Suite, files: Sequence[Path], trackers: Sequence[str], out: Path, limit_s: float, progress: Progress
+) -> Outcome:
+    """Run the trackers that bridge gaps on recordings; write rows and summary.
+
+    Rows have the scenario ``real``, the recording as preset, and the number of a block of time as seed, so that
+    intervals are those of a bootstrap over blocks.
+
+    Raises:
+        ValueError: for a suite that judges no recordings, files that cannot be read, or no tracker that bridges gaps.
+    """
+    if suite.recordings is None:
+        raise ValueError(f"real: expected a suite that judges recordings, got {suite.name}")
+    makers = {name: registry.entry(name) for name in trackers}
+    live = {name: maker.create(tracker_stream(0, name)) for name, maker in makers.items()}
+    bridging = {name: each for name, each in live.items() if isinstance(each, BridgingTracker)}
+    if not bridging:
+        raise ValueError(f"trackers: expected some with a gap method, got {', '.join(trackers) or 'none'}")
+    found = suite.recordings(files)
+    twice = sorted({one.name for k, one in enumerate(found) if one.name in {each.name for each in found[:k]}})
+    check("real", not twice, "recordings of different names", f"two called {', '.join(twice)}")
+    make_folder(out)
+    outcome, total = Outcome(), len(found) * len(bridging)
+    for recording in found:
+        for name, tracker in bridging.items():
+            guard = Guard(limit_s, "answer")
+            ending = Ending(new_gap_method=partial(GuardedGapMethod, tracker.gap_method, guard, 0))
+            for block in _blocks(suite, recording, name, ending):
+                append_block(out, block)
+            if guard.reason is not None:
+                outcome.failures.append(Failure(name, REAL, recording.name, 0, 0, guard.reason, "predicted nothing"))
+            outcome.episodes += 1
+            progress(outcome.episodes, total)
+    outcome.moved += filter(None, [tidy(out)])
+    outcome.summary = write_summary(out)
+    return outcome
+
+
+def _blocks(suite: Suite, recording: Recording, tracker: str, ending: Ending) -> list[list[Row]]:
+    entered = entrant(tracker)
+    heading: Row = {
+        "suite": suite.name,
+        "scenario": REAL,
+        "preset": recording.name,
+        "tracker": tracker,
+        "role": entered.role,
+        "controller": None,
+        "renderer": REAL,
+    }
+    started = time.perf_counter()
+    blocks = list(recording.scores(ending))
+    versions = versions_on_files(suite.name, entered)
+    tail = {"seconds": round((time.perf_counter() - started) / max(len(blocks), 1), 3), "versions": versions}
+    rows = []
+    for number, scores in blocks:
+        ends = [*scores, Score(LAST_METRIC, float(recording.block_frames))]
+        rows.append([{**heading, "seed": number, **as_row(0, score, suite.events.key), **tail} for score in ends])
+    return rows

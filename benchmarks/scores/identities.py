@@ -1,0 +1,175 @@
+"""HOTA, ID and CLEAR scores of the tracks of many targets, as TrackEval 1.3.0 computes them for one sequence.
+
+The similarity of a target and a track is ``max(0, 1 - d / zero_px)`` for their distance d, TrackEval's Euclidean one.
+Tests hold the results to recorded ones of TrackEval, which is not installed: it needs another OpenCV.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+THRESHOLD = 0.5
+"""Similarity from which on a track is on a target, for ID and CLEAR scores."""
+_LEVELS = np.arange(0.05, 0.99, 0.05)
+_EPSILON = float(np.finfo(float).eps)
+_IMPOSSIBLE = 1e10
+
+
+@dataclass(frozen=True, slots=True)
+class Pairing:
+    """Targets and tracks of one frame.
+
+    Attributes:
+        targets: (n,) indices of the targets that are there. tracks: (m,) indices of the tracks, each once.
+        similarity: (n, m) in [0, 1].
+    """
+
+    targets: NDArray[np.int64]
+    tracks: NDArray[np.int64]
+    similarity: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class IdentityCounts:
+    """Frames of targets under the best one-to-one map of targets to tracks (Ristani et al. 2016).
+
+    Attributes:
+        right: on their track. missed: not. false: frames of tracks that are not on their target.
+    """
+
+    right: int
+    missed: int
+    false: int
+
+    @property
+    def idf1(self) -> float:
+        """Return 2 right / (2 right + missed + false) in [0, 1]."""
+        return self.right / max(1.0, self.right + 0.5 * self.false + 0.5 * self.missed)
+
+
+@dataclass(frozen=True, slots=True)
+class ClearCounts:
+    """CLEAR's counts (Bernardin and Stiefelhagen 2008).
+
+    Attributes:
+        found, missed: frames of targets with and without a track. false: frames of tracks on no target.
+        switches: times that a target's track is another one than the last time it had one.
+    """
+
+    found: int
+    missed: int
+    false: int
+    switches: int
+
+    @property
+    def mota(self) -> float:
+        """Return 1 - (missed + false + switches) / (found + missed), at most 1; 0 without targets."""
+        targets = self.found + self.missed
+        return (self.found - self.false - self.switches) / targets if targets else 0.0
+
+
+def pairing(
+    target_px: NDArray[np.float64], identities: NDArray[np.int64], track_px: NDArray[np.float64], zero_px: float
+) -> Pairing:
+    """Return the pairing of a frame; targets (N, 2) with NaN are not there, tracks are (M,) and (M, 2)."""
+    there = np.flatnonzero(np.isfinite(target_px).all(axis=1))
+    away_px = np.linalg.norm(target_px[there][:, None] - track_px[None], axis=2)
+    return Pairing(there, identities, np.maximum(0.0, 1.0 - away_px / zero_px))
+
+
+def numbered(frames: Sequence[Pairing]) -> list[Pairing]:
+    """Return the frames with targets and tracks numbered from 0 without a pause, in their order."""
+    targets = np.unique(np.concatenate([frame.targets for frame in frames]))
+    tracks = np.unique(np.concatenate([frame.tracks for frame in frames]))
+    return [
+        Pairing(np.searchsorted(targets, each.targets), np.searchsorted(tracks, each.tracks), each.similarity)
+        for each in frames
+    ]
+
+
+def hota(frames: Sequence[Pairing]) -> float:
+    """Return the mean over the levels a of ``sqrt(DetA_a AssA_a)`` (Luiten et al. 2021) of ``numbered`` frames."""
+    shape = _shape(frames)
+    if 0 in shape:
+        return 0.0
+    potential = np.zeros(shape)
+    of_target, of_track = np.zeros((shape[0], 1)), np.zeros((1, shape[1]))
+    for frame in frames:
+        similarity = frame.similarity
+        union = similarity.sum(0)[None, :] + similarity.sum(1)[:, None] - similarity
+        overlap = np.divide(similarity, union, out=np.zeros_like(similarity), where=union > _EPSILON)
+        potential[frame.targets[:, None], frame.tracks[None, :]] += overlap
+        of_target[frame.targets] += 1
+        of_track[0, frame.tracks] += 1
+    alignment = potential / (of_target + of_track - potential)
+    matches = np.zeros((len(_LEVELS), *shape))
+    for frame in frames:
+        score = alignment[frame.targets[:, None], frame.tracks[None, :]] * frame.similarity
+        rows, columns = linear_sum_assignment(-score)
+        high = frame.similarity[rows, columns] >= _LEVELS[:, None] - _EPSILON
+        levels, pairs = np.nonzero(high)
+        matches[levels, frame.targets[rows[pairs]], frame.tracks[columns[pairs]]] += 1
+    found = matches.sum(axis=(1, 2))
+    detection = found / np.maximum(1.0, of_target.sum() + of_track.sum() - found)
+    association = matches / np.maximum(1.0, of_target + of_track - matches)
+    mean = (matches * association).sum(axis=(1, 2)) / np.maximum(1.0, found)
+    return float(np.sqrt(detection * mean).mean())
+
+
+def identity_counts(frames: Sequence[Pairing]) -> IdentityCounts:
+    """Return the counts of ``numbered`` frames."""
+    targets, tracks = _shape(frames)
+    of_target, of_track = np.zeros(targets), np.zeros(tracks)
+    together = np.zeros((targets, tracks))
+    for frame in frames:
+        rows, columns = np.nonzero(frame.similarity >= THRESHOLD)
+        together[frame.targets[rows], frame.tracks[columns]] += 1
+        of_target[frame.targets] += 1
+        of_track[frame.tracks] += 1
+    # A target may have no track and a track no target: each has a partner of its own for that.
+    missed = np.zeros((targets + tracks, targets + tracks))
+    false = np.zeros_like(missed)
+    missed[:targets, tracks:], false[targets:, :tracks] = _IMPOSSIBLE, _IMPOSSIBLE
+    missed[:targets, :tracks] = of_target[:, None] - together
+    false[:targets, :tracks] = of_track[None, :] - together
+    missed[np.arange(targets), tracks + np.arange(targets)] = of_target
+    false[targets + np.arange(tracks), np.arange(tracks)] = of_track
+    rows, columns = linear_sum_assignment(missed + false)
+    lost, wrong = int(missed[rows, columns].sum()), int(false[rows, columns].sum())
+    return IdentityCounts(int(of_target.sum()) - lost, lost, wrong)
+
+
+def clear_counts(frames: Sequence[Pairing]) -> ClearCounts:
+    """Return the counts of ``numbered`` frames; a target keeps its track of the frame before where it can."""
+    latest = np.full(_shape(frames)[0], -1)
+    before = latest.copy()
+    found = switches = 0
+    for frame in frames:
+        if len(frame.targets) == 0 or len(frame.tracks) == 0:
+            continue
+        kept = frame.tracks[None, :] == before[frame.targets][:, None]
+        score = np.where(frame.similarity < THRESHOLD - _EPSILON, 0.0, 1000.0 * kept + frame.similarity)
+        rows, columns = linear_sum_assignment(-score)
+        on = score[rows, columns] > _EPSILON
+        targets, tracks = frame.targets[rows[on]], frame.tracks[columns[on]]
+        switches += int(((latest[targets] >= 0) & (latest[targets] != tracks)).sum())
+        latest[targets] = tracks
+        before[:] = -1
+        before[targets] = tracks
+        found += len(targets)
+    all_targets, all_tracks = (sum(len(getattr(frame, name)) for frame in frames) for name in ("targets", "tracks"))
+    return ClearCounts(found, all_targets - found, all_tracks - found, switches)
+
+
+def _shape(frames: Sequence[Pairing]) -> tuple[int, int]:
+    """Return the numbers of targets and of tracks."""
+    counts = [max((int(getattr(each, name).max(initial=-1)) for each in frames), default=-1) + 1 for name in _SIDES]
+    return counts[0], counts[1]
+
+
+_SIDES = ("targets", "tracks")

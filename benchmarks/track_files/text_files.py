@@ -1,0 +1,170 @@
+"""Tracks as text: idTracker's, Tracktor's, and the wide and tidy CSV files of idtracker.ai; gzipped ones too.
+
+Layouts, one line a row, after a head:
+
+* idTracker, tab separated: ``X1 Y1 ProbId1 X2 …``, a row for each frame.
+* Tracktor: a number without a name, ``frame pos_x pos_y id``, a row for each animal and frame.
+* idtracker.ai, ``trajectories.csv``: ``time x1 y1 x2 …`` (older: ``seconds``), a row for each frame; the frame rate is
+  in ``attributes.json`` beside it. ``trajectories_tidy.csv``: ``frame time individual x y probability``, a row for each
+  animal and frame, with ``attributes_tidy.json``.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.track_files.table import TrackTable, from_columns, stem_of
+from sim.checks import check
+from trackers.atomic_file import write_atomic
+
+_WIDE = re.compile(r"(?:x|X)(\d+)$")
+_TIMES = ("time", "seconds")
+Table = Mapping[str, Sequence[str]]
+"""Columns of a text file, by name."""
+ATTRIBUTES = {"trajectories_tidy.csv": "attributes_tidy.json"}
+"""File → its attributes; else ``attributes.json``."""
+
+
+def read_text(path: Path) -> TrackTable:
+    """Read one of these files, told apart by its head. Raises ValueError for any other."""
+    table = read_table(path)
+    heads = set(table)
+    if {"frame", "pos_x", "pos_y", "id"} <= heads:
+        return _rows(path, table, "id", ("pos_x", "pos_y"), None)
+    if {"frame", "individual", "x", "y"} <= heads:
+        return _rows(path, table, "individual", ("x", "y"), _rate_beside(path))
+    animals = [match[1] for head in table if (match := _WIDE.match(head))]
+    check(path.name, bool(animals), "the head of a known program (see the documentation)", ", ".join(table)[:80])
+    return _wide(path, table, animals)
+
+
+def read_table(path: Path) -> Table:
+    """Return a text file's columns by name. Raises ValueError if it is no table."""
+    try:
+        opened = gzip.open if path.suffix == ".gz" else open
+        with opened(path, "rt", newline="") as file:
+            lines = file.read().splitlines()
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path.name}: expected a table as text, got {str(error).splitlines()[0]}") from None
+    check(path.name, len(lines) > 1, "a head and rows", f"{len(lines)} lines")
+    # Only idTracker separates by tabs.
+    rows = csv.reader(lines, delimiter="\t" if "\t" in lines[0] else ",")
+    heads = [head.strip() for head in next(rows)]
+    columns: list[list[str]] = [[] for _ in heads]
+    for number, row in enumerate(rows, start=2):
+        if not row:
+            continue
+        # A row of idTracker ends with a tab or does not, whatever the head does.
+        cells = [*row, ""] if len(row) == len(heads) - 1 else row
+        check(path.name, len(cells) == len(heads), f"{len(heads)} cells in line {number}", len(row))
+        for column, cell in zip(columns, cells, strict=True):
+            column.append(cell)
+    return dict(zip(heads, columns, strict=True))
+
+
+def numbers(path: Path, table: Table, column: str) -> NDArray[np.float64]:
+    """Return a column (R,) of numbers; empty cells are NaN. Raises ValueError for what is no number."""
+    try:
+        return np.array([cell.strip() or "nan" for cell in table[column]], dtype=float)
+    except ValueError as error:
+        raise ValueError(f"{path.name}: expected numbers in column {column}, got others: {error}") from None
+
+
+def frames_of(path: Path, table: Table) -> NDArray[np.int64]:
+    """Return the column ``frame`` (R,). Raises ValueError for what is no whole number >= 0."""
+    frames = numbers(path, table, "frame")
+    whole = np.isfinite(frames).all() and (frames == np.round(frames)).all() and (frames >= 0).all()
+    check(path.name, bool(whole), "whole numbers >= 0 in column frame", "others")
+    return frames.astype(np.int64)
+
+
+def _rows(path: Path, table: Table, animal: str, places: tuple[str, str], rate_hz: float | None) -> TrackTable:
+    position = np.stack([numbers(path, table, column) for column in places], axis=1)
+    animals = [str(each) for each in table[animal]]
+    tracks, names, first = from_columns(path.name, frames_of(path, table), animals, position)
+    return TrackTable(stem_of(path), tracks, names, rate_hz, first_frame=first)
+
+
+def _wide(path: Path, table: Table, animals: list[str]) -> TrackTable:
+    lower = {head.lower(): head for head in table}
+    for animal in animals:
+        check(path.name, f"y{animal}" in lower, f"a column y{animal} beside x{animal}", "none")
+    columns = [[numbers(path, table, lower[f"{axis}{animal}"]) for axis in "xy"] for animal in animals]
+    position = np.moveaxis(np.array(columns), -1, 0)
+    time = next((lower[each] for each in _TIMES if each in lower), None)
+    rate_hz = _rate_beside(path) if time is not None else None
+    if rate_hz is None and time is not None:
+        rate_hz = rate_of(numbers(path, table, time))
+    return TrackTable(stem_of(path), position, tuple(animals), rate_hz)
+
+
+def rate_of(time_s: NDArray[np.float64]) -> float | None:
+    """Return the frames per second of times (T,) of successive frames; None if they do not tell."""
+    step_s = np.diff(time_s)
+    step_s = step_s[np.isfinite(step_s) & (step_s > 0)]
+    return float(1.0 / np.median(step_s)) if len(step_s) else None
+
+
+def _rate_beside(path: Path) -> float | None:
+    """Return the frame rate of idtracker.ai's file of attributes, if there is one."""
+    name = ATTRIBUTES.get(path.name.removesuffix(".gz"), "attributes.json")
+    beside = path.with_name(name)
+    if not beside.is_file():
+        return None
+    try:
+        rate: Any = json.loads(beside.read_text()).get("frames_per_second")
+    except (ValueError, AttributeError):
+        raise ValueError(f"{name}: expected an object in JSON, got something else") from None
+    return None if rate is None else float(rate)
+
+
+def write_idtracker_ai(table: TrackTable, folder: Path) -> list[Path]:
+    """Write ``trajectories.csv`` and ``attributes.json`` as idtracker.ai does; return their paths.
+
+    Frames before the first one are empty rows. Without a frame rate there is no column of times.
+    """
+    count = table.first_frame + len(table.position)
+    columns: dict[str, NDArray[np.float64]] = {}
+    if table.rate_hz is not None:
+        columns["time"] = np.arange(count) / table.rate_hz
+    for place in range(len(table.names)):
+        for axis, letter in enumerate("xy"):
+            whole = np.full(count, np.nan)
+            whole[table.first_frame :] = table.position[:, place, axis]
+            columns[f"{letter}{place + 1}"] = whole
+    attributes = {"frames_per_second": table.rate_hz, "identities_labels": list(table.names)}
+    paths = [folder / "trajectories.csv", folder / "attributes.json"]
+    write_atomic(paths[0], csv_text(columns))
+    write_atomic(paths[1], json.dumps(attributes, indent=1) + "\n")
+    return paths
+
+
+def write_idtracker(table: TrackTable, folder: Path) -> list[Path]:
+    """Write ``NAME.txt`` as idTracker does; return its path.
+
+    Frames before the first one are empty rows, and no probability is known.
+    """
+    path = folder / f"{table.name}.txt"
+    columns: dict[str, NDArray[np.float64]] = {}
+    empty = np.full((table.first_frame, 2), np.nan)
+    for place in range(len(table.names)):
+        whole = np.concatenate([empty, table.position[:, place]])
+        columns[f"X{place + 1}"], columns[f"Y{place + 1}"] = whole.T
+        columns[f"ProbId{place + 1}"] = np.full(len(whole), np.nan)
+    write_atomic(path, csv_text(columns, "\t"))
+    return [path]
+
+
+def csv_text(columns: Mapping[str, NDArray[np.float64]], separator: str = ",") -> str:
+    """Return columns of numbers as text with a head."""
+    lines = (separator.join(f"{cell:.8g}" for cell in row) for row in np.array(list(columns.values())).T)
+    return "\n".join([separator.join(columns), *lines, ""])

@@ -1,0 +1,150 @@
+"""TRex's tracks: one NPZ or CSV file for each animal, ``VIDEO_id0.npz`` or ``VIDEO_fish0.csv`` (older).
+
+Arrays or columns ``frame``, ``time`` (s), ``missing`` (1 where the animal is not tracked; its place is then
+interpolated or infinite) and places ``X`` and ``Y`` of several sources: ``#wcentroid`` (weighted centre of the body),
+``#centroid``, ``#pcentroid`` (middle of the posture), and the head without ending. They are in cm, and heads of columns
+say so: ``X#wcentroid (cm)``. Files may begin and end on any frame. From TRex's documentation, "File formats".
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.track_files.table import TrackTable, from_columns
+from benchmarks.track_files.text_files import csv_text, numbers, rate_of, read_table
+from sim.checks import check
+from trackers.atomic_file import write_atomic
+
+_NAME = re.compile(r"(?P<video>.+?)_(?:id|fish|individual)?(?P<animal>\d+)\.(?:npz|csv)(?:\.gz)?$")
+_SOURCES = ("#wcentroid", "#centroid", "#pcentroid", "")
+_UNIT = re.compile(r"\s*\((cm|px)\)$")
+
+
+def recording_of(path: Path) -> str:
+    """Return the name of the recording that a file of one animal belongs to."""
+    match = _NAME.match(path.name)
+    return path.name.split(".")[0] if match is None else match["video"]
+
+
+def has_trex_columns(heads: Sequence[str]) -> bool:
+    """Return whether a table has TRex's columns."""
+    plain = {_UNIT.sub("", head) for head in heads}
+    return "frame" in plain and _source(plain) is not None
+
+
+def read_trex(paths: Sequence[Path]) -> TrackTable:
+    """Read the files of all animals of one recording. Raises ValueError for files that are none of TRex's."""
+    frames, animals, places, rates, units = [], [], [], [], set()
+    for number, path in enumerate(paths):
+        columns, unit = _columns(path)
+        at, place, time_s = _animal(path, columns)
+        match = _NAME.match(path.name)
+        frames.append(at)
+        animals += [str(number) if match is None else match["animal"]] * len(at)
+        places.append(place)
+        units.add(unit)
+        if time_s is not None:
+            # Times of all frames in between, since files leave out frames.
+            rates.append(rate_of(np.interp(np.arange(at.min(), at.max() + 1), at, time_s)))
+    check("files", len(units) == 1, "places in one unit", " and ".join(sorted(units)))
+    name = recording_of(paths[0])
+    tracks, names, first = from_columns(name, np.concatenate(frames), animals, np.concatenate(places))
+    rate_hz = next((rate for rate in rates if rate is not None), None)
+    return TrackTable(name, tracks, names, rate_hz, units.pop(), first)
+
+
+def write_trex(table: TrackTable, folder: Path) -> list[Path]:
+    """Write ``NAME_idK.npz`` for each animal, from its first to its last tracked frame; return their paths.
+
+    Without a frame rate there is no ``time``.
+    """
+    paths = []
+    for number, arrays in _by_animal(table):
+        path = folder / f"{table.name}_id{number}.npz"
+        packed = io.BytesIO()
+        np.savez(packed, **arrays)  # type: ignore[arg-type]
+        write_atomic(path, packed.getvalue())
+        paths.append(path)
+    return paths
+
+
+def write_trex_csv(table: TrackTable, folder: Path) -> list[Path]:
+    """Write ``NAME_idK.csv`` with the same columns; their heads name the table's unit."""
+    paths = []
+    for number, arrays in _by_animal(table):
+        path = folder / f"{table.name}_id{number}.csv"
+        write_atomic(path, csv_text({_head(name, table.unit): column for name, column in arrays.items()}))
+        paths.append(path)
+    return paths
+
+
+def _head(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if "#" in name else name
+
+
+def _by_animal(table: TrackTable) -> Iterator[tuple[int, dict[str, NDArray[np.float64]]]]:
+    for number in range(len(table.names)):
+        tracked = np.flatnonzero(np.isfinite(table.position[:, number, 0]))
+        if len(tracked) == 0:
+            continue
+        position = table.position[tracked[0] : tracked[-1] + 1, number]
+        frame = np.arange(tracked[0], tracked[-1] + 1.0) + table.first_frame
+        missing = ~np.isfinite(position[:, 0])
+        x, y = np.where(missing[:, None], np.inf, position).T
+        arrays = {"frame": frame, "missing": missing.astype(float), "X#wcentroid": x, "Y#wcentroid": y}
+        yield number, arrays if table.rate_hz is None else arrays | {"time": frame / table.rate_hz}
+
+
+def _columns(path: Path) -> tuple[Mapping[str, NDArray[np.float64]], str]:
+    """Return arrays by name without unit, and the unit."""
+    if path.suffix == ".npz":
+        return _arrays(path), "cm"
+    table = read_table(path)
+    units = {match[1] for head in table if (match := _UNIT.search(head))}
+    columns = {_UNIT.sub("", head): numbers(path, table, head) for head in table if _wanted(head)}
+    return columns, units.pop() if len(units) == 1 else "cm"
+
+
+def _wanted(head: str) -> bool:
+    plain = _UNIT.sub("", head)
+    return plain in ("frame", "time", "missing") or plain.partition("#")[0] in ("X", "Y")
+
+
+def _arrays(path: Path) -> Mapping[str, NDArray[np.float64]]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {name: np.asarray(file[name], dtype=float) for name in file.files if _wanted(name)}
+    except (ValueError, OSError, zipfile.BadZipFile) as error:
+        raise ValueError(f"{path.name}: expected arrays of numbers, got {str(error).splitlines()[0]}") from None
+
+
+def _animal(
+    path: Path, columns: Mapping[str, NDArray[np.float64]]
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64] | None]:
+    """Return frames (T,), places (T, 2) and times (T,) or None of one file."""
+    source = _source(set(columns))
+    check(path.name, source is not None and "frame" in columns, "frame, X and Y of TRex", ", ".join(columns) or "none")
+    names = ["frame", f"X{source}", f"Y{source}", *(name for name in ("missing", "time") if name in columns)]
+    lengths = {name: np.shape(columns[name]) for name in names}
+    alike = len(set(lengths.values())) == 1 and len(lengths["frame"]) == 1
+    check(path.name, alike, "arrays of one length", ", ".join(f"{name} {shape}" for name, shape in lengths.items()))
+    frame = columns["frame"]
+    check(path.name, bool((np.isfinite(frame) & (frame >= 0)).all()), "frames >= 0", "others")
+    place = np.stack([columns[f"X{source}"], columns[f"Y{source}"]], axis=1)
+    lost = ~np.isfinite(place).all(axis=1)
+    if "missing" in columns:
+        lost |= columns["missing"] != 0
+    place[lost] = np.nan
+    return frame.astype(np.int64), place, columns.get("time")
+
+
+def _source(names: Any) -> str | None:
+    return next((source for source in _SOURCES if f"X{source}" in names and f"Y{source}" in names), None)

@@ -1,0 +1,128 @@
+"""A shoal in a tank: burst-and-coast swimming between walls, with depth layers, mates and bodies that bend.
+
+Fish gain speed and turn in short bursts with tail beats and glide between them; speed then decays exponentially.
+Walls turn them, mates attract them weakly. Each keeps to a depth that it changes now and then; who meets another fish
+at the same depth gives way up or down, so that bodies never penetrate each other, the walls, the floor or the surface.
+The equations are those of ``shoal_kernels``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.fish_tank.character import Character
+from scenarios.fish_tank.shoal_kernels import School, run
+from sim.checks import check
+from sim.motion.swim import JOINT_COUNT
+from sim.render.compilation import announce_compilation
+
+LONGEST_STEP_S = 1.0 / 120.0
+"""Frames farther apart than this are reached in several equal steps."""
+_SETTLING_S = 8.0
+"""Time that the shoal swims before frame 0, so that nothing tells of how it was put into the tank."""
+
+
+@dataclass(frozen=True, eq=False)
+class Swims:
+    """Motion of N fish over T frames, all float64.
+
+    Attributes:
+        position_m: (T, N, 3) of the middle of the body; origin at the middle of the tank's floor, z up.
+        yaw_rad, pitch_rad: (T, N) of the middle of the body; yaw is continuous over time.
+        joints_rad: (T, N, S - 1), see ``sim.motion.swim.swim_pose``.
+        velocity_mps: (T, N, 3).
+        speed_mps: (T, N), along the body.
+    """
+
+    position_m: NDArray[np.float64]
+    yaw_rad: NDArray[np.float64]
+    pitch_rad: NDArray[np.float64]
+    joints_rad: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+
+
+def swim(
+    volume_m: tuple[float, float, float],
+    length_m: NDArray[np.float64],
+    frame_count: int,
+    rate_hz: float,
+    character: Character,
+    rng: np.random.Generator,
+) -> Swims:
+    """Return the motion of a shoal.
+
+    Args:
+        volume_m: extent of the water in x, y and z.
+        length_m: (N,) of the fish.
+        frame_count, rate_hz: of the frames, > 0.
+
+    Raises:
+        ValueError: if the water is too small for the fish, or a number is impossible.
+    """
+    size_m, length_m = np.asarray(volume_m, dtype=float), np.asarray(length_m, dtype=float)
+    count = len(length_m)
+    check("frame_count", frame_count > 0, "a number > 0", frame_count)
+    check("rate_hz", rate_hz > 0, "a rate > 0 Hz", rate_hz)
+    longest_m = float(length_m.max())
+    room = size_m[0] > 4 * longest_m and size_m[1] > 4 * longest_m and size_m[2] > longest_m
+    check("volume_m", room, f"at least 4 x 4 x 1 lengths of the longest fish, {longest_m} m", volume_m)
+    crowding = float((length_m**3).sum()) / float(size_m.prod())
+    check("length_m", crowding < 0.25, "fish whose lengths cubed add up to less than a quarter of the water", length_m)
+    school = _put_in(size_m, length_m, character, rng)
+    steps = math.ceil(1.0 / (rate_hz * LONGEST_STEP_S) - 1e-9)
+    interval_s = 1.0 / (rate_hz * steps)
+    announce_compilation(run)
+    settling = math.ceil(_SETTLING_S * rate_hz)
+    run(school, character, size_m, steps * settling, interval_s, rng)
+    swims = Swims(
+        np.empty((frame_count, count, 3)),
+        np.empty((frame_count, count)),
+        np.empty((frame_count, count)),
+        np.empty((frame_count, count, JOINT_COUNT)),
+        np.empty((frame_count, count, 3)),
+        np.empty((frame_count, count)),
+    )
+    for frame in range(frame_count):
+        if frame > 0:
+            run(school, character, size_m, steps, interval_s, rng)
+        swims.position_m[frame] = school.position_m
+        swims.velocity_mps[frame] = school.velocity_mps
+        swims.yaw_rad[frame], swims.pitch_rad[frame] = school.yaw_rad, school.pitch_rad
+        swims.joints_rad[frame], swims.speed_mps[frame] = school.joints_rad, school.speed_mps
+    return swims
+
+
+def _put_in(
+    size_m: NDArray[np.float64], length_m: NDArray[np.float64], character: Character, rng: np.random.Generator
+) -> School:
+    """Return fish at rest anywhere in the water; the first step moves them apart."""
+    count = len(length_m)
+    low_m, high_m = -0.5 * size_m, 0.5 * size_m
+    low_m[2], high_m[2] = 0.0, size_m[2]
+    inset_m = np.array([0.6, 0.6, 0.15]) * float(length_m.max())
+    wait_s = rng.uniform(0.0, min(character.burst_interval_s, 1e3), count)
+    return School(
+        length_m=length_m,
+        position_m=rng.uniform(low_m + inset_m, high_m - inset_m, (count, 3)),
+        velocity_mps=np.zeros((count, 3)),
+        yaw_rad=rng.uniform(-np.pi, np.pi, count),
+        pitch_rad=np.zeros(count),
+        joints_rad=np.zeros((count, JOINT_COUNT)),
+        speed_mps=np.full(count, character.cruise_mps),
+        mood=character.mood_spread * np.repeat(rng.normal(size=(count, 1)), 2, axis=1),
+        veer_radps=character.veer_radps * np.repeat(rng.normal(size=(count, 1)), 2, axis=1),
+        wait_s=wait_s,
+        burst_left_s=np.zeros(count),
+        push_mps2=np.zeros(count),
+        turn_at_s=np.full(count, np.inf),
+        turn_rad=np.zeros(count),
+        wanted_z_m=rng.uniform(low_m[2] + inset_m[2], high_m[2] - inset_m[2], count),
+        depth_wait_s=rng.exponential(character.depth_s, count),
+        beat=np.column_stack([rng.uniform(0.0, 2.0 * np.pi, count), np.zeros(count)]),
+        bend_rad=np.zeros((count, JOINT_COUNT)),
+    )

@@ -1,0 +1,278 @@
+"""The kernels of ``scenarios.fish_tank.shoal``: one step of a shoal."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from scenarios.fish_tank.character import Character
+from scenarios.fish_tank.clearance_kernels import keep_apart, keep_inside, yielding_mps2
+from sim.motion.swim import JOINT_COUNT
+
+_CLIMB_MPS, _DEPTH_SETTLING_S = 0.04, 0.7
+"""Greatest vertical speed of swimming, and time constant of the approach to the wanted depth."""
+_STEEPEST_RAD, _PITCHING_S = 0.3, 0.2
+_WALL_TURN, _WALL_INSET = 6.0, 0.4
+"""Rate of turn at a wall straight ahead, in radians for each ``wall_reach_m`` swum; nearest approach, in lengths."""
+_WALL_PULL, _WALL_LEAN = 4.0, 1.0
+"""Walls attract fish nearer than this many ``wall_reach_m``; there they near it by this slope, less so the nearer."""
+_HALT_S = 0.35
+"""A fish that would meet a wall sooner than this slows down."""
+_BEAT_HZ_PER_LENGTH, _FASTEST_BEAT_HZ = 1.3, 9.0
+_BEAT_RAD = np.array([0.05, 0.06, 0.09, 0.13, 0.19, 0.27, 0.38])
+"""Amplitudes of the joints in the tail beat of a burst, head to tail."""
+_BEAT_LAG_RAD = 2.0 * np.pi * 0.9 * np.array([0.20, 0.32, 0.43, 0.53, 0.63, 0.73, 0.83])
+"""The wave of a beat is 1 / 0.9 bodies long."""
+_BEAT_RISE_S, _BEAT_FALL_S = 0.05, 0.18
+_BEND_SHARES = np.array([0.09, 0.13, 0.17, 0.18, 0.17, 0.15, 0.11])
+_BEND_S, _MOST_BEND_RAD = 0.11, 1.7
+"""Bend of the whole body over its rate of turn, for slow turns, and its bound."""
+_BEND_LAG_S = 0.012
+"""Delay of a bend from one joint to the next: it travels from head to tail."""
+
+
+class School(NamedTuple):
+    """State of N fish.
+
+    Attributes:
+        length_m: (N,). position_m, velocity_mps: (N, 3). yaw_rad, pitch_rad, speed_mps: (N,).
+        joints_rad: (N, S - 1), the sum of ``bend_rad`` and the tail beat.
+        mood: (N, 2) logarithm of the activity, after one and two filters. veer_radps: (N, 2) likewise.
+        wait_s: (N,) until the next burst. burst_left_s, push_mps2: (N,) rest of the burst, and its acceleration.
+        turn_at_s, turn_rad: (N,) time since a turn began, and the whole turn.
+        wanted_z_m, depth_wait_s: (N,) wanted height above the floor, and time until it changes.
+        beat: (N, 2) phase and amplitude in [0, 1] of the tail beat.
+        bend_rad: (N, S - 1) bend of the joints by turning.
+    """
+
+    length_m: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64]
+    yaw_rad: NDArray[np.float64]
+    pitch_rad: NDArray[np.float64]
+    joints_rad: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    mood: NDArray[np.float64]
+    veer_radps: NDArray[np.float64]
+    wait_s: NDArray[np.float64]
+    burst_left_s: NDArray[np.float64]
+    push_mps2: NDArray[np.float64]
+    turn_at_s: NDArray[np.float64]
+    turn_rad: NDArray[np.float64]
+    wanted_z_m: NDArray[np.float64]
+    depth_wait_s: NDArray[np.float64]
+    beat: NDArray[np.float64]
+    bend_rad: NDArray[np.float64]
+
+
+@njit(cache=True)
+def run(
+    school: School,
+    character: Character,
+    size_m: NDArray[np.float64],
+    steps: int,
+    interval_s: float,
+    rng: np.random.Generator,
+) -> None:
+    """Let the shoal swim for some steps of ``interval_s`` in water of size (3,)."""
+    count = school.length_m.shape[0]
+    before_m = np.empty((count, 3))
+    for _ in range(steps):
+        before_m[:] = school.position_m
+        yielding = yielding_mps2(school.length_m, school.position_m, school.velocity_mps)
+        for n in range(count):
+            _drift(school, character, n, interval_s, rng)
+            _decide(school, character, size_m, n, interval_s, rng)
+            rate_radps = _steer(school, character, size_m, n, interval_s)
+            _bend(school, character, n, rate_radps, interval_s)
+            _move(school, n, yielding[n], interval_s)
+        keep_inside(school.length_m, school.position_m, school.yaw_rad, school.pitch_rad, school.joints_rad, size_m)
+        keep_apart(school.length_m, school.position_m, school.yaw_rad, school.pitch_rad, school.joints_rad, size_m)
+        for n in range(count):
+            for axis in range(3):
+                school.velocity_mps[n, axis] = (school.position_m[n, axis] - before_m[n, axis]) / interval_s
+            school.velocity_mps[n, 2] = min(max(school.velocity_mps[n, 2], -_CLIMB_MPS), _CLIMB_MPS)
+
+
+@njit(cache=True)
+def _drift(school: School, character: Character, n: int, interval_s: float, rng: np.random.Generator) -> None:
+    """Change activity and rate of turn: white noise after two filters of first order, with the wanted spread.
+
+    ``da = -a dt / tau + sqrt(4 / tau) sigma dW``, ``db = (a - b) dt / tau``: the variance of b is sigma^2.
+    """
+    for value, spread, time_s in (
+        (school.mood[n], character.mood_spread, character.mood_s),
+        (school.veer_radps[n], character.veer_radps, character.veer_s),
+    ):
+        kept = np.exp(-interval_s / time_s)
+        value[0] = kept * value[0] + spread * np.sqrt(2.0 * (1.0 - kept * kept)) * rng.standard_normal()
+        value[1] = kept * value[1] + (1.0 - kept) * value[0]
+
+
+@njit(cache=True)
+def _decide(
+    school: School,
+    character: Character,
+    size_m: NDArray[np.float64],
+    n: int,
+    interval_s: float,
+    rng: np.random.Generator,
+) -> None:
+    """Begin a burst with its turn, and choose another depth, when it is time."""
+    activity = np.exp(school.mood[n, 1])
+    school.wait_s[n] -= interval_s * activity
+    if school.wait_s[n] <= 0.0:
+        school.wait_s[n] = character.burst_interval_s * rng.gamma(3.0, 1.0 / 3.0)
+        peak_mps = activity * character.burst_mps * np.exp(character.burst_spread * rng.standard_normal())
+        school.burst_left_s[n] = character.burst_s
+        school.push_mps2[n] = max(peak_mps - school.speed_mps[n], 0.0) / character.burst_s
+        school.turn_at_s[n] = 0.0
+        # A Student variable with three degrees of freedom.
+        heavy = rng.standard_normal() / np.sqrt(rng.gamma(1.5, 2.0) / 3.0)
+        turn = character.turn_rad * heavy + _towards_wall(school, character, size_m, n)
+        turn += character.school * _towards_mates(school, character, n)
+        school.turn_rad[n] = min(max(turn, -2.6), 2.6)
+    school.depth_wait_s[n] -= interval_s
+    if school.depth_wait_s[n] <= 0.0:
+        school.depth_wait_s[n] = rng.exponential(character.depth_s)
+        inset_m = 0.15 * school.length_m[n]
+        school.wanted_z_m[n] = inset_m + (size_m[2] - 2.0 * inset_m) * rng.random()
+
+
+@njit(cache=True)
+def _towards_wall(school: School, character: Character, size_m: NDArray[np.float64], n: int) -> float:
+    """Return the turn of a fish near a wall to a way along it that leads nearer to it."""
+    x, y = school.position_m[n, 0], school.position_m[n, 1]
+    c, s = np.cos(school.yaw_rad[n]), np.sin(school.yaw_rad[n])
+    x_gap, y_gap = 0.5 * size_m[0] - abs(x), 0.5 * size_m[1] - abs(y)
+    share = min(x_gap, y_gap) / (_WALL_PULL * character.wall_reach_m)
+    if share > 1.0:
+        return 0.0
+    if x_gap < y_gap:
+        wanted = np.arctan2(1.0 if s >= 0.0 else -1.0, _WALL_LEAN * share * (1.0 if x >= 0.0 else -1.0))
+    else:
+        wanted = np.arctan2(_WALL_LEAN * share * (1.0 if y >= 0.0 else -1.0), 1.0 if c >= 0.0 else -1.0)
+    return character.wall_follow * _wrapped(wanted - school.yaw_rad[n]) * (1.0 - share)
+
+
+@njit(cache=True)
+def _towards_mates(school: School, character: Character, n: int) -> float:
+    """Return the turn to the mean of the directions to the mates in sight and of their headings."""
+    x, y = 0.0, 0.0
+    for k in range(school.length_m.shape[0]):
+        dx = school.position_m[k, 0] - school.position_m[n, 0]
+        dy = school.position_m[k, 1] - school.position_m[n, 1]
+        distance_m = np.hypot(dx, dy)
+        if k == n or distance_m > character.school_reach_m:
+            continue
+        near = school.length_m[n]
+        # Too near, they turn away.
+        pull = (distance_m - near) / (distance_m + near) / (distance_m + 1e-6)
+        x += pull * dx + character.align * np.cos(school.yaw_rad[k])
+        y += pull * dy + character.align * np.sin(school.yaw_rad[k])
+    if x == 0.0 and y == 0.0:
+        return 0.0
+    return _wrapped(np.arctan2(y, x) - school.yaw_rad[n])
+
+
+@njit(cache=True)
+def _wrapped(angle_rad: float) -> float:
+    return angle_rad - 2.0 * np.pi * np.floor(angle_rad / (2.0 * np.pi) + 0.5)
+
+
+@njit(cache=True)
+def _steer(school: School, character: Character, size_m: NDArray[np.float64], n: int, interval_s: float) -> float:
+    """Change yaw and speed; return the rate of turn.
+
+    ``dv/dt = push - (v - cruise) / glide``, and ``-(v / halt)`` where a wall is nearer ahead than ``halt v``; a turn of
+    size D within T goes as ``D / T (1 - cos(2 pi t / T))``.
+    """
+    rate = school.veer_radps[n, 1]
+    if school.turn_at_s[n] < character.turn_s:
+        share = school.turn_at_s[n] / character.turn_s
+        rate += school.turn_rad[n] / character.turn_s * (1.0 - np.cos(2.0 * np.pi * share))
+        school.turn_at_s[n] += interval_s
+    speed = school.speed_mps[n]
+    wall_rate, ahead_m = _wall_ahead(school, character, size_m, n)
+    rate += wall_rate
+    cruise = character.cruise_mps * np.exp(school.mood[n, 1])
+    change = -(speed - cruise) / character.glide_s
+    if school.burst_left_s[n] > 0.0:
+        change += school.push_mps2[n]
+        school.burst_left_s[n] -= interval_s
+    if ahead_m < _HALT_S * speed:
+        change -= (1.0 - ahead_m / (_HALT_S * speed)) * speed / (0.5 * _HALT_S)
+    school.speed_mps[n] = max(speed + change * interval_s, 0.2 * cruise)
+    school.yaw_rad[n] += rate * interval_s
+    return rate
+
+
+@njit(cache=True)
+def _wall_ahead(school: School, character: Character, size_m: NDArray[np.float64], n: int) -> tuple[float, float]:
+    """Return the rate of turn away from the walls, and the way ahead to the nearest approach.
+
+    The rate is ``_WALL_TURN v / reach (1 - gap / reach)`` times the cosine of the angle to the wall.
+    """
+    c, s = np.cos(school.yaw_rad[n]), np.sin(school.yaw_rad[n])
+    inset_m = _WALL_INSET * school.length_m[n]
+    most, side, near_walls, way_m = 0.0, 0.0, 0, 1e9
+    for axis in range(2):
+        for sign in (-1.0, 1.0):
+            gap_m = 0.5 * size_m[axis] - inset_m - sign * school.position_m[n, axis]
+            towards = sign * (c if axis == 0 else s)
+            near_walls += gap_m < 0.6 * character.wall_reach_m
+            if towards <= 0.0:
+                continue
+            way_m = min(way_m, max(gap_m, 0.0) / max(towards, 0.2))
+            urgency = min(1.0 - gap_m / character.wall_reach_m, 1.5) * towards
+            if urgency > most:
+                most = urgency
+                # Positive where the wall's normal lies to the right of the heading.
+                side = sign * s if axis == 0 else -sign * c
+    if near_walls > 1:
+        # In a corner: to the side where the middle of the tank lies.
+        side = school.position_m[n, 0] * s - school.position_m[n, 1] * c
+    turn = most * (1.0 if side >= 0.0 else -1.0)
+    speed_mps = max(school.speed_mps[n], character.cruise_mps)
+    return _WALL_TURN * turn * speed_mps / character.wall_reach_m, way_m
+
+
+@njit(cache=True)
+def _bend(school: School, character: Character, n: int, rate_radps: float, interval_s: float) -> None:
+    """Bend the body: the bend of a turn runs from joint to joint towards the tail, and so does the wave of a beat."""
+    whole = _MOST_BEND_RAD * np.tanh(_BEND_S * rate_radps / _MOST_BEND_RAD)
+    follow = 1.0 - np.exp(-interval_s / _BEND_LAG_S)
+    before = whole
+    for k in range(JOINT_COUNT):
+        share = school.bend_rad[n, k] / _BEND_SHARES[k]
+        share += follow * (before - share)
+        school.bend_rad[n, k], before = share * _BEND_SHARES[k], share
+    lengths_ps = school.speed_mps[n] / school.length_m[n]
+    wanted = 1.0 if school.burst_left_s[n] > 0.0 and school.push_mps2[n] > 0.0 else character.glide_beat
+    time_s = _BEAT_RISE_S if wanted > school.beat[n, 1] else _BEAT_FALL_S
+    school.beat[n, 1] += (1.0 - np.exp(-interval_s / time_s)) * (wanted - school.beat[n, 1])
+    beat_hz = min(character.beat_hz + _BEAT_HZ_PER_LENGTH * lengths_ps, _FASTEST_BEAT_HZ)
+    school.beat[n, 0] += 2.0 * np.pi * beat_hz * interval_s
+    for k in range(JOINT_COUNT):
+        wave = school.beat[n, 1] * _BEAT_RAD[k] * np.sin(school.beat[n, 0] - _BEAT_LAG_RAD[k])
+        school.joints_rad[n, k] = school.bend_rad[n, k] + wave
+
+
+@njit(cache=True)
+def _move(school: School, n: int, yielding_mps2: float, interval_s: float) -> None:
+    """Move ahead, and up or down: ``dw/dt = (z* - z) / T^2 - 2 w / T`` plus the acceleration of giving way."""
+    off_m = school.wanted_z_m[n] - school.position_m[n, 2]
+    climb = school.velocity_mps[n, 2]
+    pull = min(max(off_m / _DEPTH_SETTLING_S, -_CLIMB_MPS), _CLIMB_MPS)
+    climb += interval_s * ((pull - 2.0 * climb) / _DEPTH_SETTLING_S + yielding_mps2)
+    climb = min(max(climb, -_CLIMB_MPS), _CLIMB_MPS)
+    speed = school.speed_mps[n]
+    school.position_m[n, 0] += speed * np.cos(school.yaw_rad[n]) * interval_s
+    school.position_m[n, 1] += speed * np.sin(school.yaw_rad[n]) * interval_s
+    school.position_m[n, 2] += climb * interval_s
+    steep = np.arctan2(climb, max(speed, 0.04))
+    steep = min(max(steep, -_STEEPEST_RAD), _STEEPEST_RAD)
+    school.pitch_rad[n] += (1.0 - np.exp(-interval_s / _PITCHING_S)) * (steep - school.pitch_rad[n])

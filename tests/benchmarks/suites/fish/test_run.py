@@ -1,0 +1,132 @@
+"""The suite ``fish`` from the command line: an episode, and files of real tracks."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.cli import main
+from benchmarks.suites.registry import suite
+from benchmarks.track_files.table import TrackTable
+from benchmarks.track_files.writing import write_tracks
+from tests.benchmarks.suites.fish.gap_methods import swimming
+
+FAKES = "tests.benchmarks.suites.fish.fake_trackers"
+
+
+def bench(out: Path, *words: str, trackers: Sequence[str] = ("fake_nearest", "fake_holds")) -> int:
+    given = ["bench", "fish", "--modules", FAKES, "--trackers", *trackers, "--out", str(out), "--workers", "0"]
+    return main([*given, *words])
+
+
+def rows_of(out: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (out / "records.jsonl").read_text().splitlines()]
+
+
+@pytest.fixture(scope="module")
+def episode(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("fish")
+    assert bench(out, "--preset", "quick", "--seeds", "3:4") == 0
+    return out
+
+
+def test_rows_are_defined_and_summed_up(episode: Path) -> None:
+    rows = rows_of(episode)
+    by_tracker = {
+        name: {row["metric"] for row in rows if row["tracker"] == name} for name in ("fake_nearest", "fake_holds")
+    }
+    assert {"hota", "hota_at_once", "mota", "identity_right_frames", "frames_per_s"} <= by_tracker["fake_nearest"]
+    for names in by_tracker.values():
+        # An episode of 200 frames has no room for a gap of 50 with 100 frames before and after it.
+        assert {"gap_error_50_px", "gap_coverage_50"} <= names
+    assert not {"hota", "link_made", "frames_per_s", "ms_per_frame"} & by_tracker["fake_holds"]
+    made = {row for metric in suite("fish").metrics for row in metric.rows}
+    drawn = ("identity_runs_", "gap_runs_", "motion_", "gap_error_by_frame_px", "link_made", "link_right", "frames")
+    assert not [
+        name for name in by_tracker["fake_nearest"] - made if not name.startswith(drawn) and "_turn_" not in name
+    ]
+
+
+def test_the_same_method_has_the_same_errors_in_a_chain_and_alone(episode: Path) -> None:
+    values: dict[str, dict[str, float]] = {}
+    for row in rows_of(episode):
+        if row["metric"].startswith("gap_"):
+            values.setdefault(row["tracker"], {})[row["metric"]] = row["value"]
+    gaps = {name: {k: v for k, v in each.items() if not k.startswith("gap_runs")} for name, each in values.items()}
+    assert gaps["fake_holds"] == gaps["fake_nearest"]
+
+
+def test_hindsight_that_renames_all_changes_no_score(episode: Path) -> None:
+    values = {row["metric"]: row["value"] for row in rows_of(episode) if row["tracker"] == "fake_nearest"}
+    for name in ("hota", "mota", "identity_right_frames", "identity_switches"):
+        assert values[name] == values[f"{name}_at_once"]
+
+
+def test_the_report_has_tracks_and_curves(episode: Path) -> None:
+    page = (episode / "report.html").read_text()
+    for words in ("who is who, seed 3", "How far off is a lost fish?", "What does a turn cost over 50 frames?"):
+        assert (words in page) == (words != "How far off is a lost fish?"), words
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Path]]:
+    folder = tmp_path_factory.mktemp("files")
+    position = swimming(1200, 3)
+    position[400:420, 0] = np.nan
+    position[700:730, 1] = np.nan
+    table = TrackTable("pond", position, ("0", "1", "2"), 25.0)
+    lake = write_tracks(replace(table, name="lake"), folder, "trex")
+    return folder, [*write_tracks(table, folder, "idtracker"), *lake]
+
+
+def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys: pytest.CaptureFixture[str]) -> None:
+    folder, paths = files
+    assert bench(folder / "out", "--real", *map(str, paths)) == 0
+    told = capsys.readouterr()
+    assert "pond; it tells no frame rate, 30 a second are taken" in told.err
+    assert "lake; its places, and all errors called px, are in cm" in told.err
+    assert "blocks of time" in told.out
+    rows = rows_of(folder / "out")
+    assert {(row["scenario"], row["preset"], row["renderer"]) for row in rows} == {
+        ("real", "lake", "real"),
+        ("real", "pond", "real"),
+    }
+    assert {row["seed"] for row in rows} == {0, 1, 2}
+    links = [row for row in rows if row["metric"] == "link_made" and row["tracker"] == "fake_holds"]
+    links = [row for row in links if row["preset"] == "pond"]
+    assert [(row["event"]["fish"], row["event"]["length_frames"]) for row in links] == [(0, 20), (1, 30)]
+    page = (folder / "out" / "report.html").read_text()
+    assert "real recording, blocks of time" in page
+    assert "frameout bench fish --real FILE" in page
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--real", "nothing.csv"], "real: expected files that exist, got 'nothing.csv'"),
+        (["--real", "x", "--preset", "quick"], "real: expected no scenario, preset or controller, got quick"),
+    ],
+)
+def test_wrong_arguments_are_named(
+    words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert bench(tmp_path, *words) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_suite_without_recordings_and_trackers_without_gaps_are_refused(
+    files: tuple[Path, list[Path]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    real = ["--real", str(files[1][0]), "--out", str(tmp_path)]
+    assert main(["bench", "stereo", *real]) == 2
+    assert "real: expected a suite that judges recordings, got stereo" in capsys.readouterr().err
+    assert bench(tmp_path, "--real", str(files[1][0]), str(files[1][0])) == 2
+    assert "real: expected recordings of different names, got two called pond" in capsys.readouterr().err
+    assert main(["bench", "fish", "--trackers", "hold", *real]) == 2
+    assert "trackers: expected some with a gap method, got hold" in capsys.readouterr().err

@@ -1,0 +1,200 @@
+"""Episodes of the tank: determinism, truth after refraction, both renderers, the steered camera."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from scenarios.fish_tank.episode import TARGET, FishTankEpisode
+from scenarios.fish_tank.presets import PRESETS
+from scenarios.fish_tank.scenario import FISH_TANK
+from scenarios.fish_tank.tank import VOLUME_M
+from scenarios.fish_tank.truth import FishTruth
+from scenarios.scenario import Frame
+from scenarios.truth import check_truth, meanings
+from trackers.types import CameraCommand
+
+SMALL = dataclasses.replace(PRESETS["quick"], fish=12, frame_count=30)
+
+
+def frames(episode: FishTankEpisode, count: int, command: CameraCommand | None = None) -> Iterator[Frame]:
+    for k in range(count):
+        yield episode.step(command if k else None)
+    episode.close()
+
+
+def bytes_of(frame: Frame) -> list[bytes]:
+    held: list[Any] = [frame.observation.image_rgb, *(getattr(frame.truth, name) for name in meanings(FishTruth))]
+    return [np.asarray(each).tobytes() for each in held]
+
+
+@pytest.fixture(scope="module")
+def seen() -> list[Frame]:
+    """Return frames of a dozen fish in small pictures."""
+    return list(frames(FISH_TANK.episode(SMALL, 5), 30))
+
+
+def fish_truth(frame: Frame) -> FishTruth:
+    assert isinstance(frame.truth, FishTruth)
+    return frame.truth
+
+
+def test_an_episode_is_the_same_bytes_again_and_another_seed_is_not(seen: list[Frame]) -> None:
+    again = list(frames(FISH_TANK.episode(SMALL, 5), 4))
+    other = list(frames(FISH_TANK.episode(SMALL, 6), 1))
+    for first, second in zip(seen, again, strict=False):
+        assert bytes_of(first) == bytes_of(second)
+    assert bytes_of(seen[0])[0] != bytes_of(other[0])[0]
+
+
+def test_truth_has_the_declared_shapes(seen: list[Frame]) -> None:
+    for frame in seen:
+        check_truth(frame.truth)
+        truth = fish_truth(frame)
+        assert ((truth.below_surface_m > 0) & (truth.below_surface_m < VOLUME_M[2])).all()
+
+
+def test_boxes_and_centre_lines_are_where_the_pixels_of_the_fish_are() -> None:
+    """The map comes from the warped picture, boxes and lines from projection through the surface."""
+    compared, gaps = 0, []
+    for frame in frames(FISH_TANK.episode(dataclasses.replace(SMALL, width_px=640, height_px=480), 5), 10):
+        truth = fish_truth(frame)
+        for k in np.flatnonzero((truth.state == "in") & (truth.visible_fraction > 0.97)):
+            rows, columns = np.nonzero(truth.instance_map == truth.instance_id[k])
+            box = np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1])
+            within = (box - truth.box_xyxy[k]) * (1, 1, -1, -1)
+            # Ripples may show a tip twice; the tip of a tail may fall between the samples.
+            assert within.min() > -2.0
+            assert within.max() < 0.3 * np.ptp(truth.box_xyxy[k].reshape(2, 2), axis=0).max()
+            gaps.append(within)
+            line = np.floor(truth.centre_line_px[k, 1:-2]).astype(int)
+            on_it = truth.instance_map[line[:, 1], line[:, 0]] == truth.instance_id[k]
+            assert on_it.sum() >= len(line) - 1
+            compared += 1
+    assert compared > 50
+    # Pixels are sampled at their centres: boxes of samples are larger by less than half a pixel.
+    assert np.abs(np.mean(gaps)) < 0.5
+
+
+def test_headings_point_to_the_head_and_positions_to_the_middle(seen: list[Frame]) -> None:
+    for frame in seen:
+        truth = fish_truth(frame)
+        ahead = truth.centre_line_px[:, 0] - truth.centre_line_px[:, 4]
+        np.testing.assert_allclose(np.arctan2(ahead[:, 1], ahead[:, 0]), truth.heading_rad)
+        np.testing.assert_array_equal(truth.position_px, truth.centre_line_px[:, 4])
+
+
+def test_fish_swim_towards_their_heads(seen: list[Frame]) -> None:
+    places = np.array([frame.truth.position_px for frame in seen])
+    moved = places[5:] - places[:-5]
+    ahead = np.array([(np.cos(fish_truth(f).heading_rad), np.sin(fish_truth(f).heading_rad)) for f in seen[2:-3]])
+    along = (moved * ahead.transpose(0, 2, 1)).sum(axis=2)
+    fast = np.linalg.norm(moved, axis=2) > 2.0
+    assert fast.sum() > 30
+    assert (along[fast] > 0).mean() > 0.95
+
+
+def test_a_fish_is_hidden_by_one_above_it() -> None:
+    episode = FISH_TANK.episode(dataclasses.replace(SMALL, fish=80, width_px=640, height_px=480), 1)
+    hidden = above = 0
+    for frame in frames(episode, 12):
+        truth = fish_truth(frame)
+        below = np.flatnonzero((truth.hidden_by >= 0) & (truth.visible_fraction < 0.8))
+        hidden += len(below)
+        above += int((truth.below_surface_m[truth.hidden_by[below]] < truth.below_surface_m[below]).sum())
+    assert hidden > 10
+    assert above > 0.9 * hidden
+
+
+def test_both_renderers_see_the_same_fish(seen: list[Frame]) -> None:
+    other = next(frames(FISH_TANK.episode(SMALL, 5, renderer="pybullet"), 1)).truth.instance_map
+    ours = seen[0].truth.instance_map
+    is_fish = np.isin(ours, seen[0].truth.instance_id)
+    inside = is_fish & _eroded(is_fish)
+    assert inside.sum() > 40
+    assert (ours[inside] == other[inside]).mean() > 0.97
+
+
+def _eroded(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    inner = mask.copy()
+    for axis in (0, 1):
+        for shift in (-1, 1):
+            inner &= np.roll(mask, shift, axis)
+    return inner
+
+
+def test_the_background_shows_the_tank_without_fish(seen: list[Frame]) -> None:
+    episode = FISH_TANK.episode(SMALL, 5)
+    start = episode.start
+    episode.close()
+    assert len(start.background) == 20
+    assert all(each.time_s < 0 for each in start.background)
+    empty = np.median([each.image_rgb for each in start.background], axis=0).mean(axis=2)
+    first, truth = seen[0].observation.image_rgb.mean(axis=2), seen[0].truth
+    is_fish = np.isin(truth.instance_map, truth.instance_id)
+    assert np.abs(first - empty)[is_fish].mean() > 4 * np.abs(first - empty)[~is_fish].mean()
+    assert start.box_xyxy is not None
+    np.testing.assert_array_equal(start.box_xyxy, truth.box_xyxy[truth.index_of(TARGET)])
+
+
+def test_truth_of_the_target_alone_has_the_same_pictures() -> None:
+    whole, alone = (list(frames(FISH_TANK.episode(SMALL, 5, truth=extent), 2)) for extent in ("all", "target"))
+    for all_of_it, some in zip(whole, alone, strict=True):
+        np.testing.assert_array_equal(all_of_it.observation.image_rgb, some.observation.image_rgb)
+        np.testing.assert_array_equal(all_of_it.truth.box_xyxy, some.truth.box_xyxy)
+        assert some.truth.visible_fraction[0] == all_of_it.truth.visible_fraction[0]
+        assert np.isnan(some.truth.visible_fraction[1:]).all()
+
+
+# The steered camera ---------------------------------------------------------------------------------------------------
+
+
+def test_the_head_turns_towards_a_fish_and_judges_by_its_own_picture() -> None:
+    episode = FISH_TANK.episode(dataclasses.replace(SMALL, frame_count=30), 5, closed_loop=True)
+    frame = episode.step()
+    for _ in range(29):
+        assert frame.steered is not None
+        check_truth(frame.steered)
+        truth, camera = frame.judged
+        x, y = truth.position_px[0] - 0.5 * np.array([camera.width_px, camera.height_px])
+        command = CameraCommand(pan_rad_s=-8 * x / camera.focal_px, tilt_rad_s=-8 * y / camera.focal_px)
+        frame = episode.step(command)
+    truth, camera = frame.judged
+    episode.close()
+    assert np.abs(truth.position_px[0] - 0.5 * np.array([camera.width_px, camera.height_px])).max() < 40.0
+    assert truth.state[0] == "in"
+    away = truth.state == "out"
+    assert away.any()
+    x, y = truth.position_px[away].T
+    assert ((x < 0) | (y < 0) | (x > camera.width_px) | (y > camera.height_px)).all()
+
+
+def test_zoom_magnifies_and_stops_at_its_limit() -> None:
+    episode = FISH_TANK.episode(dataclasses.replace(SMALL, frame_count=60), 5, closed_loop=True)
+    focal_px = [episode.step().judged[1].focal_px]
+    for _ in range(59):
+        focal_px.append(episode.step(CameraCommand(zoom_per_s=5.0)).judged[1].focal_px)
+    episode.close()
+    assert (np.diff(focal_px) >= 0).all()
+    assert focal_px[-1] == focal_px[-2] == pytest.approx(3.0 * focal_px[0])
+    # The rate itself changes no faster than its slew allows.
+    assert focal_px[1] < focal_px[0] * 1.02
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"fish": 0}, r"fish: expected a number in \[1, 400\], got 0"),
+        ({"variety": 1.5}, r"variety: expected a number in \[0, 1\], got 1.5"),
+        ({"width_px": "wide"}, "width_px: expected int, got 'wide'"),
+        ({"rate_hz": 0.0}, r"rate_hz: expected a number in \(0"),
+    ],
+)
+def test_unfit_configurations_are_refused(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        dataclasses.replace(SMALL, **change)

@@ -1,0 +1,171 @@
+"""Shoals: fish stay in the water and out of each other, swim as their parameters say, the same for the same seed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from scenarios.fish_tank.character import AYU, CROWD, ZEBRAFISH, Character
+from scenarios.fish_tank.shoal import Swims, swim
+from sim.meshes.fish import fish_segments, half_size
+from sim.meshes.fish_look import FishLook
+from sim.motion.swim import SEGMENT_ENDS, swim_pose
+
+TANK_M = (0.60, 0.42, 0.12)
+LONG_M = 0.035
+
+
+def rng(seed: int = 0) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def shoal(character: Character, count: int, frames: int, seed: int = 0, rate_hz: float = 30.0) -> Swims:
+    return swim(TANK_M, np.full(count, LONG_M), frames, rate_hz, character, rng(seed))
+
+
+def axes_m(swims: Swims, frame: int, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points (N, K, 3) on the fish's axes at shares of their length."""
+    T = swim_pose(
+        np.full(swims.yaw_rad.shape[1], LONG_M),
+        swims.position_m[frame],
+        swims.yaw_rad[frame],
+        swims.pitch_rad[frame],
+        swims.joints_rad[frame],
+    ).T_world_segment
+    segment = np.minimum(np.searchsorted(SEGMENT_ENDS, shares, side="right") - 1, T.shape[1] - 1)
+    back_m = (shares - np.array(SEGMENT_ENDS)[segment]) * LONG_M
+    own = T[:, segment]
+    return own[..., :3, 3] - own[..., :3, 0] * back_m[:, None]
+
+
+@pytest.mark.parametrize(("character", "count", "frames"), [(ZEBRAFISH, 10, 300), (CROWD, 100, 60)])
+def test_bodies_never_penetrate_each_other(character, count, frames):
+    """Elliptic cross sections, 49 along each body: an independent reading of what the kernels bound by segments."""
+    swims = shoal(character, count, frames)
+    shares = np.linspace(0.0, 1.0, 49)
+    width, height = half_size(shares) * LONG_M
+    passed_over = 0
+    for frame in range(frames):
+        points_m = axes_m(swims, frame, shares)
+        apart_m = np.linalg.norm(swims.position_m[frame, :, None, :2] - swims.position_m[frame, None, :, :2], axis=2)
+        for i, j in zip(*np.nonzero(np.triu(apart_m < 1.1 * LONG_M, 1)), strict=True):
+            off_m = points_m[i][:, None] - points_m[j][None]
+            across = np.hypot(off_m[..., 0], off_m[..., 1]) / (width[:, None] + width)
+            upright = off_m[..., 2] / (height[:, None] + height)
+            assert np.hypot(across, upright).min() > 1.0, (frame, i, j)
+            passed_over += bool((across < 1.0).any())
+    assert passed_over > 0
+
+
+@pytest.mark.parametrize(("character", "count"), [(ZEBRAFISH, 5), (CROWD, 40), (AYU, 1)])
+def test_bodies_stay_between_walls_floor_and_surface(character, count):
+    swims = shoal(character, count, 120, seed=5)
+    meshes = fish_segments(FishLook(length_m=LONG_M), rng())
+    for frame in range(0, 120, 10):
+        poses = swim_pose(
+            np.full(count, LONG_M),
+            swims.position_m[frame],
+            swims.yaw_rad[frame],
+            swims.pitch_rad[frame],
+            swims.joints_rad[frame],
+        ).T_world_segment
+        for k, mesh in enumerate(meshes):
+            corners_m = mesh.vertices_m @ poses[:, k, :3, :3].transpose(0, 2, 1) + poses[:, k, None, :3, 3]
+            assert corners_m[..., 2].min() > 0.0
+            assert corners_m[..., 2].max() < TANK_M[2]
+            # Tips of the paired fins may touch a wall: they are soft.
+            for axis in range(2):
+                assert np.abs(corners_m[..., axis]).max() < 0.5 * TANK_M[axis] + 0.07 * LONG_M
+
+
+@given(st.integers(0, 9_999), st.integers(1, 12))
+@settings(max_examples=6, deadline=None)
+def test_the_same_generator_gives_the_same_shoal(seed, count):
+    one, other = shoal(ZEBRAFISH, count, 5, seed), shoal(ZEBRAFISH, count, 5, seed)
+    for name in vars(one):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    assert not np.array_equal(one.position_m, shoal(ZEBRAFISH, count, 5, seed + 1).position_m)
+
+
+def test_fish_swim_where_they_look_and_as_fast_as_they_say():
+    swims = shoal(ZEBRAFISH, 4, 300)
+    step_m = np.diff(swims.position_m[..., :2], axis=0)
+    middle = 0.5 * (swims.yaw_rad[1:] + swims.yaw_rad[:-1])
+    ahead = (step_m * np.stack([np.cos(middle), np.sin(middle)], axis=-1)).sum(axis=-1)
+    speed = 0.5 * (swims.speed_mps[1:] + swims.speed_mps[:-1]) / 30.0
+    inside = (np.abs(swims.position_m[1:, :, :2]) < 0.5 * np.array(TANK_M[:2]) - 0.03).all(axis=-1)
+    assert np.median(np.abs(ahead - speed)[inside] / speed[inside]) < 0.05
+    assert np.corrcoef(ahead[inside], speed[inside])[0, 1] > 0.95
+
+
+def test_speed_decays_exponentially_between_bursts():
+    still = ZEBRAFISH._replace(
+        mood_spread=0.0, burst_interval_s=1e9, cruise_mps=0.01, wall_reach_m=0.01, veer_radps=0.0
+    )
+    # The first wait is at most 1,000 s, so that hardly a fish bursts; those that did glide by this law.
+    swims = shoal(still._replace(burst_interval_s=3.0, burst_spread=0.0, turn_rad=0.0), 6, 400, seed=2)
+    speed = swims.speed_mps - 0.01
+    gliding = (speed[1:] < speed[:-1]) & (speed[1:] > 0.01)
+    clear = (np.abs(swims.position_m[1:, :, :2]) < 0.5 * np.array(TANK_M[:2]) - 0.08).all(axis=-1)
+    ratio = speed[1:][gliding & clear] / speed[:-1][gliding & clear]
+    assert len(ratio) > 30
+    assert np.median(ratio) == pytest.approx(np.exp(-1.0 / (30.0 * still.glide_s)), rel=0.005)
+
+
+def test_tail_beats_belong_to_bursts_and_travel_to_the_tail():
+    quiet = ZEBRAFISH._replace(burst_interval_s=float("inf"), cruise_mps=1e-4, veer_radps=0.0, glide_beat=0.0)
+    assert np.abs(shoal(quiet, 3, 60).joints_rad).max() < 0.02
+    swims = shoal(ZEBRAFISH, 10, 300)
+    spread = swims.joints_rad.std(axis=(0, 1))
+    assert spread[-1] > spread[0]
+    # The bend of the last joints is that of the first ones some frames before.
+    first, last = swims.joints_rad[..., 1], swims.joints_rad[..., 4]
+    later = [np.corrcoef(first[: len(first) - lag].ravel(), last[lag:].ravel())[0, 1] for lag in (0, 1, 2)]
+    assert max(later[1:]) > later[0]
+
+
+def test_motion_is_smooth():
+    swims = shoal(ZEBRAFISH, 10, 1200, seed=3, rate_hz=120.0)
+    assert np.linalg.norm(np.diff(swims.position_m, axis=0), axis=-1).max() < 0.008
+    assert np.abs(np.diff(swims.position_m[..., 2], axis=0)).max() < 0.003
+    assert np.abs(np.diff(swims.joints_rad, axis=0)).max() < 0.25
+    assert np.abs(np.diff(swims.yaw_rad, axis=0)).max() < 0.4
+
+
+def test_fish_change_their_depth():
+    swims = shoal(ZEBRAFISH, 10, 900, seed=4)
+    assert np.ptp(swims.position_m[..., 2], axis=0).mean() > 0.02
+    assert swims.position_m[..., 2].std() > 0.015
+
+
+def test_mates_attract_each_other_if_they_shall():
+    far = ZEBRAFISH._replace(school=0.0)
+    near = ZEBRAFISH._replace(school=0.8, school_reach_m=0.4, align=0.0)
+
+    def mean_distance_m(character: Character) -> float:
+        place_m = np.concatenate([shoal(character, 6, 600, seed).position_m[..., :2] for seed in range(3)])
+        return float(np.linalg.norm(place_m[:, :, None] - place_m[:, None], axis=-1).mean())
+
+    assert mean_distance_m(near) < 0.8 * mean_distance_m(far)
+
+
+def test_the_rate_of_frames_does_not_change_how_they_swim():
+    slow, fast = (np.median(shoal(ZEBRAFISH, 12, int(30 * rate), 6, rate).speed_mps) for rate in (30.0, 60.0))
+    assert slow == pytest.approx(fast, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (((0.1, 0.42, 0.12), np.full(2, LONG_M), 10, 30.0), "volume_m"),
+        ((TANK_M, np.full(400, LONG_M), 10, 30.0), "length_m"),
+        ((TANK_M, np.full(2, LONG_M), 0, 30.0), "frame_count"),
+        ((TANK_M, np.full(2, LONG_M), 10, 0.0), "rate_hz"),
+    ],
+)
+def test_impossible_shoals_are_named(arguments, name):
+    with pytest.raises(ValueError, match=f"^{name}: expected"):
+        swim(*arguments, ZEBRAFISH, rng())

@@ -1,0 +1,176 @@
+"""Answers that a tracker of many revises at the end, and its method to bridge gaps, through the guarded loop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.run.blindfold import ManyBlindfolded
+from benchmarks.run.guards import GuardedContestant, guarded
+from benchmarks.suites.judging import Ending
+from scenarios.loop import Contestant, FromPictures, Loop, ManyFromPictures
+from tests.benchmarks.fake_episode import FakeTracker
+from tests.toy_scene.scenario import TOY_YARD, YardEpisode
+from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.types import CameraModel, Estimate, Observation, Track
+
+PAST = Piece(0, np.zeros((4, 2)), 0.1)
+FUTURE = Piece(7, np.zeros((4, 2)), 0.1)
+
+
+class Follows:
+    """Follows one target, which it calls 0."""
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        self.seen = 0
+
+    def update(self, observation: Observation) -> list[Track]:
+        self.seen += 1
+        return [Track(0, Estimate(np.zeros(2)))]
+
+
+class Revises(Follows):
+    """Says at the end what it is told to say of its number of pictures."""
+
+    def __init__(self, revised: Any) -> None:
+        self._revised = revised
+
+    def revised(self) -> Any:
+        return self._revised(self.seen)
+
+
+class Bridges(Follows):
+    """Has a gap method: extrapolates by what it is told, and needs no second end."""
+
+    def __init__(self, extrapolated: Any = lambda count: Bridge(np.ones((count, 2)))) -> None:
+        self.gap_method = self
+        self._extrapolated = extrapolated
+        self.lessons = 0
+
+    def learn(self, pieces: Sequence[Piece]) -> None:
+        self.lessons += 1
+
+    def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge | None:
+        answer: Bridge | None = self._extrapolated(count)
+        return answer
+
+    def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge | None:
+        return None
+
+
+def ended(episode: YardEpisode, contestant: Contestant, limit_s: float = 60.0) -> tuple[GuardedContestant, Ending]:
+    guard = guarded(contestant, limit_s)
+    assert len(list(Loop(episode, [guard]).frames())) == 20
+    return guard, guard.ending()
+
+
+def test_revised_answers_are_asked_for_once_all_pictures_were_seen(episode: YardEpisode) -> None:
+    revised = [[Track(k, Estimate(np.zeros(2)))] for k in range(20)]
+    guard, ending = ended(episode, ManyFromPictures(Revises(lambda seen: revised[:seen])))
+    assert guard.reason is None
+    assert ending.revised == revised
+    assert (ending.failed_at_frame, ending.new_gap_method) == (None, None)
+
+
+def test_one_that_does_not_revise_leaves_nothing(episode: YardEpisode) -> None:
+    _, ending = ended(episode, ManyFromPictures(Follows()))
+    assert ending == Ending()
+    assert guarded(FromPictures(FakeTracker()), 60.0).ending() == Ending()
+
+
+def late(seen: int) -> list[list[Track]]:
+    time.sleep(1.0)
+    return [[]] * seen
+
+
+@pytest.mark.parametrize(
+    ("revised", "reason"),
+    [
+        (lambda seen: 1 / 0, "ZeroDivisionError"),
+        (lambda seen: [[]] * (seen - 1), "ValueError: revised: expected an answer on each of 20 pictures, got 19"),
+        (lambda seen: 7, "ValueError: revised: expected a sequence of answers, got int"),
+        (lambda seen: [[7]] * seen, "ValueError: update: expected Tracks, got int"),
+        (late, "took longer than 0.5 s over one revision"),
+    ],
+)
+def test_a_revision_that_fails_is_a_failure_after_the_last_frame(
+    episode: YardEpisode, revised: Any, reason: str
+) -> None:
+    guard, ending = ended(episode, ManyFromPictures(Revises(revised)), limit_s=0.5)
+    assert str(guard.reason).startswith(reason)
+    assert (guard.failed_at_frame, ending.failed_at_frame, ending.revised) == (20, 20, None)
+    assert {score.metric: score.value for score in guard.scores()}["failed_at_frame"] == 20.0
+
+
+def test_the_time_of_a_revision_is_shared_among_frames(episode: YardEpisode) -> None:
+    def slow(seen: int) -> list[list[Track]]:
+        until = time.thread_time() + 0.2
+        while time.thread_time() < until:
+            pass
+        return [[]] * seen
+
+    guard, _ = ended(episode, ManyFromPictures(Revises(slow)))
+    quick, _ = ended(TOY_YARD.episode("quick", 1), ManyFromPictures(Follows()))
+    times = [{score.metric: score.value for score in each.scores()}["ms_per_frame"] for each in (guard, quick)]
+    assert 200 / 20 <= float(times[0]) < 200 / 20 + 5
+    assert float(times[1]) < 5
+
+
+def test_one_that_follows_nothing_has_no_times(episode: YardEpisode) -> None:
+    class Silent(Bridges):
+        def update(self, observation: Observation) -> list[Track]:
+            return []
+
+    guard, _ = ended(episode, ManyFromPictures(Silent()))
+    assert list(guard.scores()) == []
+
+
+def test_a_gap_method_is_handed_on_and_checked(episode: YardEpisode) -> None:
+    tracker = Bridges()
+    guard, ending = ended(episode, ManyFromPictures(tracker))
+    assert ending.new_gap_method is not None
+    method = ending.new_gap_method()
+    method.learn([PAST])
+    bridge = method.extrapolate(PAST, 3, Surroundings())
+    assert bridge is not None
+    assert bridge.position_px.tolist() == [[1.0, 1.0]] * 3
+    assert method.interpolate(PAST, FUTURE, Surroundings()) is None
+    # What it learns stays in the copy.
+    assert (tracker.lessons, guard.reason) == (0, None)
+
+
+@pytest.mark.parametrize("answer", [lambda count: 1 / 0, lambda count: Bridge(np.ones((count + 1, 2)))])
+def test_a_gap_method_that_fails_predicts_nan_from_there_on(episode: YardEpisode, answer: Any) -> None:
+    tracker = Bridges(answer)
+    guard, ending = ended(episode, ManyFromPictures(tracker))
+    assert ending.new_gap_method is not None
+    method = ending.new_gap_method()
+    bridges = [method.extrapolate(PAST, 5, Surroundings()), method.interpolate(PAST, FUTURE, Surroundings())]
+    assert [np.isnan(each.position_px).sum() for each in bridges if each is not None] == [10, 6]
+    method.learn([PAST])
+    assert guard.failed_at_frame == 20
+
+
+def test_a_tracker_that_failed_before_is_not_asked(episode: YardEpisode) -> None:
+    class Fails(Bridges, Revises):
+        def update(self, observation: Observation) -> list[Track]:
+            raise RuntimeError("it fails")
+
+    guard, ending = ended(episode, ManyFromPictures(Fails()))
+    assert ending == Ending(failed_at_frame=0)
+    assert guard.reason == "RuntimeError: it fails"
+
+
+def test_a_blind_one_is_called_on_no_picture(episode: YardEpisode) -> None:
+    tracker = Bridges()
+    guard, ending = ended(episode, ManyBlindfolded(tracker))
+    assert not hasattr(tracker, "seen")
+    assert guard.reason is None
+    assert ending.new_gap_method is not None
+    assert ending.new_gap_method().extrapolate(PAST, 2, Surroundings()) is not None
+    with pytest.raises(TypeError, match="expected one with a gap_method, since its role is blind"):
+        ManyBlindfolded(Follows())  # type: ignore[arg-type]

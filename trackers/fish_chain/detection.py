@@ -1,0 +1,229 @@
+"""Detection of fish from above: what differs from the floor, cut into blobs, with the posture of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.fish_chain.background import Background, Grey, grey_of
+from trackers.fish_chain.norms import Norms
+from trackers.fish_chain.posture import STATIONS, posture
+from trackers.registry import tunable
+from trackers.types import Observation
+
+_VOTING_FRAMES = 60
+_CORE_QUANTILE = 0.8
+_CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+_PALE_SHARE, _DARK_SHARE = 0.35, 0.6
+"""Most pale pixels of a fish alone, over its dark ones and their rim; least dark ones, as a share of a least blob."""
+_WIDER = 0.9
+"""Fish side by side overlap."""
+
+
+@dataclass(frozen=True)
+class DetectorParameters:
+    """Parameters of ``Detector``.
+
+    Attributes:
+        surely, hardly: contrast to the floor in standard deviations of its brightness; a blob has a pixel above the
+            first and ends where the contrast falls below the second.
+        surely_share, hardly_share: the same as shares of the usual contrast of a fish; the higher limit counts.
+        least_area: area of the smallest blob, as a share of one fish's.
+        merged_area: area from which on a blob may be of several fish, as a multiple of one fish's; it is if it is as
+            much longer, or nearly as much wider.
+        least_px: area of the smallest blob before the area of a fish is known.
+    """
+
+    surely: float = tunable(6.0, 3.0, 12.0)
+    hardly: float = tunable(3.0, 1.5, 6.0)
+    surely_share: float = tunable(0.5, 0.2, 0.8)
+    hardly_share: float = tunable(0.3, 0.1, 0.5)
+    least_area: float = tunable(0.3, 0.1, 0.6)
+    merged_area: float = tunable(1.5, 1.2, 2.0)
+    least_px: int = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """One blob: a fish, or several that touch.
+
+    Attributes:
+        position_px: (2,) middle of the centre line.
+        box_xyxy: (4,) of the outline.
+        heading_rad: from the middle to the head, from +x towards +y.
+        centre_line_px: (K, 2) at equal distances from the head, the heavier end, to the tail.
+        area_px: pixels.
+        score: in [0, 1]; how far area and contrast reach those of the usual fish.
+        merged: more than one fish by its area and shape.
+        widths_px: (K,) across the centre line. shades: (K,) brightness along it as a share of the floor's.
+        colour: (2,) logarithms of red and blue over green, relative to the floor's about the blob.
+        mask: (h, w) 1 on the blob; its top left corner is at ``corner_px`` (x, y).
+    """
+
+    position_px: NDArray[np.float64]
+    box_xyxy: NDArray[np.float64]
+    heading_rad: float
+    centre_line_px: NDArray[np.float64]
+    area_px: float
+    score: float
+    merged: bool
+    widths_px: NDArray[np.float64]
+    shades: NDArray[np.float64]
+    colour: NDArray[np.float64]
+    mask: NDArray[np.uint8]
+    corner_px: NDArray[np.int64]
+
+    @property
+    def length_px(self) -> float:
+        """Length of the centre line."""
+        return float(np.linalg.norm(np.diff(self.centre_line_px, axis=0), axis=1).sum())
+
+
+class Detector:
+    """Detects the fish of a tank; learns floor, shadows, contrast and size of a fish as pictures come.
+
+    Attributes:
+        norms: what is known of one fish.
+    """
+
+    def __init__(self, parameters: DetectorParameters) -> None:
+        self._parameters = parameters
+        self.start(())
+
+    def start(self, background: Sequence[Observation]) -> None:
+        """Begin anew with pictures without fish, possibly none."""
+        self._pictures = tuple(background)
+        self._background: Background | None = None
+        self._votes = np.zeros(2)
+        self._voted = 0
+        self.norms = Norms()
+
+    def detect(self, observation: Observation) -> list[Detection]:
+        """Return the blobs of the next picture, and learn from it."""
+        grey = grey_of(observation.image_rgb)
+        if self._background is None or self._background.mean.shape != grey.shape:
+            self._background = Background(self._pictures, grey)
+        difference = self._background.difference(grey)
+        sign = self._sign(difference)
+        contrast = difference if sign > 0 else -difference
+        p, norms = self._parameters, self.norms
+        limit = self._limit(p.hardly, p.hardly_share)
+        above = (contrast > limit).view(np.uint8)
+        count, labels, stats, _ = cv2.connectedComponentsWithStats(above, connectivity=8)
+        least_px = max(p.least_area * norms.area_px, p.least_px)
+        found, occupied = [], np.zeros_like(above)
+        for label in np.flatnonzero(stats[1:count, cv2.CC_STAT_AREA] >= least_px) + 1:
+            x, y, width, height = (int(value) for value in stats[label, :4])
+            window = np.s_[y : y + height, x : x + width]
+            mask = (labels[window] == label).view(np.uint8)
+            relative = np.where(mask, contrast[window] / (self._background.mean[window] + 1.0), 0.0)
+            inside = np.sort(relative[mask > 0])
+            norms.see_blob(float(inside[int(_CORE_QUANTILE * len(inside))]))
+            surely = mask & (contrast[window] > self._limit(p.surely, p.surely_share, window))
+            if surely.any():
+                occupied[window] |= mask
+                for body, corner in _without_shadow(mask, surely, relative, norms.shadow, least_px):
+                    found.append(
+                        self._detection(observation.image_rgb, body, corner + np.array([x, y]), contrast, grey)
+                    )
+        self._background.learn(grey, difference, occupied, sign)
+        norms.learn()
+        return found
+
+    @property
+    def body_px(self) -> float:
+        """Length of the usual fish; before it is known, a fifteenth of the longer side of the picture."""
+        if self.norms.length_px == 0 and self._background is not None:
+            return max(max(self._background.mean.shape) / 15, 1.0)
+        return max(self.norms.length_px, 1.0)
+
+    def _limit(self, spreads: float, share: float, window: tuple[slice, slice] = np.s_[:, :]) -> Grey:
+        """Return the contrast in grey levels that so many standard deviations, and such a share of a fish's, make."""
+        assert self._background is not None
+        spread, mean = self._background.spread[window], self._background.mean[window]
+        limit: Grey = np.maximum(spreads * spread, np.float32(share * self.norms.contrast) * mean)
+        return limit
+
+    def _sign(self, difference: Grey) -> int:
+        """Return -1 for fish darker than the floor, +1 for brighter ones, as the first pictures show it."""
+        assert self._background is not None
+        if self._voted < _VOTING_FRAMES:
+            beyond = np.where(np.abs(difference) > self._parameters.surely * self._background.spread, difference, 0.0)
+            self._votes += -float(beyond[beyond < 0].sum()), float(beyond[beyond > 0].sum())
+            self._voted += 1
+        return 1 if self._votes[1] > self._votes[0] else -1
+
+    def _detection(
+        self,
+        image_rgb: NDArray[np.uint8],
+        mask: NDArray[np.uint8],
+        corner: NDArray[np.int64],
+        contrast: Grey,
+        grey: Grey,
+    ) -> Detection:
+        assert self._background is not None
+        (x, y), (height, width) = corner, mask.shape
+        window = np.s_[y : y + height, x : x + width]
+        floor = self._background.mean[window] + 1.0
+        weight = np.where(mask, np.maximum(contrast[window], 1e-3), 0.0).astype(np.float32)
+        body = posture(mask, weight, (grey[window] + 1.0) / floor, STATIONS)
+        line = body[:, :2] + corner
+        area = float(np.count_nonzero(mask))
+        usual = float((weight / floor).sum()) / area
+        length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+        self.norms.see_fish(area, length, usual)
+        ahead = line[0] - line[STATIONS // 2]
+        return Detection(
+            position_px=line[STATIONS // 2],
+            box_xyxy=np.concatenate([corner, corner + np.array([width, height])]).astype(float),
+            heading_rad=float(np.arctan2(ahead[1], ahead[0])),
+            centre_line_px=line,
+            area_px=area,
+            score=min(1.0, area / max(self.norms.area_px, 1.0)) * min(1.0, usual / max(self.norms.contrast, 1e-3)),
+            merged=self._is_merged(area, length),
+            widths_px=body[:, 2],
+            shades=body[:, 3],
+            colour=_colour(image_rgb[window], mask),
+            mask=mask,
+            corner_px=corner,
+        )
+
+    def _is_merged(self, area_px: float, length_px: float) -> bool:
+        if self.norms.area_px == 0:
+            return False
+        larger, longer = area_px / self.norms.area_px, length_px / self.norms.length_px
+        limit = self._parameters.merged_area
+        return larger > limit and (longer > limit or larger / longer > _WIDER * limit)
+
+
+def _without_shadow(
+    mask: NDArray[np.uint8], surely: NDArray[np.uint8], relative: NDArray[np.float32], shadow: float, least_px: float
+) -> list[tuple[NDArray[np.uint8], NDArray[np.int64]]]:
+    """Return the parts of a blob that are no shadow, each cut out, with its top left corner (x, y) in the blob.
+
+    A blob without room for a shadow beside its dark part is returned whole, since tails are as pale as shadows.
+    """
+    whole = [(mask, np.zeros(2, dtype=np.int64))]
+    if shadow == 0:
+        return whole
+    count, labels, stats, _ = cv2.connectedComponentsWithStats((relative > shadow).view(np.uint8), connectivity=8)
+    parts, covered = [], np.zeros_like(mask)
+    for label in range(1, count):
+        dark = (labels == label).view(np.uint8)
+        if stats[label, cv2.CC_STAT_AREA] >= _DARK_SHARE * least_px and (dark & surely).any():
+            part = cv2.dilate(dark, _CROSS) & mask
+            covered |= part
+            x, y, width, height = cv2.boundingRect(part)
+            parts.append((part[y : y + height, x : x + width], np.array([x, y])))
+    pale = np.count_nonzero(mask) - np.count_nonzero(covered)
+    return whole if len(parts) == 1 and pale < _PALE_SHARE * np.count_nonzero(covered) else parts
+
+
+def _colour(image_rgb: NDArray[np.uint8], mask: NDArray[np.uint8]) -> NDArray[np.float64]:
+    on, off = (np.array(cv2.mean(image_rgb, each)[:3]) + 1.0 for each in (mask, mask ^ 1))
+    relative = np.log(on / off) if mask.all() == 0 else np.log(on)
+    return relative[[0, 2]] - relative[1]  # type: ignore[no-any-return]

@@ -1,0 +1,164 @@
+"""Tracklets from detections: assignment from frame to frame, broken where fish merge, vanish or could be confused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from trackers.fish_chain.bodies import fit_bodies
+from trackers.fish_chain.detection import Detection
+from trackers.fish_chain.tracklet import Tracklet
+from trackers.registry import tunable
+
+_FAR = 1e6
+_FORGOTTEN_FRAMES = 60
+"""A fish that a blob has hidden for longer may have left it unseen."""
+_COVERED_FRAMES = 12
+"""A blob no larger than one fish is not taken for two fish, one right above the other, for longer."""
+_MOST_BODIES = 6
+_BORDER_PX = 4
+_POSE_SHARE = 0.06, 0.06, 0.25, 0.25
+"""Deviations of an expected pose: shares of the length of the body, then radians."""
+
+
+@dataclass(frozen=True)
+class TrackletParameters:
+    """Parameters of ``TrackletBuilder``; lengths are in lengths of the usual body.
+
+    Attributes:
+        gate: greatest distance from the expected place to the next detection.
+        margin: if exchanging two fish costs less than this much more distance, both tracklets end.
+        grown: a blob this many times as large as the fish before it holds another fish.
+        pose_weight_px: pixels of a misfit that one squared deviation from the expected pose counts.
+        use_posture: if False, fish are not followed inside blobs of several.
+    """
+
+    gate: float = tunable(0.6, 0.2, 1.5)
+    margin: float = tunable(0.15, 0.0, 0.6)
+    grown: float = tunable(1.4, 1.2, 2.0)
+    pose_weight_px: float = tunable(3.0, 0.3, 30.0, log=True)
+    use_posture: bool = True
+
+
+class TrackletBuilder:
+    """Extends, ends and begins tracklets.
+
+    Attributes:
+        active: tracklets that the last picture extended. ended: all others, in order of their ends.
+        ghosts: ended tracklets whose fish is somewhere inside a blob of several.
+    """
+
+    def __init__(self, parameters: TrackletParameters) -> None:
+        self._parameters = parameters
+        self._number = 0
+        self.active: list[Tracklet] = []
+        self.ended: list[Tracklet] = []
+        self.ghosts: list[Tracklet] = []
+
+    def step(self, frame: int, detections: Sequence[Detection], length_px: float) -> list[Tracklet]:
+        """Take in the detections of a frame and return the tracklets that begin; ``length_px``: of the usual body."""
+        owners = self._assigned(detections, length_px)
+        self.ghosts = [each for each in self.ghosts if frame - each.end_frame < _FORGOTTEN_FRAMES]
+        inside = self._inside(detections, owners, length_px)
+        kept: list[Tracklet] = []
+        begun: list[Tracklet] = []
+        haunting: list[Tracklet] = []
+        for index, detection in enumerate(detections):
+            owner, others = owners.get(index), inside[index]
+            if owner is not None and not self._holds_more(detection, owner, others):
+                owner.append(detection)
+                kept.append(owner)
+                continue
+            members = [*others, owner] if owner is not None else others
+            if owner is None and self._is_one(frame, detection, members):
+                begun.append(Tracklet(self._number, frame, detection))
+                self._number += 1
+            elif members:
+                haunting += self._haunted(frame, detection, members)
+        remaining = {id(each) for each in kept}
+        self.ended += [each for each in self.active if id(each) not in remaining]
+        self.active = kept + begun
+        self.ghosts = haunting
+        return begun
+
+    def _assigned(self, detections: Sequence[Detection], length_px: float) -> dict[int, Tracklet]:
+        """Return the active tracklet of each detection, by its index; none where two could be exchanged."""
+        if not self.active or not detections:
+            return {}
+        expected = np.array([each.position_px + each.velocity_px for each in self.active])
+        places = np.array([each.position_px for each in detections])
+        distance = np.linalg.norm(expected[:, None] - places[None], axis=-1)
+        # Merged blobs have no middle that one fish could be expected at.
+        distance[:, [each.merged for each in detections]] = _FAR
+        cost = np.where(distance < self._parameters.gate * length_px, distance, _FAR)
+        rows, columns = linear_sum_assignment(cost)
+        pairs = [(row, column) for row, column in zip(rows, columns, strict=True) if cost[row, column] < _FAR]
+        margin_px = self._parameters.margin * length_px
+        sure = {}
+        for row, column in pairs:
+            exchanged = [
+                distance[row, other] + distance[rival, column] - distance[row, column] - distance[rival, other]
+                for rival, other in pairs
+                if rival != row
+            ]
+            if min(exchanged, default=_FAR) > margin_px:
+                sure[int(column)] = self.active[row]
+        return sure
+
+    def _inside(
+        self, detections: Sequence[Detection], owners: dict[int, Tracklet], length_px: float
+    ) -> list[list[Tracklet]]:
+        """Return for each detection the lost tracklets, just ended or ghosts, that are expected inside it."""
+        owned = {id(each) for each in owners.values()}
+        inside: list[list[Tracklet]] = [[] for _ in detections]
+        for each in [*(each for each in self.active if id(each) not in owned), *self.ghosts]:
+            place = each.expected_pose()[:2]
+            gaps_px = [_distance_to(detection, place) for detection in detections]
+            if gaps_px and min(gaps_px) < 0.5 * self._parameters.gate * length_px:
+                inside[int(np.argmin(gaps_px))].append(each)
+        return inside
+
+    def _holds_more(self, detection: Detection, owner: Tracklet, others: Sequence[Tracklet]) -> bool:
+        """Whether a blob is of more fish than the one that it is assigned to."""
+        return bool(others) and detection.area_px > self._parameters.grown * owner.area_px
+
+    def _is_one(self, frame: int, detection: Detection, members: Sequence[Tracklet]) -> bool:
+        """Whether a blob without an owner is one fish."""
+        if detection.merged:
+            return False
+        return len([each for each in members if frame - each.end_frame <= _COVERED_FRAMES]) <= 1
+
+    def _haunted(self, frame: int, detection: Detection, members: Sequence[Tracklet]) -> list[Tracklet]:
+        """Set where ``members`` are inside a blob, and return them."""
+        fitted = list(members)[-_MOST_BODIES:]
+        expected = np.array([each.expected_pose() for each in fitted])
+        if self._parameters.use_posture:
+            lengths = np.array([each.length_px for each in fitted])
+            border = int(np.ceil(0.5 * lengths.max())) + _BORDER_PX
+            mask = cv2.copyMakeBorder(detection.mask, border, border, border, border, cv2.BORDER_CONSTANT, value=0)
+            corner = np.array([*(detection.corner_px - border), 0.0, 0.0])
+            deviations = np.array(_POSE_SHARE) * np.stack([lengths, lengths, *np.ones((2, len(fitted)))], axis=1)
+            halves = np.array([each.halves_px for each in fitted])
+            poses, _ = fit_bodies(mask, expected - corner, lengths, halves, deviations, self._parameters.pose_weight_px)
+            for each, pose in zip(fitted, poses + corner, strict=True):
+                each.haunt(frame, pose)
+        return list(members)
+
+
+def _distance_to(detection: Detection, place_px: NDArray[np.float64]) -> float:
+    """Return the distance in pixels from a point to the outline of a blob; 0 inside it."""
+    inside = place_px - detection.corner_px
+    column, row = (int(np.floor(value)) for value in inside)
+    height, width = detection.mask.shape
+    if 0 <= row < height and 0 <= column < width and detection.mask[row, column]:
+        return 0.0
+    outside = np.maximum(np.maximum(detection.box_xyxy[:2] - place_px, place_px - detection.box_xyxy[2:]), 0.0)
+    if np.hypot(*outside) > max(detection.mask.shape):
+        return float(np.hypot(*outside))
+    rows, columns = np.nonzero(detection.mask)
+    return float(np.sqrt(((columns + 0.5 - inside[0]) ** 2 + (rows + 0.5 - inside[1]) ** 2).min()))
