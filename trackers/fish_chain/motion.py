@@ -126,7 +126,7 @@ class MotionModel:
         count = start.first_frame - tail.end_frame
         bridge = self._gap_method.interpolate(past, future, self.around)
         if bridge is not None and np.isfinite(bridge.position_px).all() and bridge.covariance_px is not None:
-            return bridge.position_px, bridge.covariance_px
+            return bridge.position_px, self._parameters.inflation**2 * bridge.covariance_px
         share = np.arange(1, count + 1) / (count + 1)
         line = past.position_px[-1] + share[:, None] * (future.position_px[0] - past.position_px[-1])
         nearer = np.minimum(np.arange(count), np.arange(count)[::-1])

@@ -32,6 +32,7 @@ def seen(
         area_px=LENGTH_PX * WIDTH_PX * (2 if merged else 1),
         score=1.0,
         merged=merged,
+        covered=False,
         widths_px=WIDTH_PX * np.linspace(1.2, 0.5, STATIONS),
         shades=np.full(STATIONS, shade),
         colour=np.zeros(2),
