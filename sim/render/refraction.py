@@ -22,9 +22,10 @@ from sim.render.protocol import Renderer
 from sim.render.raster import Canvas, Raster
 from sim.render.refracted_rows import Refracted, new_refracted_scratch, resolve_refracted, resolve_refracted_row
 from sim.render.row_stages import RowStage
+from sim.render.water_ends import Endings, new_endings
 from sim.render.water_entries import find_entries
 from sim.render.water_rays import STEP_PX, WaterBody, WaterRays, bend_rays
-from sim.render.water_trace import Endings, new_endings, trace
+from sim.render.water_trace import trace
 from sim.render.water_ways import Eye, eye_of, ways_of
 from sim.water_surface import RippledSurface
 

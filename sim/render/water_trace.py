@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
 from sim.render.water_edges import EDGE, TILE, find_edges, find_near_edges
+from sim.render.water_ends import Endings
 from sim.render.water_rays import ONE, STEP_PX, SURFACE_DEPTH, ZERO, WaterRays, interpolate_row
 from sim.render.water_ways import ALONG_X, ALONG_Y, ENTRY_DEPTH, ENTRY_X, ENTRY_Y, FLOOR_SHARE, PLANES, SCALE
 
@@ -21,33 +20,12 @@ _SAME = np.float32(0.04)
 """Greatest difference of places on one surface, relative to the floor's share."""
 _FILLED = np.float32(0.01)
 """The same for places that fill others: bodies low above the floor are not to be copied."""
-_ITERATIONS = 4
+_ITERATIONS, _CLOSE_PX = 5, np.float32(0.02)
 _STEP_PX = np.float32(1.0)
 """Step along a ray that is followed."""
+_BEYOND = np.float32(1.02)
+"""The last step leads below the floor."""
 _MOST_STEPS = np.float32(400.0)
-
-
-class Endings(NamedTuple):
-    """The ends of a picture's rays; all are (H, W).
-
-    Attributes:
-        column, row: float32, where in the inner picture, in pixels from the middle of the first; of rays that are not
-            bent, in the straight picture.
-        source: int32, number k of the inner pixel that shows the same surface, counted along rows; ``-1 - k`` for that
-            of the straight picture.
-        depth_m: float32, along the camera's optical axis; inf where there is no body.
-    """
-
-    column: NDArray[np.float32]
-    row: NDArray[np.float32]
-    source: NDArray[np.int32]
-    depth_m: NDArray[np.float32]
-
-
-def new_endings(height: int, width: int, depth_m: NDArray[np.float32]) -> Endings:
-    """Return ends for pictures of this size, with a depth map of the caller's."""
-    real = np.empty((2, height, width), np.float32)
-    return Endings(real[0], real[1], np.empty((height, width), np.int32), depth_m)
 
 
 def trace(
@@ -72,9 +50,7 @@ def trace(
     _trace_nodes(rays, ways, straight, nearness, places, kinds)
     near_edge = np.empty((-(-height // TILE), -(-width // TILE)), np.bool_)
     find_near_edges(ways, edges, kinds, near_edge)
-    # As one kernel they would take half as long again: the compiler then makes no vector code of some loops.
-    _interpolate_ends(places, nearness.shape, ends)
-    _trace_others(rays, ways, straight, nearness, near_edge, ends)
+    _trace_rows(rays, ways, straight, nearness, places, near_edge, ends)
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
@@ -99,8 +75,10 @@ def _trace_nodes(
             x, y, ex, ey = ways[ENTRY_X, i, j], ways[ENTRY_Y, i, j], ways[ALONG_X, i, j], ways[ALONG_Y, i, j]
             near, share = _between(nearness, x, y), ZERO
             for _ in range(_ITERATIONS):
-                share = max(ONE - z * near, ZERO)
+                before, share = share, max(ONE - z * near, ZERO)
                 near = _between(nearness, x + share * ex, y + share * ey)
+                if abs(share - before) * (abs(ex) + abs(ey)) < _CLOSE_PX:
+                    break
             places[0, i, j], places[1, i, j] = x + share * ex, y + share * ey
             places[2, i, j] = ONE / (z_s + (ONE / near - z) * ways[SCALE, i, j])
             kinds[i, j] = _DRY
@@ -130,36 +108,36 @@ def _is_over(rays: WaterRays, column: int, row: int, z_s: np.float32) -> bool:
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _interpolate_ends(places: NDArray[np.float32], inner: tuple[int, int], ends: Endings) -> None:
-    """Write the ends of all rays from those of the nodes."""
-    height, width = ends.depth_m.shape
-    half, pitch = np.float32(0.5), np.int32(inner[1])
+def _interpolate_ends(places: NDArray[np.float32], inner: tuple[int, int], row: int, ends: Endings) -> None:
+    """Write the ends of one row's rays from those of the nodes."""
+    column, line, source, depth_m = ends.column[row], ends.row[row], ends.source[row], ends.depth_m[row]
+    width, half, pitch = column.shape[0], np.float32(0.5), np.int32(inner[1])
     most_x, most_y = np.float32(inner[1] - 1), np.float32(inner[0] - 1)
-    for row in range(height):
-        column, line, source, depth_m = ends.column[row], ends.row[row], ends.source[row], ends.depth_m[row]
-        interpolate_row(places[0], row, width, column)
-        interpolate_row(places[1], row, width, line)
-        interpolate_row(places[2], row, width, depth_m)
-        for k in range(width):
-            x, y = min(max(column[k], ZERO), most_x), min(max(line[k], ZERO), most_y)
-            column[k], line[k] = x, y
-            source[k] = np.int32(np.int32(y + half) * pitch) + np.int32(x + half)
-            depth_m[k] = ONE / depth_m[k]
+    interpolate_row(places[0], row, width, column)
+    interpolate_row(places[1], row, width, line)
+    interpolate_row(places[2], row, width, depth_m)
+    for k in range(width):
+        x, y = min(max(column[k], ZERO), most_x), min(max(line[k], ZERO), most_y)
+        column[k], line[k] = x, y
+        source[k] = np.int32(np.int32(y + half) * pitch) + np.int32(x + half)
+        depth_m[k] = ONE / depth_m[k]
 
 
 @njit(cache=True)
-def _trace_others(
+def _trace_rows(
     rays: WaterRays,
     ways: NDArray[np.float32],
     straight: NDArray[np.float32],
     nearness: NDArray[np.float32],
+    places: NDArray[np.float32],
     near_edge: NDArray[np.bool_],
     ends: Endings,
 ) -> None:
-    """Write the ends of the rays near edges, and of those that are not bent."""
+    """Write the ends of all rays from those of the nodes, but for those near edges and those that are not bent."""
     height, width = ends.depth_m.shape
     lines, followed = np.empty((_LINES, width), np.float32), np.empty(width, np.int32)
     for row in range(height):
+        _interpolate_ends(places, nearness.shape, row, ends)
         _find_wet(rays, row, straight[row], lines)
         count = _sort_rays(row, straight, near_edge[row // TILE], lines, followed, ends)
         if count > 0:
@@ -227,8 +205,8 @@ def _follow(
     for n in range(count):
         k = followed[n]
         length = np.sqrt(along_x[k] * along_x[k] + along_y[k] * along_y[k]) * floor[k]
-        steps = min(np.floor(length / _STEP_PX) + np.float32(2.0), _MOST_STEPS)
-        front[k], step[k], left[k], deepest[k] = ZERO, floor[k] / steps, steps + np.float32(1.5), ZERO
+        steps = min(np.floor(length / _STEP_PX) + ONE, _MOST_STEPS)
+        front[k], step[k], left[k], deepest[k] = ZERO, _BEYOND * floor[k] / steps, steps + np.float32(1.5), ZERO
     taken = ZERO
     while count > 0:
         kept = 0

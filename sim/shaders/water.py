@@ -164,7 +164,7 @@ class WaterShader:
             self._air,
             self._mirrored,
             self._panels,
-            mirror_panels(rays, self._panels),
+            *mirror_panels(rays, self._panels),
         )
 
 
