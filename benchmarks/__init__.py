@@ -14,10 +14,14 @@ _HOMES = {
     "add_scene": "benchmarks.suites.registry",
     "register_suite": "benchmarks.suites.registry",
     "suite": "benchmarks.suites.registry",
+    "Ending": "benchmarks.suites.judging",
     "Judge": "benchmarks.suites.judging",
     "Score": "benchmarks.suites.judging",
     "ScoreSheet": "benchmarks.suites.judging",
     "read_rows": "benchmarks.run.records",
+    "TrackTable": "benchmarks.track_files.table",
+    "read_tracks": "benchmarks.track_files.reading",
+    "write_tracks": "benchmarks.track_files.writing",
 }
 """Public name -> module that defines it."""
 __all__ = tuple(_HOMES)

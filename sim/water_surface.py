@@ -21,8 +21,6 @@ from sim.render.compilation import announce_compilation
 _GRAVITY_MPS2 = 9.81
 _TENSION_PER_DENSITY_M3PS2 = 0.0728 / 998.0
 _SAMPLES_PER_WAVE = 12
-_MARGIN_M = 0.08
-"""The grid goes on beyond the rectangle, as light from there arrives on the floor of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +109,10 @@ class RippledSurface:
         self.time_s = 0.0
         shortest_m = 2 * np.pi / float(np.sqrt((waves.vector_per_m**2).sum(axis=1)).max())
         step_m = shortest_m / _SAMPLES_PER_WAVE
-        columns, rows = (np.ceil((high - low + 2 * _MARGIN_M) / step_m).astype(int) + 1).tolist()
-        self._grid = SurfaceGrid(np.empty((3, rows, columns), np.float32), low - _MARGIN_M, step_m)
+        # Light from beyond the rectangle arrives on the floor of it.
+        margin_m = 4 * step_m + 0.1 * depth_m
+        columns, rows = (np.ceil((high - low + 2 * margin_m) / step_m).astype(int) + 1).tolist()
+        self._grid = SurfaceGrid(np.empty((3, rows, columns), np.float32), low - margin_m, step_m)
         self._grid_time_s: float | None = None
         announce_compilation(_fill_grid)
 

@@ -45,6 +45,7 @@ _MODULES = (
     "trackers.paper_b.stereo_colour",
     "trackers.stereo_people.tracker",
     "trackers.fish_chain.tracker",
+    "trackers.paper_c.tracker",
     "trackers.blind.dead_reckoning",
     "trackers.blind.straight_ahead",
     "trackers.baselines.gap_methods",

@@ -170,7 +170,7 @@ class GuardedMany(GuardedContestant):
     def update(self, frame: Frame) -> Answer:
         """See ``Contestant``."""
         answer = super().update(frame)
-        self._follows = self._follows or answer != self._silence
+        self._follows = self._follows or bool(answer)
         return answer
 
     def scores(self) -> Iterator[Score]:

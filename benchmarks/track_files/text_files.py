@@ -143,22 +143,28 @@ def write_idtracker_ai(table: TrackTable, folder: Path) -> list[Path]:
             columns[f"{letter}{place + 1}"] = whole
     attributes = {"frames_per_second": table.rate_hz, "identities_labels": list(table.names)}
     paths = [folder / "trajectories.csv", folder / "attributes.json"]
-    write_atomic(paths[0], _csv(columns))
+    write_atomic(paths[0], csv_text(columns))
     write_atomic(paths[1], json.dumps(attributes, indent=1) + "\n")
     return paths
 
 
-def write_idtracker(table: TrackTable, path: Path) -> None:
-    """Write the text file of idTracker; frames before the first one are empty rows, and no probability is known."""
+def write_idtracker(table: TrackTable, folder: Path) -> list[Path]:
+    """Write ``NAME.txt`` as idTracker does; return its path.
+
+    Frames before the first one are empty rows, and no probability is known.
+    """
+    path = folder / f"{table.name}.txt"
     columns: dict[str, NDArray[np.float64]] = {}
     empty = np.full((table.first_frame, 2), np.nan)
     for place in range(len(table.names)):
         whole = np.concatenate([empty, table.position[:, place]])
         columns[f"X{place + 1}"], columns[f"Y{place + 1}"] = whole.T
         columns[f"ProbId{place + 1}"] = np.full(len(whole), np.nan)
-    write_atomic(path, _csv(columns, "\t"))
+    write_atomic(path, csv_text(columns, "\t"))
+    return [path]
 
 
-def _csv(columns: Mapping[str, NDArray[np.float64]], separator: str = ",") -> str:
+def csv_text(columns: Mapping[str, NDArray[np.float64]], separator: str = ",") -> str:
+    """Return columns of numbers as text with a head."""
     lines = (separator.join(f"{cell:.8g}" for cell in row) for row in np.array(list(columns.values())).T)
     return "\n".join([separator.join(columns), *lines, ""])

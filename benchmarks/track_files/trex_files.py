@@ -8,9 +8,10 @@ say so: ``X#wcentroid (cm)``. Files may begin and end on any frame. From TRex's 
 
 from __future__ import annotations
 
+import io
 import re
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.track_files.table import TrackTable, from_columns
-from benchmarks.track_files.text_files import numbers, rate_of, read_table
+from benchmarks.track_files.text_files import csv_text, numbers, rate_of, read_table
 from sim.checks import check
+from trackers.atomic_file import write_atomic
 
 _NAME = re.compile(r"(?P<video>.+?)_(?:id|fish|individual)?(?P<animal>\d+)\.(?:npz|csv)(?:\.gz)?$")
 _SOURCES = ("#wcentroid", "#centroid", "#pcentroid", "")
@@ -62,28 +64,43 @@ def read_trex(paths: Sequence[Path]) -> TrackTable:
 def write_trex(table: TrackTable, folder: Path) -> list[Path]:
     """Write ``NAME_idK.npz`` for each animal, from its first to its last tracked frame; return their paths.
 
-    Places are written as they are, whatever their unit. Without a frame rate there is no ``time``.
+    Without a frame rate there is no ``time``.
     """
     paths = []
-    for place, name in enumerate(table.names):
-        tracked = np.flatnonzero(np.isfinite(table.position[:, place, 0]))
-        if len(tracked) == 0:
-            continue
-        span = slice(tracked[0], tracked[-1] + 1)
-        position = table.position[span, place]
-        frame = np.arange(span.start, span.stop) + table.first_frame
-        missing = ~np.isfinite(position[:, 0])
-        x, y = np.where(missing[:, None], np.inf, position).T
-        arrays = {"frame": frame.astype(float), "missing": missing.astype(float), "X#wcentroid": x, "Y#wcentroid": y}
-        if table.rate_hz is not None:
-            arrays["time"] = frame / table.rate_hz
-        digits = re.sub(r"\D", "", name)
-        path = folder / f"{table.name}_id{digits or place}.npz"
-        with path.with_suffix(".part").open("wb") as file:
-            np.savez(file, **arrays)  # type: ignore[arg-type]
-        path.with_suffix(".part").replace(path)
+    for number, arrays in _by_animal(table):
+        path = folder / f"{table.name}_id{number}.npz"
+        packed = io.BytesIO()
+        np.savez(packed, **arrays)  # type: ignore[arg-type]
+        write_atomic(path, packed.getvalue())
         paths.append(path)
     return paths
+
+
+def write_trex_csv(table: TrackTable, folder: Path) -> list[Path]:
+    """Write ``NAME_idK.csv`` with the same columns; their heads name the table's unit."""
+    paths = []
+    for number, arrays in _by_animal(table):
+        path = folder / f"{table.name}_id{number}.csv"
+        write_atomic(path, csv_text({_head(name, table.unit): column for name, column in arrays.items()}))
+        paths.append(path)
+    return paths
+
+
+def _head(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if "#" in name else name
+
+
+def _by_animal(table: TrackTable) -> Iterator[tuple[int, dict[str, NDArray[np.float64]]]]:
+    for number in range(len(table.names)):
+        tracked = np.flatnonzero(np.isfinite(table.position[:, number, 0]))
+        if len(tracked) == 0:
+            continue
+        position = table.position[tracked[0] : tracked[-1] + 1, number]
+        frame = np.arange(tracked[0], tracked[-1] + 1.0) + table.first_frame
+        missing = ~np.isfinite(position[:, 0])
+        x, y = np.where(missing[:, None], np.inf, position).T
+        arrays = {"frame": frame, "missing": missing.astype(float), "X#wcentroid": x, "Y#wcentroid": y}
+        yield number, arrays if table.rate_hz is None else arrays | {"time": frame / table.rate_hz}
 
 
 def _columns(path: Path) -> tuple[Mapping[str, NDArray[np.float64]], str]:

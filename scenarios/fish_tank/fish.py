@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +49,7 @@ class Sighted:
     visible_fraction: NDArray[np.float64]
     hidden_by: NDArray[np.int64]
 
-    def postures(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
+    def postures(self) -> dict[str, Any]:
         """Return the fields of ``FishTruth`` about single bodies, by name."""
         return {name: getattr(self, name) for name in ("centre_line_px", "heading_rad", "hidden_by")}
 

@@ -10,10 +10,16 @@ _CEILING_M = 2.6
 """Height of the ceiling above the tank's floor."""
 
 
-def room_lights(rng: np.random.Generator) -> tuple[Panel, ...]:
-    """Return the bright panels of one day; the surface mirrors the tubes near the tank's short sides."""
+def room_lights(rng: np.random.Generator, glare: float) -> tuple[Panel, ...]:
+    """Return the bright panels of one day.
+
+    Args:
+        glare: 0 for tubes and skylight so far aside that only steep ripples mirror them, 1 for a surface that mirrors
+            them along the tank's short sides.
+    """
     side = 1.0 if rng.random() < 0.5 else -1.0
-    tube_x_m, tube_y_m = rng.uniform(0.6, 0.85, 2), rng.uniform(-0.2, 0.2, 2)
+    aside_m = 0.4 * (1.0 - glare)
+    tube_x_m, tube_y_m = aside_m + rng.uniform(0.6, 0.85, 2), rng.uniform(-0.2, 0.2, 2)
     tubes_nit, tubes_k = rng.uniform(5000.0, 9000.0), float(rng.choice((3000.0, 4000.0, 5000.0)))
     tubes = tuple(
         Panel(
@@ -26,7 +32,7 @@ def room_lights(rng: np.random.Generator) -> tuple[Panel, ...]:
         for sign, x_m, y_m in zip((side, -side), tube_x_m, tube_y_m, strict=True)
     )
     skylight = Panel(
-        (float(side * rng.uniform(0.9, 1.4)), float(rng.uniform(-1.2, 1.2)), _CEILING_M),
+        (float(side * (aside_m + rng.uniform(0.9, 1.4))), float(rng.uniform(-1.2, 1.2)), _CEILING_M),
         (0.7, 0.0, 0.0),
         (0.0, 0.9, 0.0),
         luminance_nit=float(rng.uniform(600.0, 2500.0)),

@@ -22,6 +22,7 @@ class FishTank:
         fish: number of fish.
         variety: 0 for fish that look alike, 1 for differences of size, shade and pattern as in a mixed stock.
         character: how they swim.
+        glare: how much of the water mirrors lamps, 0 to 1, see ``room_lights``.
         ripples: of the surface. water: what is in it.
     """
 
@@ -34,6 +35,7 @@ class FishTank:
     fish: int = 10
     variety: float = 0.6
     character: Character = ZEBRAFISH
+    glare: float = 0.2
     ripples: Ripples = field(default_factory=Ripples)
     water: Water = field(default_factory=Water)
 
@@ -43,7 +45,7 @@ class FishTank:
         check_within(self, "rate_hz", 0, above=True)
         check_within(self, "width_px height_px", 32, 4096)
         check_within(self, "fish", 1, 400)
-        check_within(self, "variety", 0, 1)
+        check_within(self, "variety glare", 0, 1)
 
 
 PRESETS = {
@@ -54,6 +56,7 @@ PRESETS = {
         fish=100,
         variety=0.1,
         character=CROWD,
+        glare=1.0,
         ripples=Ripples(slope_rms=0.03),
         water=Water(scattering_per_m=6.0),
     ),

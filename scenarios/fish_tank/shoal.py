@@ -81,7 +81,8 @@ def swim(
     run(school, character, size_m, steps * settling, interval_s, rng)
     swims = Swims(
         np.empty((frame_count, count, 3)),
-        *np.empty((2, frame_count, count)),
+        np.empty((frame_count, count)),
+        np.empty((frame_count, count)),
         np.empty((frame_count, count, JOINT_COUNT)),
         np.empty((frame_count, count, 3)),
         np.empty((frame_count, count)),

@@ -17,8 +17,8 @@ _CLIMB_MPS, _DEPTH_SETTLING_S = 0.04, 0.7
 _STEEPEST_RAD, _PITCHING_S = 0.3, 0.2
 _WALL_TURN, _WALL_INSET = 6.0, 0.4
 """Rate of turn at a wall straight ahead, in radians for each ``wall_reach_m`` swum; nearest approach, in lengths."""
-_WALL_LEAN = 0.8
-"""A fish that follows a wall nears it by this slope where it begins to."""
+_WALL_PULL, _WALL_LEAN = 4.0, 1.0
+"""Walls attract fish nearer than this many ``wall_reach_m``; there they near it by this slope, less so the nearer."""
 _HALT_S = 0.35
 """A fish that would meet a wall sooner than this slows down."""
 _BEAT_HZ_PER_LENGTH, _FASTEST_BEAT_HZ = 1.3, 9.0
@@ -148,7 +148,7 @@ def _towards_wall(school: School, character: Character, size_m: NDArray[np.float
     x, y = school.position_m[n, 0], school.position_m[n, 1]
     c, s = np.cos(school.yaw_rad[n]), np.sin(school.yaw_rad[n])
     x_gap, y_gap = 0.5 * size_m[0] - abs(x), 0.5 * size_m[1] - abs(y)
-    share = min(x_gap, y_gap) / (2.0 * character.wall_reach_m)
+    share = min(x_gap, y_gap) / (_WALL_PULL * character.wall_reach_m)
     if share > 1.0:
         return 0.0
     if x_gap < y_gap:

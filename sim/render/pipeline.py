@@ -1,8 +1,8 @@
 """From world to finished picture: renderer, shader and sensor in one call.
 
 The stages are those of ``Renderer.gbuffer``, ``Shader.shade`` and ``Sensor.expose``, with the same kernels. With
-a ``RowRenderer``, a ``RowShader`` and a ``RowSensor``, each row passes through all stages while it is in the processor's
-cache, and the stages' whole pictures are never written, unless the sensor needs the whole radiance first.
+a ``RowRenderer``, a ``RowShader`` and a ``RowSensor``, each row passes through all stages while it is in the
+processor's cache, and the stages' whole pictures are never written, unless the sensor needs the whole radiance first.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ class RowRenderer(Renderer, Protocol):
     resolving: RowStage
 
     def visible(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> Any:
-        """Return a NamedTuple that the stage's kernel reads, with ``depth_m`` (H, W) float32, and ``instance_id`` (H, W)
-        int32, which the kernel writes; arguments as for ``gbuffer``.
+        """Return a NamedTuple that the stage's kernel reads; arguments as for ``gbuffer``.
+
+        It has ``depth_m`` (H, W) float32, and ``instance_id`` (H, W) int32, which the kernel writes.
         """
         ...
 

@@ -13,8 +13,29 @@ from sim.render.row_stages import RowStage
 from sim.render.scene import SceneArrays, pack_scene
 from sim.render.textures import TexturePool
 from sim.render.view import camera_view
-from sim.render.visibility import TriangleTable, draw_picture, new_triangle_table
+from sim.render.visibility import draw_picture, new_triangle_table
 from sim.world import World
+
+
+class Canvas:
+    """What one picture is drawn on; it is drawn over by the next one.
+
+    Attributes:
+        nearness, triangle: see ``Visible``; (0, 0) before the first picture.
+        table: see there.
+    """
+
+    def __init__(self) -> None:
+        self.nearness = np.empty((0, 0), np.float32)
+        self.triangle = np.empty((0, 0), np.int32)
+        self.table = new_triangle_table(0)
+
+    def fit(self, shape: tuple[int, int], faces: int) -> None:
+        """Make room for pictures of this shape (H, W) and this number of faces."""
+        if self.nearness.shape != shape:
+            self.nearness, self.triangle = np.empty(shape, np.float32), np.empty(shape, np.int32)
+        if len(self.table.whole) != faces + 1:
+            self.table = new_triangle_table(faces)
 
 
 class Raster:
@@ -29,11 +50,9 @@ class Raster:
     def __init__(self, world: World) -> None:
         self._world = world
         self._body_count = -1
-        self._nearness = np.empty((0, 0), np.float32)
-        self._triangle = np.empty((0, 0), np.int32)
+        self._canvas = Canvas()
         self._scene: SceneArrays
         self._textures: TexturePool
-        self._table: TriangleTable
         announce_compilation(draw_picture)
 
     def gbuffer(
@@ -55,36 +74,42 @@ class Raster:
         return GBuffer(base_colour_rgb, seen.depth_m, seen.instance_id, normal_world)
 
     def visible(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
+        self,
+        camera: PinholeCamera,
+        T_world_camera: NDArray[np.float64],
+        *,
+        pixel_offset: float = 0.5,
+        canvas: Canvas | None = None,
     ) -> Visible:
         """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
+
+        Args:
+            canvas: None for the renderer's own.
 
         Returns:
             depth and ids are fresh arrays, ids not written yet; the others are overwritten by the next call.
         """
         self._pack()
         shape = (camera.height_px, camera.width_px)
-        if self._nearness.shape != shape:
-            self._nearness = np.empty(shape, np.float32)
-            self._triangle = np.empty(shape, np.int32)
+        on = self._canvas if canvas is None else canvas
+        on.fit(shape, len(self._scene.faces))
         draw_picture(
             self._scene,
             self._textures,
             self._world.poses,
             camera_view(camera, T_world_camera, pixel_offset),
             self._projected,
-            self._table,
-            self._nearness,
-            self._triangle,
+            on.table,
+            on.nearness,
+            on.triangle,
         )
         depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
         with np.errstate(divide="ignore"):
-            np.divide(np.float32(1.0), self._nearness, out=depth_m)
-        return Visible(self._textures, self._table, self._nearness, self._triangle, depth_m, instance_id)
+            np.divide(np.float32(1.0), on.nearness, out=depth_m)
+        return Visible(self._textures, on.table, on.nearness, on.triangle, depth_m, instance_id)
 
     def _pack(self) -> None:
         if self._body_count != len(self._world.bodies):
             self._scene, self._textures = pack_scene(self._world)
-            self._table = new_triangle_table(len(self._scene.faces))
             self._projected = np.empty((int(np.diff(self._scene.first_vertex).max(initial=0)), 4))
             self._body_count = len(self._world.bodies)

@@ -15,8 +15,22 @@ from sim.render.attributes import LEVEL_BLOCK, SHORT, SurfaceRow, Visible
 from sim.render.compilation import row_kernel
 from sim.render.runs import LANES, PITCH, find_runs, new_lines
 from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level
-from sim.render.visibility import BODY, IS_FLAT, IS_SMOOTH, NOTHING, NX, NY, NZ, TEXEL_DENSITY, TEXTURE, U, V
-from sim.render.water_trace import Endings
+from sim.render.textures import TexturePool
+from sim.render.visibility import (
+    BODY,
+    IS_FLAT,
+    IS_SMOOTH,
+    NOTHING,
+    NX,
+    NY,
+    NZ,
+    TEXEL_DENSITY,
+    TEXTURE,
+    TriangleTable,
+    U,
+    V,
+)
+from sim.render.water_ends import Endings
 
 _DEPTH, _NORMAL, _COLUMN, _ROW, _LINES = 0, 1, 4, 5, 6
 """Lines of the scratch."""
@@ -26,11 +40,12 @@ class Refracted(NamedTuple):
     """A picture whose bent rays have been traced; maps are (H, W).
 
     Attributes:
-        inner: the picture without water, see ``Visible``.
-        ends: of the rays in it.
+        straight: the camera's picture without water, see ``Visible``. inner: that of the eye.
+        ends: of the rays in them.
         depth_m, instance_id: see ``GBuffer``; ids are written row by row.
     """
 
+    straight: Visible
     inner: Visible
     ends: Endings
     depth_m: NDArray[np.float32]
@@ -81,12 +96,17 @@ def resolve_refracted(seen: Refracted, base_colour_rgb: NDArray[np.uint8], norma
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def resolve_refracted_row(seen: Refracted, row: int, scratch: RefractedScratch, surfaces: SurfaceRow) -> None:
     """Write the surfaces of one row of pixels, see ``sim.render.attributes.resolve_row``."""
-    inner, real, whole, firsts, triangle = seen.inner, scratch.real, scratch.whole, scratch.firsts, scratch.triangle
+    real, whole, firsts, triangle = scratch.real, scratch.whole, scratch.firsts, scratch.triangle
     colour, instance_id = surfaces.colour, surfaces.instance_id
-    sources, triangles = seen.ends.source[row], inner.triangle.reshape(-1)
-    width = np.uint64(triangle.shape[0])
+    sources, bent, straight = seen.ends.source[row], seen.inner.triangle.reshape(-1), seen.straight.triangle.reshape(-1)
+    width, one = np.uint64(triangle.shape[0]), np.int32(1)
+    # Triangles of the straight picture have negative numbers.
     for column in range(width):
-        triangle[column] = triangles[np.uint64(np.uint32(sources[column]))]
+        k = sources[column]
+        if k >= 0:
+            triangle[column] = bent[np.uint64(np.uint32(k))]
+        else:
+            triangle[column] = -one - straight[np.uint64(np.uint32(-one - k))]
     to_column, to_row = np.uint64(_COLUMN * PITCH), np.uint64(_ROW * PITCH)
     for column in range(width):
         real[column] = surfaces.depth_m[column]
@@ -95,17 +115,20 @@ def resolve_refracted_row(seen: Refracted, row: int, scratch: RefractedScratch, 
     runs = find_runs(triangle, firsts)
     for run in range(runs):
         first, last = np.uint64(firsts[run]), np.uint64(firsts[run + np.uint64(1)])
-        index = np.uint32(triangle[first])
-        _describe_run(inner.table.whole, inner.table.real, index, first, last, whole, real)
+        is_bent = triangle[first] >= 0
+        index = np.uint32(triangle[first] if is_bent else -one - triangle[first])
+        table = seen.inner.table if is_bent else seen.straight.table
+        _describe_run(table.whole, table.real, index, first, last, whole, real)
         if index == NOTHING:
             for line in range(TEXEL_LINES):
                 for column in range(first, last):
                     whole[np.uint64(line * PITCH) + column] = np.uint32(0)
         else:
-            _place_run(inner, index, first, last, real, whole)
-    fetch_row(inner.textures.texels, whole, colour)
+            _place_run(seen.inner.textures, table, index, first, last, real, whole)
+    fetch_row(seen.inner.textures.texels, whole, colour)
     for column in range(width):
-        colour[column] = np.uint32(0) if triangle[column] == NOTHING else colour[column]
+        is_none = (triangle[column] == NOTHING) | (triangle[column] == -1 - NOTHING)
+        colour[column] = np.uint32(0) if is_none else colour[column]
     for column in range(width):
         instance_id[column] = np.int32(whole[np.uint64(TEXEL_LINES * PITCH) + column])
 
@@ -143,7 +166,8 @@ def _describe_run(
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place_run(
-    inner: Visible,
+    textures: TexturePool,
+    table: TriangleTable,
     index: np.uint32,
     first: np.uint64,
     last: np.uint64,
@@ -151,9 +175,9 @@ def _place_run(
     texel: NDArray[np.uint32],
 ) -> None:
     """Write the numbers and weights of the texels around the pixels first … last - 1 of a triangle."""
-    textures, planes = inner.textures, inner.table.real
-    t, density = np.uint32(inner.table.whole[index, TEXTURE]), planes[index, TEXEL_DENSITY]
-    half = np.float32(0.5 if inner.table.whole[index, IS_SMOOTH] else 0.0)
+    planes = table.real
+    t, density = np.uint32(table.whole[index, TEXTURE]), planes[index, TEXEL_DENSITY]
+    half = np.float32(0.5 if table.whole[index, IS_SMOOTH] else 0.0)
     z = real[first]
     is_level_0 = last - first < np.uint64(SHORT) and density * z * z * z <= LEVEL_0_UP_TO
     start, k = first, np.uint32(0)

@@ -1,15 +1,14 @@
 """A renderer that looks through a rippled surface of water at what another renderer draws.
 
-The ray of pixel p meets the surface at depth z_s along the optical axis and is bent there (Snell). What lies on the
-bent ray at depth w, the inner renderer draws at pixel
-
-    q(w) = p + (1 - z_s / w) e,    e = (pixel in which all rays parallel to the bent one meet) - p
-
-on a straight line from p. So the point seen is the first one on that line where the inner depth map is not beyond w.
+The ray of pixel p meets the surface at depth z_s along the optical axis and is bent there (Snell). The bent ray points
+towards pixel ``p + e``, in which all rays parallel to it meet, so that what lies on it at depth w would be seen
+straight on at pixel ``p + (1 - z_s / w) e``. The other renderer draws the world twice: what is above the water as the
+camera sees it, and what is in it from an eye that is nearly that of the bent rays, see ``sim.render.water_ways``.
 """
 
 from __future__ import annotations
 
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -20,11 +19,14 @@ from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, project, ray_of_pixel
 from sim.render.compilation import announce_compilation
 from sim.render.protocol import Renderer
-from sim.render.raster import Raster
+from sim.render.raster import Canvas, Raster
 from sim.render.refracted_rows import Refracted, new_refracted_scratch, resolve_refracted, resolve_refracted_row
 from sim.render.row_stages import RowStage
-from sim.render.water_rays import STEP_PX, WaterBody, WaterRays, bend_rays, find_entries, widest_shift
-from sim.render.water_trace import Endings, new_endings, trace
+from sim.render.water_ends import Endings, new_endings
+from sim.render.water_entries import find_entries
+from sim.render.water_rays import STEP_PX, WaterBody, WaterRays, bend_rays
+from sim.render.water_trace import trace
+from sim.render.water_ways import Eye, eye_of, ways_of
 from sim.water_surface import RippledSurface
 
 _ROWS = RowStage(resolve_refracted_row, new_refracted_scratch)
@@ -45,6 +47,7 @@ class ThroughWater:
         """Look at the world of ``renderer``."""
         self._renderer, self.surface = renderer, surface
         self.resolving = _ROWS if isinstance(renderer, Raster) else None
+        self._canvas = Canvas()
         self._ends = new_endings(0, 0, np.empty((0, 0), np.float32))
         announce_compilation(bend_rays)
 
@@ -65,16 +68,18 @@ class ThroughWater:
             base_colour_rgb, normal_world = np.empty(shape, np.uint8), np.empty(shape, np.float32)
             resolve_refracted(seen, base_colour_rgb, normal_world)
             return GBuffer(base_colour_rgb, seen.depth_m, seen.instance_id, normal_world)
-        rays, wide, margins = self._outlook(camera, T_world_camera, pixel_offset)
-        inner = self._renderer.gbuffer(wide, T_world_camera, pixel_offset=pixel_offset)
-        ends = self._trace(rays, np.float32(1.0) / inner.depth_m, margins, camera)
-        at = ends.source
-        return GBuffer(
-            inner.base_colour_rgb.reshape(-1, 3)[at],
-            ends.depth_m,
-            inner.instance_id.ravel()[at],
-            inner.normal_world.reshape(-1, 3)[at],
+        eye = self._eye(camera, T_world_camera)
+        straight = self._renderer.gbuffer(camera, T_world_camera, pixel_offset=pixel_offset)
+        inner = self._renderer.gbuffer(*eye)
+        with np.errstate(divide="ignore"):
+            nearness = [np.float32(1.0) / picture.depth_m for picture in (straight, inner)]
+        ends = self._trace(camera, T_world_camera, pixel_offset, eye, *nearness)
+        # The straight picture is last and backwards, as its pixels have numbers below 0, which count from the end.
+        colour, instance_id, normal = (
+            np.concatenate([_flat(getattr(inner, name)), _flat(getattr(straight, name))[::-1]])[ends.source]
+            for name in ("base_colour_rgb", "instance_id", "normal_world")
         )
+        return GBuffer(colour, ends.depth_m, instance_id, normal)
 
     def visible(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
@@ -84,29 +89,39 @@ class ThroughWater:
         Returns:
             depth and ids are fresh arrays, ids not written yet; the others are overwritten by the next call.
         """
-        rays, wide, margins = self._outlook(camera, T_world_camera, pixel_offset)
-        inner = self._renderer.visible(wide, T_world_camera, pixel_offset=pixel_offset)  # type: ignore[attr-defined]
-        ends = self._trace(rays, inner.nearness, margins, camera)
-        return Refracted(inner, ends, ends.depth_m, np.empty(ends.depth_m.shape, np.int32))
+        eye = self._eye(camera, T_world_camera)
+        draw = self._renderer.visible  # type: ignore[attr-defined]
+        straight, inner = draw(camera, T_world_camera, pixel_offset=pixel_offset), draw(*eye, canvas=self._canvas)
+        ends = self._trace(camera, T_world_camera, pixel_offset, eye, straight.nearness, inner.nearness)
+        return Refracted(straight, inner, ends, ends.depth_m, straight.instance_id)
 
-    def _outlook(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixel_offset: float
-    ) -> tuple[WaterRays, PinholeCamera, tuple[int, int]]:
-        """Return the bent rays, the camera of the inner picture, and its margins."""
-        rays = water_rays(self.surface, camera, T_world_camera, pixel_offset)
-        margins = _margins_px(rays, camera)
-        width_px, height_px = camera.width_px + 2 * margins[0], camera.height_px + 2 * margins[1]
-        return rays, PinholeCamera(width_px, height_px, camera.focal_px), margins
+    def _eye(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> Eye:
+        body = _water_body(self.surface, T_world_camera)
+        rectangle_m = (*body.low_m.tolist(), *body.high_m.tolist())
+        pose = np.ascontiguousarray(T_world_camera, dtype=float).tobytes()
+        return eye_of(camera, pose, rectangle_m, body.level_m, body.depth_m, body.refractive_index)
 
     def _trace(
-        self, rays: WaterRays, nearness: NDArray[np.float32], margins: tuple[int, int], camera: PinholeCamera
+        self,
+        camera: PinholeCamera,
+        T_world_camera: NDArray[np.float64],
+        pixel_offset: float,
+        eye: Eye,
+        straight: NDArray[np.float32],
+        inner: NDArray[np.float32],
     ) -> Endings:
-        depth_m = np.empty((camera.height_px, camera.width_px), np.float32)
+        rays = water_rays(self.surface, camera, T_world_camera, pixel_offset)
+        depth_m = np.empty(straight.shape, np.float32)
         if self._ends.column.shape != depth_m.shape:
-            self._ends = new_endings(*depth_m.shape, depth_m)
+            self._ends = new_endings(camera.height_px, camera.width_px, depth_m)
         ends = self._ends._replace(depth_m=depth_m)
-        trace(rays, nearness, *margins, ends)
+        trace(rays, ways_of(rays, eye), straight, inner, ends)
         return ends
+
+
+def _flat(picture: NDArray[Any]) -> NDArray[Any]:
+    """Return a picture (H, W, ...) as a line of pixels."""
+    return picture.reshape(-1, *picture.shape[2:])
 
 
 def water_rays(
@@ -129,16 +144,6 @@ def water_rays(
     bend_rays(rays, _projection(camera, T_world_camera), surface.grid())
     _latest[surface] = (key, rays)
     return rays
-
-
-def _margins_px(rays: WaterRays, camera: PinholeCamera) -> tuple[int, int]:
-    """Return columns on either side and rows above and below that the inner picture needs beyond the outer one."""
-    right, down = widest_shift(rays, camera.width_px, camera.height_px)
-    return _in_tiles(right), _in_tiles(down)
-
-
-def _in_tiles(shift_px: float) -> int:
-    return 0 if shift_px <= 0.5 else 8 * int(np.ceil((shift_px + 1.0) / 8.0))
 
 
 def project_through(

@@ -27,9 +27,10 @@ class RowStage:
 
     Attributes:
         kernel: a ``row_kernel``. A renderer's writes the surfaces of a row: ``(seen, row, scratch, surfaces)``, where
-            ``seen`` is what ``visible`` returns; its scratch has ``colour`` and ``normal`` of ``SurfaceRow``. A shader's writes the radiance (C, W) float32 of a row: ``(light, row, surfaces,
-            scratch, radiance)``, where ``light`` is what ``row_light`` returns and ``surfaces`` a ``SurfaceRow``. A
-            sensor's writes the picture: ``(development, row, scratch, radiance)``, see ``RowSensor.develop_first``.
+            ``seen`` is what ``visible`` returns, ``surfaces`` a ``SurfaceRow``, and the scratch has its ``colour`` and
+            ``normal``. A shader's writes the radiance (C, W) float32 of a row: ``(light, row, surfaces, scratch,
+            radiance)``, where ``light`` is what ``row_light`` returns. A sensor's writes the picture: ``(development,
+            row, scratch, radiance)``, see ``RowSensor.develop_first``.
         new_scratch: returns a NamedTuple of the kernel's scratch arrays, for rows of W pixels.
     """
 

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.water_surface import SurfaceGrid, Waves, sum_waves
+from sim.water_surface import SurfaceGrid
 
 ZERO, HALF, ONE, TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 SURFACE_DEPTH, ALONG_X, ALONG_Y, MIRROR_X, MIRROR_Y, REFLECTANCE = range(6)
@@ -17,7 +17,7 @@ SURFACE_DEPTH, ALONG_X, ALONG_Y, MIRROR_X, MIRROR_Y, REFLECTANCE = range(6)
 FARTHEST_M = np.float32(1e6)
 STEP_PX = 4
 """Rays are bent at every fourth pixel of every fourth row, and interpolated between."""
-_STEEPEST = np.float32(-0.02)
+STEEPEST = np.float32(-0.02)
 """Rays that fall less than this, per unit of depth, miss the water."""
 
 
@@ -41,8 +41,8 @@ class WaterRays(NamedTuple):
     """Bent rays of a picture, at every ``STEP_PX``-th pixel of every ``STEP_PX``-th row.
 
     Attributes:
-        nodes: (6, R, C) float32: depth z_s of the surface, ``FARTHEST_M`` where it is missed; e along x and y in pixels;
-            run along x and y of the reflected ray per metre of its rise; share of light that the surface reflects.
+        nodes: (6, R, C) float32: depth z_s of the surface, ``FARTHEST_M`` where it is missed; e along x and y in
+            pixels; run along x and y of the reflected ray per metre of its rise; share of light reflected.
         pixel_offset: where in a pixel it is sampled.
         position_m: (3,) of the camera.
         matrix: (3, 3) from (x, y, 1) of a pixel to its ray at unit camera depth, world frame.
@@ -57,7 +57,7 @@ class WaterRays(NamedTuple):
 
 
 @row_kernel(forceinline=True)
-def _ray(matrix: NDArray[np.float64], x: float, y: float) -> tuple[float, float, float]:
+def ray(matrix: NDArray[np.float64], x: float, y: float) -> tuple[float, float, float]:
     return (
         matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2],
         matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2],
@@ -66,8 +66,8 @@ def _ray(matrix: NDArray[np.float64], x: float, y: float) -> tuple[float, float,
 
 
 @njit(cache=True, inline="always", error_model="numpy")
-def _bend(
-    dx: float, dy: float, dz: float, slope_x: float, slope_y: float, index: float
+def bend(
+    dx: float, dy: float, dz: float, slope_x: float, slope_y: float, index: float | np.float32
 ) -> tuple[float, float, float, float, float]:
     """Return the ray (3,) behind a surface of these slopes for one of any length before it, by Snell's law in vector
     form: ``t = d / n + (cos i / n - cos t) N``; and cos i and cos t.
@@ -83,7 +83,7 @@ def _bend(
 
 
 @njit(cache=True, inline="always", error_model="numpy")
-def _vanishing(projection: NDArray[np.float64], tx: float, ty: float, tz: float) -> tuple[float, float]:
+def vanishing(projection: NDArray[np.floating], tx: float, ty: float, tz: float) -> tuple[float, float]:
     """Return the pixel in which all rays of a direction meet."""
     w = projection[2, 0] * tx + projection[2, 1] * ty + projection[2, 2] * tz
     x = projection[0, 0] * tx + projection[0, 1] * ty + projection[0, 2] * tz
@@ -112,15 +112,15 @@ def bend_rays(rays: WaterRays, projection: NDArray[np.float64], grid: SurfaceGri
             x = np.float32(np.int32(k * STEP_PX)) + offset
             dx[k] = matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]
             dy[k] = matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]
-            dz[k] = min(matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2], _STEEPEST)
+            dz[k] = min(matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2], STEEPEST)
             depth[k] = drop / dz[k]
         _look_up(grid, origin, lines, depth, 0, 1, cells)
         for k in range(columns):
             depth[k] = (drop + lines[5, k]) / dz[k]
         _look_up(grid, origin, lines, depth, 1, 3, cells)
-        _bend_row(rays.water.refractive_index, onto, row, offset, lines, nodes)
+        _bend_row(np.float32(rays.water.refractive_index), onto, row, offset, lines, nodes)
         for k in range(columns):
-            if not dz[k] < _STEEPEST:
+            if not dz[k] < STEEPEST:
                 nodes[:, row, k] = ZERO
                 depth[k] = FARTHEST_M
 
@@ -163,7 +163,7 @@ def _look_up(
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 def _bend_row(
-    refractive_index: float,
+    index: np.float32,
     onto: NDArray[np.float32],
     row: int,
     offset: np.float32,
@@ -177,12 +177,12 @@ def _bend_row(
         nodes[MIRROR_X, row],
         nodes[MIRROR_Y, row],
     )
-    reflectance, index, y = nodes[REFLECTANCE, row], np.float32(refractive_index), np.float32(row * STEP_PX) + offset
+    reflectance, y = nodes[REFLECTANCE, row], np.float32(row * STEP_PX) + offset
     dx, dy, dz, slope_x, slope_y = lines[0], lines[1], lines[2], lines[5], lines[6]
     for k in range(along_x.shape[0]):
         sx, sy = slope_x[k], slope_y[k]
-        tx, ty, tz, cos_i, cos_t = _bend(dx[k], dy[k], dz[k], sx, sy, index)
-        vx, vy = _vanishing(onto, tx, ty, tz)
+        tx, ty, tz, cos_i, cos_t = bend(dx[k], dy[k], dz[k], sx, sy, index)
+        vx, vy = vanishing(onto, tx, ty, tz)
         along_x[k] = vx - (np.float32(np.int32(k * STEP_PX)) + offset)
         along_y[k] = vy - y
         # r = d + 2 cos i N, here for d = (dx, dy, dz) of any length, times (1 + slope²).
@@ -194,99 +194,6 @@ def _bend_row(
         across = (cos_i - index * cos_t) / (cos_i + index * cos_t)
         parallel = (index * cos_i - cos_t) / (index * cos_i + cos_t)
         reflectance[k] = HALF * (across * across + parallel * parallel)
-
-
-@row_kernel(forceinline=True, error_model="numpy")
-def floor_depth(rays: WaterRays, x: float, y: float, surface_depth: float, ex: float, ey: float) -> float:
-    """Return the depth at which the bent ray of a pixel meets the water's floor."""
-    fall = rays.matrix[2, 0] * (x + ex) + rays.matrix[2, 1] * (y + ey) + rays.matrix[2, 2]
-    return surface_depth - rays.water.depth_m / fall
-
-
-@njit(cache=True, error_model="numpy")
-def widest_shift(rays: WaterRays, width: int, height: int) -> tuple[float, float]:
-    """Return how far beyond the picture's border places on the floor lie in the inner picture, pixels along x and y."""
-    nodes, water = rays.nodes, rays.water
-    widest_x, widest_y = 0.0, 0.0
-    for row in range(nodes.shape[1]):
-        y = row * STEP_PX + rays.pixel_offset
-        for column in range(nodes.shape[2]):
-            x = column * STEP_PX + rays.pixel_offset
-            depth, ex, ey = nodes[SURFACE_DEPTH, row, column], nodes[ALONG_X, row, column], nodes[ALONG_Y, row, column]
-            dx, dy, _ = _ray(rays.matrix, x, y)
-            place_x, place_y = rays.position_m[0] + depth * dx, rays.position_m[1] + depth * dy
-            is_in = water.low_m[0] < place_x < water.high_m[0] and water.low_m[1] < place_y < water.high_m[1]
-            if depth >= FARTHEST_M or not is_in:
-                continue
-            share = 1.0 - depth / floor_depth(rays, x, y, depth, ex, ey)
-            shown_x, shown_y = x + share * ex, y + share * ey
-            widest_x = max(widest_x, -shown_x, shown_x - width)
-            widest_y = max(widest_y, -shown_y, shown_y - height)
-    return widest_x, widest_y
-
-
-@njit(cache=True, error_model="numpy")
-def _exact_ray(
-    water: WaterBody,
-    waves: Waves,
-    time_s: float,
-    origin: NDArray[np.float64],
-    matrix: NDArray[np.float64],
-    projection: NDArray[np.float64],
-    x: float,
-    y: float,
-) -> tuple[float, float, float]:
-    """Return z_s and e of one pixel, of the sum of waves itself; NaN where the ray misses the water."""
-    dx, dy, dz = _ray(matrix, x, y)
-    if not dz < _STEEPEST:
-        return np.nan, np.nan, np.nan
-    height, slope_x, slope_y, depth = 0.0, 0.0, 0.0, 0.0
-    for _ in range(5):
-        depth = (water.level_m + height - origin[2]) / dz
-        height, slope_x, slope_y = sum_waves(waves, time_s, origin[0] + depth * dx, origin[1] + depth * dy)
-    tx, ty, tz, _, _ = _bend(dx, dy, dz, slope_x, slope_y, water.refractive_index)
-    vx, vy = _vanishing(projection, tx, ty, tz)
-    return depth, vx - x, vy - y
-
-
-@njit(cache=True, error_model="numpy")
-def find_entries(
-    water: WaterBody,
-    waves: Waves,
-    time_s: float,
-    origin: NDArray[np.float64],
-    matrix: NDArray[np.float64],
-    projection: NDArray[np.float64],
-    depth_m: NDArray[np.float64],
-    pixels: NDArray[np.float64],
-) -> None:
-    """Replace the pixels (N, 2) at which the inner renderer draws points at depths (N,) by those at which they are seen.
-
-    Solves ``p + (1 - z_s(p) / w) e(p) = q`` by Broyden's method (1965), from p = q with the unit matrix.
-    """
-    for n in range(pixels.shape[0]):
-        qx, qy, w = pixels[n, 0], pixels[n, 1], depth_m[n]
-        x, y, x_before, y_before, fx_before, fy_before = qx, qy, qx, qy, 0.0, 0.0
-        a, b, c, d = 1.0, 0.0, 0.0, 1.0
-        found = False
-        for iteration in range(40):
-            z, ex, ey = _exact_ray(water, waves, time_s, origin, matrix, projection, x, y)
-            share = 1.0 - z / w
-            fx, fy = x + share * ex - qx, y + share * ey - qy
-            if fx * fx + fy * fy < 1e-7:
-                found = True
-                break
-            if iteration > 0:
-                # The inverse Jacobian (a b; c d) is changed by the least that explains the last step (Sherman-Morrison).
-                sx, sy, gx, gy = x - x_before, y - y_before, fx - fx_before, fy - fy_before
-                ux, uy = a * gx + b * gy, c * gx + d * gy
-                scale = 1.0 / (sx * ux + sy * uy)
-                rx, ry = (sx - ux) * scale, (sy - uy) * scale
-                lx, ly = sx * a + sy * c, sx * b + sy * d
-                a, b, c, d = a + rx * lx, b + rx * ly, c + ry * lx, d + ry * ly
-            x_before, y_before, fx_before, fy_before = x, y, fx, fy
-            x, y = x - (a * fx + b * fy), y - (c * fx + d * fy)
-        pixels[n, 0], pixels[n, 1] = (x, y) if found else (np.nan, np.nan)
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")

@@ -2,126 +2,88 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.water_rays import (
-    ALONG_X,
-    ALONG_Y,
-    ONE,
-    STEP_PX,
-    SURFACE_DEPTH,
-    ZERO,
-    WaterRays,
-    floor_depth,
-    interpolate_row,
-)
+from sim.render.water_edges import EDGE, TILE, find_edges, find_near_edges
+from sim.render.water_ends import Endings
+from sim.render.water_rays import ONE, STEP_PX, SURFACE_DEPTH, ZERO, WaterRays, interpolate_row
+from sim.render.water_ways import ALONG_X, ALONG_Y, ENTRY_DEPTH, ENTRY_X, ENTRY_Y, FLOOR_SHARE, PLANES, SCALE
 
-TILE = 8
-"""Side of the tiles of the inner picture that have an edge or none."""
-_NODES = TILE // STEP_PX
-_EDGE = 0.01
-"""Share of the water's depth by which a surface must jump or fold to be an edge."""
+_SURFACE, _MET, _FRONT, _STEP, _LEFT, _DEEPEST, _LINES = range(PLANES, PLANES + 7)
+"""Lines of the scratch, after those of the ways."""
+_DRY, _WET, _BLOCKED = range(3)
+"""Kinds of nodes: beside the water; in it; in it, but the inner picture shows something above it."""
 _SAME = np.float32(0.04)
 """Greatest difference of places on one surface, relative to the floor's share."""
 _FILLED = np.float32(0.01)
-"""The same for a place that is filled: bodies low above the floor are not to be copied."""
-_STEP_PX = np.float32(1.5)
+"""The same for places that fill others: bodies low above the floor are not to be copied."""
+_ITERATIONS, _CLOSE_PX = 5, np.float32(0.02)
+_STEP_PX = np.float32(1.0)
 """Step along a ray that is followed."""
+_BEYOND = np.float32(1.02)
+"""The last step leads below the floor."""
 _MOST_STEPS = np.float32(400.0)
 
 
-class Endings(NamedTuple):
-    """The ends of a picture's rays; all are (H, W).
-
-    Attributes:
-        column, row: float32, where in the inner picture, in pixels from the middle of the first.
-        source: int32, number of the inner pixel that shows the same surface, counted along rows.
-        depth_m: float32, along the optical axis; inf where there is no body.
-    """
-
-    column: NDArray[np.float32]
-    row: NDArray[np.float32]
-    source: NDArray[np.int32]
-    depth_m: NDArray[np.float32]
-
-
-def new_endings(height: int, width: int, depth_m: NDArray[np.float32]) -> Endings:
-    """Return ends for pictures of this size, with a depth map of the caller's."""
-    real = np.empty((2, height, width), np.float32)
-    return Endings(real[0], real[1], np.empty((height, width), np.int32), depth_m)
-
-
-def trace(rays: WaterRays, nearness: NDArray[np.float32], margin_x: int, margin_y: int, ends: Endings) -> None:
+def trace(
+    rays: WaterRays,
+    ways: NDArray[np.float32],
+    straight: NDArray[np.float32],
+    nearness: NDArray[np.float32],
+    ends: Endings,
+) -> None:
     """Write where the rays end.
 
     Where no edge is near, the rays of the nodes are traced and those between interpolated; all others are followed.
 
     Args:
-        nearness: (h, w) 1 / depth of the inner picture, wider and higher by the margins on each side.
+        ways: of the rays in the inner picture.
+        straight: (H, W) 1 / depth of the picture without water. nearness: (h, w) that of the inner picture.
     """
     height, width = ends.depth_m.shape
     edges = np.zeros((-(-nearness.shape[0] // TILE), -(-nearness.shape[1] // TILE)), np.bool_)
-    _find_edges(nearness, np.float32(_EDGE * rays.water.depth_m), edges)
-    shifts = np.empty((3, *rays.nodes.shape[1:]), np.float32)
-    wet = np.empty(rays.nodes.shape[1:], np.bool_)
-    _trace_nodes(rays, nearness, margin_x, margin_y, shifts, wet)
-    near_edge = np.zeros((-(-height // TILE), -(-width // TILE)), np.bool_)
-    _find_near_edges(rays, edges, wet, margin_x, margin_y, near_edge)
-    # As one kernel they would take half as long again: the compiler then makes no vector code of some loops.
-    _interpolate_ends(shifts, margin_x, margin_y, nearness.shape, ends)
-    _follow_near_edges(rays, nearness, margin_x, margin_y, near_edge, ends)
-
-
-@njit(cache=True)
-def _follow_near_edges(
-    rays: WaterRays,
-    nearness: NDArray[np.float32],
-    margin_x: int,
-    margin_y: int,
-    near_edge: NDArray[np.bool_],
-    ends: Endings,
-) -> None:
-    """Write the ends of the rays in the tiles near an edge."""
-    width = ends.depth_m.shape[1]
-    lines, followed = np.empty((7, width), np.float32), np.empty(width, np.int32)
-    for row in range(ends.depth_m.shape[0]):
-        _trace_row(rays, nearness, row, margin_x, margin_y, near_edge[row // TILE], lines, followed, ends)
+    find_edges(nearness, np.float32(EDGE * rays.water.depth_m), edges)
+    places, kinds = np.empty((3, *ways.shape[1:]), np.float32), np.empty(ways.shape[1:], np.int8)
+    _trace_nodes(rays, ways, straight, nearness, places, kinds)
+    near_edge = np.empty((-(-height // TILE), -(-width // TILE)), np.bool_)
+    find_near_edges(ways, edges, kinds, near_edge)
+    _trace_rows(rays, ways, straight, nearness, places, near_edge, ends)
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 def _trace_nodes(
     rays: WaterRays,
+    ways: NDArray[np.float32],
+    straight: NDArray[np.float32],
     nearness: NDArray[np.float32],
-    margin_x: int,
-    margin_y: int,
-    shifts: NDArray[np.float32],
-    wet: NDArray[np.bool_],
+    places: NDArray[np.float32],
+    kinds: NDArray[np.int8],
 ) -> None:
-    """Write how far the rays of the nodes end from where they are, along x and y, the nearness there, and which are in
-    the water: the fixed points of ``share = 1 - z_s nearness(p + share e)``.
+    """Write the column and row in the inner picture where the rays of the nodes end, the camera's 1 / depth there, and
+    their kinds: the fixed points of ``share = 1 - z nearness(a + share e)``.
 
-    Two steps find them, as shares change slowly across a surface.
+    A few steps find them, as shares change slowly across a surface.
     """
-    for i in range(wet.shape[0]):
-        y = np.float32(i * STEP_PX)
-        for j in range(wet.shape[1]):
-            x = np.float32(j * STEP_PX)
-            z, ex, ey = rays.nodes[SURFACE_DEPTH, i, j], rays.nodes[ALONG_X, i, j], rays.nodes[ALONG_Y, i, j]
-            x, y_in = x + np.float32(margin_x), y + np.float32(margin_y)
-            near = _between(nearness, x, y_in)
-            wet[i, j] = _is_over(rays, x - np.float32(margin_x), y, z) and z * near < ONE
-            share = ZERO
-            if wet[i, j]:
-                for _ in range(2):
-                    share = max(ONE - z * near, ZERO)
-                    near = _between(nearness, x + share * ex, y_in + share * ey)
-                share = max(ONE - z * near, ZERO)
-            shifts[0, i, j], shifts[1, i, j], shifts[2, i, j] = share * ex, share * ey, near
+    for i in range(kinds.shape[0]):
+        row = min(i * STEP_PX, straight.shape[0] - 1)
+        for j in range(kinds.shape[1]):
+            column = min(j * STEP_PX, straight.shape[1] - 1)
+            z_s, z = rays.nodes[SURFACE_DEPTH, i, j], ways[ENTRY_DEPTH, i, j]
+            x, y, ex, ey = ways[ENTRY_X, i, j], ways[ENTRY_Y, i, j], ways[ALONG_X, i, j], ways[ALONG_Y, i, j]
+            near, share = _between(nearness, x, y), ZERO
+            for _ in range(_ITERATIONS):
+                before, share = share, max(ONE - z * near, ZERO)
+                near = _between(nearness, x + share * ex, y + share * ey)
+                if abs(share - before) * (abs(ex) + abs(ey)) < _CLOSE_PX:
+                    break
+            places[0, i, j], places[1, i, j] = x + share * ex, y + share * ey
+            places[2, i, j] = ONE / (z_s + (ONE / near - z) * ways[SCALE, i, j])
+            kinds[i, j] = _DRY
+            if _is_over(rays, j * STEP_PX, i * STEP_PX, z_s) and z_s * straight[row, column] < ONE:
+                kinds[i, j] = _WET if z * near < ONE else _BLOCKED
 
 
 @row_kernel(forceinline=True)
@@ -136,134 +98,99 @@ def _between(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> np.
 
 
 @row_kernel(forceinline=True)
-def _is_over(rays: WaterRays, column: np.float32, row: np.float32, z: np.float32) -> bool:
-    """Return whether the ray of a pixel is over the water at depth z."""
-    m, at, water, offset = rays.matrix, rays.position_m, rays.water, np.float32(rays.pixel_offset)
-    x, y = column + offset, row + offset
-    place_x = at[0] + z * (m[0, 0] * x + m[0, 1] * y + m[0, 2])
-    place_y = at[1] + z * (m[1, 0] * x + m[1, 1] * y + m[1, 2])
+def _is_over(rays: WaterRays, column: int, row: int, z_s: np.float32) -> bool:
+    """Return whether the ray of a pixel is over the water at depth z_s."""
+    m, at, water = rays.matrix, rays.position_m, rays.water
+    x, y = column + rays.pixel_offset, row + rays.pixel_offset
+    place_x = at[0] + z_s * (m[0, 0] * x + m[0, 1] * y + m[0, 2])
+    place_y = at[1] + z_s * (m[1, 0] * x + m[1, 1] * y + m[1, 2])
     return water.low_m[0] < place_x < water.high_m[0] and water.low_m[1] < place_y < water.high_m[1]
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _interpolate_ends(
-    shifts: NDArray[np.float32], margin_x: int, margin_y: int, inner: tuple[int, int], ends: Endings
-) -> None:
-    """Write the ends of all rays from those of the nodes."""
-    height, width = ends.depth_m.shape
-    half, pitch = np.float32(0.5), np.int32(inner[1])
+def _interpolate_ends(places: NDArray[np.float32], inner: tuple[int, int], row: int, ends: Endings) -> None:
+    """Write the ends of one row's rays from those of the nodes."""
+    column, line, source, depth_m = ends.column[row], ends.row[row], ends.source[row], ends.depth_m[row]
+    width, half, pitch = column.shape[0], np.float32(0.5), np.int32(inner[1])
     most_x, most_y = np.float32(inner[1] - 1), np.float32(inner[0] - 1)
-    first_x = np.int32(margin_x)
+    interpolate_row(places[0], row, width, column)
+    interpolate_row(places[1], row, width, line)
+    interpolate_row(places[2], row, width, depth_m)
+    for k in range(width):
+        x, y = min(max(column[k], ZERO), most_x), min(max(line[k], ZERO), most_y)
+        column[k], line[k] = x, y
+        source[k] = np.int32(np.int32(y + half) * pitch) + np.int32(x + half)
+        depth_m[k] = ONE / depth_m[k]
+
+
+@njit(cache=True)
+def _trace_rows(
+    rays: WaterRays,
+    ways: NDArray[np.float32],
+    straight: NDArray[np.float32],
+    nearness: NDArray[np.float32],
+    places: NDArray[np.float32],
+    near_edge: NDArray[np.bool_],
+    ends: Endings,
+) -> None:
+    """Write the ends of all rays from those of the nodes, but for those near edges and those that are not bent."""
+    height, width = ends.depth_m.shape
+    lines, followed = np.empty((_LINES, width), np.float32), np.empty(width, np.int32)
     for row in range(height):
-        column, line, source, depth_m = ends.column[row], ends.row[row], ends.source[row], ends.depth_m[row]
-        interpolate_row(shifts[0], row, width, column)
-        interpolate_row(shifts[1], row, width, line)
-        interpolate_row(shifts[2], row, width, depth_m)
-        y = np.float32(row + margin_y)
-        for k in range(width):
-            x = min(max(np.float32(np.int32(k) + first_x) + column[k], ZERO), most_x)
-            v = min(max(y + line[k], ZERO), most_y)
-            column[k], line[k] = x, v
-            source[k] = np.int32(np.int32(v + half) * pitch) + np.int32(x + half)
-            depth_m[k] = ONE / depth_m[k]
+        _interpolate_ends(places, nearness.shape, row, ends)
+        _find_wet(rays, row, straight[row], lines)
+        count = _sort_rays(row, straight, near_edge[row // TILE], lines, followed, ends)
+        if count > 0:
+            for plane in range(PLANES):
+                interpolate_row(ways[plane], row, width, lines[plane])
+            _follow(nearness, row, lines, followed, count, ends)
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _trace_row(
-    rays: WaterRays,
-    nearness: NDArray[np.float32],
+def _find_wet(rays: WaterRays, row: int, straight: NDArray[np.float32], lines: NDArray[np.float32]) -> None:
+    """Write z_s and ``z_s / depth`` of what the straight rays of a row meet: 1 where this is not in the water."""
+    m, water, offset = rays.matrix, rays.water, np.float32(rays.pixel_offset)
+    low_x, high_x = np.float32(water.low_m[0] - rays.position_m[0]), np.float32(water.high_m[0] - rays.position_m[0])
+    low_y, high_y = np.float32(water.low_m[1] - rays.position_m[1]), np.float32(water.high_m[1] - rays.position_m[1])
+    y = np.float32(row) + offset
+    a_step, a = np.float32(m[0, 0]), np.float32(m[0, 1]) * y + np.float32(m[0, 2])
+    b_step, b = np.float32(m[1, 0]), np.float32(m[1, 1]) * y + np.float32(m[1, 2])
+    z_s, met = lines[_SURFACE], lines[_MET]
+    interpolate_row(rays.nodes[SURFACE_DEPTH], row, met.shape[0], z_s)
+    for k in range(met.shape[0]):
+        x = np.float32(np.int32(k)) + offset
+        place_x, place_y = z_s[k] * (a_step * x + a), z_s[k] * (b_step * x + b)
+        inside = (place_x > low_x) & (place_x < high_x) & (place_y > low_y) & (place_y < high_y)
+        met[k] = min(z_s[k] * straight[k], ONE) if inside else ONE
+
+
+@row_kernel(error_model="numpy")
+def _sort_rays(
     row: int,
-    margin_x: int,
-    margin_y: int,
+    straight: NDArray[np.float32],
     near_edge: NDArray[np.bool_],
     lines: NDArray[np.float32],
     followed: NDArray[np.int32],
     ends: Endings,
-) -> None:
-    """Write the ends of one row's rays in the tiles that are near an edge."""
-    width = ends.depth_m.shape[1]
-    interpolate_row(rays.nodes[SURFACE_DEPTH], row, width, lines[0])
-    interpolate_row(rays.nodes[ALONG_X], row, width, lines[1])
-    interpolate_row(rays.nodes[ALONG_Y], row, width, lines[2])
-    count, i = 0, row + margin_y
+) -> int:
+    """Write the ends of a row's rays that are not bent, and the columns of those to follow; return how many."""
+    met, width, count = lines[_MET], np.int32(straight.shape[1]), 0
     for tile in range(near_edge.shape[0]):
-        if not near_edge[tile]:
-            continue
-        for column in range(tile * TILE, min(tile * TILE + TILE, width)):
-            z, j = lines[0, column], column + margin_x
-            if z * nearness[i, j] < ONE and _is_over(rays, np.float32(column), np.float32(row), z):
-                followed[count] = column
+        for k in range(np.int32(tile * TILE), min(np.int32(tile * TILE + TILE), width)):
+            if met[k] >= ONE:
+                ends.column[row, k], ends.row[row, k] = np.float32(k), np.float32(row)
+                ends.source[row, k] = np.int32(-1) - np.int32(row * width + k)
+                ends.depth_m[row, k] = ONE / straight[row, k]
+            elif near_edge[tile]:
+                followed[count] = k
                 count += 1
-            else:
-                _end(nearness, row, column, np.float32(j), np.float32(i), (i, j), ends)
-    _follow(rays, nearness, row, margin_x, margin_y, lines, followed, count, ends)
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _find_edges(nearness: NDArray[np.float32], jump_m: np.float32, edges: NDArray[np.bool_]) -> None:
-    """Mark the tiles where nearness, which is linear on a plane, is not: ``|n - 2 n' + n''| > jump n'²``."""
-    rows, columns = nearness.shape
-    worst = np.empty(columns, np.float32)
-    for tile_row in range(edges.shape[0]):
-        worst[:] = ZERO
-        for row in range(tile_row * TILE, min(tile_row * TILE + TILE, rows)):
-            above, here, below = nearness[max(row - 1, 0)], nearness[row], nearness[min(row + 1, rows - 1)]
-            if 0 < row < rows - 1:
-                for k in range(columns):
-                    fold = np.abs(above[k] + below[k] - np.float32(2.0) * here[k]) - jump_m * here[k] * here[k]
-                    worst[k] = max(worst[k], fold)
-            for k in range(1, columns - 1):
-                fold = np.abs(here[k - 1] + here[k + 1] - np.float32(2.0) * here[k]) - jump_m * here[k] * here[k]
-                worst[k] = max(worst[k], fold)
-        for tile in range(edges.shape[1]):
-            for k in range(tile * TILE, min(tile * TILE + TILE, columns)):
-                edges[tile_row, tile] |= worst[k] > ZERO
-
-
-@row_kernel(error_model="numpy")
-def _find_near_edges(
-    rays: WaterRays,
-    edges: NDArray[np.bool_],
-    wet: NDArray[np.bool_],
-    margin_x: int,
-    margin_y: int,
-    near_edge: NDArray[np.bool_],
-) -> None:
-    """Mark the tiles of the picture whose rays pass a tile with an edge on their way to the floor, and those partly in
-    the water.
-    """
-    nodes = rays.nodes
-    for tile_row in range(near_edge.shape[0]):
-        for tile in range(near_edge.shape[1]):
-            left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
-            for corner in range(4):
-                i, j = _NODES * (tile_row + corner // 2), _NODES * (tile + corner % 2)
-                i, j = min(i, nodes.shape[1] - 1), min(j, nodes.shape[2] - 1)
-                x, y = STEP_PX * j - corner % 2, STEP_PX * i - corner // 2
-                z, ex, ey = nodes[SURFACE_DEPTH, i, j], nodes[ALONG_X, i, j], nodes[ALONG_Y, i, j]
-                share = 1.0 - z / floor_depth(rays, x, y, z, ex, ey)
-                left, right = min(left, x, x + share * ex), max(right, x, x + share * ex)
-                top, bottom = min(top, y, y + share * ey), max(bottom, y, y + share * ey)
-            first, last = max(int(left + 0.5 + margin_x) // TILE, 0), int(right + 0.5 + margin_x) // TILE
-            upper, lower = max(int(top + 0.5 + margin_y) // TILE, 0), int(bottom + 0.5 + margin_y) // TILE
-            i, j = _NODES * tile_row, _NODES * tile
-            for node in range((_NODES + 1) ** 2):
-                other = wet[
-                    min(i + node // (_NODES + 1), wet.shape[0] - 1), min(j + node % (_NODES + 1), wet.shape[1] - 1)
-                ]
-                near_edge[tile_row, tile] |= other != wet[i, j]
-            for i in range(upper, min(lower + 1, edges.shape[0])):
-                for j in range(first, min(last + 1, edges.shape[1])):
-                    near_edge[tile_row, tile] |= edges[i, j]
+    return count
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 def _follow(
-    rays: WaterRays,
     nearness: NDArray[np.float32],
     row: int,
-    margin_x: int,
-    margin_y: int,
     lines: NDArray[np.float32],
     followed: NDArray[np.int32],
     count: int,
@@ -272,73 +199,65 @@ def _follow(
     """Write the ends of ``count`` rays of a row, in columns ``followed``: each the first place that is not before the
     inner picture's surface. All take a step together, so that the processor fetches many at a time.
     """
-    offset = rays.pixel_offset
-    front, step, left = lines[4], lines[5], lines[6]
+    entry_x, entry_y, along_x, along_y = lines[ENTRY_X], lines[ENTRY_Y], lines[ALONG_X], lines[ALONG_Y]
+    entry_depth, floor = lines[ENTRY_DEPTH], lines[FLOOR_SHARE]
+    front, step, left, deepest = lines[_FRONT], lines[_STEP], lines[_LEFT], lines[_DEEPEST]
     for n in range(count):
         k = followed[n]
-        z, ex, ey = lines[0, k], lines[1, k], lines[2, k]
-        last = np.float32(1.0 - z / floor_depth(rays, k + offset, row + offset, z, ex, ey))
-        steps = min(np.floor(np.sqrt(ex * ex + ey * ey) * last / _STEP_PX) + np.float32(2.0), _MOST_STEPS)
-        front[k], step[k], left[k] = ZERO, last / steps, steps + np.float32(1.5)
-    y = np.float32(row + margin_y)
+        length = np.sqrt(along_x[k] * along_x[k] + along_y[k] * along_y[k]) * floor[k]
+        steps = min(np.floor(length / _STEP_PX) + ONE, _MOST_STEPS)
+        front[k], step[k], left[k], deepest[k] = ZERO, _BEYOND * floor[k] / steps, steps + np.float32(1.5), ZERO
     taken = ZERO
     while count > 0:
-        taken += ONE
         kept = 0
         for n in range(count):
             k = followed[n]
-            z, ex, ey, share = lines[0, k], lines[1, k], lines[2, k], taken * step[k]
-            x = np.float32(k + margin_x)
+            x, y, z, ex, ey = entry_x[k], entry_y[k], entry_depth[k], along_x[k], along_y[k]
+            share = taken * step[k]
             shown = ONE - z * nearness[_pixel(nearness, x + share * ex, y + share * ey)]
             if shown > share:
-                front[k] = share
+                if shown >= deepest[k]:
+                    front[k], deepest[k] = share, shown - _FILLED * floor[k]
             elif shown >= ZERO:
                 # The ray meets what is shown there, unless it shows something else where the ray is at that depth.
                 there = _pixel(nearness, x + shown * ex, y + shown * ey)
-                same = max(np.float32(2.0) * step[k], _SAME * (left[k] - np.float32(1.5)) * step[k])
-                if abs(ONE - z * nearness[there] - shown) <= same:
-                    _end(nearness, row, k, x + shown * ex, y + shown * ey, there, ends)
+                met = ONE - z * nearness[there]
+                if abs(met - shown) <= max(np.float32(2.0) * step[k], _SAME * floor[k]):
+                    _end(nearness, row, k, max(met, ZERO), there, lines, ends)
                     continue
-            if taken < left[k]:
+            if taken + ONE < left[k]:
                 followed[kept] = k
                 kept += 1
             else:
-                _fill(nearness, row, k, margin_x, margin_y, lines, ends)
+                _fill(nearness, row, k, lines, ends)
         count = kept
+        taken += ONE
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _fill(
-    nearness: NDArray[np.float32],
-    row: int,
-    column: int,
-    margin_x: int,
-    margin_y: int,
-    lines: NDArray[np.float32],
-    ends: Endings,
-) -> None:
+def _fill(nearness: NDArray[np.float32], row: int, k: int, lines: NDArray[np.float32], ends: Endings) -> None:
     """Write the end of a ray that passed behind a body and had not come out when it met the floor.
 
-    The inner picture lacks what is seen. It is filled by the surface before the body, as if mirrored at its edge.
+    The inner picture lacks what is seen. It is filled by the lowest surface before the body, mirrored at its edge.
     """
-    z, ex, ey, front = lines[0, column], lines[1, column], lines[2, column], lines[4, column]
-    last = (lines[6, column] - np.float32(1.5)) * lines[5, column]
-    x, y = np.float32(column + margin_x), np.float32(row + margin_y)
+    x, y, ex, ey = lines[ENTRY_X, k], lines[ENTRY_Y, k], lines[ALONG_X, k], lines[ALONG_Y, k]
+    z, front, near = lines[ENTRY_DEPTH, k], lines[_FRONT, k], _FILLED * lines[FLOOR_SHARE, k]
     floor = _pixel(nearness, x + front * ex, y + front * ey)
     shown = ONE - z * nearness[floor]
     mirrored = max(np.float32(2.0) * front - shown, ZERO)
     there = _pixel(nearness, x + mirrored * ex, y + mirrored * ey)
-    if abs(ONE - z * nearness[there] - shown) <= _FILLED * last:
-        _end(nearness, row, column, x + mirrored * ex, y + mirrored * ey, there, ends)
+    beyond = ONE - z * nearness[there] - shown
+    if -near <= beyond <= near + front - mirrored:
+        _end(nearness, row, k, mirrored, there, lines, ends)
     else:
-        _end(nearness, row, column, x + front * ex, y + front * ey, floor, ends)
+        _end(nearness, row, k, front, floor, lines, ends)
 
 
 @row_kernel(forceinline=True)
-def _pixel(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> tuple[int, int]:
+def _pixel(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> tuple[np.int32, np.int32]:
     half = np.float32(0.5)
-    j = min(max(int(np.floor(x + half)), 0), nearness.shape[1] - 1)
-    i = min(max(int(np.floor(y + half)), 0), nearness.shape[0] - 1)
+    j = min(max(np.int32(x + half), np.int32(0)), np.int32(nearness.shape[1] - 1))
+    i = min(max(np.int32(y + half), np.int32(0)), np.int32(nearness.shape[0] - 1))
     return i, j
 
 
@@ -346,16 +265,17 @@ def _pixel(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> tuple
 def _end(
     nearness: NDArray[np.float32],
     row: int,
-    column: int,
-    x: np.float32,
-    y: np.float32,
-    there: tuple[int, int],
+    k: int,
+    share: np.float32,
+    there: tuple[np.int32, np.int32],
+    lines: NDArray[np.float32],
     ends: Endings,
 ) -> None:
     """Write the end of a ray at a pixel, and where in it; at most half a pixel away from its middle."""
     i, j = there
     half = np.float32(0.5)
-    ends.column[row, column] = min(max(x, np.float32(j) - half), np.float32(j) + half)
-    ends.row[row, column] = min(max(y, np.float32(i) - half), np.float32(i) + half)
-    ends.source[row, column] = i * nearness.shape[1] + j
-    ends.depth_m[row, column] = ONE / nearness[i, j]
+    x, y = lines[ENTRY_X, k] + share * lines[ALONG_X, k], lines[ENTRY_Y, k] + share * lines[ALONG_Y, k]
+    ends.column[row, k] = min(max(x, np.float32(j) - half), np.float32(j) + half)
+    ends.row[row, k] = min(max(y, np.float32(i) - half), np.float32(i) + half)
+    ends.source[row, k] = i * nearness.shape[1] + j
+    ends.depth_m[row, k] = lines[_SURFACE, k] + (ONE / nearness[i, j] - lines[ENTRY_DEPTH, k]) * lines[SCALE, k]

@@ -144,7 +144,7 @@ class WaterShader:
     def shade(
         self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at pixel centres."""
+        """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at centres."""
         return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
     def row_light(
@@ -164,7 +164,7 @@ class WaterShader:
             self._air,
             self._mirrored,
             self._panels,
-            mirror_panels(rays, self._panels),
+            *mirror_panels(rays, self._panels),
         )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
+from sim.render.runs import PITCH, new_lines
 from sim.render.water_rays import (
     ALONG_X,
     ALONG_Y,
@@ -21,7 +22,8 @@ from sim.render.water_rays import (
     WaterRays,
     interpolate_row,
 )
-from sim.shaders.caustics import MapExtent, exp_minus
+from sim.shaders.caustics import MapExtent
+from sim.shaders.caustics_kernels import exp_minus
 from sim.shaders.daylight_kernels import reflectance_row
 
 ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
@@ -30,9 +32,9 @@ _ON_FLOOR = np.float32(0.93)
 _FARTHEST_M = np.float32(1e4)
 _EDGE = np.float32(0.06)
 """Width of a mirrored edge, which is out of focus, relative to the panel's side."""
-Z, U, V, F, X, Y, DOWN, WAY, LIT, WET, MIRROR_A, MIRROR_B = range(12)
-"""Lines of the scratch: z_s; e along x and y; share reflected; position and depth below the surface of what is seen;
-way to it in the water; light that arrives; 1 in the water, 0 elsewhere; place on a mirrored panel."""
+Z, U, V, F, X, Y, DOWN, WAY, LIT, WET, MIRROR_A, MIRROR_B = (np.uint64(line * PITCH) for line in range(12))
+"""Where lines of the scratch begin: z_s; e along x and y; share reflected; position of what is seen and its depth
+below the surface; way to it in the water; light that arrives; 1 in the water, 0 elsewhere; place on a panel."""
 
 
 class PanelArrays(NamedTuple):
@@ -65,7 +67,8 @@ class WaterLight(NamedTuple):
         bounce: share of light that comes from below.
         air: (3,) radiance of a white level surface in air. mirrored: (3,) radiance of the room.
         panels: above the water.
-        places: (P, 2, R, C) where on each panel the nodes' mirrored rays end, 0 in its middle, -1/2 and 1/2 at its edges.
+        places: (P, 2, R, C) where the nodes' mirrored rays meet each panel: 0 in its middle, -1/2 and 1/2 at its edges.
+        bounds: (P, R, 4) least and greatest of the places in each row, along side a and b.
     """
 
     nodes: NDArray[np.float32]
@@ -80,10 +83,11 @@ class WaterLight(NamedTuple):
     mirrored: NDArray[np.float32]
     panels: PanelArrays
     places: NDArray[np.float32]
+    bounds: NDArray[np.float32]
 
 
 class WaterScratch(NamedTuple):
-    """Scratch of ``shade_row``: lines (12, W) float32, and cells (W,) of the maps."""
+    """Scratch of ``shade_row``: a line buffer (``sim.render.runs``) of 12 lines, and cells (W,) of the maps."""
 
     lines: NDArray[np.float32]
     cells: NDArray[np.uint32]
@@ -91,14 +95,14 @@ class WaterScratch(NamedTuple):
 
 def new_water_scratch(width: int) -> WaterScratch:
     """Return scratch for rows of ``width`` pixels."""
-    return WaterScratch(np.empty((12, width), np.float32), np.empty(width, np.uint32))
+    return WaterScratch(new_lines(12, width), np.empty(width, np.uint32))
 
 
-def mirror_panels(rays: WaterRays, panels: PanelArrays) -> NDArray[np.float32]:
-    """Return where the mirrored rays of all nodes end, see ``WaterLight.places``."""
+def mirror_panels(rays: WaterRays, panels: PanelArrays) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return ``places`` and ``bounds`` of ``WaterLight``."""
     places = np.empty((len(panels.frames), 2, *rays.nodes.shape[1:]), np.float32)
     _mirror_panels(rays, panels.frames, places)
-    return places
+    return places, np.stack([f(places[:, k], axis=-1) for k in (0, 1) for f in (np.min, np.max)], axis=-1)
 
 
 @njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
@@ -134,10 +138,10 @@ def shade_row(
 ) -> None:
     """Write the radiance (3, W) of one row, see ``sim.shaders.water``."""
     lines, width = scratch.lines, surfaces.depth_m.shape[0]
-    interpolate_row(light.nodes[SURFACE_DEPTH], row, width, lines[Z])
-    interpolate_row(light.nodes[ALONG_X], row, width, lines[U])
-    interpolate_row(light.nodes[ALONG_Y], row, width, lines[V])
-    interpolate_row(light.nodes[REFLECTANCE], row, width, lines[F])
+    interpolate_row(light.nodes[SURFACE_DEPTH], row, width, lines[Z:])
+    interpolate_row(light.nodes[ALONG_X], row, width, lines[U:])
+    interpolate_row(light.nodes[ALONG_Y], row, width, lines[V:])
+    interpolate_row(light.nodes[REFLECTANCE], row, width, lines[F:])
     _place(light, row, surfaces.depth_m, lines)
     _light_arriving(light, surfaces, lines, scratch.cells)
     for channel in range(3):
@@ -147,33 +151,32 @@ def shade_row(
         _mirror(light, panel, row, lines, radiance)
 
 
+# Numbers that are read from arrays inside a loop that writes would have to be read anew for each pixel.
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place(light: WaterLight, row: int, depth_m: NDArray[np.float32], lines: NDArray[np.float32]) -> None:
     """Write where the surfaces seen lie, below the water's surface, and how far the light comes through the water."""
-    m, origin, extent = light.matrix, light.position_m, light.extent
-    z_s, ex, ey = lines[Z], lines[U], lines[V]
-    out_x, out_y, below, way, wet = lines[X], lines[Y], lines[DOWN], lines[WAY], lines[WET]
-    level = origin[2] - extent.level_m
+    m, extent = light.matrix, light.extent
+    at_x, at_y, at_z = light.position_m[0], light.position_m[1], light.position_m[2]
+    level = at_z - extent.level_m
     low_x, low_y, high_x, high_y = extent.low_m[0], extent.low_m[1], extent.high_m[0], extent.high_m[1]
     y = np.float32(row) + HALF
     a, b, c = m[0, 1] * y + m[0, 2], m[1, 1] * y + m[1, 2], m[2, 1] * y + m[2, 2]
-    for k in range(depth_m.shape[0]):
+    a_x, b_x, c_x, a_y, b_y, c_y = m[0, 0], m[1, 0], m[2, 0], m[0, 1], m[1, 1], m[2, 1]
+    for k in range(np.uint64(depth_m.shape[0])):
         x = np.float32(np.int32(k)) + HALF
-        z, w = z_s[k], min(depth_m[k], _FARTHEST_M)
-        dx, dy, dz = m[0, 0] * x + a, m[1, 0] * x + b, m[2, 0] * x + c
-        place_x, place_y = origin[0] + z * dx, origin[1] + z * dy
+        z, w = lines[Z + k], min(depth_m[k], _FARTHEST_M)
+        dx, dy, dz = a_x * x + a, b_x * x + b, c_x * x + c
+        place_x, place_y = at_x + z * dx, at_y + z * dy
         inside = (place_x > low_x) & (place_x < high_x) & (place_y > low_y) & (place_y < high_y) & (w > z)
         is_wet = ONE if inside else ZERO
-        share = ONE - z / w
-        du, dv = share * ex[k] * is_wet, share * ey[k] * is_wet
-        px = dx + m[0, 0] * du + m[0, 1] * dv
-        py = dy + m[1, 0] * du + m[1, 1] * dv
-        pz = dz + m[2, 0] * du + m[2, 1] * dv
+        share = (ONE - z / w) * is_wet
+        du, dv = share * lines[U + k], share * lines[V + k]
+        px, py, pz = dx + a_x * du + a_y * dv, dy + b_x * du + b_y * dv, dz + c_x * du + c_y * dv
         along_x, along_y, along_z = w * px - z * dx, w * py - z * dy, w * pz - z * dz
-        out_x[k], out_y[k] = origin[0] + w * px, origin[1] + w * py
-        below[k] = max(-level - w * pz, ZERO) * is_wet
-        way[k] = np.sqrt(along_x * along_x + along_y * along_y + along_z * along_z) * is_wet
-        wet[k] = is_wet
+        lines[X + k], lines[Y + k] = at_x + w * px, at_y + w * py
+        lines[DOWN + k] = max(-level - w * pz, ZERO) * is_wet
+        lines[WAY + k] = np.sqrt(along_x * along_x + along_y * along_y + along_z * along_z) * is_wet
+        lines[WET + k] = is_wet
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
@@ -187,33 +190,40 @@ def _light_arriving(
 
         E = map (2/3 max(0, n . l) / l_z + 1/3 (1 + n_z) / 2) + bounce (1 - n_z) / 2
     """
-    extent, direct = light.extent, light.direct
     rows, columns = light.maps.shape[1], light.maps.shape[2]
-    per_m = ONE / extent.step_m
+    per_m, first_x, first_y = ONE / light.extent.step_m, light.extent.first_m[0], light.extent.first_m[1]
     most_s, most_t = np.float32(columns) - np.float32(1.01), np.float32(rows) - np.float32(1.01)
-    x, y, below, lit, wet = lines[X], lines[Y], lines[DOWN], lines[LIT], lines[WET]
-    shadowless, pitch = np.int32(rows * columns), np.int32(columns)
-    floor = extent.depth_m * _ON_FLOOR
-    for k in range(x.shape[0]):
-        s = min(max((x[k] - extent.first_m[0]) * per_m, ZERO), most_s)
-        t = min(max((y[k] - extent.first_m[1]) * per_m, ZERO), most_t)
+    shadowless, pitch, width = np.int32(rows * columns), np.int32(columns), np.uint64(cells.shape[0])
+    depth_m = light.extent.depth_m
+    floor = depth_m * _ON_FLOOR
+    for k in range(width):
+        s = min(max((lines[X + k] - first_x) * per_m, ZERO), most_s)
+        t = min(max((lines[Y + k] - first_y) * per_m, ZERO), most_t)
         j, i = np.int32(s), np.int32(t)
-        cells[k] = np.uint32(i * pitch + j + (np.int32(0) if below[k] > floor else shadowless))
-        x[k], y[k] = s - np.float32(j), t - np.float32(i)
-    maps, below_row = light.maps.reshape(-1), np.uint64(columns)
-    for k in range(x.shape[0]):
+        layer = np.int32(0) if lines[DOWN + k] > floor else shadowless
+        cells[k] = np.uint32(np.int32(np.int32(i * pitch) + j) + layer)
+        lines[X + k], lines[Y + k] = s - np.float32(j), t - np.float32(i)
+    maps, below_row, one = light.maps.reshape(-1), np.uint64(columns), np.uint64(1)
+    for k in range(width):
         cell = np.uint64(cells[k])
-        upper = maps[cell] + (maps[cell + np.uint64(1)] - maps[cell]) * x[k]
-        lower = maps[cell + below_row]
-        lower += (maps[cell + below_row + np.uint64(1)] - lower) * x[k]
-        lit[k] = upper + (lower - upper) * y[k]
+        upper, lower = maps[cell], maps[cell + below_row]
+        upper += (maps[cell + one] - upper) * lines[X + k]
+        lower += (maps[cell + below_row + one] - lower) * lines[X + k]
+        lines[LIT + k] = upper + (lower - upper) * lines[Y + k]
     nx, ny, nz = surfaces.normal[0], surfaces.normal[1], surfaces.normal[2]
-    directed, from_above = np.float32(2.0 / 3.0) / direct[2], np.float32(1.0 / 6.0)
-    for k in range(lit.shape[0]):
-        cosine = max(nx[k] * direct[0] + ny[k] * direct[1] + nz[k] * direct[2], ZERO)
-        share = min(below[k] / extent.depth_m, ONE) * wet[k]
-        caustic = ONE + (lit[k] - ONE) * share
-        lit[k] = caustic * (directed * cosine + from_above * (ONE + nz[k])) + light.bounce * HALF * (ONE - nz[k])
+    lx, ly, lz, bounce, per_depth = (
+        light.direct[0],
+        light.direct[1],
+        light.direct[2],
+        HALF * light.bounce,
+        ONE / depth_m,
+    )
+    directed, from_above = np.float32(2.0 / 3.0) / lz, np.float32(1.0 / 6.0)
+    for k in range(width):
+        cosine = max(nx[k] * lx + ny[k] * ly + nz[k] * lz, ZERO)
+        share = min(lines[DOWN + k] * per_depth, ONE) * lines[WET + k]
+        caustic = ONE + (lines[LIT + k] - ONE) * share
+        lines[LIT + k] = caustic * (directed * cosine + from_above * (ONE + nz[k])) + bounce * (ONE - nz[k])
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
@@ -228,47 +238,41 @@ def _colour(
     inside, veil = light.medium[0, channel], light.medium[1, channel]
     along, down = light.medium[2, channel], light.medium[3, channel]
     air, mirrored = light.air[channel], light.mirrored[channel]
-    lit, way, below, wet, reflected = lines[LIT], lines[WAY], lines[DOWN], lines[WET], lines[F]
     out = ONE / (light.extent.refractive_index * light.extent.refractive_index)
     infinity = np.float32(np.inf)
-    for k in range(depth_m.shape[0]):
-        left = exp_minus(along * way[k] + down * below[k])
-        shown = radiance[k] * lit[k] * (air + (inside - air) * wet[k])
-        under = (shown * left + veil * (ONE - left)) * (ONE - reflected[k]) * out + mirrored * reflected[k]
-        seen = shown + (under - shown) * wet[k]
+    for k in range(np.uint64(depth_m.shape[0])):
+        left, reflected, wet = exp_minus(along * lines[WAY + k] + down * lines[DOWN + k]), lines[F + k], lines[WET + k]
+        shown = radiance[k] * lines[LIT + k] * (air + (inside - air) * wet)
+        under = (shown * left + veil * (ONE - left)) * (ONE - reflected) * out + mirrored * reflected
+        seen = shown + (under - shown) * wet
         radiance[k] = seen if depth_m[k] < infinity else ZERO
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _mirror(light: WaterLight, panel: int, row: int, lines: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
     """Add what the surface mirrors of a panel to the radiance (3, W)."""
-    width = radiance.shape[1]
-    if not _is_near(light.places[panel], row):
+    if not _is_near(light.bounds[panel], row):
         return
-    a, b, wet, reflected = lines[MIRROR_A], lines[MIRROR_B], lines[WET], lines[F]
-    interpolate_row(light.places[panel, 0], row, width, a)
-    interpolate_row(light.places[panel, 1], row, width, b)
+    width = np.uint64(radiance.shape[1])
+    interpolate_row(light.places[panel, 0], row, radiance.shape[1], lines[MIRROR_A:])
+    interpolate_row(light.places[panel, 1], row, radiance.shape[1], lines[MIRROR_B:])
     panes_a, panes_b, bar = light.panels.panes[panel, 0], light.panels.panes[panel, 1], light.panels.bar_share[panel]
     for k in range(width):
-        shine = _within(a[k], panes_a, bar) * _within(b[k], panes_b, bar)
-        a[k] = shine * wet[k] * reflected[k]
+        shine = _within(lines[MIRROR_A + k], panes_a, bar) * _within(lines[MIRROR_B + k], panes_b, bar)
+        lines[MIRROR_A + k] = shine * lines[WET + k] * lines[F + k]
     for channel in range(3):
         nit, line = light.panels.nit[panel, channel], radiance[channel]
         for k in range(width):
-            line[k] += nit * a[k]
+            line[k] += nit * lines[MIRROR_A + k]
 
 
-@row_kernel(error_model="numpy")
-def _is_near(places: NDArray[np.float32], row: int) -> bool:
-    """Return whether a mirrored panel (2, R, C) may be seen in a row."""
-    first = min(row // STEP_PX, places.shape[1] - 2)
-    near = np.float32(0.7)
-    low_a, high_a, low_b, high_b = np.float32(9.0), np.float32(-9.0), np.float32(9.0), np.float32(-9.0)
-    for i in range(first, first + 2):
-        for j in range(places.shape[2]):
-            low_a, high_a = min(low_a, places[0, i, j]), max(high_a, places[0, i, j])
-            low_b, high_b = min(low_b, places[1, i, j]), max(high_b, places[1, i, j])
-    return low_a < near and high_a > -near and low_b < near and high_b > -near
+@row_kernel(forceinline=True)
+def _is_near(bounds: NDArray[np.float32], row: int) -> bool:
+    """Return whether a mirrored panel with bounds (R, 4) may be seen in a row."""
+    upper = min(row // STEP_PX, bounds.shape[0] - 2)
+    near, a, b = np.float32(0.7), bounds[upper], bounds[upper + 1]
+    along_a = min(a[0], b[0]) < near and max(a[1], b[1]) > -near
+    return bool(along_a and min(a[2], b[2]) < near and max(a[3], b[3]) > -near)
 
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")

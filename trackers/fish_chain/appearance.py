@@ -17,8 +17,8 @@ _LEAST_PIECES, _LEAST_CHUNKS = 4, 3
 _PRIOR_CHUNKS = 20.0
 _LASTING = 0.3
 """Share of W that does not average out over chunks: light, depth and posture change slowly."""
-_TOO_UNLIKE = -3.0
-"""A single feature speaks no stronger against a link; real looks have heavier tails than Gaussians."""
+_MOST = 3.0
+"""A single feature speaks no stronger for or against a link; real looks have heavier tails than Gaussians."""
 
 
 class Appearance:
@@ -51,24 +51,29 @@ class Appearance:
     def log_ratios(
         self, first: Sequence[NDArray[np.float64]], second: Sequence[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Return the log-likelihood ratios (N, M), same against different, of N pieces' looks (C, D) with M others'."""
+        """Return the log-likelihood ratios (N, M), same against different, of N pieces' looks (C, D) with M others'.
+
+        0 for pieces without looks (C = 0).
+        """
         if self._axes is None or not len(first) or not len(second):
             return np.zeros((len(first), len(second)))
         x, u = self._projected(first)
         y, v = self._projected(second)
+        seen = np.logical_and.outer(*([len(looks) > 0 for looks in pieces] for pieces in (first, second)))
         x, u, y, v = x[:, None], u[:, None, None], y[None], v[None, :, None]
         spread = self._spread
         same_xx, same_yy = spread + u, spread + v
         determinant = same_xx * same_yy - spread**2
         same = (x**2 * same_yy - 2 * spread * x * y + y**2 * same_xx) / determinant + np.log(determinant)
         different = x**2 / same_xx + y**2 / same_yy + np.log(same_xx * same_yy)
-        ratios = np.maximum(0.5 * (different - same), _TOO_UNLIKE)
-        return ratios.sum(axis=-1)  # type: ignore[no-any-return]
+        ratios = np.clip(0.5 * (different - same), -_MOST, _MOST)
+        return np.where(seen, ratios.sum(axis=-1), 0.0)
 
     def _projected(self, pieces: Sequence[NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         assert self._axes is not None
-        means = np.array([looks.mean(axis=0) for looks in pieces])
-        return (means - self._mean) @ self._axes, _noise(np.array([len(looks) for looks in pieces], dtype=float))
+        means = np.array([looks.mean(axis=0) if len(looks) else self._mean for looks in pieces])
+        counts = np.array([max(len(looks), 1) for looks in pieces], dtype=float)
+        return (means - self._mean) @ self._axes, _noise(counts)
 
 
 def _noise(counts: NDArray[np.float64]) -> NDArray[np.float64]:

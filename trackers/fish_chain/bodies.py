@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from trackers.fish_chain.posture import STATIONS
 
-_POSE = 4
-"""Numbers of a pose: x, y of the middle, direction of the head there, bend from the middle to either end (radians)."""
-_ROUNDS = 4
+_MOVES = 5
+_SCALES = (1.0, 0.5, 0.5, 0.25, 0.25, 0.12, 0.12)
+"""Steps of the successive rounds, in deviations."""
 _DISCS = 2 * STATIONS - 1
 
 
@@ -53,6 +53,22 @@ def _stamp(
 
 
 @numba.njit(cache=True)
+def _moved(pose: NDArray[np.float64], move: int, steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a pose moved along or across the body, turned, or with its front or its back half turned."""
+    result = pose.copy()
+    if move < 2:
+        direction = pose[2] + 0.5 * math.pi * move
+        result[0] += steps[move] * math.cos(direction)
+        result[1] += steps[move] * math.sin(direction)
+    elif move == 2:
+        result[2] += steps[2]
+    else:
+        result[2] += 0.5 * steps[3]
+        result[3] += steps[3] if move == 3 else -steps[3]
+    return result
+
+
+@numba.njit(cache=True)
 def _loss(mask: NDArray[np.uint8], cover: NDArray[np.int32], stamp: NDArray[np.int32], mark: int) -> float:
     """Return the pixels in which the union of the others (``cover`` > 0) and one body differs from the mask."""
     wrong = 0
@@ -75,8 +91,9 @@ def fit_bodies(
 ) -> tuple[NDArray[np.float64], float]:
     """Return the poses (N, 4) of N bodies that cover a blob best, and the pixels in which they differ from it.
 
-    Minimises ``|mask xor union of bodies| + weight_px Σ ((pose - expected) / deviations)²`` by moving one number of one
-    body at a time, in steps that shrink; it finds the minimum near the expected poses, not the global one.
+    Minimises ``|mask xor union of bodies| + weight_px Σ ((pose - expected) / deviations)²`` by moving one body at a
+    time, in steps that shrink; it finds a minimum near the expected poses, not the global one. A pose is x, y of the
+    middle, the direction of the head there, and the bend from the middle to either end, radians.
 
     Args:
         mask: (H, W) 1 on the blob, with a free border as wide as bodies may stick out.
@@ -95,18 +112,16 @@ def fit_bodies(
         cover += stamps[n]
     mark = 1
     total = 0.0
-    for scale in range(_ROUNDS):
+    for scale in _SCALES:
         for n in range(count):
             cover -= stamps[n]
             best = _loss(mask, cover, stamps[n], 1) + weight_px * np.sum(
                 ((poses[n] - expected[n]) / deviations[n]) ** 2
             )
-            for number in range(_POSE):
-                step = deviations[n, number] / 2.0**scale
-                for direction in (-1.0, 1.0):
+            for move in range(_MOVES):
+                for sign in (-1.0, 1.0):
                     while True:
-                        moved = poses[n].copy()
-                        moved[number] += direction * step
+                        moved = _moved(poses[n], move, sign * scale * deviations[n])
                         mark += 1
                         _stamp(moved, lengths_px[n], halves_px[n], trial, mark)
                         loss = _loss(mask, cover, trial, mark)

@@ -24,6 +24,8 @@ _FIRST_LESSON = 30
 """Frames after which the models learn for the first time; then whenever the number has grown by half."""
 _LESSON_FRAMES = 5
 """Length of the shortest tracklet that is learnt from."""
+_LEAST_FRAMES = 3
+"""Shorter tracklets are taken for glints."""
 _COUNTED_FRAMES = 15
 """Frames for which so many fish must be seen at the same time to be counted, and of a fish that counts."""
 _ROUNDS = (0.999, 0.99, 0.9)
@@ -117,14 +119,18 @@ class Chain:
         for each in detections:
             self._bounds[:2] = np.minimum(self._bounds[:2], each.position_px)
             self._bounds[2:] = np.maximum(self._bounds[2:], each.position_px)
-        begun = self._builder.step(self._frame, detections, self._body_px())
+        before = len(self._builder.ended)
+        begun = self._builder.step(self._frame, detections, self._detector.body_px)
         self._tracklets += begun
         self._pending += begun
         self._count_fish()
         if self._frame + 1 >= self._lesson:
             self._learn()
             self._lesson = 3 * self._lesson // 2
-        self._decide(self._parameters.delay)
+        ripe = self._frame - self._parameters.delay
+        changed = begun or len(self._builder.ended) > before
+        if changed or any(each.first_frame <= ripe for each in self._pending):
+            self._decide(self._parameters.delay)
         return self._now()
 
     def revised(self) -> list[list[Track]]:
@@ -142,13 +148,6 @@ class Chain:
                     answers[frame].append(track)
         return answers
 
-    def _body_px(self) -> float:
-        """Return the length of the usual body; before it is known, a fifteenth of the room that fish were seen in."""
-        known = self._detector.norms.length_px
-        if known == 0 and np.isfinite(self._bounds).all():
-            known = max(float((self._bounds[2:] - self._bounds[:2]).max()) / 15, 10.0)
-        return max(known, 1.0)
-
     def _count_fish(self) -> None:
         """Learn how many fish there are: the most that were seen together, for some frames."""
         lasting = [each for each in self._builder.active if len(each) >= _COUNTED_FRAMES]
@@ -161,17 +160,18 @@ class Chain:
         self._appearance.learn([each.looks() for each in long])
         steps_s = np.diff(self._times_s)
         self._motion.interval_s = max(float(np.median(steps_s)), 1e-3) if len(steps_s) else 1 / 30
-        self._motion.length_px = self._body_px()
+        self._motion.length_px = self._detector.body_px
         if np.isfinite(self._bounds).all():
             self._motion.around = Surroundings(self._bounds.copy())
         self._motion.learn([each.piece(self._motion.interval_s) for each in long])
 
     def _decide(self, delay: int) -> None:
         """Find the best links of all tracklets that are not decided, and decide those that began ``delay`` ago."""
+        active = {each.number for each in self._builder.active}
+        self._pending = [each for each in self._pending if each.number in active or len(each) >= _LEAST_FRAMES]
         if not self._pending:
             return
         oldest = self._frame - self._parameters.most_lost - self._parameters.delay
-        active = {each.number for each in self._builder.active}
         tails = [Fish([each]) for each in self._pending] + list(self._fish.values())
         tails = [each for each in tails if each.tail.number not in active and each.tail.end_frame >= oldest]
         starts = [Fish([each]) for each in self._pending]
@@ -215,7 +215,7 @@ class Chain:
 
     def _decide_all(self) -> list[Fish]:
         """Link all tracklets of the video, the surest links first."""
-        fish = [Fish([each]) for each in self._tracklets]
+        fish = [Fish([each]) for each in self._tracklets if len(each) >= _LEAST_FRAMES]
         self.links = []
         for limit in (*_ROUNDS, self._parameters.made):
             matches = best_links(self._costs(fish, fish, len(fish)))
@@ -247,7 +247,7 @@ class Chain:
             looks = ([each.looks() for each in fish] for fish in (tails, starts))
             log_odds += p.trust * self._appearance.log_ratios(*looks)
         if p.use_motion:
-            for row in np.flatnonzero(possible.any(axis=1)):
+            for row in np.flatnonzero(possible.any(axis=1)).tolist():
                 columns = np.flatnonzero(possible[row])
                 chosen = Starts(first.first_frame[columns], first.place_px[columns], first.heading_rad[columns])
                 log_odds[row, columns] += self._motion.log_ratios(tails[row].tail, chosen)
@@ -260,7 +260,7 @@ class Chain:
         for each in self._builder.active:
             identity, probability = self._name(each, owners)
             named.add(identity)
-            line, box = each.line_px(self._frame), each.boxes_xyxy()[-1]
+            line, box = each.line_px(self._frame), each.box_xyxy(self._frame)
             tracks.append(measured(identity, line, box, probability))
         for each in self._builder.ghosts:
             identity, probability = self._name(each, owners)

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.fish_chain.background import Background, Grey, grey_of
+from trackers.fish_chain.background import Background, Grey, glare_of, grey_of
 from trackers.fish_chain.norms import Norms
 from trackers.fish_chain.posture import STATIONS, posture
 from trackers.registry import tunable
@@ -59,6 +59,7 @@ class Detection:
         area_px: pixels.
         score: in [0, 1]; how far area and contrast reach those of the usual fish.
         merged: more than one fish by its area and shape.
+        covered: a part of it may be hidden by the reflection of a lamp, or cut by the border.
         widths_px: (K,) across the centre line. shades: (K,) brightness along it as a share of the floor's.
         colour: (2,) logarithms of red and blue over green, relative to the floor's about the blob.
         mask: (h, w) 1 on the blob; its top left corner is at ``corner_px`` (x, y).
@@ -71,6 +72,7 @@ class Detection:
     area_px: float
     score: float
     merged: bool
+    covered: bool
     widths_px: NDArray[np.float64]
     shades: NDArray[np.float64]
     colour: NDArray[np.float64]
@@ -108,7 +110,8 @@ class Detector:
         if self._background is None or self._background.mean.shape != grey.shape:
             self._background = Background(self._pictures, grey)
         difference = self._background.difference(grey)
-        sign = self._sign(difference)
+        glare = glare_of(observation.image_rgb)
+        sign = self._sign(np.where(glare, np.float32(0.0), difference))
         contrast = difference if sign > 0 else -difference
         p, norms = self._parameters, self.norms
         limit = self._limit(p.hardly, p.hardly_share)
@@ -121,17 +124,25 @@ class Detector:
             window = np.s_[y : y + height, x : x + width]
             mask = (labels[window] == label).view(np.uint8)
             relative = np.where(mask, contrast[window] / (self._background.mean[window] + 1.0), 0.0)
-            norms.see_blob(float(np.quantile(relative[mask > 0], _CORE_QUANTILE)))
+            inside = np.sort(relative[mask > 0])
+            norms.see_blob(float(inside[int(_CORE_QUANTILE * len(inside))]))
             surely = mask & (contrast[window] > self._limit(p.surely, p.surely_share, window))
             if surely.any():
                 occupied[window] |= mask
                 for body, corner in _without_shadow(mask, surely, relative, norms.shadow, least_px):
                     found.append(
-                        self._detection(observation.image_rgb, body, corner + np.array([x, y]), contrast, grey)
+                        self._detection(observation.image_rgb, body, corner + np.array([x, y]), contrast, grey, glare)
                     )
-        self._background.learn(grey, difference, occupied, sign)
+        self._background.learn(grey, glare, difference, occupied, sign)
         norms.learn()
         return found
+
+    @property
+    def body_px(self) -> float:
+        """Length of the usual fish; before it is known, a fifteenth of the longer side of the picture."""
+        if self.norms.length_px == 0 and self._background is not None:
+            return max(max(self._background.mean.shape) / 15, 1.0)
+        return max(self.norms.length_px, 1.0)
 
     def _limit(self, spreads: float, share: float, window: tuple[slice, slice] = np.s_[:, :]) -> Grey:
         """Return the contrast in grey levels that so many standard deviations, and such a share of a fish's, make."""
@@ -141,7 +152,10 @@ class Detector:
         return limit
 
     def _sign(self, difference: Grey) -> int:
-        """Return -1 for fish darker than the floor, +1 for brighter ones, as the first pictures show it."""
+        """Return -1 for fish darker than the floor, +1 for brighter ones, as the first pictures show it.
+
+        ``difference``: to the floor, 0 where lamps are reflected.
+        """
         assert self._background is not None
         if self._voted < _VOTING_FRAMES:
             beyond = np.where(np.abs(difference) > self._parameters.surely * self._background.spread, difference, 0.0)
@@ -156,6 +170,7 @@ class Detector:
         corner: NDArray[np.int64],
         contrast: Grey,
         grey: Grey,
+        glare: NDArray[np.uint8],
     ) -> Detection:
         assert self._background is not None
         (x, y), (height, width) = corner, mask.shape
@@ -177,6 +192,7 @@ class Detector:
             area_px=area,
             score=min(1.0, area / max(self.norms.area_px, 1.0)) * min(1.0, usual / max(self.norms.contrast, 1e-3)),
             merged=self._is_merged(area, length),
+            covered=_touches(glare, corner, mask.shape),
             widths_px=body[:, 2],
             shades=body[:, 3],
             colour=_colour(image_rgb[window], mask),
@@ -213,6 +229,13 @@ def _without_shadow(
             parts.append((part[y : y + height, x : x + width], np.array([x, y])))
     pale = np.count_nonzero(mask) - np.count_nonzero(covered)
     return whole if len(parts) == 1 and pale < _PALE_SHARE * np.count_nonzero(covered) else parts
+
+
+def _touches(glare: NDArray[np.uint8], corner: NDArray[np.int64], shape: tuple[int, ...]) -> bool:
+    """Whether there is glare in a box or beside it, or the box reaches the border."""
+    low, high = corner - 1, corner + np.array(shape[::-1]) + 1
+    inside = (low >= 0).all() and (high <= glare.shape[::-1]).all()
+    return not inside or bool(glare[low[1] : high[1], low[0] : high[0]].any())
 
 
 def _colour(image_rgb: NDArray[np.uint8], mask: NDArray[np.uint8]) -> NDArray[np.float64]:

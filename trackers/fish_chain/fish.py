@@ -55,9 +55,8 @@ class Fish:
         for piece, probability in zip(self.pieces, self.probabilities, strict=True):
             if before is not None:
                 yield from self._bridged(before, piece, motion, probability, least_certainty)
-            lines, boxes = piece.lines_px(), piece.boxes_xyxy()
-            for index, (line, box) in enumerate(zip(lines, boxes, strict=True)):
-                yield piece.first_frame + index, measured(self.identity, line, box, probability)
+            for frame in range(piece.first_frame, piece.end_frame):
+                yield frame, measured(self.identity, piece.line_px(frame), piece.box_xyxy(frame), probability)
             before = piece
 
     def _bridged(
@@ -99,7 +98,8 @@ def predicted(
     within = 1.0 - math.exp(-((0.5 * length_px) ** 2) / (2 * variance))
     pose = tail.ghosts.get(frame)
     line = None if pose is None else body_line(pose, tail.length_px, STATIONS)
-    half = 0.5 * (tail.boxes_xyxy()[-1, 2:] - tail.boxes_xyxy()[-1, :2])
+    last_xyxy = tail.box_xyxy(tail.end_frame - 1)
+    half = 0.5 * (last_xyxy[2:] - last_xyxy[:2])
     if line is not None:
         half = 0.5 * np.ptp(line, axis=0) + tail.halves_px.max()
         place_px = 0.5 * (line.min(axis=0) + line.max(axis=0))

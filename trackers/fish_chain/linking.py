@@ -26,9 +26,9 @@ def best_links(costs: NDArray[np.float64]) -> list[Match]:
     Args:
         costs: (N, M) negative log-odds of each link against none; a link with a cost >= 0 is never in the set.
 
-    The probability of a link is a softmax over the set and every set that differs from it at this link by the least:
-    the link left out, its tail or its start linked to one that is free, or two links exchanged. So two fish that go
-    into a blob and come out of it are decided together.
+    The probability of a link is a softmax over the set and those without the link that differ from it by one step: its
+    tail and its start are linked to others that are free, or not at all, or two links are exchanged. So two fish that
+    go into a blob and come out of it are decided together.
     """
     gains = np.minimum(costs, 0.0)
     if not gains.any():
@@ -38,18 +38,20 @@ def best_links(costs: NDArray[np.float64]) -> list[Match]:
     rows, columns = rows[chosen], columns[chosen]
     own = gains[rows, columns]
     exchanged = gains[np.ix_(rows, columns)] + gains[np.ix_(rows, columns)].T - own[:, None] - own[None, :]
-    np.fill_diagonal(exchanged, -own)
+    np.fill_diagonal(exchanged, np.inf)
     free_columns = np.setdiff1d(np.arange(costs.shape[1]), columns)
     free_rows = np.setdiff1d(np.arange(costs.shape[0]), rows)
-    elsewhere = np.where(gains < 0, gains, np.inf)
-    others = np.concatenate(
-        [
-            exchanged,
-            elsewhere[np.ix_(rows, free_columns)] - own[:, None],
-            elsewhere[np.ix_(free_rows, columns)].T - own[:, None],
-        ],
-        axis=1,
-    )
+    worth = np.where(gains < 0, -gains, -np.inf)
+    left = _log_sum(worth[np.ix_(rows, free_columns)]) + _log_sum(worth[np.ix_(free_rows, columns)].T) + own
     # No alternative is better than the best set, so no exponent overflows.
-    probabilities = 1.0 / (1.0 + np.exp(-np.maximum(others, 0.0)).sum(axis=1))
-    return [Match(int(r), int(c), float(p)) for r, c, p in zip(rows, columns, probabilities, strict=True)]
+    alternatives = np.exp(left) + np.exp(-np.maximum(exchanged, 0.0)).sum(axis=1)
+    return [
+        Match(int(row), int(column), float(probability))
+        for row, column, probability in zip(rows, columns, 1.0 / (1.0 + alternatives), strict=True)
+    ]
+
+
+def _log_sum(worth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return for each row the logarithm of the sum of one, for no link, and of the exponentials of all its links."""
+    none = np.zeros((len(worth), 1))
+    return np.logaddexp.reduce(np.concatenate([none, worth], axis=1), axis=1)  # type: ignore[no-any-return]

@@ -99,18 +99,15 @@ class MotionModel:
         pose = tail.ghosts.get(last)
         line = tail.line_px(tail.end_frame - 1)[None]
         heading = float(headings(line)[0] if pose is None else pose[2] + 0.5 * pose[3])
-        age = starts.first_frame - last
         if p.use_posture:
-            followed = age <= (1 if pose is None else _GHOST_FRAMES)
+            followed = starts.first_frame - last <= (1 if pose is None else _GHOST_FRAMES)
             moved = np.array([tail.place_on(int(frame)) for frame in starts.first_frame])
             covariances = np.array([self.followed(int(count)) for count in lost])
             expected = np.where(followed[:, None], moved, expected)
             covariance = np.where(followed[:, None, None], covariances, covariance)
-            # Inside a blob a heading drifts, and the fit may be wrong.
-            age = np.where(followed, 1 + lost // 4, lost + 1)
         inside = _log_gaussian(starts.place_px - expected, covariance) + self._log_reach()
         ratios = np.logaddexp(math.log1p(-p.outliers) + inside, math.log(p.outliers))
-        return ratios + (self._heading_ratios(starts.heading_rad - heading, age) if p.use_posture else 0.0)
+        return ratios + (self._heading_ratios(starts.heading_rad - heading, lost + 1) if p.use_posture else 0.0)
 
     def bridge(self, tail: Tracklet, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return where a fish is expected on at least ``count`` frames after its tracklet's last: (G, 2), (G, 2, 2)."""
@@ -126,7 +123,7 @@ class MotionModel:
         count = start.first_frame - tail.end_frame
         bridge = self._gap_method.interpolate(past, future, self.around)
         if bridge is not None and np.isfinite(bridge.position_px).all() and bridge.covariance_px is not None:
-            return bridge.position_px, bridge.covariance_px
+            return bridge.position_px, self._parameters.inflation**2 * bridge.covariance_px
         share = np.arange(1, count + 1) / (count + 1)
         line = past.position_px[-1] + share[:, None] * (future.position_px[0] - past.position_px[-1])
         nearer = np.minimum(np.arange(count), np.arange(count)[::-1])

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _REMEMBERED = 1500
-_SOME = 30
+_SOME, _MANY = 30, 300
 """Blobs from which on they are trusted."""
 _ONE_BODY_QUANTILE = 0.4
 """Below the median, as some blobs are of several fish."""
@@ -52,14 +52,16 @@ class Norms:
     def learn(self) -> None:
         """Update the values; call it once a picture."""
         self._calls += 1
-        if len(self._cores) >= _SOME and (len(self._cores) < _REMEMBERED or self._calls % _EVERY == 0):
+        if self._calls % _EVERY and len(self._cores) > _MANY:
+            return
+        if len(self._cores) >= _SOME:
             shadow = shadow_limit(np.array(self._cores))
             if shadow > 0 and self.shadow == 0:
                 # What was learnt so far was learnt from shadows too.
                 for values in (self._areas, self._lengths, self._contrasts):
                     values.clear()
             self.shadow = shadow
-        if len(self._areas) >= _SOME and (len(self._areas) < _REMEMBERED or self._calls % _EVERY == 0):
+        if len(self._areas) >= _SOME:
             self.area_px, self.length_px, self.contrast = (
                 float(np.quantile(values, _ONE_BODY_QUANTILE))
                 for values in (self._areas, self._lengths, self._contrasts)

@@ -13,9 +13,10 @@ from trackers.gaps.types import Piece
 CHUNK = 8
 """Frames over which a look is averaged; neighbouring frames see the same light and the same beat of the tail."""
 _VELOCITY_GAIN = 0.4
+_MORE_FEATURES = 4
 _LATEST = 40
-_MOTION_VOTE = 0.15
-"""Weight of swimming a body length ahead against the balance of one picture."""
+_MOTION_VOTE = 0.03
+"""Way ahead, in lengths of the body, that weighs as much as the balance of one picture."""
 
 
 class Tracklet:
@@ -73,7 +74,8 @@ class Tracklet:
         self._boxes.append(detection.box_xyxy)
         self._areas.append(detection.area_px)
         self._widths = self._widths + widths
-        self._rows.append(_look(detection, widths, shades))
+        if not detection.covered:
+            self._rows.append(_look(detection, widths, shades))
         if len(self._rows) == CHUNK:
             self._chunks.append(np.mean(self._rows, axis=0))
             self._rows = []
@@ -110,12 +112,17 @@ class Tracklet:
         line = self._lines[frame - self.first_frame]
         return line if self.head_first else line[::-1]
 
-    def boxes_xyxy(self) -> NDArray[np.float64]:
-        """Return the boxes (T, 4)."""
-        return np.array(self._boxes)
+    def box_xyxy(self, frame: int) -> NDArray[np.float64]:
+        """Return the box (4,) on one of its frames."""
+        return self._boxes[frame - self.first_frame]
 
     def looks(self) -> NDArray[np.float64]:
-        """Return descriptors (C, D) of successive chunks of frames; one of all frames if it is shorter than a chunk."""
+        """Return descriptors (C, D) of successive chunks of the frames on which the fish is seen whole.
+
+        One of all those frames if they are less than a chunk; none if there are none.
+        """
+        if not self._chunks and not self._rows:
+            return np.zeros((0, 2 * len(self._widths) + _MORE_FEATURES))
         chunks = np.array(self._chunks if self._chunks else [np.mean(self._rows, axis=0)])
         return chunks if self.head_first else _turned(chunks, len(self._widths))
 

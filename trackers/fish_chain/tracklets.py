@@ -93,8 +93,10 @@ class TrackletBuilder:
         expected = np.array([each.position_px + each.velocity_px for each in self.active])
         places = np.array([each.position_px for each in detections])
         distance = np.linalg.norm(expected[:, None] - places[None], axis=-1)
-        # Merged blobs have no middle that one fish could be expected at.
-        distance[:, [each.merged for each in detections]] = _FAR
+        # A blob of several has no middle that one fish could be expected at; a large fish's may be taken for one.
+        areas = np.array([each.area_px for each in detections])
+        grown = areas[None] > self._parameters.grown * np.array([[each.area_px] for each in self.active])
+        distance[grown & np.array([each.merged for each in detections])] = _FAR
         cost = np.where(distance < self._parameters.gate * length_px, distance, _FAR)
         rows, columns = linear_sum_assignment(cost)
         pairs = [(row, column) for row, column in zip(rows, columns, strict=True) if cost[row, column] < _FAR]

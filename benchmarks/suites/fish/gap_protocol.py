@@ -1,8 +1,9 @@
 """The gap protocol of paper C: gaps are cut out of unbroken tracks, and methods bridge them.
 
 A gap of G frames follows ``PAST_FRAMES`` measured frames and, for interpolation, is followed by as many. No window
-holds an unmeasured frame or a jump; where the true positions are known, the gap itself may. Methods learn only from
-frames before the gap. Intervals come from a bootstrap over blocks of time, in which all targets stay together, since
+holds an unmeasured frame or a jump. Where the true positions are known, the gap itself may, and of the frames before
+and after it a share of ``MEASURED`` must be measured, those next to it in any case. Methods learn only from frames
+before the gap. Intervals come from a bootstrap over blocks of time, in which all targets stay together, since
 gaps that are near in time are correlated.
 """
 
@@ -21,6 +22,8 @@ from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 
 PAST_FRAMES = 100
 """Measured frames before a gap and, for interpolation, after it."""
+MEASURED = 0.9
+"""Least share of measured frames on either side of a gap where the true positions are known."""
 BLOCK_FRAMES = 500
 """Length of a block of the bootstrap; methods learn anew at the start of each."""
 REGION = 0.95
@@ -109,22 +112,51 @@ def cut_gaps(
     """
     check("counts", len(counts) > 0 and min(counts) >= 1, "numbers of at least 1", tuple(counts))
     check("stride", stride >= 1, "at least 1 frame", stride)
-    step_px = np.linalg.norm(np.diff(tracks.position_px, axis=0), axis=-1)
-    # broken[t] counts the steps before frame t that are unmeasured or jumps.
-    broken = np.zeros((len(tracks.position_px), tracks.position_px.shape[1]), int)
-    broken[1:] = np.cumsum(~(step_px <= jump_px), axis=0)
+    whole_from = _unbroken_since(tracks, jump_px) if tracks.true_px is None else _known_well(tracks, jump_px)
     gaps = []
     for count in counts:
         after = PAST_FRAMES if both_ends else 0
-        firsts = np.arange(PAST_FRAMES, len(broken) - count - after + 1, stride)
-        if tracks.true_px is None:
-            whole = broken[firsts - PAST_FRAMES] == broken[firsts + count + after - 1]
-        else:
-            whole = broken[firsts - PAST_FRAMES] == broken[firsts - 1]
-            if both_ends:
-                whole &= broken[firsts + count] == broken[firsts + count + after - 1]
+        firsts = np.arange(PAST_FRAMES, len(tracks.position_px) - count - after + 1, stride)
+        whole = whole_from(firsts, count, after)
         gaps += [Gap(int(target), int(firsts[k]), count) for k, target in np.argwhere(whole)]
     return sorted(gaps, key=lambda gap: (gap.first, gap.target, gap.count))
+
+
+_Whole = Callable[[NDArray[np.int64], int, int], NDArray[np.bool_]]
+"""From first frames (F,), lost frames and frames after them to whether each target's (F, N) window will do."""
+
+
+def _unbroken_since(tracks: Tracks, jump_px: float) -> _Whole:
+    """Windows without an unmeasured frame or a jump, the gap included."""
+    broken = _counted(~(_steps_px(tracks) <= jump_px))
+    return lambda firsts, count, after: broken[firsts - PAST_FRAMES] == broken[firsts + count + after - 1]
+
+
+def _known_well(tracks: Tracks, jump_px: float) -> _Whole:
+    """Windows with enough measured frames and without a jump on either side of the gap."""
+    measured = np.asarray(np.isfinite(tracks.position_px[..., 0]))
+    missing = np.concatenate([np.zeros((1, measured.shape[1]), int), np.cumsum(~measured, axis=0)])
+    jumps = _counted(_steps_px(tracks) > jump_px)
+    most = round((1.0 - MEASURED) * PAST_FRAMES)
+
+    def side(begin: NDArray[np.int64]) -> NDArray[np.bool_]:
+        end = begin + PAST_FRAMES
+        return (missing[end] - missing[begin] <= most) & (jumps[begin] == jumps[end - 1])
+
+    def whole(firsts: NDArray[np.int64], count: int, after: int) -> NDArray[np.bool_]:
+        good = side(firsts - PAST_FRAMES) & measured[firsts - 1]
+        return good & side(firsts + count) & measured[firsts + count] if after else good
+
+    return whole
+
+
+def _steps_px(tracks: Tracks) -> NDArray[np.float64]:
+    return np.asarray(np.linalg.norm(np.diff(tracks.position_px, axis=0), axis=-1))
+
+
+def _counted(flags: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return how many of the flags (T - 1, N), each of a step, lie before each frame (T, N)."""
+    return np.concatenate([np.zeros((1, flags.shape[1]), int), np.cumsum(flags, axis=0)])
 
 
 def bridge_gaps(

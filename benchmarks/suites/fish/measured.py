@@ -17,8 +17,8 @@ from trackers.types import Observation
 class Measurement:
     """Detects the fish of each picture, and gives each detection that is beyond doubt to its true fish.
 
-    That is: the fish stands apart and lies whole in the picture, the detection is of one fish by its area, each is the
-    other's nearest, and they are less than half a body apart. All else is not measured.
+    That is: the fish stands apart and lies whole in the picture, it and the detection are each other's nearest and less
+    than half a body apart, and no other fish has its middle in the detection's box. All else is not measured.
     """
 
     def __init__(self, background: Sequence[Observation], interval_s: float) -> None:
@@ -31,9 +31,8 @@ class Measurement:
 
     def see(self, observation: Observation, truth: FishTruth, apart: NDArray[np.bool_]) -> None:
         """Take the next frame; ``apart``: (N,) which fish stand apart in it."""
-        found = [each for each in self._detector.detect(observation) if not each.merged]
         self._true_px.append(truth.position_px)
-        self._frames.append(_assigned(found, truth, apart))
+        self._frames.append(_assigned(self._detector.detect(observation), truth, apart))
 
     def tracks(self) -> Tracks:
         """Return the tracks of all frames so far, with the true positions."""
@@ -88,8 +87,12 @@ def _assigned(found: Sequence[Detection], truth: FishTruth, apart: NDArray[np.bo
     places = np.array([each.position_px for each in found])
     away_px = np.linalg.norm(truth.position_px[:, None] - places[None], axis=2)
     half_px = 0.5 * body_length_px(truth)
+    boxes = np.array([each.box_xyxy for each in found])
+    inside = (truth.position_px[:, None] >= boxes[:, :2]) & (truth.position_px[:, None] <= boxes[:, 2:])
+    alone = inside.all(axis=2).sum(axis=0) <= 1
     for fish in np.flatnonzero(apart & (truth.state == "in")):
         nearest = int(away_px[fish].argmin())
-        if away_px[fish, nearest] < half_px[fish] and np.nanargmin(away_px[:, nearest]) == fish:
+        mutual = np.nanargmin(away_px[:, nearest]) == fish
+        if away_px[fish, nearest] < half_px[fish] and mutual and alone[nearest]:
             assigned[fish] = found[nearest]
     return assigned

@@ -75,6 +75,14 @@ def test_the_interval_of_a_median_is_scipys() -> None:
     assert bootstrap_interval(pool) == pytest.approx((expected.low, expected.high), rel=0.06)
 
 
+def test_a_ratio_of_means_is_that_of_the_pooled_means() -> None:
+    rows = [row(0, "far", 9.0, 1.0), row(1, "far", 3.0, 2.0), row(0, "near", 1.0, 1.0), row(1, "near", 4.0, 3.0)]
+    pool = pooled(rows, metric_of(("far", "near"), "ratio of means"))
+    assert pool is not None
+    assert pool.mean == pytest.approx((15 / 3) / (13 / 4))
+    assert pooled(rows[:2], metric_of(("far", "near"), "ratio of means")) is None
+
+
 def test_a_geometric_mean_is_that_of_the_pooled_rates() -> None:
     rows = [row(0, "p", 0.5, 10), row(1, "p", 1.0, 30), row(0, "n", 0.2, 5), row(1, "n", None, 0)]
     pool = pooled(rows, metric_of(("p", "n"), "geometric mean"))

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks.track_files.reading import read_tracks
 from benchmarks.track_files.table import TrackTable
-from benchmarks.track_files.text_files import write_idtracker, write_idtracker_ai
-from benchmarks.track_files.trex_files import write_trex
+from benchmarks.track_files.writing import write_tracks
 
 IDTRACKER = "X1\tY1\tProbId1\tX2\tY2\tProbId2\t\n1\t2\tNaN\t3.5\t4\t0.9\nNaN\tNaN\tNaN\t5\t6\t1\n"
 """As the program writes it: a tab at the end of the head alone."""
@@ -211,13 +210,19 @@ def test_what_is_written_is_read_again(
     names = tuple(str(number) for number in range(position.shape[1]))
     table = TrackTable("swim", position, names, rate_hz, "cm", first)
     folder = tmp_path_factory.mktemp("written")
-    again = one(*write_trex(table, folder))
-    np.testing.assert_allclose(again.position, position)
-    assert (again.names, again.unit, again.first_frame) == (names, "cm", first)
-    assert again.rate_hz == (rate_hz if rate_hz is None else pytest.approx(rate_hz))
-    path = folder / "swim.txt"
-    write_idtracker(table, path)
-    for text in (one(path), one(write_idtracker_ai(table, folder)[0])):
+    for program in ("trex", "trex-csv"):
+        again = one(*write_tracks(table, folder, program))
+        np.testing.assert_allclose(again.position, position, rtol=1e-6)
+        assert (again.names, again.unit, again.first_frame) == (names, "cm", first)
+        assert again.rate_hz == (rate_hz if rate_hz is None else pytest.approx(rate_hz))
+    (path,) = write_tracks(table, folder, "idtracker")
+    for text in (one(path), one(write_tracks(table, folder, "idtracker.ai")[0])):
         np.testing.assert_allclose(text.position[first:], position, rtol=1e-6)
         assert np.isnan(text.position[:first]).all()
     assert one(folder / "trajectories.csv").rate_hz == rate_hz
+
+
+def test_another_program_is_refused(tmp_path: Path) -> None:
+    table = TrackTable("swim", np.zeros((2, 1, 2)), ("0",))
+    with pytest.raises(ValueError, match=r"program: expected one of trex, .*, got 'excel'"):
+        write_tracks(table, tmp_path, "excel")

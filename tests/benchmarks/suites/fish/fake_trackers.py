@@ -1,18 +1,21 @@
-"""Trackers of the suite ``fish`` for tests, registered on import: one follows and revises, one bridges gaps alone."""
+"""For tests of the suite ``fish``, registered on import: a tracker that revises, one for gaps, a small preset."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from scenarios.fish_tank.scenario import FISH_TANK
 from trackers.fish_chain.detection import Detector, DetectorParameters
 from trackers.gaps.types import Bridge, Piece, Surroundings
 from trackers.registry import NoParameters, register
 from trackers.types import CameraModel, Estimate, Observation, Track
 
 _GATE_PX = 25.0
+FISH_TANK.presets["few"] = replace(FISH_TANK.presets["paper-c"], fish=2, glare=0.0, frame_count=180)
 
 
 class Holds:

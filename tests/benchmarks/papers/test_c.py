@@ -1,0 +1,67 @@
+"""Paper experiment C: its claims are the paper's table, and rows are held against them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.papers.c import EXPERIMENT
+from benchmarks.papers.repeat import findings
+from benchmarks.suites.registry import suite
+from scenarios import catalog
+from trackers import registry
+
+
+def row(metric: str, value: Any, tracker: str = "ca_kalman", seed: int = 0) -> dict[str, Any]:
+    heading = {name: getattr(EXPERIMENT, name) for name in ("suite", "scenario", "preset", "controller")}
+    ending = {"renderer": "raster", "seed": seed, "weight": 1.0, "event": None, "repeat": 0}
+    return {**heading, "tracker": tracker, "role": "as-written", "metric": metric, "value": value, **ending}
+
+
+def verdicts(errors_px: tuple[float, float, float]) -> dict[str, bool | None]:
+    counts = (50, 100, 200)
+    rows = [row(f"gap_error_{count}_px", error) for count, error in zip(counts, errors_px, strict=True)]
+    return {each.claim.metric: each.agrees for each in findings(EXPERIMENT, rows) if each.claim.tracker == "ca_kalman"}
+
+
+def test_it_names_what_exists() -> None:
+    preset = catalog.scenario(EXPERIMENT.scenario).presets[EXPERIMENT.preset]
+    assert not preset.closed_loop
+    roles = {name: registry.entry(name).role for name in EXPERIMENT.trackers}
+    assert list(roles.values()) == ["as-written", "ours"]
+    assert all(EXPERIMENT.suite in registry.entry(name).suites for name in roles)
+    for claim in EXPERIMENT.claims:
+        assert suite(EXPERIMENT.suite).metric(claim.metric).unit in ("px", "1")
+        assert claim.tracker in EXPERIMENT.trackers
+
+
+def test_the_paper_s_own_numbers_agree_with_it() -> None:
+    agreed = verdicts((0.60, 1.05, 2.81))
+    assert agreed == dict.fromkeys(agreed, True)
+    assert len(agreed) == 5
+
+
+@pytest.mark.parametrize(
+    ("errors_px", "disagree"),
+    [
+        ((0.61, 1.06, 2.82), set()),
+        ((0.85, 1.05, 2.81), {"gap_error_50_px"}),
+        ((0.60, 1.05, 4.00), {"gap_error_200_px", "gap_growth_200"}),
+        # In another unit the growth is the same.
+        ((6.0, 10.5, 28.1), {"gap_error_50_px", "gap_error_100_px", "gap_error_200_px"}),
+    ],
+)
+def test_a_tolerance_of_forty_per_cent(errors_px: tuple[float, float, float], disagree: set[str]) -> None:
+    agreed = verdicts(errors_px)
+    assert {name for name, yes in agreed.items() if not yes} == disagree
+
+
+def test_ours_stands_beside_it_without_a_verdict_and_curves_are_drawn(tmp_path: Path) -> None:
+    rows = [row(f"gap_error_{count}_px", 0.3, "shoal_chain") for count in (50, 100, 200)]
+    found = [each for each in findings(EXPERIMENT, rows) if each.claim.tracker == "shoal_chain"]
+    assert [(each.mean, each.agrees) for each in found] == [(0.3, None)] * 3
+    curves = [row("gap_error_by_frame_px", [0.1 * k for k in range(200)], name) for name in EXPERIMENT.trackers]
+    plots = EXPERIMENT.show(tmp_path, [*rows, *curves], range(1), "raster")
+    assert [heading.split("?")[0] for heading in plots.svgs] == ["How far off is a lost fish"]
