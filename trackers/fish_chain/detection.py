@@ -16,7 +16,8 @@ from trackers.registry import tunable
 from trackers.types import Observation
 
 _VOTING_FRAMES = 60
-_CORE_QUANTILE = 0.8
+_CORE_QUANTILE, _DARK = 0.8, 0.5
+"""Of the dark part of a blob, which is half as far from the floor as its darkest pixel."""
 _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 _PALE_SHARE, _DARK_SHARE = 0.35, 0.6
 """Most pale pixels of a fish alone, over its dark ones and their rim; least dark ones, as a share of a least blob."""
@@ -124,12 +125,13 @@ class Detector:
             window = np.s_[y : y + height, x : x + width]
             mask = (labels[window] == label).view(np.uint8)
             relative = np.where(mask, contrast[window] / (self._background.mean[window] + 1.0), 0.0)
-            inside = np.sort(relative[mask > 0])
-            norms.see_blob(float(inside[int(_CORE_QUANTILE * len(inside))]))
+            dark = _dark(relative)
+            norms.see_blob(float(np.quantile(dark, _CORE_QUANTILE)))
+            pale = norms.shadow if norms.contrast > 0 else max(norms.shadow, p.hardly_share * float(dark.mean()))
             surely = mask & (contrast[window] > self._limit(p.surely, p.surely_share, window))
             if surely.any():
                 occupied[window] |= mask
-                for body, corner in _without_shadow(mask, surely, relative, norms.shadow, least_px):
+                for body, corner in _without_shadow(mask, surely, relative, pale, least_px):
                     found.append(
                         self._detection(observation.image_rgb, body, corner + np.array([x, y]), contrast, grey, glare)
                     )
@@ -180,7 +182,7 @@ class Detector:
         body = posture(mask, weight, (grey[window] + 1.0) / floor, STATIONS)
         line = body[:, :2] + corner
         area = float(np.count_nonzero(mask))
-        usual = float((weight / floor).sum()) / area
+        usual = float(_dark(weight / floor).mean())
         length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
         self.norms.see_fish(area, length, usual)
         ahead = line[0] - line[STATIONS // 2]
@@ -206,6 +208,12 @@ class Detector:
         larger, longer = area_px / self.norms.area_px, length_px / self.norms.length_px
         limit = self._parameters.merged_area
         return larger > limit and (longer > limit or larger / longer > _WIDER * limit)
+
+
+def _dark(relative: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the contrasts (D,) of the dark part of a blob, which a soft shadow about it does not dilute."""
+    dark: NDArray[np.float32] = relative[relative >= _DARK * relative.max()]
+    return dark
 
 
 def _without_shadow(

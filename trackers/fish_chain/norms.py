@@ -27,7 +27,7 @@ class Norms:
     Contrasts are shares of the floor's brightness.
 
     Attributes:
-        area_px, length_px: of one fish. contrast: mean over one fish. shadow: contrast up to which a pixel may be of a
+        area_px, length_px: of one fish. contrast: mean over the dark part of one fish. shadow: contrast up to which a pixel may be of a
             shadow; 0 without shadows.
     """
 
@@ -60,6 +60,7 @@ class Norms:
                 # What was learnt so far was learnt from shadows too.
                 for values in (self._areas, self._lengths, self._contrasts):
                     values.clear()
+                self.area_px = self.length_px = self.contrast = 0.0
             self.shadow = shadow
         if len(self._areas) >= _SOME:
             self.area_px, self.length_px, self.contrast = (
