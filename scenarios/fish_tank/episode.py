@@ -63,7 +63,11 @@ class FishTankEpisode(Stage):
         self._fish = Fish(world, self._swims, looks, rng)
         self._surface = _surface(preset.ripples, generator(seed, "ripples"))
         self._water = WaterShader(
-            world, self._surface, preset.water, room_lights(generator(seed, "light"), preset.glare), _AMBIENT_LX
+            world,
+            self._surface,
+            preset.water,
+            room_lights(generator(seed, "light"), preset.glare, preset.lamp),
+            _AMBIENT_LX,
         )
         self._camera = self._overview(world, "sensor")
         super().__init__(

@@ -10,12 +10,13 @@ _CEILING_M = 2.6
 """Height of the ceiling above the tank's floor."""
 
 
-def room_lights(rng: np.random.Generator, glare: float) -> tuple[Panel, ...]:
+def room_lights(rng: np.random.Generator, glare: float, lamp: float) -> tuple[Panel, ...]:
     """Return the bright panels of one day.
 
     Args:
         glare: 0 for tubes and skylight so far aside that only steep ripples mirror them, 1 for a surface that mirrors
             them along the tank's short sides.
+        lamp: brightness of the small lamp, which throws sharp shadows and caustics; 0 for none, 1 for the usual one.
     """
     side = 1.0 if rng.random() < 0.5 else -1.0
     aside_m = 0.4 * (1.0 - glare)
@@ -40,12 +41,11 @@ def room_lights(rng: np.random.Generator, glare: float) -> tuple[Panel, ...]:
         panes=(2, 3),
         bar_share=0.12,
     )
-    # A small source throws sharp shadows and caustics.
-    lamp = Panel(
+    spot = Panel(
         (float(-side * rng.uniform(0.9, 1.3)), float(rng.uniform(-0.9, 0.9)), 1.9),
         (0.07, 0.0, 0.0),
         (0.0, 0.07, 0.0),
-        luminance_nit=float(rng.uniform(2e5, 5e5)),
+        luminance_nit=lamp * float(rng.uniform(2e5, 5e5)),
         temperature_k=tubes_k,
     )
-    return (*tubes, skylight, lamp)
+    return (*tubes, skylight, spot)

@@ -23,6 +23,7 @@ class FishTank:
         variety: 0 for fish that look alike, 1 for differences of size, shade and pattern as in a mixed stock.
         character: how they swim.
         glare: how much of the water mirrors lamps, 0 to 1, see ``room_lights``.
+        lamp: brightness of the lamp that throws sharp shadows and caustics, 0 to 1.
         ripples: of the surface. water: what is in it.
     """
 
@@ -36,6 +37,7 @@ class FishTank:
     variety: float = 0.6
     character: Character = ZEBRAFISH
     glare: float = 0.2
+    lamp: float = 1.0
     ripples: Ripples = field(default_factory=Ripples)
     water: Water = field(default_factory=Water)
 
@@ -45,7 +47,7 @@ class FishTank:
         check_within(self, "rate_hz", 0, above=True)
         check_within(self, "width_px height_px", 32, 4096)
         check_within(self, "fish", 1, 400)
-        check_within(self, "variety glare", 0, 1)
+        check_within(self, "variety glare lamp", 0, 1)
 
 
 PRESETS = {
@@ -61,5 +63,12 @@ PRESETS = {
         water=Water(scattering_per_m=6.0),
     ),
     "quick": FishTank("five fish in small pictures", frame_count=200, width_px=320, height_px=240, fish=5),
-    "paper-c": FishTank("the paper's experiment: one slow fish", fish=1, character=AYU),
+    "paper-c": FishTank(
+        "the paper's experiment: one slow fish in still water under soft light",
+        fish=1,
+        character=AYU,
+        glare=0.0,
+        lamp=0.0,
+        ripples=Ripples(slope_rms=0.003),
+    ),
 }

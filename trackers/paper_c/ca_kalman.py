@@ -16,6 +16,8 @@ from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 from trackers.registry import tunable
 
 _P0 = 100.0
+_DT = 1.0
+"""Time between frames, frames: the unit of time in which 100 I leaves the first velocity and acceleration open."""
 NOISE_FILE = "noise.json"
 _NOISE = json.loads(resources.files("trackers.paper_c").joinpath(NOISE_FILE).read_text())
 
@@ -26,21 +28,22 @@ class CaKalmanParameters:
     one slow fish, found by ``frameout learn-swims``.
 
     Attributes:
-        jerk_px: square root of the spectral density of the white jerk, px / s^2.5; gives Q.
+        jerk_px: square root of the spectral density of the white jerk, px / frame^2.5; gives Q.
         measured_px: standard deviation of a measured coordinate, px; gives R.
     """
 
-    jerk_px: float = tunable(_NOISE["jerk_px"], 0.1, 10000.0, log=True)
+    jerk_px: float = tunable(_NOISE["jerk_px"], 1e-5, 10.0, log=True)
     measured_px: float = tunable(_NOISE["measured_px"], 0.01, 10.0, log=True)
 
 
 class CaKalman:
     """A ``GapMethod`` that only extrapolates.
 
-    State ``x = [x y vx vy ax ay]ᵀ`` in px and seconds, at first the first position, velocity and acceleration, and
+    State ``x = [x y vx vy ax ay]ᵀ`` in px and frames, at first the first position, velocity and acceleration, and
     ``P = 100 I``. Each frame ``y = z - H x̄, S = H P̄ Hᵀ + R, K = P̄ Hᵀ S⁻¹, x = x̄ + K y, P = (I - K H) P̄``, then
     ``x̄ = F x, P̄ = F P Fᵀ + Q``. Reading: the paper prints neither P̄ nor R, without which the velocity is never
-    corrected; Q is that of a white jerk. Frames without a measurement are predicted.
+    corrected; Q is that of a white jerk; time is counted in frames, as the paper counts gaps. Frames without a
+    measurement are predicted.
     """
 
     def __init__(self, parameters: CaKalmanParameters) -> None:
@@ -51,10 +54,10 @@ class CaKalman:
 
     def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge:
         """See ``GapMethod``."""
-        p, dt = self._parameters, past.interval_s
+        p = self._parameters
         x, P = first_state(past), _P0 * np.eye(6)
-        filter_track(past.position_px[measured_frames(past)[0] :], dt, p.jerk_px**2, p.measured_px**2, x, P)
-        positions, covariances = predict_track(x, P, dt, p.jerk_px**2, count)
+        filter_track(past.position_px[measured_frames(past)[0] :], _DT, p.jerk_px**2, p.measured_px**2, x, P)
+        positions, covariances = predict_track(x, P, _DT, p.jerk_px**2, count)
         return Bridge(positions, covariances + p.measured_px**2 * np.eye(2))
 
     def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> None:
@@ -90,14 +93,14 @@ def first_state(piece: Piece) -> NDArray[np.float64]:
 
     Velocity and acceleration are zero as far as fewer frames in a row were measured.
     """
-    z, dt = piece.position_px[measured_frames(piece)[0] :][:3], piece.interval_s
+    z = piece.position_px[measured_frames(piece)[0] :][:3]
     state = np.zeros(6)
     state[:2] = z[0]
     row = np.isfinite(z).all(axis=1)
     if len(z) > 1 and row[1]:
-        state[2:4] = (z[1] - z[0]) / dt
+        state[2:4] = (z[1] - z[0]) / _DT
         if len(z) > 2 and row[2]:
-            state[4:] = (z[2] - 2 * z[1] + z[0]) / dt**2
+            state[4:] = (z[2] - 2 * z[1] + z[0]) / _DT**2
     return state
 
 
@@ -105,7 +108,7 @@ def log_likelihood(piece: Piece, parameters: CaKalmanParameters) -> float:
     """Return the log-likelihood of a track's measurements from its fourth frame on, which the first three predict."""
     x, P = first_state(piece), _P0 * np.eye(6)
     z = piece.position_px[measured_frames(piece)[0] :]
-    return filter_track(z, piece.interval_s, parameters.jerk_px**2, parameters.measured_px**2, x, P)
+    return filter_track(z, _DT, parameters.jerk_px**2, parameters.measured_px**2, x, P)
 
 
 @njit(cache=True)
@@ -117,7 +120,9 @@ def filter_track(
     ``x`` (6,) and ``P`` (6, 6) hold the prediction of the first frame before, and the estimate of the last one after.
 
     Args:
-        q: spectral density of the jerk, px² / s⁵. r: variance of a measured coordinate, px².
+        dt: time between frames.
+        q: spectral density of the jerk, px² over time⁵.
+        r: variance of a measured coordinate, px².
     """
     F, Q, H = transition(dt), jerk_noise(dt, q), observation()
     R = r * np.eye(2)

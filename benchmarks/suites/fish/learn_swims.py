@@ -117,7 +117,7 @@ def fit_noise(tracks: Sequence[Piece]) -> CaKalmanParameters:
         jerk_px, measured_px = np.exp(logs)
         return -sum(log_likelihood(track, CaKalmanParameters(jerk_px, measured_px)) for track in tracks)
 
-    found = minimize(cost, np.log([30.0, 0.5]), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-2})
+    found = minimize(cost, np.log([0.01, 0.5]), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-2})
     jerk_px, measured_px = (float(f"{value:.3g}") for value in np.exp(found.x))
     return CaKalmanParameters(jerk_px, measured_px)
 

@@ -20,8 +20,8 @@ from trackers.paper_c.ca_kalman import (
     transition,
 )
 
-DT = 1 / 30
-PARAMETERS = CaKalmanParameters(jerk_px=200.0, measured_px=0.5)
+DT = 1.0
+PARAMETERS = CaKalmanParameters(jerk_px=0.05, measured_px=0.5)
 
 
 def swim(frames: int, seed: int = 0) -> Piece:
@@ -30,27 +30,40 @@ def swim(frames: int, seed: int = 0) -> Piece:
     return Piece(7, x + 100.0, DT)
 
 
-def batch(piece: Piece, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return mean and covariance of all states together, given all measurements but the last ``count``'s: no recursion.
+def batch(piece: Piece, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean (T, 6) and covariance of all states together: one least-squares problem, without recursion.
 
-    All states are Gaussian before the measurements: ``x[t] = F x[t - 1] + w``.
+    Its residuals are those of the first state, of every ``x[t] - F x[t - 1]`` and of every measurement, over their
+    standard deviations.
     """
     T = len(piece.position_px) + count
-    F, Q = transition(DT), jerk_noise(DT, PARAMETERS.jerk_px**2)
-    mean, covariance = np.zeros((T, 6)), np.zeros((6 * T, 6 * T))
-    mean[0], covariance[:6, :6] = first_state(piece), 100.0 * np.eye(6)
+    F, step = transition(DT), np.linalg.inv(np.linalg.cholesky(jerk_noise(DT, PARAMETERS.jerk_px**2)))
+    rows, wanted = [np.eye(6, 6 * T) / 10.0], [first_state(piece) / 10.0]
     for t in range(1, T):
-        here, before = slice(6 * t, 6 * t + 6), slice(6 * t - 6, 6 * t)
-        mean[t] = F @ mean[t - 1]
-        covariance[here, : 6 * t] = F @ covariance[before, : 6 * t]
-        covariance[: 6 * t, here] = covariance[here, : 6 * t].T
-        covariance[here, here] = F @ covariance[before, before] @ F.T + Q
-    measured = np.flatnonzero(np.isfinite(piece.position_px).all(axis=1))
-    rows = (6 * measured[:, None] + [0, 1]).ravel()
-    S = covariance[np.ix_(rows, rows)] + PARAMETERS.measured_px**2 * np.eye(len(rows))
-    gain = covariance[:, rows] @ np.linalg.inv(S)
-    residual = piece.position_px[measured].ravel() - mean.ravel()[rows]
-    return (mean.ravel() + gain @ residual).reshape(T, 6), covariance - gain @ covariance[rows], S
+        row = np.zeros((6, 6 * T))
+        row[:, 6 * t - 6 : 6 * t], row[:, 6 * t : 6 * t + 6] = -step @ F, step
+        rows.append(row)
+        wanted.append(np.zeros(6))
+    for t in np.flatnonzero(np.isfinite(piece.position_px).all(axis=1)):
+        rows.append(np.eye(2, 6 * T, 6 * t) / PARAMETERS.measured_px)
+        wanted.append(piece.position_px[t] / PARAMETERS.measured_px)
+    inverse = np.linalg.pinv(np.concatenate(rows), rcond=1e-15)
+    return (inverse @ np.concatenate(wanted)).reshape(T, 6), inverse @ inverse.T
+
+
+def joint_covariance(frames: int) -> np.ndarray:
+    """Return the covariance (2 T, 2 T) of the measurements of frames in a row, before any is known."""
+    F, Q = transition(DT), jerk_noise(DT, PARAMETERS.jerk_px**2)
+    S = PARAMETERS.measured_px**2 * np.eye(2 * frames)
+    P = 100.0 * np.eye(6)
+    for t in range(frames):
+        for later in range(t, frames):
+            block = (np.linalg.matrix_power(F, later - t) @ P)[:2, :2]
+            S[2 * later : 2 * later + 2, 2 * t : 2 * t + 2] += block
+            if later > t:
+                S[2 * t : 2 * t + 2, 2 * later : 2 * later + 2] += block.T
+        P = F @ P @ F.T + Q
+    return S
 
 
 @pytest.mark.parametrize("lost", [(), (4, 5, 9)])
@@ -58,7 +71,7 @@ def test_the_prediction_is_that_of_batch_least_squares(lost: tuple[int, ...]) ->
     piece = swim(20)
     piece.position_px[list(lost)] = np.nan
     bridge = CaKalman(PARAMETERS).extrapolate(piece, 5, Surroundings())
-    mean, covariance, _ = batch(piece, 5)
+    mean, covariance = batch(piece, 5)
     np.testing.assert_allclose(bridge.position_px, mean[20:, :2], rtol=1e-6)
     for k in range(5):
         at = 6 * (20 + k) + np.array([0, 1])
@@ -71,7 +84,7 @@ def test_the_likelihood_is_that_of_the_joint_gaussian() -> None:
 
     def joint(frames: int) -> float:
         part = Piece(0, piece.position_px[:frames], DT)
-        _, _, S = batch(part, 0)
+        S = joint_covariance(frames)
         F, state = transition(DT), first_state(piece)
         mean = [(np.linalg.matrix_power(F, t) @ state)[:2] for t in range(frames)]
         return float(multivariate_normal(np.ravel(mean), S).logpdf(part.position_px.ravel()))
@@ -81,7 +94,7 @@ def test_the_likelihood_is_that_of_the_joint_gaussian() -> None:
 
 @given(st.lists(st.floats(-50, 50), min_size=6, max_size=6))
 def test_a_parabola_is_continued(numbers: list[float]) -> None:
-    start, velocity, acceleration = np.reshape(numbers, (3, 2))
+    start, velocity, acceleration = np.reshape(numbers, (3, 2)) * [[1.0], [0.1], [0.001]]
     t = DT * np.arange(160.0)[:, None]
     x = start + velocity * t + 0.5 * acceleration * t**2
     bridge = CaKalman(CaKalmanParameters()).extrapolate(Piece(0, x[:60], DT), 100, Surroundings())
