@@ -27,8 +27,8 @@ class Norms:
     Contrasts are shares of the floor's brightness.
 
     Attributes:
-        area_px, length_px: of one fish. contrast: mean over the dark part of one fish. shadow: contrast up to which a pixel may be of a
-            shadow; 0 without shadows.
+        area_px, length_px: of one fish. contrast: mean over the dark part of one fish. shadow: contrast up to which a
+            pixel may be of a shadow; 0 without shadows.
     """
 
     def __init__(self) -> None:
