@@ -65,7 +65,7 @@ def _trace_nodes(
     """Write the column and row in the inner picture where the rays of the nodes end, the camera's 1 / depth there, and
     their kinds: the fixed points of ``share = 1 - z nearness(a + share e)``.
 
-    A few steps find them, as shares change slowly across a surface.
+    A few steps from the floor find them, as shares change slowly across a surface.
     """
     for i in range(kinds.shape[0]):
         row = min(i * STEP_PX, straight.shape[0] - 1)
@@ -73,12 +73,13 @@ def _trace_nodes(
             column = min(j * STEP_PX, straight.shape[1] - 1)
             z_s, z = rays.nodes[SURFACE_DEPTH, i, j], ways[ENTRY_DEPTH, i, j]
             x, y, ex, ey = ways[ENTRY_X, i, j], ways[ENTRY_Y, i, j], ways[ALONG_X, i, j], ways[ALONG_Y, i, j]
-            near, share = _between(nearness, x, y), ZERO
+            share = ways[FLOOR_SHARE, i, j]
+            near = _between(nearness, x + share * ex, y + share * ey)
             for _ in range(_ITERATIONS):
                 before, share = share, max(ONE - z * near, ZERO)
-                near = _between(nearness, x + share * ex, y + share * ey)
                 if abs(share - before) * (abs(ex) + abs(ey)) < _CLOSE_PX:
                     break
+                near = _between(nearness, x + share * ex, y + share * ey)
             places[0, i, j], places[1, i, j] = x + share * ex, y + share * ey
             places[2, i, j] = ONE / (z_s + (ONE / near - z) * ways[SCALE, i, j])
             kinds[i, j] = _DRY
