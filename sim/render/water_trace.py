@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.water_edges import EDGE, TILE, find_edges, find_near_edges
+from sim.render.water_edges import EDGE, EDGE_TILE, TILE, find_edges, find_near_edges
 from sim.render.water_ends import Endings
 from sim.render.water_rays import ONE, STEP_PX, SURFACE_DEPTH, ZERO, WaterRays, interpolate_row
 from sim.render.water_ways import ALONG_X, ALONG_Y, ENTRY_DEPTH, ENTRY_X, ENTRY_Y, FLOOR_SHARE, PLANES, SCALE
@@ -44,7 +44,7 @@ def trace(
         straight: (H, W) 1 / depth of the picture without water. nearness: (h, w) that of the inner picture.
     """
     height, width = ends.depth_m.shape
-    edges = np.zeros((-(-nearness.shape[0] // TILE), -(-nearness.shape[1] // TILE)), np.bool_)
+    edges = np.zeros((-(-nearness.shape[0] // EDGE_TILE), -(-nearness.shape[1] // EDGE_TILE)), np.bool_)
     find_edges(nearness, np.float32(EDGE * rays.water.depth_m), edges)
     places, kinds = np.empty((3, *ways.shape[1:]), np.float32), np.empty(ways.shape[1:], np.int8)
     _trace_nodes(rays, ways, straight, nearness, places, kinds)

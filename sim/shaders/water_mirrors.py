@@ -48,6 +48,11 @@ def _mirror_panels(
     frames: NDArray[np.float32],
     places: NDArray[np.float32],
 ) -> None:
+    """Write the places, from the mirrored rays ``p + rise (r_x, r_y, 1)``, for the plane of each panel.
+
+    Args:
+        origin, matrix: those of the rays, float32.
+    """
     offset, farthest, aside = np.float32(rays.pixel_offset), _FARTHEST_M, _ASIDE
     m_x, m_y, m_z = matrix[0, 0], matrix[1, 0], matrix[2, 0]
     for panel in range(frames.shape[0]):
