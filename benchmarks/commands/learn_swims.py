@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Annotated
 
 from benchmarks.commands.arguments import SEEDS, development_seeds
-from benchmarks.suites.fish.learn_swims import (
+from benchmarks.papers.learn_swims import (
     DECAY_PATH,
     NOISE_PATH,
     PRIOR_PATH,

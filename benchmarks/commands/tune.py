@@ -36,7 +36,8 @@ class Tune:
     """Search parameters on development seeds, with the same search, score and number of trials for each.
 
     Trackers are tuned on the first of their suites. Controllers are tuned for suite `follow`: the search is without
-    pictures, with a model of the tracker's errors in place of the tracker; the best setting is checked with pictures.
+    pictures where the scenario has such envs, with a model of the tracker's errors in place of the tracker; the best
+    setting is checked with pictures.
     Writes trackers/tuned/NAME.json (controllers: trackers/tuned/controllers/CARRIER/NAME.json) with the values, the
     score, the number of trials, the seeds and this command; these values then replace the defaults. Variants share the
     values of their tracker. A run that was stopped continues with the same command. Needs Optuna

@@ -1,4 +1,4 @@
-"""Tuning of a controller's parameters: search without pictures, check with pictures on fresh seeds."""
+"""Tuning of a controller: a search without pictures where the scene has such, a check with them on fresh seeds."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ControllerBudget:
 
     Attributes:
         scenario: catalogue id. preset: of the scenario. tracker: name.
-        seeds: of the episodes without pictures that score a setting.
+        seeds: of the episodes that score a setting, without pictures where the scenario has such.
         fresh: of the rendered episodes that check the best setting.
         trials: number of settings; the first one is the defaults.
         workers: processes.
@@ -63,19 +63,26 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
     entry = tunable_controller(name, catalog.scenario(budget.scenario).carrier.name)
     fields, defaults = entry.tunables(), entry.written()
 
-    def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
-        jobs = (joblib.delayed(score_without_pictures)(entry, values, budget) for values in settings.values())
-        found = joblib.Parallel(n_jobs=budget.workers)(jobs)
-        return dict(zip(settings, found, strict=True))
+    code = [__name__, entry.controller.__module__, type(catalog.scenario(budget.scenario)).__module__]
+    if catalog.scenario(budget.scenario).pictureless is None:
+        model = ""
 
-    # Episodes are planned once, for all workers.
-    episode_bank(budget.scenario, catalog.scenario(budget.scenario).presets[budget.preset], budget.seeds, budget.cache)
-    scene = type(catalog.scenario(budget.scenario)).__module__
-    code = versions_of_modules(__name__, entry.controller.__module__, scene)
-    scored = (error_model(budget.scenario, budget.tracker).to_json(), controllers_suite().tuned_for)
-    depends_on = (dataclasses.replace(budget, trials=0, workers=0, cache=None), code, scored)
+        def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
+            return {key: _score_with_pictures(entry, values, budget, budget.seeds) for key, values in settings.items()}
+    else:
+        model = error_model(budget.scenario, budget.tracker).to_json()
+        preset = catalog.scenario(budget.scenario).presets[budget.preset]
+        # Episodes are planned once, for all workers.
+        episode_bank(budget.scenario, preset, budget.seeds, budget.cache)
+
+        def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
+            jobs = (joblib.delayed(score_without_pictures)(entry, values, budget) for values in settings.values())
+            return dict(zip(settings, joblib.Parallel(n_jobs=budget.workers)(jobs), strict=True))
+
+    scored = (model, controllers_suite().tuned_for)
+    depends_on = (dataclasses.replace(budget, trials=0, workers=0, cache=None), versions_of_modules(*code), scored)
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, depends_on)
-    fresh_scores = (_score_with_pictures(entry, values, budget) for values in (found.best, defaults))
+    fresh_scores = (_score_with_pictures(entry, values, budget, budget.fresh) for values in (found.best, defaults))
     return chosen(found, *fresh_scores)
 
 
@@ -87,7 +94,9 @@ def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budge
     return sum(factor * float(scores[metric].mean()) for metric, factor in controllers_suite().tuned_for.items())
 
 
-def _score_with_pictures(entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget) -> float:
+def _score_with_pictures(
+    entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget, seeds: range
+) -> float:
     suite = controllers_suite().name
     jobs = [
         Job(
@@ -101,6 +110,6 @@ def _score_with_pictures(entry: ControllerEntry, values: dict[str, Any], budget:
             trackers=(budget.tracker,),
             link=link_in(suite),
         )
-        for seed in budget.fresh
+        for seed in seeds
     ]
     return score_of(rows_of(jobs, budget.workers), suite)

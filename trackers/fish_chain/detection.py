@@ -32,6 +32,7 @@ class DetectorParameters:
         surely, hardly: contrast to the floor in standard deviations of its brightness; a blob has a pixel above the
             first and ends where the contrast falls below the second.
         surely_share, hardly_share: the same as shares of the usual contrast of a fish; the higher limit counts.
+        pale_share: what is paler than this share of a blob's core may be a blurred shadow.
         least_area: area of the smallest blob, as a share of one fish's.
         merged_area: area from which on a blob may be of several fish, as a multiple of one fish's; it is if it is as
             much longer, or nearly as much wider.
@@ -42,6 +43,7 @@ class DetectorParameters:
     hardly: float = tunable(3.0, 1.5, 6.0)
     surely_share: float = tunable(0.5, 0.2, 0.8)
     hardly_share: float = tunable(0.3, 0.1, 0.5)
+    pale_share: float = tunable(0.6, 0.1, 0.7)
     least_area: float = tunable(0.3, 0.1, 0.6)
     merged_area: float = tunable(1.5, 1.2, 2.0)
     least_px: int = 12
@@ -125,11 +127,14 @@ class Detector:
             mask = (labels[window] == label).view(np.uint8)
             relative = np.where(mask, contrast[window] / (self._background.mean[window] + 1.0), 0.0)
             inside = np.sort(relative[mask > 0])
-            norms.see_blob(float(inside[int(_CORE_QUANTILE * len(inside))]))
+            core = float(inside[int(_CORE_QUANTILE * len(inside))])
+            norms.see_blob(core)
             surely = mask & (contrast[window] > self._limit(p.surely, p.surely_share, window))
             if surely.any():
                 occupied[window] |= mask
-                for body, corner in _without_shadow(mask, surely, relative, norms.shadow, least_px):
+                for body, corner in _without_shadow(
+                    mask, surely, relative, max(norms.shadow, p.pale_share * core), least_px
+                ):
                     found.append(
                         self._detection(observation.image_rgb, body, corner + np.array([x, y]), contrast, grey, glare)
                     )
@@ -216,8 +221,6 @@ def _without_shadow(
     A blob without room for a shadow beside its dark part is returned whole, since tails are as pale as shadows.
     """
     whole = [(mask, np.zeros(2, dtype=np.int64))]
-    if shadow == 0:
-        return whole
     count, labels, stats, _ = cv2.connectedComponentsWithStats((relative > shadow).view(np.uint8), connectivity=8)
     parts, covered = [], np.zeros_like(mask)
     for label in range(1, count):

@@ -96,7 +96,7 @@ def first_state(piece: Piece) -> NDArray[np.float64]:
     z = piece.position_px[measured_frames(piece)[0] :][:3]
     state = np.zeros(6)
     state[:2] = z[0]
-    row = np.isfinite(z).all(axis=1)
+    row = np.isfinite(z.sum(axis=1))
     if len(z) > 1 and row[1]:
         state[2:4] = (z[1] - z[0]) / _DT
         if len(z) > 2 and row[2]:

@@ -63,8 +63,15 @@ class Samples:
 
     def part(self, kept: NDArray[np.bool_]) -> Samples:
         """Return the samples that are ``kept`` (M,)."""
-        arrays = (self.features, self.step, self.scales, self.weight, self.fold)
-        return Samples(*(array[kept] for array in arrays), self.independent * float(kept.mean()), self.added)
+        return Samples(
+            self.features[kept],
+            self.step[kept],
+            self.scales[kept],
+            self.weight[kept],
+            self.fold[kept],
+            self.independent * float(kept.mean()),
+            self.added,
+        )
 
 
 def fitted(samples: Samples, prior: Regression) -> Regression:

@@ -65,7 +65,7 @@ class Recording:
         low, high = np.full((frames, 2), np.inf), np.full((frames, 2), -np.inf)
         for piece in pieces:
             where = slice(piece.first_frame - self._first, piece.end_frame - self._first)
-            measured = np.isfinite(piece.position_px).all(axis=1)
+            measured = np.isfinite(piece.position_px.sum(axis=1))
             sums[where] += np.where(measured[:, None], piece.position_px, 0.0)
             counts[where] += measured
             low[where] = np.fmin(low[where], piece.position_px)

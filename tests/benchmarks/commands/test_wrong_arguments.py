@@ -17,7 +17,8 @@ pytestmark = pytest.mark.usefixtures("fake_suite")
 
 
 @pytest.mark.parametrize(
-    "command", ["list", "bench", "compare", "paper", "render", "report", "speed", "tune", "learn-colours"]
+    "command",
+    ["list", "bench", "compare", "paper", "render", "report", "speed", "tune", "learn-colours", "learn-swims"],
 )
 def test_help_says_something_of_every_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:

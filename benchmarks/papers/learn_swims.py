@@ -6,9 +6,8 @@ on swims of preset ``paper-c``; damped velocity its decay, from ``standard``.
 
 from __future__ import annotations
 
-import dataclasses
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +27,10 @@ from trackers.paper_c.ca_kalman import NOISE_FILE, CaKalmanParameters, log_likel
 from trackers.swimmer.extrapolation import KNOTS, samples_ahead
 from trackers.swimmer.interpolation import GAPS, SHARES, samples_between
 from trackers.swimmer.method import PRIOR_FILE
-from trackers.swimmer.regression import Regression, Samples, first_fit
+from trackers.swimmer.regression import Samples, first_fit
 from trackers.swimmer.windows import Recording
 
-TRACKERS = Path(__file__).resolve().parents[3] / "trackers"
+TRACKERS = Path(__file__).resolve().parents[2] / "trackers"
 PRIOR_PATH = TRACKERS / "swimmer" / PRIOR_FILE
 NOISE_PATH = TRACKERS / "paper_c" / NOISE_FILE
 DECAY_PATH = TRACKERS / "baselines" / DECAY_FILE
@@ -53,6 +52,10 @@ def recording_of(seed: int) -> Recording:
     rng = generator(seed, "learn-swims")
     smooth = seed % 2 == 1
     character = _character(AYU if smooth else ZEBRAFISH, rng)
+    if smooth:
+        # As slow as the one and as swift as the other.
+        logs = np.log([AYU.cruise_mps, ZEBRAFISH.burst_mps])
+        character = character._replace(cruise_mps=float(np.exp(rng.uniform(*logs))))
     count = 1 if smooth else int(rng.integers(1, _MOST_FISH + 1))
     noise_px = float(np.exp(rng.uniform(*np.log(_NOISE_PX))))
     return Recording(_swum(character, rng.uniform(*_LENGTH_M, count), noise_px, rng))
@@ -100,10 +103,9 @@ def _character(like: Character, rng: np.random.Generator) -> Character:
 def learn_swims(seeds: Sequence[int]) -> dict[str, Any]:
     """Return the content of the file that ``trackers.swimmer`` reads."""
     recordings = [recording_of(seed) for seed in seeds]
-    ahead = [{"ahead": knot} | _fit(recordings, lambda each, knot=knot: samples_ahead(each, knot)) for knot in KNOTS]
+    ahead = [{"ahead": knot} | _fit([samples_ahead(each, knot) for each in recordings]) for knot in KNOTS]
     between = [
-        {"gap": gap, "share": share}
-        | _fit(recordings, lambda each, gap=gap, share=share: samples_between(each, gap, share))
+        {"gap": gap, "share": share} | _fit([samples_between(each, gap, share) for each in recordings])
         for gap in GAPS
         for share in SHARES
     ]
@@ -135,19 +137,22 @@ def write(path: Path, content: dict[str, Any], command: str) -> Path:
     return path
 
 
-def _fit(recordings: Sequence[Recording], sampled: Callable[[Recording], Samples]) -> dict[str, list[float]]:
-    regression = first_fit(_joined([sampled(each) for each in recordings]))
-    return {name: [float(f"{value:.5g}") for value in getattr(regression, name)] for name in _names()}
-
-
-def _names() -> Iterator[str]:
-    return (field.name for field in dataclasses.fields(Regression))
+def _fit(parts: Sequence[Samples]) -> dict[str, list[float]]:
+    regression = first_fit(_joined(parts))
+    return {
+        name: [float(f"{value:.5g}") for value in values]
+        for name, values in (("weights", regression.weights), ("spread", regression.spread))
+    }
 
 
 def _joined(parts: Sequence[Samples]) -> Samples:
     """Return all samples; each recording has the same weight."""
-    arrays = [
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("features", "step", "scales", "fold")
-    ]
-    weight = np.concatenate([np.full(len(part.step), 100.0 / max(len(part.step), 1)) for part in parts])
-    return Samples(*arrays[:3], weight, arrays[3], sum(part.independent for part in parts), parts[0].added)
+    return Samples(
+        np.concatenate([part.features for part in parts]),
+        np.concatenate([part.step for part in parts]),
+        np.concatenate([part.scales for part in parts]),
+        np.concatenate([np.full(len(part.step), 100.0 / max(len(part.step), 1)) for part in parts]),
+        np.concatenate([part.fold for part in parts]),
+        sum(part.independent for part in parts),
+        parts[0].added,
+    )

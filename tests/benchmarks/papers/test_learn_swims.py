@@ -1,0 +1,39 @@
+"""What gap methods ship is learnt from simulated swims."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from benchmarks.papers.learn_swims import PRIOR_PATH, fit_noise, learn_swims, write
+from trackers.gaps.types import Piece
+from trackers.swimmer.extrapolation import KNOTS
+from trackers.swimmer.interpolation import GAPS, SHARES
+from trackers.swimmer.method import shipped
+
+
+def test_the_noise_of_known_swims_is_found() -> None:
+    rng, tracks = np.random.default_rng(0), []
+    for _ in range(6):
+        jerk = 0.02 * rng.normal(size=(500, 2))
+        x = np.cumsum(np.cumsum(np.cumsum(jerk, axis=0), axis=0), axis=0) + 0.4 * rng.normal(size=(500, 2))
+        tracks.append(Piece(0, x, 1 / 30))
+    found = fit_noise(tracks)
+    assert found.measured_px == pytest.approx(0.4, rel=0.1)
+    assert found.jerk_px == pytest.approx(0.02, rel=0.3)
+
+
+def test_what_is_learnt_is_the_same_each_time_and_is_read_as_written(tmp_path) -> None:
+    content = learn_swims(range(2))
+    assert content == learn_swims(range(2))
+    assert json.loads(write(tmp_path / "prior.json", content, "by test").read_text()) == content | {
+        "command": "by test"
+    }
+    shapes = [{key: np.shape(value) for key, value in each.items()} for each in content["ahead"] + content["between"]]
+    kept = json.loads(PRIOR_PATH.read_text())
+    assert shapes == [{key: np.shape(value) for key, value in each.items()} for each in kept["ahead"] + kept["between"]]
+    ahead, between = shipped()
+    assert set(ahead) == set(KNOTS)
+    assert set(between) == {(gap, share) for gap in GAPS for share in SHARES}
