@@ -175,18 +175,21 @@ def _fill_grid(
     ``sin(p + q) = sin p cos q + cos p sin q``, where p depends on the column only and q on the row only.
     """
     rows, columns = values.shape[1], values.shape[2]
-    sine, cosine = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    count = waves.amplitude_m.shape[0]
+    sines, cosines = np.empty((count, columns), np.float32), np.empty((count, columns), np.float32)
     values[:] = np.float32(0.0)
-    for i in range(waves.amplitude_m.shape[0]):
-        kx, ky, amplitude = waves.vector_per_m[i, 0], waves.vector_per_m[i, 1], waves.amplitude_m[i]
+    for i in range(count):
         for column in range(columns):
-            p = kx * (first_m[0] + column * step_m)
-            sine[column], cosine[column] = np.float32(np.sin(p)), np.float32(np.cos(p))
-        for row in range(rows):
+            p = waves.vector_per_m[i, 0] * (first_m[0] + column * step_m)
+            sines[i, column], cosines[i, column] = np.float32(np.sin(p)), np.float32(np.cos(p))
+    for row in range(rows):
+        height, slope_x, slope_y = values[0, row], values[1, row], values[2, row]
+        for i in range(count):
+            kx, ky, amplitude = waves.vector_per_m[i, 0], waves.vector_per_m[i, 1], waves.amplitude_m[i]
+            sine, cosine = sines[i], cosines[i]
             q = ky * (first_m[1] + row * step_m) - waves.frequency_per_s[i] * time_s + waves.phase_rad[i]
             along, across = np.float32(amplitude * np.cos(q)), np.float32(amplitude * np.sin(q))
             kx_, ky_ = np.float32(kx), np.float32(ky)
-            height, slope_x, slope_y = values[0, row], values[1, row], values[2, row]
             for column in range(columns):
                 slope = cosine[column] * along - sine[column] * across
                 height[column] += sine[column] * along + cosine[column] * across

@@ -48,6 +48,15 @@ class Visible(NamedTuple):
     instance_id: NDArray[np.int32]
 
 
+class Drawn(NamedTuple):
+    """The first four of ``Visible``: a picture of which the depth is not needed."""
+
+    textures: TexturePool
+    table: TriangleTable
+    nearness: NDArray[np.float32]
+    triangle: NDArray[np.int32]
+
+
 class SurfaceRow(NamedTuple):
     """Surfaces of the W pixels of one row.
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
-from sim.render.attributes import Visible, new_resolve_scratch, resolve_picture, resolve_row
+from sim.render.attributes import Drawn, Visible, new_resolve_scratch, resolve_picture, resolve_row
 from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
 from sim.render.scene import SceneArrays, pack_scene
@@ -74,20 +74,35 @@ class Raster:
         return GBuffer(base_colour_rgb, seen.depth_m, seen.instance_id, normal_world)
 
     def visible(
+        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
+    ) -> Visible:
+        """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
+
+        Returns:
+            depth and ids are fresh arrays, ids not written yet; the others are overwritten by the next call.
+        """
+        drawn = self.draw(camera, T_world_camera, pixel_offset=pixel_offset)
+        shape = drawn.nearness.shape
+        depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
+        with np.errstate(divide="ignore"):
+            np.divide(np.float32(1.0), drawn.nearness, out=depth_m)
+        return Visible(*drawn, depth_m, instance_id)
+
+    def draw(
         self,
         camera: PinholeCamera,
         T_world_camera: NDArray[np.float64],
         *,
         pixel_offset: float = 0.5,
         canvas: Canvas | None = None,
-    ) -> Visible:
-        """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
+    ) -> Drawn:
+        """Find the nearest triangle of every pixel, as ``visible``.
 
         Args:
             canvas: None for the renderer's own.
 
         Returns:
-            depth and ids are fresh arrays, ids not written yet; the others are overwritten by the next call.
+            arrays that the next call with this canvas overwrites.
         """
         self._pack()
         shape = (camera.height_px, camera.width_px)
@@ -103,10 +118,7 @@ class Raster:
             on.nearness,
             on.triangle,
         )
-        depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
-        with np.errstate(divide="ignore"):
-            np.divide(np.float32(1.0), on.nearness, out=depth_m)
-        return Visible(self._textures, on.table, on.nearness, on.triangle, depth_m, instance_id)
+        return Drawn(self._textures, on.table, on.nearness, on.triangle)
 
     def _pack(self) -> None:
         if self._body_count != len(self._world.bodies):

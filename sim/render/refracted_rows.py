@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.render.attributes import LEVEL_BLOCK, SHORT, SurfaceRow, Visible
+from sim.render.attributes import LEVEL_BLOCK, SHORT, Drawn, SurfaceRow
 from sim.render.compilation import row_kernel
 from sim.render.runs import LANES, PITCH, find_runs, new_lines
 from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level
@@ -40,13 +40,13 @@ class Refracted(NamedTuple):
     """A picture whose bent rays have been traced; maps are (H, W).
 
     Attributes:
-        straight: the camera's picture without water, see ``Visible``. inner: that of the eye.
+        straight: the camera's picture without water. inner: that of the eye.
         ends: of the rays in them.
         depth_m, instance_id: see ``GBuffer``; ids are written row by row.
     """
 
-    straight: Visible
-    inner: Visible
+    straight: Drawn
+    inner: Drawn
     ends: Endings
     depth_m: NDArray[np.float32]
     instance_id: NDArray[np.int32]

@@ -90,10 +90,10 @@ class ThroughWater:
             depth and ids are fresh arrays, ids not written yet; the others are overwritten by the next call.
         """
         eye = self._eye(camera, T_world_camera)
-        draw = self._renderer.visible  # type: ignore[attr-defined]
+        draw = self._renderer.draw  # type: ignore[attr-defined]
         straight, inner = draw(camera, T_world_camera, pixel_offset=pixel_offset), draw(*eye, canvas=self._canvas)
         ends = self._trace(camera, T_world_camera, pixel_offset, eye, straight.nearness, inner.nearness)
-        return Refracted(straight, inner, ends, ends.depth_m, straight.instance_id)
+        return Refracted(straight, inner, ends, ends.depth_m, np.empty(ends.depth_m.shape, np.int32))
 
     def _eye(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> Eye:
         body = _water_body(self.surface, T_world_camera)

@@ -10,8 +10,9 @@ from sim.render.compilation import row_kernel
 from sim.render.water_rays import STEP_PX, ZERO
 from sim.render.water_ways import ALONG_X, ALONG_Y, ENTRY_X, ENTRY_Y, FLOOR_SHARE
 
-TILE = 8
-"""Side of the tiles of the inner picture that have an edge or none."""
+TILE, EDGE_TILE = 8, 4
+"""Sides of the tiles of the picture whose rays are followed or not, and of those of the inner picture that have an edge
+or none."""
 NODES = TILE // STEP_PX
 EDGE = 0.01
 """Share of the water's depth by which a surface must jump or fold to be an edge."""
@@ -24,7 +25,7 @@ def find_edges(nearness: NDArray[np.float32], jump_m: np.float32, edges: NDArray
     worst = np.empty(columns, np.float32)
     for tile_row in range(edges.shape[0]):
         worst[:] = ZERO
-        for row in range(tile_row * TILE, min(tile_row * TILE + TILE, rows)):
+        for row in range(tile_row * EDGE_TILE, min(tile_row * EDGE_TILE + EDGE_TILE, rows)):
             above, here, below = nearness[max(row - 1, 0)], nearness[row], nearness[min(row + 1, rows - 1)]
             if 0 < row < rows - 1:
                 for k in range(columns):
@@ -34,7 +35,7 @@ def find_edges(nearness: NDArray[np.float32], jump_m: np.float32, edges: NDArray
                 fold = np.abs(here[k - 1] + here[k + 1] - np.float32(2.0) * here[k]) - jump_m * here[k] * here[k]
                 worst[k] = max(worst[k], fold)
         for tile in range(edges.shape[1]):
-            for k in range(tile * TILE, min(tile * TILE + TILE, columns)):
+            for k in range(tile * EDGE_TILE, min(tile * EDGE_TILE + EDGE_TILE, columns)):
                 edges[tile_row, tile] |= worst[k] > ZERO
 
 
@@ -61,7 +62,9 @@ def find_near_edges(
                     end_x, end_y = x + share * ways[ALONG_X, i, j], y + share * ways[ALONG_Y, i, j]
                     left, right = min(left, x, end_x), max(right, x, end_x)
                     top, bottom = min(top, y, end_y), max(bottom, y, end_y)
-            for i in range(max(int(top + 0.5) // TILE, 0), min(int(bottom + 0.5) // TILE + 1, edges.shape[0])):
-                for j in range(max(int(left + 0.5) // TILE, 0), min(int(right + 0.5) // TILE + 1, edges.shape[1])):
+            first_row, last_row = max(int(top + 0.5) // EDGE_TILE, 0), int(bottom + 0.5) // EDGE_TILE
+            first_column, last_column = max(int(left + 0.5) // EDGE_TILE, 0), int(right + 0.5) // EDGE_TILE
+            for i in range(first_row, min(last_row + 1, edges.shape[0])):
+                for j in range(first_column, min(last_column + 1, edges.shape[1])):
                     is_near |= edges[i, j]
             near_edge[tile_row, tile] = is_near

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from sim.render.water_rays import STEEPEST, WaterBody, bend, ray, vanishing
 from sim.water_surface import Waves, sum_waves
 
+_SAME_HEIGHT_M = 1e-8
+"""Heights of the surface that differ less are at one place: to a thousandth of a pixel, even of a grazing ray."""
+
 
 @njit(cache=True, error_model="numpy")
 def _exact_ray(
@@ -25,9 +28,11 @@ def _exact_ray(
     dx, dy, dz = ray(matrix, x, y)
     if not dz < STEEPEST:
         return np.nan, np.nan, np.nan
-    height, slope_x, slope_y, depth = 0.0, 0.0, 0.0, 0.0
+    height, before, slope_x, slope_y, depth = 0.0, np.inf, 0.0, 0.0, 0.0
     for _ in range(5):
-        depth = (water.level_m + height - origin[2]) / dz
+        if abs(height - before) < _SAME_HEIGHT_M:
+            break
+        before, depth = height, (water.level_m + height - origin[2]) / dz
         height, slope_x, slope_y = sum_waves(waves, time_s, origin[0] + depth * dx, origin[1] + depth * dy)
     tx, ty, tz, _, _ = bend(dx, dy, dz, slope_x, slope_y, water.refractive_index)
     vx, vy = vanishing(projection, tx, ty, tz)

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.water_edges import EDGE, TILE, find_edges, find_near_edges
+from sim.render.water_edges import EDGE, EDGE_TILE, TILE, find_edges, find_near_edges
 from sim.render.water_ends import Endings
 from sim.render.water_rays import ONE, STEP_PX, SURFACE_DEPTH, ZERO, WaterRays, interpolate_row
 from sim.render.water_ways import ALONG_X, ALONG_Y, ENTRY_DEPTH, ENTRY_X, ENTRY_Y, FLOOR_SHARE, PLANES, SCALE
@@ -44,7 +44,7 @@ def trace(
         straight: (H, W) 1 / depth of the picture without water. nearness: (h, w) that of the inner picture.
     """
     height, width = ends.depth_m.shape
-    edges = np.zeros((-(-nearness.shape[0] // TILE), -(-nearness.shape[1] // TILE)), np.bool_)
+    edges = np.zeros((-(-nearness.shape[0] // EDGE_TILE), -(-nearness.shape[1] // EDGE_TILE)), np.bool_)
     find_edges(nearness, np.float32(EDGE * rays.water.depth_m), edges)
     places, kinds = np.empty((3, *ways.shape[1:]), np.float32), np.empty(ways.shape[1:], np.int8)
     _trace_nodes(rays, ways, straight, nearness, places, kinds)
@@ -65,7 +65,7 @@ def _trace_nodes(
     """Write the column and row in the inner picture where the rays of the nodes end, the camera's 1 / depth there, and
     their kinds: the fixed points of ``share = 1 - z nearness(a + share e)``.
 
-    A few steps find them, as shares change slowly across a surface.
+    A few steps from the floor find them, as shares change slowly across a surface.
     """
     for i in range(kinds.shape[0]):
         row = min(i * STEP_PX, straight.shape[0] - 1)
@@ -73,12 +73,13 @@ def _trace_nodes(
             column = min(j * STEP_PX, straight.shape[1] - 1)
             z_s, z = rays.nodes[SURFACE_DEPTH, i, j], ways[ENTRY_DEPTH, i, j]
             x, y, ex, ey = ways[ENTRY_X, i, j], ways[ENTRY_Y, i, j], ways[ALONG_X, i, j], ways[ALONG_Y, i, j]
-            near, share = _between(nearness, x, y), ZERO
+            share = ways[FLOOR_SHARE, i, j]
+            near = _between(nearness, x + share * ex, y + share * ey)
             for _ in range(_ITERATIONS):
                 before, share = share, max(ONE - z * near, ZERO)
-                near = _between(nearness, x + share * ex, y + share * ey)
                 if abs(share - before) * (abs(ex) + abs(ey)) < _CLOSE_PX:
                     break
+                near = _between(nearness, x + share * ex, y + share * ey)
             places[0, i, j], places[1, i, j] = x + share * ex, y + share * ey
             places[2, i, j] = ONE / (z_s + (ONE / near - z) * ways[SCALE, i, j])
             kinds[i, j] = _DRY

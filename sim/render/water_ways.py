@@ -21,7 +21,7 @@ from sim.optics import PinholeCamera, project, rays
 from sim.render.compilation import row_kernel
 from sim.render.water_rays import ALONG_X as TOWARDS_X
 from sim.render.water_rays import ALONG_Y as TOWARDS_Y
-from sim.render.water_rays import FARTHEST_M, STEP_PX, SURFACE_DEPTH, WaterRays, ray
+from sim.render.water_rays import FARTHEST_M, STEP_PX, SURFACE_DEPTH, WaterRays
 
 ENTRY_X, ENTRY_Y, ENTRY_DEPTH, ALONG_X, ALONG_Y, SCALE, FLOOR_SHARE = range(7)
 """Planes of ways, at the nodes of ``WaterRays``: a, in pixels from the middle of the first; z; e; b; and the share
@@ -117,33 +117,41 @@ def _lay_ways(
         onto: (3, 3) from a place, as the eye has it before it along the world's axes, to its homogeneous pixel.
         from_eye: (3,) from the eye to the camera, world frame.
     """
-    nodes, floor_m = rays.nodes, rays.water.depth_m
-    for i in range(nodes.shape[1]):
+    m, floor_m = rays.matrix, rays.water.depth_m
+    # What is before the eye per unit along the rays of the camera: the pixels of both are related by one matrix.
+    a, b, c = _through(onto, m[:, 0]), _through(onto, m[:, 1]), _through(onto, m[:, 2])
+    at_x, at_y, at_z = _through(onto, from_eye)
+    m_x, m_y, m_z = m[2, 0], m[2, 1], m[2, 2]
+    for i in range(ways.shape[1]):
         y = i * STEP_PX + rays.pixel_offset
-        for j in range(nodes.shape[2]):
-            x = j * STEP_PX + rays.pixel_offset
-            depth = nodes[SURFACE_DEPTH, i, j]
-            dx, dy, dz = ray(rays.matrix, x, y)
-            px, py, pz = from_eye[0] + depth * dx, from_eye[1] + depth * dy, from_eye[2] + depth * dz
-            sx, sy = (
-                onto[0, 0] * px + onto[0, 1] * py + onto[0, 2] * pz,
-                onto[1, 0] * px + onto[1, 1] * py + onto[1, 2] * pz,
-            )
-            sz = onto[2, 0] * px + onto[2, 1] * py + onto[2, 2] * pz
+        base_x, base_y, base_z = b[0] * y + c[0], b[1] * y + c[1], b[2] * y + c[2]
+        depths, towards_x, towards_y = (
+            rays.nodes[SURFACE_DEPTH, i],
+            rays.nodes[TOWARDS_X, i],
+            rays.nodes[TOWARDS_Y, i],
+        )
+        entry_x, entry_y, entry_depth = ways[ENTRY_X, i], ways[ENTRY_Y, i], ways[ENTRY_DEPTH, i]
+        along_x, along_y, scale, floor = ways[ALONG_X, i], ways[ALONG_Y, i], ways[SCALE, i], ways[FLOOR_SHARE, i]
+        for j in range(depths.shape[0]):
+            x, depth, ex, ey = np.int32(j * STEP_PX) + rays.pixel_offset, depths[j], towards_x[j], towards_y[j]
+            px, py, pz = a[0] * x + base_x, a[1] * x + base_y, a[2] * x + base_z
+            sx, sy, sz = at_x + depth * px, at_y + depth * py, at_z + depth * pz
             # Along the bent ray, per unit of camera depth.
-            bx, by, bz = ray(rays.matrix, x + nodes[TOWARDS_X, i, j], y + nodes[TOWARDS_Y, i, j])
-            ux, uy = (
-                onto[0, 0] * bx + onto[0, 1] * by + onto[0, 2] * bz,
-                onto[1, 0] * bx + onto[1, 1] * by + onto[1, 2] * bz,
-            )
-            uz = onto[2, 0] * bx + onto[2, 1] * by + onto[2, 2] * bz
-            if depth >= FARTHEST_M or sz <= 0.0 or uz <= 0.0:
-                for plane in range(PLANES):
-                    ways[plane, i, j] = 0.0
-                ways[ENTRY_DEPTH, i, j] = FARTHEST_M
-                continue
+            ux, uy, uz = px + a[0] * ex + b[0] * ey, py + a[1] * ex + b[1] * ey, pz + a[2] * ex + b[2] * ey
+            fall = m_x * (x + ex) + m_y * (y + ey) + m_z
+            misses = (depth >= FARTHEST_M) | (sz <= 0.0) | (uz <= 0.0)
             a_x, a_y = sx / sz, sy / sz
-            ways[ENTRY_X, i, j], ways[ENTRY_Y, i, j], ways[ENTRY_DEPTH, i, j] = a_x - 0.5, a_y - 0.5, sz
-            ways[ALONG_X, i, j], ways[ALONG_Y, i, j] = ux / uz - a_x, uy / uz - a_y
-            ways[SCALE, i, j] = 1.0 / uz
-            ways[FLOOR_SHARE, i, j] = 1.0 - sz / (sz - floor_m / bz * uz)
+            entry_x[j], entry_y[j] = 0.0 if misses else a_x - 0.5, 0.0 if misses else a_y - 0.5
+            entry_depth[j] = FARTHEST_M if misses else sz
+            along_x[j], along_y[j] = 0.0 if misses else ux / uz - a_x, 0.0 if misses else uy / uz - a_y
+            scale[j] = 0.0 if misses else 1.0 / uz
+            floor[j] = 0.0 if misses else 1.0 - sz / (sz - floor_m / fall * uz)
+
+
+@row_kernel(forceinline=True)
+def _through(matrix: NDArray[np.float64], vector: NDArray[np.float64]) -> tuple[float, float, float]:
+    return (
+        matrix[0, 0] * vector[0] + matrix[0, 1] * vector[1] + matrix[0, 2] * vector[2],
+        matrix[1, 0] * vector[0] + matrix[1, 1] * vector[1] + matrix[1, 2] * vector[2],
+        matrix[2, 0] * vector[0] + matrix[2, 1] * vector[1] + matrix[2, 2] * vector[2],
+    )

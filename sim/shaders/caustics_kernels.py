@@ -84,27 +84,33 @@ def count_rays(
     eta, ray = np.float32(1.0 / index), np.float32((grid.step_m / step_m) ** 2)
     x_first, y_first = np.float32(grid.first_m[0] - floor[0]), np.float32(grid.first_m[1] - floor[1])
     step = np.float32(grid.step_m)
+    at_x, at_y = np.empty(grid.values.shape[2], np.float32), np.empty(grid.values.shape[2], np.float32)
     for i in range(grid.values.shape[1]):
-        for j in range(grid.values.shape[2]):
-            height, sx, sy = grid.values[0, i, j], grid.values[1, i, j], grid.values[2, i, j]
-            q = one + sx * sx + sy * sy
-            cos_i = one / np.sqrt(q)
+        height, slope_x, slope_y = grid.values[0, i], grid.values[1, i], grid.values[2, i]
+        y_row = y_first + step * np.float32(i)
+        for j in range(at_x.shape[0]):
+            sx, sy = slope_x[j], slope_y[j]
+            cos_i = one / np.sqrt(one + sx * sx + sy * sy)
             along = np.sqrt(one - (one - cos_i * cos_i) * eta * eta) - cos_i * eta
-            fall = (depth + height) * along * cos_i / (eta + along * cos_i)
-            x = (x_first + step * np.float32(j) + fall * sx) * per_step
-            y = (y_first + step * np.float32(i) + fall * sy) * per_step
+            fall = (depth + height[j]) * along * cos_i / (eta + along * cos_i)
+            at_x[j] = (x_first + step * np.float32(np.int32(j)) + fall * sx) * per_step
+            at_y[j] = (y_row + fall * sy) * per_step
+        # Not in vector code: rays of one row may share a cell.
+        for j in range(at_x.shape[0]):
+            x, y = at_x[j], at_y[j]
             if not (x >= np.float32(0.0) and y >= np.float32(0.0)):
                 continue
-            column, row = int(x), int(y)
+            column, row = np.int32(x), np.int32(y)
             if column >= columns - 1 or row >= rows - 1:
                 continue
             s, t = x - np.float32(column), y - np.float32(row)
             lower = ray * t
             upper = ray - lower
-            count[row, column] += upper * (one - s)
-            count[row, column + 1] += upper * s
-            count[row + 1, column] += lower * (one - s)
-            count[row + 1, column + 1] += lower * s
+            above, below = count[row], count[row + 1]
+            above[column] += upper * (one - s)
+            above[column + 1] += upper * s
+            below[column] += lower * (one - s)
+            below[column + 1] += lower * s
     count[0], count[-1] = count[1], count[-2]
     count[:, 0], count[:, -1] = count[:, 1], count[:, -2]
 

@@ -27,7 +27,8 @@ from sim.render.refraction import water_rays
 from sim.render.row_stages import RowStage, light_picture
 from sim.shaders.black_body import black_body_rgb
 from sim.shaders.caustics import FloorLight, LightThroughSurface
-from sim.shaders.water_kernels import PanelArrays, WaterLight, mirror_panels, new_water_scratch, shade_row
+from sim.shaders.water_kernels import WaterLight, new_water_scratch, shade_row
+from sim.shaders.water_mirrors import PanelArrays, mirror_panels
 from sim.water_surface import RippledSurface
 from sim.world import World
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.attributes import SurfaceRow
@@ -14,17 +13,15 @@ from sim.render.runs import PITCH, new_lines
 from sim.render.water_rays import (
     ALONG_X,
     ALONG_Y,
-    MIRROR_X,
-    MIRROR_Y,
     REFLECTANCE,
     STEP_PX,
     SURFACE_DEPTH,
-    WaterRays,
     interpolate_row,
 )
 from sim.shaders.caustics import MapExtent
 from sim.shaders.caustics_kernels import exp_minus
 from sim.shaders.daylight_kernels import reflectance_row
+from sim.shaders.water_mirrors import PanelArrays
 
 ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 _ON_FLOOR = np.float32(0.93)
@@ -35,22 +32,6 @@ _EDGE = np.float32(0.06)
 Z, U, V, F, X, Y, DOWN, WAY, LIT, WET, MIRROR_A, MIRROR_B = (np.uint64(line * PITCH) for line in range(12))
 """Where lines of the scratch begin: z_s; e along x and y; share reflected; position of what is seen and its depth
 below the surface; way to it in the water; light that arrives; 1 in the water, 0 elsewhere; place on a panel."""
-
-
-class PanelArrays(NamedTuple):
-    """Panels as arrays for kernels, float32.
-
-    Attributes:
-        frames: (P, 3, 3) the middle; and the sides, each divided by its squared length.
-        nit: (P, 3) luminance of R, G and B.
-        panes: (P, 2) along the sides.
-        bar_share: (P,).
-    """
-
-    frames: NDArray[np.float32]
-    nit: NDArray[np.float32]
-    panes: NDArray[np.float32]
-    bar_share: NDArray[np.float32]
 
 
 class WaterLight(NamedTuple):
@@ -68,7 +49,8 @@ class WaterLight(NamedTuple):
         air: (3,) radiance of a white level surface in air. mirrored: (3,) radiance of the room.
         panels: above the water.
         places: (P, 2, R, C) where the nodes' mirrored rays meet each panel: 0 in its middle, -1/2 and 1/2 at its edges.
-        bounds: (P, R, 4) least and greatest of the places in each row, along side a and b.
+        spans: (P, R - 1, 2) int32 columns of pixels, between two rows of nodes, from the first that may mirror a panel
+            to behind the last.
     """
 
     nodes: NDArray[np.float32]
@@ -83,7 +65,7 @@ class WaterLight(NamedTuple):
     mirrored: NDArray[np.float32]
     panels: PanelArrays
     places: NDArray[np.float32]
-    bounds: NDArray[np.float32]
+    spans: NDArray[np.int32]
 
 
 class WaterScratch(NamedTuple):
@@ -96,40 +78,6 @@ class WaterScratch(NamedTuple):
 def new_water_scratch(width: int) -> WaterScratch:
     """Return scratch for rows of ``width`` pixels."""
     return WaterScratch(new_lines(12, width), np.empty(width, np.uint32))
-
-
-def mirror_panels(rays: WaterRays, panels: PanelArrays) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return ``places`` and ``bounds`` of ``WaterLight``."""
-    places = np.empty((len(panels.frames), 2, *rays.nodes.shape[1:]), np.float32)
-    _mirror_panels(rays, panels.frames, places)
-    return places, np.stack([f(places[:, k], axis=-1) for k in (0, 1) for f in (np.min, np.max)], axis=-1)
-
-
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def _mirror_panels(rays: WaterRays, frames: NDArray[np.float32], places: NDArray[np.float32]) -> None:
-    nodes, origin, matrix = rays.nodes, rays.position_m.astype(np.float32), rays.matrix.astype(np.float32)
-    for panel in range(frames.shape[0]):
-        middle, a, b = frames[panel, 0], frames[panel, 1], frames[panel, 2]
-        nx, ny, nz = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-        for row in range(nodes.shape[1]):
-            y = np.float32(row * STEP_PX + rays.pixel_offset)
-            for column in range(nodes.shape[2]):
-                x = np.float32(column * STEP_PX) + np.float32(rays.pixel_offset)
-                depth = min(nodes[SURFACE_DEPTH, row, column], _FARTHEST_M)
-                px = origin[0] + depth * (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]) - middle[0]
-                py = origin[1] + depth * (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]) - middle[1]
-                pz = origin[2] + depth * (matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]) - middle[2]
-                rx, ry = nodes[MIRROR_X, row, column], nodes[MIRROR_Y, row, column]
-                rise = -(nx * px + ny * py + nz * pz) / (nx * rx + ny * ry + nz)
-                px, py, pz = px + rise * rx, py + rise * ry, pz + rise
-                ahead = rise > ZERO
-                u, v = px * a[0] + py * a[1] + pz * a[2], px * b[0] + py * b[1] + pz * b[2]
-                places[panel, 0, row, column] = (
-                    min(max(u, np.float32(-9.0)), np.float32(9.0)) if ahead else np.float32(9.0)
-                )
-                places[panel, 1, row, column] = (
-                    min(max(v, np.float32(-9.0)), np.float32(9.0)) if ahead else np.float32(9.0)
-                )
 
 
 @row_kernel()
@@ -251,28 +199,20 @@ def _colour(
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _mirror(light: WaterLight, panel: int, row: int, lines: NDArray[np.float32], radiance: NDArray[np.float32]) -> None:
     """Add what the surface mirrors of a panel to the radiance (3, W)."""
-    if not _is_near(light.bounds[panel], row):
+    span = light.spans[panel, min(row // STEP_PX, light.spans.shape[1] - 1)]
+    first, last = np.uint64(span[0]), np.uint64(min(span[1], np.int32(radiance.shape[1])))
+    if first >= last:
         return
-    width = np.uint64(radiance.shape[1])
     interpolate_row(light.places[panel, 0], row, radiance.shape[1], lines[MIRROR_A:])
     interpolate_row(light.places[panel, 1], row, radiance.shape[1], lines[MIRROR_B:])
     panes_a, panes_b, bar = light.panels.panes[panel, 0], light.panels.panes[panel, 1], light.panels.bar_share[panel]
-    for k in range(width):
+    for k in range(first, last):
         shine = _within(lines[MIRROR_A + k], panes_a, bar) * _within(lines[MIRROR_B + k], panes_b, bar)
         lines[MIRROR_A + k] = shine * lines[WET + k] * lines[F + k]
     for channel in range(3):
         nit, line = light.panels.nit[panel, channel], radiance[channel]
-        for k in range(width):
+        for k in range(first, last):
             line[k] += nit * lines[MIRROR_A + k]
-
-
-@row_kernel(forceinline=True)
-def _is_near(bounds: NDArray[np.float32], row: int) -> bool:
-    """Return whether a mirrored panel with bounds (R, 4) may be seen in a row."""
-    upper = min(row // STEP_PX, bounds.shape[0] - 2)
-    near, a, b = np.float32(0.7), bounds[upper], bounds[upper + 1]
-    along_a = min(a[0], b[0]) < near and max(a[1], b[1]) > -near
-    return bool(along_a and min(a[2], b[2]) < near and max(a[3], b[3]) > -near)
 
 
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
