@@ -55,7 +55,8 @@ class Detection:
     """One blob: a fish, or several that touch.
 
     Attributes:
-        position_px: (2,) middle of the centre line.
+        position_px: (2,) middle of the body: as far behind the centre of its contrast as with the usual fish. The
+            middle of the centre line is less steady, as the pale end of a tail comes and goes.
         box_xyxy: (4,) of the outline.
         heading_rad: from the middle to the head, from +x towards +y.
         centre_line_px: (K, 2) at equal distances from the head, the heavier end, to the tail.
@@ -182,21 +183,23 @@ class Detector:
         window = np.s_[y : y + height, x : x + width]
         floor = self._background.mean[window] + 1.0
         weight = np.where(mask, np.maximum(contrast[window], 1e-3), 0.0).astype(np.float32)
-        body = posture(mask, weight, (grey[window] + 1.0) / floor, STATIONS)
+        body, centre = posture(mask, weight, (grey[window] + 1.0) / floor, STATIONS)
         line = body[:, :2] + corner
         area = float(np.count_nonzero(mask))
         usual = float(_dark(weight / floor).mean())
         length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-        self.norms.see_fish(area, length, usual)
+        self.norms.see_fish(area, length, usual, centre)
         ahead = line[0] - line[STATIONS // 2]
+        merged = self._is_merged(area, length)
+        known = self.norms.centre > 0 and not merged
         return Detection(
-            position_px=line[STATIONS // 2],
+            position_px=_point_at(line, 0.5 + (centre - self.norms.centre if known else 0.0)),
             box_xyxy=np.concatenate([corner, corner + np.array([width, height])]).astype(float),
             heading_rad=float(np.arctan2(ahead[1], ahead[0])),
             centre_line_px=line,
             area_px=area,
             score=min(1.0, area / max(self.norms.area_px, 1.0)) * min(1.0, usual / max(self.norms.contrast, 1e-3)),
-            merged=self._is_merged(area, length),
+            merged=merged,
             covered=_touches(glare, corner, mask.shape),
             widths_px=body[:, 2],
             shades=body[:, 3],
@@ -211,6 +214,12 @@ class Detector:
         larger, longer = area_px / self.norms.area_px, length_px / self.norms.length_px
         limit = self._parameters.merged_area
         return larger > limit and (longer > limit or larger / longer > _WIDER * limit)
+
+
+def _point_at(line_px: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+    """Return the point (2,) of a line (K, 2) of equal steps, a share of its length behind its first one."""
+    at = share * (len(line_px) - 1)
+    return np.array([np.interp(at, np.arange(len(line_px)), line_px[:, axis]) for axis in (0, 1)])
 
 
 def _dark(relative: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -28,26 +28,29 @@ class Norms:
 
     Attributes:
         area_px, length_px: of one fish. contrast: mean over the dark part of one fish. shadow: contrast up to which a
-            pixel may be of a shadow; 0 without shadows.
+            pixel may be of a shadow; 0 without shadows. centre: where one fish's contrast has its centre, as a share of
+            its length behind the head.
     """
 
     def __init__(self) -> None:
         self._areas: deque[float] = deque(maxlen=_REMEMBERED)
         self._lengths: deque[float] = deque(maxlen=_REMEMBERED)
         self._contrasts: deque[float] = deque(maxlen=_REMEMBERED)
+        self._centres: deque[float] = deque(maxlen=_REMEMBERED)
         self._cores: deque[float] = deque(maxlen=_REMEMBERED)
         self._calls = 0
-        self.area_px = self.length_px = self.contrast = self.shadow = 0.0
+        self.area_px = self.length_px = self.contrast = self.centre = self.shadow = 0.0
 
     def see_blob(self, core: float) -> None:
         """Take in a blob, fish or shadow, by the contrast of its core."""
         self._cores.append(core)
 
-    def see_fish(self, area_px: float, length_px: float, contrast: float) -> None:
+    def see_fish(self, area_px: float, length_px: float, contrast: float, centre: float) -> None:
         """Take in a blob that is no shadow."""
         self._areas.append(area_px)
         self._lengths.append(length_px)
         self._contrasts.append(contrast)
+        self._centres.append(centre)
 
     def learn(self) -> None:
         """Update the values; call it once a picture."""
@@ -58,15 +61,16 @@ class Norms:
             shadow = shadow_limit(np.array(self._cores))
             if shadow > 0 and self.shadow == 0:
                 # What was learnt so far was learnt from shadows too.
-                for values in (self._areas, self._lengths, self._contrasts):
+                for values in (self._areas, self._lengths, self._contrasts, self._centres):
                     values.clear()
-                self.area_px = self.length_px = self.contrast = 0.0
+                self.area_px = self.length_px = self.contrast = self.centre = 0.0
             self.shadow = shadow
         if len(self._areas) >= _SOME:
             self.area_px, self.length_px, self.contrast = (
                 float(np.quantile(values, _ONE_BODY_QUANTILE))
                 for values in (self._areas, self._lengths, self._contrasts)
             )
+            self.centre = float(np.median(self._centres))
 
 
 def shadow_limit(cores: NDArray[np.float64]) -> float:

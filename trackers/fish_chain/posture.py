@@ -107,10 +107,11 @@ def _interpolated(at: float, along: NDArray[np.float64], values: NDArray[np.floa
 @numba.njit(cache=True)
 def posture(
     mask: NDArray[np.uint8], weight: NDArray[np.float32], shade: NDArray[np.float32], stations: int
-) -> NDArray[np.float64]:
-    """Return (stations, 4): x, y, width and shade at equal distances along a body, from its heavier end.
+) -> tuple[NDArray[np.float64], float]:
+    """Return (stations, 4): x, y, width and shade at equal distances along a body, from its heavier end; and its centre.
 
-    The heavier half is the head's: a fish is wide and dark before its middle and tapers to the tail.
+    The heavier half is the head's: a fish is wide and dark before its middle and tapers to the tail. The centre is that
+    of weight, as a share of the length behind the head.
 
     Args:
         mask: (H, W) 1 on the body, one component, not empty.
@@ -141,10 +142,12 @@ def posture(
         at = along[-1] * s / (stations - 1)
         for column in range(4):
             result[s, column] = _interpolated(at, along, values[:, column])
-    balance = 0.0
+    balance, centre = 0.0, 0.0
     for k in range(count):
         balance += cut[k, 3] * (1.0 if along[k + 1] < 0.5 * along[-1] else -1.0)
-    return result if balance >= 0 else result[::-1].copy()
+        centre += cut[k, 3] * along[k + 1]
+    centre /= max(along[-1] * cut[:, 3].sum(), 1e-9)
+    return (result, centre) if balance >= 0 else (result[::-1].copy(), 1.0 - centre)
 
 
 def headings(lines_px: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -43,6 +43,27 @@ def test_single_fish_are_found_with_their_posture(paler: bool, background: int) 
     assert np.median(lines_px) < 1.0
 
 
+def test_a_tail_that_comes_and_goes_does_not_move_the_middle() -> None:
+    tank = Tank(count=3, seed=3)
+    new = detector(tank, 20)
+    for _ in range(60):
+        new.detect(tank.draw())
+    observation = tank.draw()
+    whole = max(new.detect(observation), key=lambda each: each.length_px)
+    tail, cut = whole.centre_line_px[-1], observation.image_rgb.copy()
+    rows, columns = np.indices(cut.shape[:2])
+    cut[np.hypot(columns + 0.5 - tail[0], rows + 0.5 - tail[1]) < 4.0] = np.median(cut, axis=(0, 1)).astype(np.uint8)
+    found = new.detect(Observation(cut, observation.time_s, observation.camera))
+    near = min(found, key=lambda each: float(np.linalg.norm(each.position_px - whole.position_px)))
+    lost_px = whole.length_px - near.length_px
+    assert lost_px > 2.0
+    moved_px, of_line_px = (
+        np.linalg.norm(at(near) - at(whole)) for at in (lambda each: each.position_px, lambda each: each.centre_line_px[4])
+    )
+    assert of_line_px > 0.4 * lost_px
+    assert moved_px < 0.6 * of_line_px
+
+
 def test_fish_that_touch_are_one_merged_blob() -> None:
     tank = Tank(count=3, seed=1)
     new = detector(tank, 20)

@@ -39,15 +39,19 @@ def test_the_line_of_a_drawn_body_is_found_head_first(angle: float, bend: float)
     for point, share in zip(line, np.linspace(0, 1, 41), strict=True):
         radius = 4.0 * np.sqrt(share * 4 + 0.1) if share < 0.2 else 4.0 * (1.25 - share)
         cv2.circle(grey, np.round((point - 0.5) * 16).astype(int).tolist(), round(16 * radius), 1, -1, cv2.LINE_8, 4)
-    body = posture(grey, grey.astype(np.float32), grey.astype(np.float32), STATIONS)
+    body, centre = posture(grey, grey.astype(np.float32), grey.astype(np.float32), STATIONS)
     np.testing.assert_allclose(body[4, :2], line[20], atol=1.7)
     towards = headings(body[None, :, :2])[0] - headings(line[None])[0]
     assert np.cos(towards) > 0.97
     assert body[2, 2] > 1.5 * body[7, 2]
+    # The drawn shape's own centre of area, by how wide it is along its line.
+    share = np.linspace(0, 1, 41)
+    halves = np.where(share < 0.2, np.sqrt(share * 4 + 0.1), 1.25 - share)
+    assert centre == pytest.approx(np.average(share, weights=halves), abs=0.03)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (2, 2), (1, 30), (7, 7)])
 def test_blobs_without_a_direction_are_no_error(shape: tuple[int, int]) -> None:
-    body = posture(np.ones(shape, np.uint8), np.ones(shape, np.float32), np.ones(shape, np.float32), STATIONS)
+    body, _ = posture(np.ones(shape, np.uint8), np.ones(shape, np.float32), np.ones(shape, np.float32), STATIONS)
     assert np.isfinite(body).all()
     np.testing.assert_allclose(body[4, :2], [shape[1] / 2, shape[0] / 2], atol=1.0)
