@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from trackers.swimmer.features import POSTURE_FEATURES, Pasts, activity, features, smoothness
 from trackers.swimmer.regression import Regression, Samples
+from trackers.swimmer.steady import steady_way
 from trackers.swimmer.windows import Recording
 
 KNOTS = (2, 5, 12, 25, 50, 100, 200)
@@ -36,15 +37,16 @@ def scales_ahead(pasts: Pasts) -> NDArray[np.float64]:
 
 
 def way_ahead(
-    regression: Callable[[int], Regression], pasts: Pasts, count: int
+    regression: Callable[[int], Regression], pasts: Pasts, count: int, noise_px: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the places (count, 2) on the frames after one past, and the radii (count,) that hold 95 %, in pixels.
 
     Places outside the bounds are moved onto them as far as the past is rough: a smooth one shows where it will go
-    better than the bounds do.
+    better than the bounds do. As far as it is steady, it goes on along its own curve.
 
     Args:
         regression: takes one of ``KNOTS`` to its regression.
+        noise_px: standard deviation of a measured coordinate, > 0.
     """
     last, unit = pasts.last_px[0], float(pasts.unit_px[0, 0])
     knots = KNOTS[: int(np.searchsorted(KNOTS, count)) + 1]
@@ -57,4 +59,8 @@ def way_ahead(
     way = PchipInterpolator(frames, np.array(places))(at)
     within = np.clip(way, pasts.bounds_xyxy[0, :2], pasts.bounds_xyxy[0, 2:])
     smooth = float(smoothness(pasts.position_px)[0])
-    return within + smooth * (way - within), np.interp(at, frames, np.maximum.accumulate(radii))
+    way = within + smooth * (way - within)
+    steady, curve, reach = steady_way(pasts.position_px[0], at, noise_px)
+    return way + steady * (curve - way), (1 - steady) * np.interp(
+        at, frames, np.maximum.accumulate(radii)
+    ) + steady * reach

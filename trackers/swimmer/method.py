@@ -52,8 +52,9 @@ class SwimGaps:
         """See ``GapMethod``."""
         x, pause = whole_past(past)
         posture = postures_of(self._allowed(past))[len(past.position_px) - 1 - pause]
-        places, radii = way_ahead(self._ahead, self._pasts(x, around, posture), pause + count)
-        return _bridge(places[pause:], radii[pause:], jitter_px(x))
+        noise_px = max(jitter_px(x), _LEAST_NOISE_PX)
+        places, radii = way_ahead(self._ahead, self._pasts(x, around, posture), pause + count, noise_px)
+        return _bridge(places[pause:], radii[pause:], noise_px)
 
     def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge:
         """See ``GapMethod``."""
@@ -63,7 +64,7 @@ class SwimGaps:
         count = future.first_frame - past.end_frame
         ends = Ends(self._pasts(x, around, _UNKNOWN), self._pasts(y, around, _UNKNOWN))
         places, radii = way_between(self._between, ends, pause + count + later)
-        return _bridge(places[pause : pause + count], radii[pause : pause + count], jitter_px(x))
+        return _bridge(places[pause : pause + count], radii[pause : pause + count], max(jitter_px(x), _LEAST_NOISE_PX))
 
     def _allowed(self, piece: Piece) -> Piece:
         return piece if self._posture else replace(piece, heading_rad=None, centre_line_px=None)
@@ -81,7 +82,7 @@ def _learnt(samples: Samples, prior: Regression) -> Regression:
 
 
 def _bridge(places: NDArray[np.float64], radii: NDArray[np.float64], noise_px: float) -> Bridge:
-    variance = (radii / _RADIUS_SIGMAS) ** 2 + max(noise_px, _LEAST_NOISE_PX) ** 2
+    variance = (radii / _RADIUS_SIGMAS) ** 2 + noise_px**2
     return Bridge(places, variance[:, None, None] * np.eye(2))
 
 
