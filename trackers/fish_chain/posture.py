@@ -108,7 +108,7 @@ def _interpolated(at: float, along: NDArray[np.float64], values: NDArray[np.floa
 def posture(
     mask: NDArray[np.uint8], weight: NDArray[np.float32], shade: NDArray[np.float32], stations: int
 ) -> tuple[NDArray[np.float64], float]:
-    """Return (stations, 4): x, y, width and shade at equal distances along a body, from its heavier end; and its centre.
+    """Return (stations, 4) x, y, width and shade at equal distances along a body from its heavier end, and its centre.
 
     The heavier half is the head's: a fish is wide and dark before its middle and tapers to the tail. The centre is that
     of weight, as a share of the length behind the head.

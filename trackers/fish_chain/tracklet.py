@@ -26,14 +26,14 @@ class Tracklet:
 
     Attributes:
         number: its own. first_frame: of its first detection.
-        velocity_px: (2,) smoothed, pixels a frame.
+        position_px: (2,) on its last frame. velocity_px: (2,) smoothed, pixels a frame.
         ghosts: after its end, poses (4,) by frame while its fish is merged with others (see ``bodies``).
     """
 
     def __init__(self, number: int, first_frame: int, detection: Detection) -> None:
         self.number = number
         self.first_frame = first_frame
-        self.velocity_px = np.zeros(2)
+        self.position_px, self.velocity_px = detection.position_px, np.zeros(2)
         self.ghosts: dict[int, NDArray[np.float64]] = {}
         self._lines: list[NDArray[np.float64]] = []
         self._boxes: list[NDArray[np.float64]] = []
@@ -62,7 +62,7 @@ class Tracklet:
         line, widths, shades, vote = detection.centre_line_px, detection.widths_px, detection.shades, 1.0
         if self._lines:
             last = self._lines[-1]
-            moved = detection.position_px - last[len(last) // 2]
+            moved = detection.position_px - self.position_px
             gain = max(_VELOCITY_GAIN, 1.0 / len(self._lines))
             self.velocity_px = self.velocity_px + gain * (moved - self.velocity_px)
             if ((line[0] - line[-1]) @ (last[0] - last[-1])) < 0:
@@ -70,6 +70,7 @@ class Tracklet:
             ahead = line[0] - line[-1]
             self._votes += float(moved @ ahead / max(ahead @ ahead, 1.0)) / _MOTION_VOTE
         self._votes += vote
+        self.position_px = detection.position_px
         self._lines.append(line)
         self._boxes.append(detection.box_xyxy)
         self._areas.append(detection.area_px)
@@ -79,11 +80,6 @@ class Tracklet:
         if len(self._rows) == CHUNK:
             self._chunks.append(np.mean(self._rows, axis=0))
             self._rows = []
-
-    @property
-    def position_px(self) -> NDArray[np.float64]:
-        """(2,) on its last frame."""
-        return self._lines[-1][len(self._lines[-1]) // 2]
 
     @property
     def area_px(self) -> float:

@@ -58,7 +58,8 @@ def test_a_tail_that_comes_and_goes_does_not_move_the_middle() -> None:
     lost_px = whole.length_px - near.length_px
     assert lost_px > 2.0
     moved_px, of_line_px = (
-        np.linalg.norm(at(near) - at(whole)) for at in (lambda each: each.position_px, lambda each: each.centre_line_px[4])
+        np.linalg.norm(at(near) - at(whole))
+        for at in (lambda each: each.position_px, lambda each: each.centre_line_px[4])
     )
     assert of_line_px > 0.4 * lost_px
     assert moved_px < 0.6 * of_line_px
