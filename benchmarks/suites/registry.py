@@ -104,12 +104,14 @@ class Facts:
         title: of the table. words: note below it.
         lines: name of a line -> suffix after ``_`` in the names of its rows.
         columns: metrics, with rows named without the suffix.
+        beside: name of something real that was measured alike -> its values by name of the row.
     """
 
     title: str
     words: str
     lines: Mapping[str, str]
     columns: tuple[Metric, ...]
+    beside: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
