@@ -101,10 +101,8 @@ class Facts:
     """A table of the report about the episodes themselves, independent of contestants.
 
     Attributes:
-        title: of the table. words: note below it.
-        lines: name of a line -> suffix after ``_`` in the names of its rows.
-        columns: metrics, with rows named without the suffix.
-        beside: name of something real that was measured alike -> its values by name of the row.
+        title, words: of the table, note below it. lines: name of a line -> suffix after ``_`` in the names of its rows.
+        columns: metrics, with rows named without the suffix. beside: name of what was measured elsewhere -> its rows.
     """
 
     title: str
