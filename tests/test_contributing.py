@@ -129,11 +129,18 @@ def test_python_in_the_readme_runs(tmp_path: Path) -> None:
             pytest.importorskip("stable_baselines3")
         (tmp_path / "look.py").write_text(text)
         told.append(succeeds("python look.py", tmp_path))
-    with_sb3, side_by_side, without_pictures, loop = told
-    assert side_by_side == ""
+    with_sb3, without_pictures, loop = told
     assert re.fullmatch(r"(True|False) [01]\.\d\n", with_sb3)
     assert 0.0 <= float(without_pictures) <= 1.0
     assert loop.startswith("(240, 320, 3) in")
+
+
+def test_envs_side_by_side_are_made_as_the_readme_says(tmp_path: Path) -> None:
+    (call,) = re.findall(r"`(gym\.make_vec\(ID, .*?\))`", (ROOT / "README.md").read_text())
+    named = call.replace("ID", "'scenarios:frameout/StereoFollow-v1', preset='quick', tracker='stereo_wb'")
+    script = f"import gymnasium as gym\nif __name__ == '__main__':\n    envs = {named}\n"
+    (tmp_path / "side_by_side.py").write_text(f"{script}    print(envs.reset(seed=0)[0].shape[0])\n    envs.close()\n")
+    assert succeeds("python side_by_side.py", tmp_path) == "2\n"
 
 
 def test_files_that_the_documents_point_to_exist() -> None:

@@ -29,7 +29,16 @@ def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
         cells = tuple(_cell(rows, metric, suffix) for metric in facts.columns)
         if any(cell is not None for cell in cells):
             lines.append(Line((words,), "", tuple(cell or Cell("–") for cell in cells)))
+            for other, values in facts.beside.items():
+                there = tuple(_beside(values, metric, suffix) for metric in facts.columns)
+                lines.append(Line((f"{words}, {other}",), "", there))
     return Table(tuple(column_of(metric) for metric in facts.columns), tuple(lines))
+
+
+def _beside(values: Mapping[str, float], metric: Metric, suffix: str) -> Cell:
+    (name,) = metric.rows
+    value = values.get(f"{name}_{suffix}")
+    return Cell("–" if value is None else number_text(value, metric.unit))
 
 
 def _cell(rows: Sequence[Row], metric: Metric, suffix: str) -> Cell | None:

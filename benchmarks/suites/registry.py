@@ -101,15 +101,15 @@ class Facts:
     """A table of the report about the episodes themselves, independent of contestants.
 
     Attributes:
-        title: of the table. words: note below it.
-        lines: name of a line -> suffix after ``_`` in the names of its rows.
-        columns: metrics, with rows named without the suffix.
+        title, words: of the table, note below it. lines: name of a line -> suffix after ``_`` in the names of its rows.
+        columns: metrics, with rows named without the suffix. beside: name of what was measured elsewhere -> its rows.
     """
 
     title: str
     words: str
     lines: Mapping[str, str]
     columns: tuple[Metric, ...]
+    beside: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

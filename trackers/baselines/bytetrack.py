@@ -31,12 +31,12 @@ class ByteTrackParameters:
         duplicate_cost: a lost and a followed track that are nearer are one; published 0.15.
     """
 
-    high: float = tunable(0.6, 0.3, 0.8)
-    low: float = tunable(0.1, 0.02, 0.3)
-    first_cost: float = tunable(0.9, 0.6, 0.99)
-    second_cost: float = tunable(0.8, 0.4, 0.99)
-    new_cost: float = tunable(0.9, 0.5, 0.99)
-    buffer_frames: int = tunable(30, 5, 200)
+    high: float = tunable(0.7, 0.3, 0.8)
+    low: float = tunable(0.15, 0.02, 0.3)
+    first_cost: float = tunable(0.98, 0.6, 0.999)
+    second_cost: float = tunable(0.9, 0.4, 0.999)
+    new_cost: float = tunable(0.75, 0.5, 0.999)
+    buffer_frames: int = tunable(25, 5, 200)
     duplicate_cost: float = 0.15
 
 
@@ -103,8 +103,8 @@ class _Target:
 class ByteTrack:
     """ByteTrack; it answers the detections that it assigned.
 
-    The boxes of small, slender fish overlap little from frame to frame: the greatest costs were chosen on development
-    seeds.
+    The boxes of small, slender fish overlap little from frame to frame: the defaults were chosen by HOTA on development
+    seeds of ``standard`` (0, 1) and ``hard`` (0), 80 settings tried.
     """
 
     Parameters = ByteTrackParameters

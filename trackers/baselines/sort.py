@@ -25,9 +25,9 @@ class SortParameters:
         min_hits: detections after which a track is answered; published 3.
     """
 
-    least_overlap: float = tunable(0.1, 0.01, 0.5, log=True)
+    least_overlap: float = tunable(0.02, 0.01, 0.5, log=True)
     max_age: int = tunable(30, 1, 60)
-    min_hits: int = tunable(3, 1, 5)
+    min_hits: int = tunable(1, 1, 5)
 
 
 class BoxFilter:
@@ -93,7 +93,7 @@ class Sort:
     """SORT; it answers the detections that it assigned, which lie nearer to the fish than the filters' boxes.
 
     The boxes of small, slender fish overlap little from frame to frame, and fish are hidden for longer than people: the
-    defaults of ``least_overlap`` and ``max_age`` were chosen on development seeds.
+    defaults were chosen by HOTA on development seeds of ``standard`` (0, 1) and ``hard`` (0), 40 settings tried.
     """
 
     Parameters = SortParameters

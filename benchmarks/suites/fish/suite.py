@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 from benchmarks.scores.cpu_time import CPU_TIME
@@ -14,6 +15,7 @@ from benchmarks.suites.fish.judge import AT_ONCE, FishJudge
 from benchmarks.suites.fish.link_scores import GROUPS
 from benchmarks.suites.fish.motion import MOTION
 from benchmarks.suites.fish.real import recordings
+from benchmarks.suites.fish.zebrafish import zebrafish_rows
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
 _GROUP_WORDS = {
@@ -139,7 +141,7 @@ FISH = Suite(
     events=EVENTS,
     silence="no track",
     figures=figures,
-    facts=MOTION,
+    facts=replace(MOTION, beside={"real zebrafish": zebrafish_rows()}),
     controller=None,
     follows_many=True,
     recordings=recordings,

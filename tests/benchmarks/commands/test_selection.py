@@ -21,9 +21,9 @@ STANDARD = ("standard",)
 
 
 def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
-    town, rooms = parties(FOLLOW, (), STANDARD, (), (), variants=True)
-    assert (town.scenario, rooms.scenario) == ("road-town-v1", "stereo-follow-v1")
-    for party in (town, rooms):
+    chosen = parties(FOLLOW, (), STANDARD, (), (), variants=True)
+    assert [party.scenario for party in chosen] == ["road-town-v1", "stereo-follow-v1", "fish-tank-v1"]
+    for party in chosen:
         roles = [entrants()[name].role for name in party.trackers]
         assert roles == ["ours", "as-written"]
         assert party.controllers == tuple(controllers(catalog.scenario(party.scenario).carrier.name))

@@ -14,7 +14,11 @@ from scenarios.envs.follow_env import FollowEnv
 from tests.scenarios.envs.compared import assert_same
 from trackers.types import CameraCommand
 
-TRACKERS = {"frameout/RoadTownFollow-v1": "colour_pf", "frameout/StereoFollow-v1": "stereo_wb"}
+TRACKERS = {
+    "frameout/RoadTownFollow-v1": "colour_pf",
+    "frameout/StereoFollow-v1": "stereo_wb",
+    "frameout/FishTankFollow-v1": "shoal_chain",
+}
 STEPS, SEED = 6, 21
 
 
@@ -49,10 +53,11 @@ def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_li
         command = CameraCommand(*info["command"].tolist()) if info["frame"] else None
         frame = episode.step(command)
         np.testing.assert_array_equal(frame.observation.image_rgb, observed["pixels"])
-        np.testing.assert_array_equal(frame.truth.T_world_camera, info["T_world_camera"])
-        target = frame.truth.index_of(scenario.target)
-        np.testing.assert_array_equal(frame.truth.box_xyxy[target], info["box_xyxy"])
-        assert frame.truth.visible_fraction[target] == info["visible_fraction"]
+        truth, _ = frame.judged
+        np.testing.assert_array_equal(truth.T_world_camera, info["T_world_camera"])
+        target = truth.index_of(scenario.target)
+        np.testing.assert_array_equal(truth.box_xyxy[target], info["box_xyxy"])
+        assert truth.visible_fraction[target] == info["visible_fraction"]
     episode.close()
 
 

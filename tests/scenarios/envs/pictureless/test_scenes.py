@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -67,7 +68,7 @@ def test_what_looks_down_moves_as_its_own_scenario_says() -> None:
 def test_a_scenario_that_is_not_played_without_pictures_is_refused() -> None:
     assert is_playable(BALLOON_TOWN.id, PRESET)
     assert not is_playable(SEEN_ALONE.id, PRESET)
-    with pytest.raises(ValueError, match="scenario: expected one that can be played without pictures, got 'seen-al"):
+    with pytest.raises(ValueError, match="pictures: expected True, since seen-al"):
         episode_bank(SEEN_ALONE.id, PRESET, [1])
 
 
@@ -77,3 +78,8 @@ def test_envs_name_no_scenario_and_no_carrier() -> None:
             names = [value for _, value in ast.iter_fields(node) if isinstance(value, str)]
             words = set("_".join(names).replace("-", "_").replace(".", "_").replace(" ", "_").lower().split("_"))
             assert not words & SCENE_WORDS, f"{path}:{getattr(node, 'lineno', 0)}: {names}"
+
+
+def test_an_env_with_pictures_only_names_the_keyword_that_it_refuses() -> None:
+    with pytest.raises(ValueError, match=r"pictures: expected True, since fish-tank-v1 has no dynamics .*, got False"):
+        gym.make_vec("scenarios:frameout/FishTankFollow-v1", 2, pictures=False)
