@@ -20,6 +20,7 @@ from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
 from benchmarks.run.real_files import run_on_files
+from benchmarks.run.records import read_rows
 from benchmarks.suites.registry import DEFAULT, Suite, suite
 from sim.checks import check
 from trackers import registry
@@ -109,6 +110,8 @@ class Bench:
             print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
         else:
             print_leaderboard(outcome.summary)
+            for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
+                print(line)
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
         _report_problems(outcome, wanted)
         return 1 if outcome.failures else 0

@@ -7,7 +7,7 @@ up here and names none.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -175,6 +175,7 @@ class Suite:
         truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
         recordings: reads files of real tracks, see ``frameout bench --real``; None: the suite judges none.
+        ratios_on_files: takes rows about recordings to lines of text that ``frameout bench --real`` prints.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
     """
 
@@ -201,6 +202,7 @@ class Suite:
     truth: TruthExtent = "all"
     follows_many: bool = False
     recordings: Callable[[Sequence[Path]], Sequence[Recording]] | None = None
+    ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
 
     @property
@@ -230,11 +232,7 @@ class Suite:
         return tuple(range(len(truth.names))) if self.follows_many else (truth.index_of(scenario.target),)
 
     def metric(self, name: str) -> Metric:
-        """Return one metric by name.
-
-        Raises:
-            ValueError: for an unknown name.
-        """
+        """Return one metric by name. Raises ValueError for an unknown name."""
         known = {metric.name: metric for metric in self.metrics}
         if name not in known:
             raise ValueError(f"metric: expected one of {', '.join(known)}; got {name!r}")

@@ -26,6 +26,22 @@ class ShoalChain(Chain):
         self.gap_method = SwimGaps()
 
 
+@register(
+    "shoal_chain_shipped",
+    role="variant",
+    summary="gaps are bridged with the shipped weights, which learn nothing from the tracks at hand",
+    suites=("fish",),
+)
+class ShippedShoalChain(Chain):
+    """``ShoalChain`` whose bridging of gaps never learns from the video."""
+
+    Parameters = ChainParameters
+
+    def __init__(self, parameters: ChainParameters, rng: np.random.Generator) -> None:
+        super().__init__(parameters, SwimGaps(learns=False))
+        self.gap_method = SwimGaps(learns=False)
+
+
 register_variant("shoal_chain_offline", "shoal_chain", summary="links decided after the whole video", offline=True)
 register_variant("shoal_chain_no_looks", "shoal_chain", summary="links without appearance", use_appearance=False)
 register_variant("shoal_chain_no_motion", "shoal_chain", summary="links by appearance alone", use_motion=False)

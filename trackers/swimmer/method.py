@@ -34,14 +34,19 @@ class SwimGaps:
     ``learn``. Time is counted in frames: the weights that are shipped suit about 30 frames per second.
     """
 
-    def __init__(self, posture: bool = True) -> None:
-        """``posture``: whether headings and centre lines are used where they are given."""
-        self._posture = posture
+    def __init__(self, posture: bool = True, learns: bool = True) -> None:
+        """Start with the shipped weights.
+
+        Args:
+            posture: whether headings and centre lines are used where they are given.
+            learns: if False, ``learn`` is without effect.
+        """
+        self._posture, self._learns = posture, learns
         self.learn(())
 
     def learn(self, pieces: Sequence[Piece]) -> None:
         """Learn from all pieces; what was learnt before is forgotten."""
-        self._recording = Recording([self._allowed(piece) for piece in pieces])
+        self._recording = Recording([self._allowed(piece) for piece in pieces] if self._learns else [])
         # Fitted when they are first asked for: most users need few of them.
         self._ahead = cache(lambda ahead: _learnt(samples_ahead(self._recording, ahead), shipped()[0][ahead]))
         self._between = cache(

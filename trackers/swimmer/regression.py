@@ -143,10 +143,12 @@ def _nearest(
     flat, off, w = F.reshape(-1, F.shape[-1]), (step - F @ prior).ravel(), prior
     for _ in range(_ROUNDS):
         q = weight / np.maximum(_length(step - F @ w), _NEAREST)
-        weighted = flat * np.repeat(q, 2)[:, None]
-        gram = weighted.T @ flat
+        rooted = np.repeat(np.sqrt(q), 2)
+        weighted = flat * rooted[:, None]
+        # A product with its own transpose takes half the time.
+        gram = weighted.T @ weighted
         penalty = ridge * np.maximum(np.diag(gram), 1e-9 * q.sum())
-        w = prior + np.linalg.solve(gram + np.diag(penalty), weighted.T @ off)
+        w = prior + np.linalg.solve(gram + np.diag(penalty), weighted.T @ (rooted * off))
     return w
 
 

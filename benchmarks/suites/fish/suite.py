@@ -15,6 +15,7 @@ from benchmarks.suites.fish.judge import AT_ONCE, FishJudge
 from benchmarks.suites.fish.link_scores import GROUPS
 from benchmarks.suites.fish.motion import MOTION
 from benchmarks.suites.fish.real import recordings
+from benchmarks.suites.fish.real_ratios import real_ratios
 from benchmarks.suites.fish.zebrafish import zebrafish_rows
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
@@ -145,6 +146,7 @@ FISH = Suite(
     controller=None,
     follows_many=True,
     recordings=recordings,
+    ratios_on_files=real_ratios,
     definitions={
         judge.chain_scores: (*_CHAIN_NAMES, *(f"{name}{AT_ONCE}" for name in _CHAIN_NAMES)),
         link_scores.link_scores: (*_LINK_NAMES, *(f"{name}{AT_ONCE}" for name in _LINK_NAMES)),

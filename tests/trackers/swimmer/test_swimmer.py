@@ -187,3 +187,13 @@ def test_features_of_either_axis_are_the_same() -> None:
     a = features(Pasts(x, square, np.full((1, 2), 200.0), np.zeros((1, 3))), np.array([20.0]))
     b = features(Pasts(x[..., ::-1], square, np.full((1, 2), 200.0), np.zeros((1, 3))), np.array([20.0]))
     np.testing.assert_allclose(a, b[:, :, ::-1], atol=1e-12)
+
+
+def test_one_that_does_not_learn_stays_as_shipped() -> None:
+    around, seen = Surroundings(BOUNDS), swims(100, 1, 5)[0]
+    fresh, fixed, taught = SwimGaps(), SwimGaps(learns=False), SwimGaps()
+    for method in (fixed, taught):
+        method.learn(swims(3000, 3, 4))
+    ways = [method.extrapolate(seen, 50, around).position_px for method in (fresh, fixed, taught)]
+    np.testing.assert_array_equal(ways[0], ways[1])
+    assert np.abs(ways[2] - ways[0]).max() > 1.0
