@@ -78,9 +78,11 @@ EXPERIMENT = GapExperiment(
     title="Paper C: a lost piece of a fish's track, predicted from what came before",
     setting="One fish swims slowly and smoothly. Pieces of 50, 100 and 200 frames are cut out of its track, as the "
     "common detector measured it, and predicted from the 100 frames before. The paper's fish is an ayu, tracked by "
-    "TRex, with eight gaps of each length; how fast it swam for the frame rate is not printed. The swimming of this "
-    "one was set on development seeds so that the paper's filter errs about as much as in the paper, in pixels; "
-    "its noise covariances, which the paper does not print, are fitted to development data too.",
+    "TRex, with eight gaps of each length; how fast it swam for the frame rate is not printed. The paper measures the "
+    "distance to the observed point; here the true place is known, and the distance is to that: it is free of the last "
+    "point's noise, but holds the detector's bias. The swimming of this fish was set on development seeds so that the "
+    "paper's filter errs about as much as in the paper, in pixels; its noise covariances, which the paper does not "
+    "print, are fitted to development data too.",
     suite="fish",
     scenario="fish-tank-v1",
     preset="paper-c",
