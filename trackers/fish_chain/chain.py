@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +43,7 @@ class ChainParameters(DetectorParameters, TrackletParameters, MotionParameters):
         complete: added to them when all fish that were ever seen together have names.
         made: probability from which on a link is made.
         most_lost: frames of the longest gap that is bridged.
-        delay: frames after which links are final; offline they all are decided after the last picture.
+        delay: frames after which links and answers are final; offline they all are decided after the last picture.
         least_certainty: probability of a place within half a body from which on a fish that is not seen is answered.
     """
 
@@ -102,6 +102,7 @@ class Chain:
         self._guesses: dict[int, tuple[Tracklet, float]] = {}
         self._fish: dict[int, Fish] = {}
         self._seen_together: deque[int] = deque(maxlen=_COUNTED_FRAMES)
+        self._settled: list[list[Track]] = []
         self._count = 0
         self._times_s: list[float] = []
         self._bounds = np.array([np.inf, np.inf, -np.inf, -np.inf])
@@ -131,6 +132,8 @@ class Chain:
         changed = begun or len(self._builder.ended) > before
         if changed or any(each.first_frame <= ripe for each in self._pending):
             self._decide(self._parameters.delay)
+        if ripe >= 0 and not self._parameters.offline:
+            self._settled.append(self._answers(ripe, self._fish.values()))
         return self._now()
 
     def revised(self) -> list[list[Track]]:
@@ -141,12 +144,21 @@ class Chain:
         else:
             self._decide(0)
             fish = list(self._fish.values())
-        answers: list[list[Track]] = [[] for _ in range(self._frame + 1)]
-        for each in fish:
-            if len(each) >= _LESSON_FRAMES:
-                for frame, track in each.answers(self._motion, self._parameters.least_certainty):
-                    answers[frame].append(track)
-        return answers
+        latest = range(len(self._settled), self._frame + 1)
+        return [*self._settled, *(self._answers(frame, fish) for frame in latest)]
+
+    def _answers(self, frame: int, fish: Iterable[Fish]) -> list[Track]:
+        """Return the tracks on a frame, with what is known by now."""
+        p = self._parameters
+        begun = {each.number: each for each in self._pending}
+        likely = {
+            tail.number: (begun[start], probability)
+            for start, (tail, probability) in self._guesses.items()
+            if start in begun and probability >= p.made
+        }
+        lasting = (each for each in fish if len(each) >= _LESSON_FRAMES)
+        tracks = (each.on(frame, self._motion, p.least_certainty, likely.get(each.tail.number)) for each in lasting)
+        return [track for track in tracks if track is not None]
 
     def _count_fish(self) -> None:
         """Learn how many fish there are: the most that were seen together, for some frames."""

@@ -43,8 +43,8 @@ class DetectorParameters:
     surely: float = tunable(6.0, 3.0, 12.0)
     hardly: float = tunable(3.0, 1.5, 6.0)
     surely_share: float = tunable(0.5, 0.2, 0.8)
-    hardly_share: float = tunable(0.25, 0.1, 0.5)
-    pale_share: float = tunable(0.55, 0.1, 0.7)
+    hardly_share: float = tunable(0.3, 0.1, 0.5)
+    pale_share: float = tunable(0.6, 0.1, 0.7)
     least_area: float = tunable(0.3, 0.1, 0.6)
     merged_area: float = tunable(1.5, 1.2, 2.0)
     least_px: int = 12

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -49,29 +48,38 @@ class Fish:
         self.pieces += other.pieces
         self.probabilities += [probability, *other.probabilities[1:]]
 
-    def answers(self, motion: MotionModel, least_certainty: float) -> Iterator[tuple[int, Track]]:
-        """Yield (frame, track) for all frames with a measurement, and those between that are predicted well enough."""
-        before: Tracklet | None = None
-        for piece, probability in zip(self.pieces, self.probabilities, strict=True):
-            if before is not None:
-                yield from self._bridged(before, piece, motion, probability, least_certainty)
-            for frame in range(piece.first_frame, piece.end_frame):
-                yield frame, measured(self.identity, piece.line_px(frame), piece.box_xyxy(frame), probability)
-            before = piece
+    def on(
+        self, frame: int, motion: MotionModel, least_certainty: float, next_: tuple[Tracklet, float] | None = None
+    ) -> Track | None:
+        """Return its track on a frame: measured, followed inside a blob, or between two tracklets.
 
-    def _bridged(
-        self, before: Tracklet, after: Tracklet, motion: MotionModel, probability: float, least_certainty: float
-    ) -> Iterator[tuple[int, Track]]:
-        if after.first_frame == before.end_frame:
-            return
-        places, covariances = motion.between(before, after)
-        for index, frame in enumerate(range(before.end_frame, after.first_frame)):
-            place, covariance = places[index], covariances[index]
-            if frame in before.ghosts:
-                place, covariance = before.ghosts[frame][:2], motion.followed(frame - before.end_frame)
-            track = predicted(self.identity, before, frame, place, covariance, probability, motion.length_px)
-            if track.confidence is not None and track.confidence >= least_certainty * probability:
-                yield frame, track
+        None before its first frame, and where it is not known well enough.
+
+        Args:
+            least_certainty: see ``ChainParameters``.
+            next_: the tracklet that likely continues the last one, and the probability.
+        """
+        index = sum(each.first_frame <= frame for each in self.pieces) - 1
+        if index < 0:
+            return None
+        piece, probability = self.pieces[index], self.probabilities[index]
+        if frame < piece.end_frame:
+            return measured(self.identity, piece.line_px(frame), piece.box_xyxy(frame), probability)
+        if index + 1 < len(self.pieces):
+            next_ = self.pieces[index + 1], self.probabilities[index + 1]
+        if next_ is not None:
+            probability = next_[1]
+        lost = frame - piece.end_frame
+        if frame in piece.ghosts:
+            place, covariance = piece.ghosts[frame][:2], motion.followed(lost)
+        elif next_ is not None:
+            places, covariances = motion.between(piece, next_[0])
+            place, covariance = places[lost], covariances[lost]
+        else:
+            return None
+        track = predicted(self.identity, piece, frame, place, covariance, probability, motion.length_px)
+        certain = track.confidence is not None and track.confidence >= least_certainty * probability
+        return track if certain else None
 
 
 def measured(identity: int, line_px: NDArray[np.float64], box_xyxy: NDArray[np.float64], probability: float) -> Track:

@@ -72,6 +72,7 @@ class MotionModel:
         self._gap_method = gap_method
         self._heading_kept = np.zeros(len(_LAGS))
         self._bridges: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        self._between: dict[tuple[int, int], tuple[int, NDArray[np.float64], NDArray[np.float64]]] = {}
         self.interval_s = 1 / 30
         self.length_px = 1.0
         self.around = Surroundings()
@@ -85,6 +86,7 @@ class MotionModel:
             enough = len(cosines) >= _LEAST_PAIRS
             self._heading_kept[index] = max(float(cosines.mean()), 0.0) if enough else self._heading_kept[index - 1] / 2
         self._bridges.clear()
+        self._between.clear()
 
     def log_ratios(self, tail: Tracklet, starts: Starts) -> NDArray[np.float64]:
         """Return how much likelier (M,) the starts, all after the tracklet's end, are after it than anywhere at all.
@@ -119,7 +121,15 @@ class MotionModel:
 
     def between(self, tail: Tracklet, start: Tracklet) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the places (G, 2) with covariances (G, 2, 2) on the frames between two tracklets of one fish."""
-        past, future = (each.piece(self.interval_s, PAST_FRAMES) for each in (tail, start))
+        known = self._between.get((tail.number, start.number))
+        if known is None or known[0] != len(start):
+            known = len(start), *self._interpolated(tail, start)
+            self._between[tail.number, start.number] = known
+        return known[1:]
+
+    def _interpolated(self, tail: Tracklet, start: Tracklet) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        past = tail.piece(self.interval_s, slice(-PAST_FRAMES, None))
+        future = start.piece(self.interval_s, slice(PAST_FRAMES))
         count = start.first_frame - tail.end_frame
         bridge = self._gap_method.interpolate(past, future, self.around)
         if bridge is not None and np.isfinite(bridge.position_px).all() and bridge.covariance_px is not None:
@@ -140,7 +150,7 @@ class MotionModel:
         return 0.0 if bounds is None else math.log(max(float(np.prod(bounds[2:] - bounds[:2])), 1.0))
 
     def _extrapolated(self, tail: Tracklet, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        past = tail.piece(self.interval_s, PAST_FRAMES)
+        past = tail.piece(self.interval_s, slice(-PAST_FRAMES, None))
         bridge = self._gap_method.extrapolate(past, count, self.around)
         held = hold(past, count, self.length_px)
         if bridge is None or not np.isfinite(bridge.position_px).all():

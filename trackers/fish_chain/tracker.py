@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from trackers.fish_chain.chain import Chain, ChainParameters
 from trackers.registry import register, register_variant
 from trackers.swimmer.method import SwimGaps
+
+
+@dataclass(frozen=True)
+class ShoalChainParameters(ChainParameters):
+    """Parameters of ``shoal_chain``.
+
+    Attributes:
+        learns: if False, gaps are bridged with the shipped weights, which learn nothing from the tracks at hand.
+    """
+
+    learns: bool = True
 
 
 @register(
@@ -18,31 +31,16 @@ from trackers.swimmer.method import SwimGaps
 class ShoalChain(Chain):
     """A ``RevisingTracker`` and ``BridgingTracker`` of all fish in a tank."""
 
-    Parameters = ChainParameters
+    Parameters = ShoalChainParameters
 
-    def __init__(self, parameters: ChainParameters, rng: np.random.Generator) -> None:
-        super().__init__(parameters, SwimGaps())
-        # The chain's own one has learnt from this video; this one is taught by those that use it.
-        self.gap_method = SwimGaps()
-
-
-@register(
-    "shoal_chain_shipped",
-    role="variant",
-    summary="gaps are bridged with the shipped weights, which learn nothing from the tracks at hand",
-    suites=("fish",),
-)
-class ShippedShoalChain(Chain):
-    """``ShoalChain`` whose bridging of gaps never learns from the video."""
-
-    Parameters = ChainParameters
-
-    def __init__(self, parameters: ChainParameters, rng: np.random.Generator) -> None:
-        super().__init__(parameters, SwimGaps(learns=False))
-        self.gap_method = SwimGaps(learns=False)
+    def __init__(self, parameters: ShoalChainParameters, rng: np.random.Generator) -> None:
+        # The chain's own one learns from this video; the other one is taught by those that use it.
+        own, self.gap_method = (SwimGaps(parameters.use_posture, learns=parameters.learns) for _ in range(2))
+        super().__init__(parameters, own)
 
 
 register_variant("shoal_chain_offline", "shoal_chain", summary="links decided after the whole video", offline=True)
+register_variant("shoal_chain_shipped", "shoal_chain", summary="gaps bridged as shipped, nothing learnt", learns=False)
 register_variant("shoal_chain_no_looks", "shoal_chain", summary="links without appearance", use_appearance=False)
 register_variant("shoal_chain_no_motion", "shoal_chain", summary="links by appearance alone", use_motion=False)
 register_variant("shoal_chain_no_posture", "shoal_chain", summary="links without posture", use_posture=False)

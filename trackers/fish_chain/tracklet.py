@@ -122,10 +122,10 @@ class Tracklet:
         chunks = np.array(self._chunks if self._chunks else [np.mean(self._rows, axis=0)])
         return chunks if self.head_first else _turned(chunks, len(self._widths))
 
-    def piece(self, interval_s: float, latest: int | None = None) -> Piece:
-        """Return the tracklet, or its ``latest`` frames alone, as a piece of track."""
-        skipped = 0 if latest is None else max(0, len(self) - latest)
-        lines = np.array(self._lines[skipped:])
+    def piece(self, interval_s: float, part: slice = slice(None)) -> Piece:
+        """Return the tracklet, or a part of its frames, as a piece of track."""
+        skipped, _, _ = part.indices(len(self))
+        lines = np.array(self._lines[part])
         lines = lines if self.head_first else lines[:, ::-1]
         return Piece(self.first_frame + skipped, lines[:, lines.shape[1] // 2], interval_s, headings(lines), lines)
 

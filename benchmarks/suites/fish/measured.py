@@ -57,9 +57,10 @@ def body_length_px(truth: FishTruth) -> NDArray[np.float64]:
 
 
 def head_first(line_px: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the centre lines (T, K, 2) of one fish with the head where the detector saw it on most frames of a run.
+    """Return the centre lines (T, K, 2) of one fish with the head where the detector has seen it most often so far.
 
-    In a run of measured frames a line that lies closer to the one before when it is turned round is turned round.
+    In a run of measured frames a line that lies closer to the one before when it is turned round is turned round. Which
+    end is the head is decided for each frame by those up to it, so that no past knows what a gap hides.
     """
     turned = line_px.copy()
     measured: list[bool] = [bool(line.size) and bool(np.isfinite(line).all()) for line in line_px]
@@ -70,8 +71,8 @@ def head_first(line_px: NDArray[np.float64]) -> NDArray[np.float64]:
             flips[k - first] = reversed_px < as_it_is
             if flips[k - first]:
                 turned[k] = line_px[k, ::-1]
-        if flips.mean() > 0.5:
-            turned[first:end] = turned[first:end, ::-1]
+        wrong = first + np.flatnonzero(2 * np.cumsum(flips) > np.arange(1, end - first + 1))
+        turned[wrong] = turned[wrong, ::-1]
     return turned
 
 

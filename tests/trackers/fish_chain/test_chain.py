@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -78,20 +79,61 @@ def test_posture_and_looks_help() -> None:
     assert np.mean(scores["all"]) > np.mean(scores["places"])
 
 
+def told(tracks: Sequence[Track]) -> dict[int, tuple[float, ...]]:
+    """Return what is said of a frame: by identity, place, box, heading and confidence."""
+    said = {}
+    for each in tracks:
+        estimate = each.estimate
+        assert estimate.box_xyxy is not None
+        said[each.identity] = (*estimate.position_px, *estimate.box_xyxy, estimate.heading_rad or 0.0, each.confidence)
+    return said
+
+
 def test_the_past_is_not_changed_after_the_delay() -> None:
     """The answers of two runs, one of which goes on for longer, are the same but for the last frames."""
-    tank, background, pictures, _ = film(1)
+    tank, background, pictures, places = film(1)
+    delay, gone = ChainParameters().delay, range(50, 95)
+    hidden = []
+    for k, picture in enumerate(pictures):
+        image = picture.image_rgb.copy()
+        if k in gone:
+            x, y = places[k][0].astype(int)
+            image[max(y - 25, 0) : y + 25, max(x - 25, 0) : x + 25] = pictures[0].image_rgb[:1, :1]
+        hidden.append(replace(picture, image_rgb=image))
     runs = []
-    for count in (100, FRAMES):
-        chain = Chain(ChainParameters(least_certainty=0.99), Steady())
+    for count in (80, 100, 120, FRAMES):
+        chain = Chain(ChainParameters(), Steady())
         chain.start(background, tank.camera)
-        for each in pictures[:count]:
+        for each in hidden[:count]:
             chain.update(each)
-        runs.append(chain.revised())
-    settled = 100 - ChainParameters().delay
-    for first, second in zip(runs[0][:settled], runs[1][:settled], strict=True):
-        # A tracklet too short to be answered at first may have grown since.
-        assert {each.identity for each in first} <= {each.identity for each in second}
+        runs.append((count, [told(tracks) for tracks in chain.revised()]))
+    _, longest = runs[-1]
+    for count, said in runs:
+        assert len(said) == count
+        assert said[: count - delay] == longest[: count - delay]
+    assert any(first != second for (_, said) in runs[:-1] for first, second in zip(said, longest, strict=False))
+
+
+def test_between_two_tracklets_a_fish_is_where_both_ends_say() -> None:
+    """However long it is seen afterwards."""
+    tank = Tank(count=1, seed=4, speed_px=1.5)
+    background, pictures, places = tank.background(10), [], []
+    for _ in range(220):
+        pictures.append(tank.draw())
+        places.append(tank.positions_px[0].copy())
+    for k in range(60, 70):
+        pictures[k] = background[0]
+    for offline in (False, True):
+        chain = Chain(ChainParameters(offline=offline, least_certainty=0.1), Steady())
+        chain.start(background, tank.camera)
+        for each in pictures:
+            chain.update(each)
+        answers = chain.revised()
+        for k in range(60, 70):
+            (track,) = answers[k]
+            share = (k - 59) / 11
+            between_px = places[59] + share * (places[70] - places[59])
+            np.testing.assert_allclose(track.estimate.position_px, between_px, atol=3.0)
 
 
 def test_a_high_limit_abstains() -> None:
