@@ -169,7 +169,9 @@ def bridge_gaps(
     mates: bool,
     series: int = 0,
 ) -> list[BridgedGap]:
-    """Return a method's errors on the gaps; empty if it does not bridge such gaps.
+    """Return a method's errors on the gaps; empty if it returns None for the first: it does not bridge such gaps.
+
+    A later None is a failure, with errors of NaN.
 
     Args:
         both_ends: the method gets the track after the gap too.
@@ -194,7 +196,9 @@ def bridge_gaps(
         else:
             bridge = method.extrapolate(past, gap.count, around)
         if bridge is None:
-            return []
+            if not bridged:
+                return []
+            bridge = Bridge(np.full((gap.count, 2), np.nan))
         error_px = tracks.judged_px[gap.first : end, gap.target] - bridge.position_px
         block = series * 1_000_000 + gap.first // BLOCK_FRAMES
         bridged.append(BridgedGap(gap, block, np.linalg.norm(error_px, axis=-1), _inside(bridge, error_px), bridge))
