@@ -121,6 +121,9 @@ def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys:
     [
         (["--real", "nothing.csv"], "real: expected files that exist, got 'nothing.csv'"),
         (["--real", "x", "--preset", "quick"], "real: expected no scenario, preset or controller, got quick"),
+        (["--real", "x", "--seeds", "0:3"], "seeds: expected none with --real, which runs no episodes, got '0:3'"),
+        (["--real", "x", "--renderer", "pybullet"], "renderer: expected none with --real"),
+        (["--real", "x", "--link", "noisy"], "link: expected none with --real"),
     ],
 )
 def test_wrong_arguments_are_named(
