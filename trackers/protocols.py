@@ -51,7 +51,10 @@ class RevisingTracker(MultiTracker, Protocol):
 
 @runtime_checkable
 class BridgingTracker(MultiTracker, Protocol):
-    """A ``MultiTracker`` that also offers its method to bridge gaps."""
+    """A ``MultiTracker`` that also offers its method to bridge gaps, from its construction on.
+
+    The method that is judged is a copy made before ``start``: it learns by ``learn`` alone.
+    """
 
     gap_method: GapMethod
 

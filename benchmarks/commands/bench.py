@@ -26,6 +26,8 @@ from sim.checks import check
 from trackers import registry
 
 _QUICK_SEEDS = "10000:10003"
+_OF_EPISODES = ("seeds", "renderer", "link")
+"""Arguments that mean nothing for files of real tracks."""
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,9 @@ class Bench:
     def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:
         steered = (*self.scenario, *self.preset, *self.controllers)
         check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
+        for name in _OF_EPISODES:
+            mine, default = getattr(self, name), getattr(type(self), name)
+            check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
         known = {name: each for name, each in registry.entries().items() if wanted.name in each.suites}
         default = tuple(name for name, each in known.items() if each.role != "variant" or not self.quick)
         out = self.out or Path("results") / f"{wanted.name}-real"

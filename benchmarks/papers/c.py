@@ -69,8 +69,22 @@ def _claims() -> tuple[Claim, ...]:
         for count, printed in _PRINTED_PX.items()
         if count != first
     ]
-    ours = [Claim(f"gap_error_{count}_px", counted, tracker=_OURS) for count in _PRINTED_PX]
-    return (*written, *growth, *ours)
+    ours = [
+        Claim(f"gap_error_{count}_px", counted, f"{count} lost frames: not in the paper", tracker=_OURS)
+        for count in _PRINTED_PX
+    ]
+    nearer = [
+        Claim(
+            f"gap_error_{count}_px",
+            f"the same, minus that of {_WRITTEN} on the same episodes",
+            f"{count} lost frames: not in the paper; ours is to be nearer",
+            "interval below",
+            tracker=_OURS,
+            minus=_WRITTEN,
+        )
+        for count in _PRINTED_PX
+    ]
+    return (*written, *growth, *ours, *nearer)
 
 
 EXPERIMENT = GapExperiment(

@@ -18,18 +18,21 @@ class Claim:
 
     Attributes:
         metric: of the rows or of the suite. counted: definition of the number, in words. words: the paper's claim.
-        bound: the side of ``level`` that agrees with the paper, by our choice; ``reported`` = the paper gives no side.
+        bound: the side of ``level`` that agrees with the paper, by our choice; ``interval below`` = all of the interval
+            is below it; ``reported`` = the paper gives no side.
         tracker: name of the method; "" without one.
         tolerance: distance from ``level`` that still agrees, for the bound ``within``.
+        minus: name of the method whose number on the same episodes is subtracted; "" without one.
     """
 
     metric: str
     counted: str
     words: str = "not in the paper"
-    bound: Literal["at most", "at least", "more than", "within", "reported"] = "reported"
+    bound: Literal["at most", "at least", "more than", "within", "interval below", "reported"] = "reported"
     level: float = 0.0
     tracker: str = ""
     tolerance: float = 0.0
+    minus: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +57,14 @@ class Finding:
         """Whether the mean lies on the paper's side; None where there is no side. An unknown mean does not agree."""
         if self.claim.bound == "reported":
             return None
-        if self.mean is None:
+        if self.mean is None or self.ci_high is None:
             return False
         level = self.claim.level
         sides = {
             "at most": self.mean <= level,
             "at least": self.mean >= level,
             "more than": self.mean > level,
+            "interval below": self.ci_high < level,
             "within": abs(self.mean - level) <= self.claim.tolerance,
         }
         return sides[self.claim.bound]

@@ -18,6 +18,7 @@ from benchmarks.report.templates import page_environment
 from benchmarks.run.records import Row
 from benchmarks.scores.pooling import pooled
 from benchmarks.scores.statistics import bootstrap_interval
+from benchmarks.scores.summary import paired
 from scenarios.scenario import RendererName
 from trackers.atomic_file import write_atomic
 
@@ -70,7 +71,13 @@ def findings(experiment: PaperExperiment, rows: Sequence[Row]) -> list[Finding]:
 
 def _finding(experiment: PaperExperiment, claim: Claim, renderer: str, rows: Sequence[Row]) -> Finding:
     metric = experiment.metric(claim.metric)
-    mine = [row for row in rows if row["renderer"] == renderer and claim.tracker in ("", row["tracker"])]
+    drawn = [row for row in rows if row["renderer"] == renderer]
+    mine = [row for row in drawn if claim.tracker in ("", row["tracker"])]
+    if claim.minus:
+        found = paired(mine, [row for row in drawn if row["tracker"] == claim.minus], metric)
+        if found is None:
+            return Finding(claim, renderer, None, None, None, metric.unit, 0)
+        return Finding(claim, renderer, found.difference, found.ci_low, found.ci_high, metric.unit, found.n)
     pool = pooled(mine, metric)
     if pool is None or pool.seed_count == 0:
         return Finding(claim, renderer, None, None, None, metric.unit, 0)

@@ -166,6 +166,13 @@ class GuardedMany(GuardedContestant):
         super().__init__(contestant, limit_s, **how)
         self._silence, self._check = (), check_tracks
         self._follows = False
+        self._gap_method: GapMethod | None = None
+
+    def initialise(self, frame: Frame, start: Start) -> Answer:
+        """See ``Contestant``. The gap method is copied before the first picture: gaps are cut out of what follows."""
+        with self.guarded(frame.truth.frame, "gap method"):
+            self._gap_method = copy.deepcopy(self._contestant.gap_method())
+        return super().initialise(frame, start)
 
     def update(self, frame: Frame) -> Answer:
         """See ``Contestant``."""
@@ -179,11 +186,9 @@ class GuardedMany(GuardedContestant):
 
     def ending(self) -> Ending:
         """Return what is known of the contestant after the last frame; call once. It revises its answers here."""
-        revised, method = self._revised(), None
-        if self.reason is None:
-            with self.guarded(self._frames, "gap method"):
-                method = self._contestant.gap_method()
-        if method is None:
+        revised, method = self._revised(), self._gap_method
+        self._follows = self._follows or any(revised or ())
+        if method is None or self.reason is not None:
             return Ending(self.failed_at_frame, revised)
         return Ending(self.failed_at_frame, revised, lambda: GuardedGapMethod(method, self, self._frames))
 

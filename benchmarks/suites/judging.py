@@ -40,8 +40,8 @@ class Ending:
         failed_at_frame: from this frame on it gave no answers; None without a failure. The number of frames if it
             failed only afterwards.
         revised: its answers on all frames as decided with hindsight; None if it does not revise them.
-        new_gap_method: makes a copy of its method to bridge gaps in tracks, as it is after the last frame. After a
-            failure it predicts NaN. None if it has no method.
+        new_gap_method: makes a copy of its method to bridge gaps in tracks, as it was before the first picture. After
+            a failure it predicts NaN. None if it has no method.
     """
 
     failed_at_frame: int | None = None

@@ -143,6 +143,30 @@ def test_a_gap_method_is_handed_on_and_checked(episode: YardEpisode) -> None:
     assert (tracker.lessons, guard.reason) == (0, None)
 
 
+def test_a_gap_method_knows_nothing_of_the_pictures_of_its_gaps(episode: YardEpisode) -> None:
+    class Peeks(Bridges):
+        def update(self, observation: Observation) -> list[Track]:
+            self._extrapolated = lambda count: Bridge(np.full((count, 2), 9.0))
+            return super().update(observation)
+
+    _, ending = ended(episode, ManyFromPictures(Peeks()))
+    assert ending.new_gap_method is not None
+    bridge = ending.new_gap_method().extrapolate(PAST, 1, Surroundings())
+    assert bridge is not None
+    assert bridge.position_px.tolist() == [[1.0, 1.0]]
+
+
+def test_one_that_answers_with_hindsight_alone_has_times(episode: YardEpisode) -> None:
+    class Late(Revises):
+        def update(self, observation: Observation) -> list[Track]:
+            super().update(observation)
+            return []
+
+    revised = [[Track(k, Estimate(np.zeros(2)))] for k in range(20)]
+    guard, _ = ended(episode, ManyFromPictures(Late(lambda seen: revised)))
+    assert {score.metric for score in guard.scores()} == {"ms_per_frame", "frames_per_s"}
+
+
 @pytest.mark.parametrize("answer", [lambda count: 1 / 0, lambda count: Bridge(np.ones((count + 1, 2)))])
 def test_a_gap_method_that_fails_predicts_nan_from_there_on(episode: YardEpisode, answer: Any) -> None:
     tracker = Bridges(answer)

@@ -16,7 +16,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.scores.statistics import PooledRatios
 from sim.checks import check
 from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 
@@ -169,7 +168,9 @@ def bridge_gaps(
     mates: bool,
     series: int = 0,
 ) -> list[BridgedGap]:
-    """Return a method's errors on the gaps; empty if it does not bridge such gaps.
+    """Return a method's errors on the gaps; empty if it returns None for the first: it does not bridge such gaps.
+
+    A later None is a failure, with errors of NaN.
 
     Args:
         both_ends: the method gets the track after the gap too.
@@ -194,45 +195,13 @@ def bridge_gaps(
         else:
             bridge = method.extrapolate(past, gap.count, around)
         if bridge is None:
-            return []
+            if not bridged:
+                return []
+            bridge = Bridge(np.full((gap.count, 2), np.nan))
         error_px = tracks.judged_px[gap.first : end, gap.target] - bridge.position_px
         block = series * 1_000_000 + gap.first // BLOCK_FRAMES
         bridged.append(BridgedGap(gap, block, np.linalg.norm(error_px, axis=-1), _inside(bridge, error_px), bridge))
     return bridged
-
-
-def coverage(bridged: Sequence[BridgedGap], measure: Measure = "end") -> float:
-    """Return the share of last lost frames, or of all, inside the region; NaN without covariances."""
-    regions = [each.inside for each in bridged if each.inside is not None]
-    inside = [region[-1] if measure == "end" else region.mean() for region in regions]
-    return float(np.mean(inside)) if inside else float("nan")
-
-
-def mean_error(bridged: Sequence[BridgedGap], counts: Sequence[int], measure: Measure = "end") -> PooledRatios:
-    """Return the mean error (px) by blocks, for ``bootstrap_interval`` and ``compare``.
-
-    Over several ``counts`` it is the mean of the mean errors at each.
-    """
-    blocks = np.unique([each.block for each in bridged])
-    return _pool(blocks, _sums(blocks, bridged, counts, measure), lambda r: r.mean(axis=-1))
-
-
-def error_ratio(
-    first: Sequence[BridgedGap], second: Sequence[BridgedGap], counts: Sequence[int], measure: Measure = "end"
-) -> PooledRatios:
-    """Return the mean error of ``first`` over that of ``second`` on the same gaps, by blocks.
-
-    Over several ``counts`` it is the geometric mean of the ratios at each.
-    """
-    same = [each.gap for each in first] == [each.gap for each in second]
-    check("second", same, "the gaps of first", "others")
-    blocks = np.unique([each.block for each in first])
-    sums = [_sums(blocks, bridged, counts, measure) for bridged in (first, second)]
-    numerators, denominators = (np.concatenate([each[k] for each in sums], axis=1) for k in (0, 1))
-    n = len(counts)
-    return _pool(
-        blocks, (numerators, denominators), lambda r: np.exp((np.log(r[..., :n]) - np.log(r[..., n:])).mean(axis=-1))
-    )
 
 
 def turn_rad(tracks: Tracks, gap: Gap, over_frames: int = 10) -> float:
@@ -268,24 +237,3 @@ def _inside(bridge: Bridge, error_px: NDArray[np.float64]) -> NDArray[np.bool_] 
     squared = np.einsum("ti,ti->t", error_px, np.linalg.solve(bridge.covariance_px, error_px[..., None])[..., 0])
     # The squared Mahalanobis distance of two coordinates is exponential with mean 2.
     return squared <= -2.0 * np.log(1.0 - REGION)
-
-
-_Sums = tuple[NDArray[np.float64], NDArray[np.float64]]
-
-
-def _sums(blocks: NDArray[np.int64], bridged: Sequence[BridgedGap], counts: Sequence[int], measure: Measure) -> _Sums:
-    """Return the sum of errors and the number of gaps (blocks, counts)."""
-    errors_px, numbers = np.zeros((len(blocks), len(counts))), np.zeros((len(blocks), len(counts)))
-    columns = {count: column for column, count in enumerate(counts)}
-    for each in bridged:
-        if each.gap.count in columns:
-            place = np.searchsorted(blocks, each.block), columns[each.gap.count]
-            errors_px[place] += each.measure(measure)
-            numbers[place] += 1.0
-    return errors_px, numbers
-
-
-def _pool(
-    blocks: NDArray[np.int64], sums: _Sums, finish: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-) -> PooledRatios:
-    return PooledRatios(blocks, *sums, finish)

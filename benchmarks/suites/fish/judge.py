@@ -24,7 +24,7 @@ from trackers.types import CameraCommand, Track
 STRIDE_FRAMES = 25
 """Frames from one cut gap of a fish to its next of the same length."""
 AT_ONCE = "_at_once"
-"""End of the names of scores of the immediate answers, where a tracker revises them."""
+"""End of the names of scores of the immediate answers; of a tracker that revises nothing they equal the others."""
 
 
 class FishJudge:
@@ -106,11 +106,11 @@ class FishSheet:
 
         A method that only bridges gaps and follows no fish has no scores of its answers.
         """
-        follows = any(self._answers) or ending.failed_at_frame is not None or ending.new_gap_method is None
-        if follows:
-            yield from self._of_answers(self._answers if ending.revised is None else ending.revised)
-            if ending.revised is not None:
-                yield from self._at_once()
+        final = self._answers if ending.revised is None else ending.revised
+        answered = any(self._answers) or any(final)
+        if answered or ending.failed_at_frame is not None or ending.new_gap_method is None:
+            yield from self._of_answers(final)
+            yield from self._at_once()
         yield from self._judge.motion
         if ending.new_gap_method is not None:
             task = self._judge.task

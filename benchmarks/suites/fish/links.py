@@ -149,8 +149,8 @@ def judge_links(gaps: Sequence[FishGap], apart: NDArray[np.bool_], borne: Bearer
     """Return the link over each gap.
 
     A link is right if the fish's identity after the gap is that of before, or another that this fish bore last. It is
-    wrong if another fish bore it last, or if the identity of before is on another fish after the gap. Without an
-    identity before or after, or with one that is new, there is no link.
+    wrong if another fish bore it last, be it during the gap, or if the identity of before is on another fish after the
+    gap. Without an identity before or after, or with one that is new, there is no link.
     """
     history = _history(borne.identity, apart)
     return [_judged(gap, apart, borne, history) for gap in gaps]
@@ -187,11 +187,18 @@ def _judged(gap: FishGap, apart: NDArray[np.bool_], borne: Bearers, history: _Hi
 def _outcome(gap: FishGap, before: int, after: int, frame: int, history: _History) -> Outcome:
     if before == after:
         return Outcome.RIGHT
-    owner = _fish_of(after, history, 0, gap.first_frame)
+    owner = _owner(after, history, gap, frame)
     if owner is not None:
         return Outcome.RIGHT if owner == gap.fish else Outcome.WRONG
     taken = _fish_of(before, history, gap.end_frame, frame + WINDOW_FRAMES)
     return Outcome.ABSTAINED if taken in (None, gap.fish) else Outcome.WRONG
+
+
+def _owner(identity: int, history: _History, gap: FishGap, frame: int) -> int | None:
+    """Return the fish that bore an identity last before ``frame``, the gap's own only before its gap; None if none."""
+    borne = zip(*history.get(identity, ([], [])), strict=True)
+    found = (fish for k, fish in reversed(list(borne)) if k < (gap.first_frame if fish == gap.fish else frame))
+    return next(found, None)
 
 
 def _fish_of(identity: int, history: _History, first: int, end: int) -> int | None:

@@ -49,7 +49,8 @@ MOTION = Facts(
     title="How they swim",
     words="Of true places in episodes, of the file's in real tracks; means over episodes or blocks of time, with 95 % "
     "bootstrap intervals. Directions are those of the velocity over 5 frames. Real zebrafish: five in a video (Sridhar "
-    "et al. 2019), tracked by idTracker, scaled so that their tank is as long in the picture as the simulated one.",
+    "et al. 2019), tracked by idTracker, scaled so that their tank is as long in the picture as the simulated one; "
+    "means over pieces as long as an episode.",
     lines={**{f"over {lag} frames": lag for lag in _LAGS}, "at any time": _ANY},
     columns=(
         Metric("motion_turn", "median change of direction", "degrees", "higher"),

@@ -6,19 +6,15 @@ unmeasured frames count nowhere.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.suites.fish.gap_protocol import Tracks, bridge_gaps, cut_gaps
 from sim.checks import check
-from trackers.gaps.types import GapMethod
 
-LOST_FRAMES = (50, 100, 200)
-LAGS = (5, 10, 20, 50, 100, 200)
-SPEED_PERCENTILES = (5, 25, 50, 75, 95)
-WALL_PERCENTILES = (10, 50)
+TURN_FRAMES = 5
+LAGS = (5, 50, 100, 200)
+STRAIGHT_FRAMES = (50, 100, 200)
+SPEED_PERCENTILES = (5, 50, 95)
 VELOCITY_FRAMES = 5
 """Velocities are means over so many frames, so that the noise of single positions does not count as turning."""
 _STRIDE_FRAMES = 25
@@ -30,9 +26,9 @@ def motion_statistics(position_px: Array, body_px: float) -> dict[str, float]:
     """Return the statistics of tracks by name; NaN where no track is long enough.
 
     ``speed p50``: percentile of the length of a step, px a frame. ``turn 5``: median change of heading over 5 frames,
-    degrees; ``turn 5 p90``: its 90th percentile. ``heading 50``: mean cosine of that over 50 frames.
+    degrees. ``heading 50``: mean cosine of that over 50 frames.
     ``velocity 50`` and ``speed 50``: autocorrelation of the velocity, and of the speed about its mean.
-    ``straightness 50``: mean of the way as the crow flies over the way swum in 50 frames. ``wall p50``: percentile of
+    ``straightness 50``: mean of the way as the crow flies over the way swum in 50 frames. ``wall p50``: median of
     the distance to the nearest side of the box of all positions, px. ``pairs nearer than half a body``: share of time;
     unmeasured frames between measured ones are filled in straight for it, since trackers lose fish just then.
 
@@ -46,38 +42,19 @@ def motion_statistics(position_px: Array, body_px: float) -> dict[str, float]:
     step_px = np.linalg.norm(np.diff(position_px, axis=0), axis=2)
     found = {f"speed p{p}": _percentile(step_px, p) for p in SPEED_PERCENTILES}
     velocity_px = (position_px[VELOCITY_FRAMES:] - position_px[:-VELOCITY_FRAMES]) / VELOCITY_FRAMES
-    found |= _turning(velocity_px)
+    found[f"turn {TURN_FRAMES}"] = _turning_deg(velocity_px)
     found |= _autocorrelations(velocity_px)
-    for count in LOST_FRAMES:
+    for count in STRAIGHT_FRAMES:
         found[f"straightness {count}"] = _straightness(position_px, step_px, count)
-    wall_px = _wall_distance(position_px)
-    found |= {f"wall p{p}": _percentile(wall_px, p) for p in WALL_PERCENTILES}
+    found["wall p50"] = _percentile(_wall_distance(position_px), 50)
     found["pairs nearer than half a body"] = _share_of_meetings(position_px, 0.5 * body_px)
     return found
 
 
-def gap_errors_px(tracks: Tracks, methods: Mapping[str, GapMethod], *, jump_px: float) -> dict[str, float]:
-    """Return each method's mean distance at the end of ``LOST_FRAMES``, by ``"name frames"``; NaN without gaps.
-
-    Methods do not see mates, and learn from what came before.
-    """
-    found = {}
-    for name, method in methods.items():
-        for count in LOST_FRAMES:
-            gaps = cut_gaps(tracks, (count,), stride=_STRIDE_FRAMES, jump_px=jump_px)
-            bridged = bridge_gaps(method, tracks, gaps, both_ends=False, learns=True, mates=False)
-            found[f"{name} {count}"] = float(np.mean([each.measure("end") for each in bridged])) if bridged else np.nan
-    return found
-
-
-def _turning(velocity_px: Array) -> dict[str, float]:
+def _turning_deg(velocity_px: Array) -> float:
     heading = np.arctan2(velocity_px[..., 1], velocity_px[..., 0])
-    found = {}
-    for lag in (5, 15):
-        turn = np.abs((heading[lag:] - heading[:-lag] + np.pi) % (2.0 * np.pi) - np.pi)
-        found[f"turn {lag}"] = float(np.rad2deg(_percentile(turn, 50)))
-        found[f"turn {lag} p90"] = float(np.rad2deg(_percentile(turn, 90)))
-    return found
+    turn = np.abs((heading[TURN_FRAMES:] - heading[:-TURN_FRAMES] + np.pi) % (2.0 * np.pi) - np.pi)
+    return float(np.rad2deg(_percentile(turn, 50)))
 
 
 def _autocorrelations(velocity_px: Array) -> dict[str, float]:
@@ -141,8 +118,3 @@ def _mean(values: Array) -> float:
 def _ratio(products: Array, squares: Array) -> float:
     mean_square = _mean(squares)
     return _mean(products) / mean_square if mean_square > 0.0 else np.nan
-
-
-def mean_statistics(several: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Return the mean of each statistic over several tables (episodes), without those in which it is NaN."""
-    return {name: _mean(np.array([each[name] for each in several])) for name in several[0]}

@@ -13,6 +13,7 @@ from benchmarks.suites.fish.gap_protocol import BLOCK_FRAMES, Tracks
 from benchmarks.suites.fish.gap_scores import GapTask, gap_scores
 from benchmarks.suites.fish.link_scores import LENGTHS, link_events, link_scores
 from benchmarks.suites.fish.motion import motion_scores
+from benchmarks.suites.fish.scale import TANK_PX, scaled_to_tank
 from benchmarks.suites.fish.tracklets import link_tracklets
 from benchmarks.suites.judging import Ending, Score
 from benchmarks.track_files.reading import read_tracks
@@ -25,13 +26,17 @@ USUAL_RATE_HZ = 30.0
 
 
 class FishRecording:
-    """See ``benchmarks.suites.judging.Recording``. Blocks are those of the gap protocol."""
+    """See ``benchmarks.suites.judging.Recording``. Blocks are those of the gap protocol.
+
+    Places in another unit than pixels are scaled, see ``scaled_to_tank``, since methods are made for pixels.
+    """
 
     def __init__(self, table: TrackTable) -> None:
         self.name = table.name
         self.block_frames = BLOCK_FRAMES
         interval_s = 1.0 / (table.rate_hz or USUAL_RATE_HZ)
-        self._tracks = Tracks(table.position, interval_s)
+        position_px = table.position if table.unit == "px" else scaled_to_tank(table.position)
+        self._tracks = Tracks(position_px, interval_s)
 
     @cached_property
     def _task(self) -> GapTask:
@@ -58,7 +63,11 @@ def recordings(files: Sequence[Path]) -> list[FishRecording]:
     tables = read_tracks(files)
     for table in tables:
         rate = "" if table.rate_hz else f"; it tells no frame rate, {USUAL_RATE_HZ:g} a second are taken"
-        unit = "" if table.unit == "px" else f"; its places, and all errors called px, are in {table.unit}"
+        unit = (
+            ""
+            if table.unit == "px"
+            else f"; places in {table.unit} are scaled to {TANK_PX:g} px from the leftmost to the rightmost"
+        )
         if rate or unit:
             print(f"note: {table.name}{unit}{rate}", file=sys.stderr)
     return [FishRecording(table) for table in tables]

@@ -130,6 +130,8 @@ FISH = Suite(
     compared=(
         "hota",
         "idf1",
+        f"hota{AT_ONCE}",
+        f"idf1{AT_ONCE}",
         "link_precision_50_of_90",
         "gap_error_50_px",
         "gap_error_100_px",

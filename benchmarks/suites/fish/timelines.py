@@ -43,7 +43,7 @@ def plot_timeline(rows: Sequence[Row], name: str) -> str | None:
     count = sum(metric.startswith(_BORNE) for metric in series)
     if count == 0:
         return None
-    frames = max((value for each in series.values() for value in each[1:2]), default=0)
+    frames = 0.0
     with drawn_as(f"timeline-{name}"):
         figure, axes = new_figure("frame", "fish")
         for fish in range(count):

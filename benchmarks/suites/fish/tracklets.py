@@ -1,6 +1,7 @@
 """Links between pieces of real tracks, by a gap method's predictions alone: the successor of each lost piece.
 
-The file's own identities tell which links are right. A piece ends where the file lost the animal or has it jump.
+The file's own identities tell which links are right. A piece ends where the file lost the animal or has it jump; a
+link across a jump alone is not judged, since the file's identity is most in doubt there.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ def link_tracklets(new_method: Callable[[], GapMethod], tracks: Tracks, jump_px:
     A piece may go on in every one that begins within ``SEARCH_FRAMES`` frames after its end. With p the density that
     the method predicts for the successor's first place and A the area in which animals have been, a link is worth
     ``log(p A)``: the pieces are linked so that the worth adds up to most, links below zero are not made. The
-    confidence is ``p A / (1 + sum of p A over all candidates)``. Empty for a method that predicts no covariance.
+    confidence is ``p A / (1 + sum of p A over all candidates)``. A piece that the method fails on is not linked. Empty
+    for a method that does not extrapolate, see ``bridge_gaps``, or predicts no covariance.
     """
     pieces = find_tracklets(tracks, jump_px)
     worth = _worth(new_method, tracks, pieces)
@@ -62,7 +64,7 @@ def link_tracklets(new_method: Callable[[], GapMethod], tracks: Tracks, jump_px:
     links: list[Link] = []
     for i, piece in enumerate(pieces):
         following = _next_of(pieces, piece)
-        if following is None or following.first - piece.end > SEARCH_FRAMES:
+        if following is None or not 0 < following.first - piece.end <= SEARCH_FRAMES:
             continue
         outcome, confidence = Outcome.ABSTAINED, np.nan
         if i in chosen:
@@ -87,8 +89,11 @@ def _next_of(pieces: Sequence[Tracklet], piece: Tracklet) -> Tracklet | None:
 def _worth(
     new_method: Callable[[], GapMethod], tracks: Tracks, pieces: Sequence[Tracklet]
 ) -> NDArray[np.float64] | None:
-    """Return the worth (P, P) of linking each piece to each, -inf where none may follow; None without covariance."""
-    method = new_method()
+    """Return the worth (P, P) of linking each piece to each, -inf where none may follow or the method fails.
+
+    None if the method does not extrapolate the first piece, or gives no covariance.
+    """
+    method, extrapolates = new_method(), False
     worth = np.full((len(pieces), len(pieces)), -np.inf)
     starts = np.array([each.first for each in pieces])
     learnt_to = 0
@@ -104,7 +109,12 @@ def _worth(
         past = tracks.piece(piece.animal, max(piece.first, piece.end - PAST_FRAMES), piece.end)
         count = int(starts[candidates].max()) - piece.end + 1
         bridge = method.extrapolate(past, count, Surroundings(bounds_xyxy))
-        if bridge is None or bridge.covariance_px is None:
+        if bridge is None and not extrapolates:
+            return None
+        extrapolates = True
+        if bridge is None or not np.isfinite(bridge.position_px).all():
+            continue
+        if bridge.covariance_px is None:
             return None
         follow = [pieces[int(j)] for j in candidates]
         places = np.array([tracks.position_px[each.first, each.animal] for each in follow])

@@ -5,23 +5,30 @@ Made from idTracker's tracks of the Tracktor project's video (Sridhar, Roche and
     python -m benchmarks.suites.fish.zebrafish zebrafish_video_idtracked.txt
 
 Places are scaled so that the box of all is as wide as the simulated tank. The file tells neither the size of the tank
-nor that of the fish, which are taken to be as long, for their tank, as the simulated ones.
+nor that of the fish, which are taken to be as long, for their tank, as the simulated ones. The statistics are means
+over pieces as long as an episode, since several of them depend on the length.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+from collections import defaultdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks.suites.fish.motion import motion_scores
+from benchmarks.suites.fish.scale import scaled_to_tank
 from benchmarks.track_files.reading import read_tracks
+from scenarios.fish_tank.presets import PRESETS
+from sim.checks import check
 
 _FILE = Path(__file__).with_suffix(".json")
-_TANK_PX, _BODY_PX = 600.0, 35.0
-"""Length of the simulated tank, and of a body, in the overview's picture."""
+_BODY_PX = 35.0
+"""Length of a simulated body in the overview's picture."""
+PIECE_FRAMES = PRESETS["standard"].frame_count
 
 
 def zebrafish_rows() -> dict[str, float]:
@@ -30,11 +37,19 @@ def zebrafish_rows() -> dict[str, float]:
 
 
 def measured_rows(file: Path) -> dict[str, float]:
-    """Return the statistics of a file of tracks by the name of their row. Raises ValueError for an unreadable file."""
+    """Return the statistics of a file of tracks by the name of their row: means over pieces of ``PIECE_FRAMES``.
+
+    Raises:
+        ValueError: for an unreadable or shorter file.
+    """
     (table,) = read_tracks([file])
-    width = np.nanmax(table.position[..., 0]) - np.nanmin(table.position[..., 0])
-    scores = motion_scores(table.position * (_TANK_PX / width), _BODY_PX)
-    return {score.metric: float(f"{score.value:.4g}") for score in scores}
+    check(table.name, len(table.position) >= PIECE_FRAMES, f"at least {PIECE_FRAMES} frames", len(table.position))
+    position_px = scaled_to_tank(table.position)
+    found: dict[str, list[Any]] = defaultdict(list)
+    for first in range(0, len(position_px) - PIECE_FRAMES + 1, PIECE_FRAMES):
+        for score in motion_scores(position_px[first : first + PIECE_FRAMES], _BODY_PX):
+            found[score.metric].append(score.value)
+    return {name: float(f"{np.mean(values):.4g}") for name, values in found.items()}
 
 
 if __name__ == "__main__":

@@ -58,10 +58,35 @@ def test_a_tolerance_of_forty_per_cent(errors_px: tuple[float, float, float], di
     assert {name for name, yes in agreed.items() if not yes} == disagree
 
 
+@pytest.mark.parametrize(
+    ("written_px", "ours_px", "agrees"),
+    [
+        # Episodes differ by more than the methods do: what counts is the difference on each.
+        ((1.0, 5.0, 9.0, 13.0), (0.9, 4.8, 8.9, 12.8), True),
+        ((1.0, 5.0, 9.0, 13.0), (0.9, 5.1, 8.9, 12.9), False),
+        ((1.0, 5.0, 9.0, 13.0), (1.1, 5.2, 9.1, 13.2), False),
+    ],
+)
+def test_ours_is_nearer_where_the_paired_interval_is_clear_of_zero(
+    written_px: tuple[float, ...], ours_px: tuple[float, ...], agrees: bool
+) -> None:
+    named = {"ca_kalman": written_px, "shoal_chain": ours_px}
+    rows = [row("gap_error_50_px", px, name, seed) for name, each in named.items() for seed, px in enumerate(each)]
+    (found,) = (
+        each
+        for each in findings(EXPERIMENT, rows)
+        if each.claim.minus == "ca_kalman" and each.claim.metric == "gap_error_50_px"
+    )
+    assert found.mean == pytest.approx(sum(ours_px) / 4 - sum(written_px) / 4)
+    assert (found.agrees, found.episodes, found.expected) == (agrees, 4, "interval below 0 px")
+
+
 def test_ours_stands_beside_it_without_a_verdict_and_curves_are_drawn(tmp_path: Path) -> None:
     rows = [row(f"gap_error_{count}_px", 0.3, "shoal_chain") for count in (50, 100, 200)]
     found = [each for each in findings(EXPERIMENT, rows) if each.claim.tracker == "shoal_chain"]
-    assert [(each.mean, each.agrees) for each in found] == [(0.3, None)] * 3
+    assert [(each.mean, each.agrees) for each in found if not each.claim.minus] == [(0.3, None)] * 3
+    # Alone it has nothing to be compared with.
+    assert [(each.mean, each.agrees) for each in found if each.claim.minus] == [(None, False)] * 3
     curves = [row("gap_error_by_frame_px", [0.1 * k for k in range(200)], name) for name in EXPERIMENT.trackers]
     plots = EXPERIMENT.show(tmp_path, [*rows, *curves], range(1), "raster")
     assert [heading.split("?")[0] for heading in plots.svgs] == ["How far off is a lost fish"]

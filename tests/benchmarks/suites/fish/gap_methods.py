@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,18 @@ class Knows:
     def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge | None:
         count = future.first_frame - past.end_frame
         return self.extrapolate(past, count, around) if self.both_ends else None
+
+
+class GivesUp(Knows):
+    """Knows too, but returns None when asked for the k-th time, k in ``silent_at``."""
+
+    def __init__(self, position_px: NDArray[np.float64], silent_at: Collection[int], **how: Any) -> None:
+        super().__init__(position_px, **how)
+        self._silent_at, self._asked = silent_at, 0
+
+    def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge | None:
+        self._asked += 1
+        return None if self._asked - 1 in self._silent_at else super().extrapolate(past, count, around)
 
 
 class Fails:

@@ -12,7 +12,7 @@ from benchmarks.run.guards import Guard, GuardedGapMethod
 from benchmarks.suites.fish.figures import figures, turn_error
 from benchmarks.suites.fish.gap_protocol import BLOCK_FRAMES, BridgedGap, Gap, Tracks
 from benchmarks.suites.fish.gap_scores import GAP_FRAMES, TURNS_DEG, GapTask, gap_scores, successors
-from tests.benchmarks.suites.fish.gap_methods import Fails, Knows, swimming
+from tests.benchmarks.suites.fish.gap_methods import Fails, GivesUp, Knows, swimming
 from trackers.gaps.types import Bridge
 
 TRUE_PX = swimming()
@@ -70,6 +70,19 @@ def test_a_jump_breaks_a_track() -> None:
     task = GapTask(Tracks(jumped, 1 / 30), 10, 500.0, sees_mates=False)
     first = {gap.first for gap in task.open_gaps if gap.count == 50}
     assert first == {*range(100, 301, 10), *range(450, 651, 10)}
+
+
+def test_a_gap_that_a_method_gives_up_on_counts_as_failed_and_the_others_as_they_are() -> None:
+    bridged = TASK.bridged(lambda: GivesUp(TRUE_PX, {7}))
+    failed = [each for each in bridged.extrapolated if each.error_px[-1] > 0.0]
+    assert [each.gap for each in failed] == [TASK.open_gaps[7]]
+    assert failed[0].error_px == pytest.approx(np.full(failed[0].gap.count, 500.0))
+    assert len(bridged.extrapolated) == len(TASK.open_gaps)
+    count = failed[0].gap.count
+    scores = {each.metric: each.value for each in gap_scores(TRACKS, bridged)}
+    assert scores[f"successor_rate_{count}"] == pytest.approx(1 - 1 / sum(g.count == count for g in TASK.open_gaps))
+    # None for the first: it does not extrapolate.
+    assert TASK.bridged(lambda: GivesUp(TRUE_PX, {0})).extrapolated == []
 
 
 def test_a_method_without_covariance_or_far_end_has_no_such_scores() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.suites.fish.judge import FishJudge
+from benchmarks.suites.fish.judge import AT_ONCE, FishJudge
 from benchmarks.suites.fish.timelines import plot_timeline
 from benchmarks.suites.judging import Ending
 from scenarios.fish_tank.truth import FishTruth
@@ -95,7 +95,10 @@ def test_a_perfect_tracker(judge: FishJudge) -> None:
     assert (scores["identity_switches"], scores["missed_rate"]) == (0.0, 0.0)
     assert (scores["link_precision_crossing_50"], scores["link_rate_50"]) == (1.0, 1.0)
     assert scores["identity_runs_2"][-1] == 2.0
-    assert "hota_at_once" not in scores
+    # It revises nothing, so that all it says is said at once.
+    at_once = {name: value for name, value in scores.items() if name.endswith(AT_ONCE)}
+    assert {"hota_at_once", "identity_right_frames_at_once", "link_precision_50_at_once"} <= set(at_once)
+    assert at_once == {name: scores[name.removesuffix(AT_ONCE)] for name in at_once}
     assert not [name for name in scores if name.startswith("gap_error")]
 
 
@@ -123,6 +126,9 @@ def test_a_gap_method_alone_has_no_scores_of_tracks(judge: FishJudge) -> None:
     scores = scored(judge, nothing, Ending(new_gap_method=knows))
     assert scores["gap_error_50_px"] == pytest.approx(2.0)
     assert "hota" not in scores
+    # One that answers with hindsight alone does follow fish.
+    late = scored(judge, nothing, Ending(revised=PERFECT, new_gap_method=knows))
+    assert (late["hota"], late["hota_at_once"]) == (scored(judge, PERFECT)["hota"], 0.0)
     # One that failed, and one that offers nothing else, are judged by their silence.
     for ending in (Ending(failed_at_frame=0, new_gap_method=knows), Ending()):
         scores = scored(judge, nothing, ending)

@@ -79,6 +79,26 @@ def test_an_identity_that_a_fish_had_earlier_is_right_again() -> None:
     assert [link.outcome for link in links] == [Outcome.ABSTAINED, Outcome.RIGHT]
 
 
+def test_a_new_name_that_another_fish_took_on_in_the_gap_is_stolen() -> None:
+    """Fish 1 leaves the blob first, as 7; fish 0 comes out as 7, and fish 1 goes on as 8."""
+    apart = apart_of((0, 15, 28), (1, 15, 20))
+    answers = [
+        [track(names[fish], PLACES[k, fish]) for fish in (0, 1) if apart[k, fish]]
+        for k in range(FRAMES)
+        for names in ([(4, 5), (None, 7), (7, 8)][(k >= 20) + (k >= 28)],)
+    ]
+    links = judge_links(gaps_of(apart), apart, bearers(answers, PLACES, 8.0))
+    assert [(link.gap.fish, link.outcome.name) for link in links] == [(0, "WRONG"), (1, "ABSTAINED")]
+
+
+def test_a_name_that_a_fish_took_on_in_its_own_gap_is_new() -> None:
+    """It stands apart on two frames within the gap, too few to end it."""
+    apart = apart_of((0, 15, 18), (0, 20, 25))
+    answers = [[track(4 if k < 18 else 7, PLACES[k, 0])] for k in range(FRAMES)]
+    (link,) = judge_links(gaps_of(apart), apart, bearers(answers, PLACES, 8.0))
+    assert (link.gap.length_frames, link.outcome) == (10, Outcome.ABSTAINED)
+
+
 def test_the_confidence_is_that_of_the_first_track_after_the_gap() -> None:
     answers = [[track(4, PLACES[k, 0], 0.01 * k)] for k in range(FRAMES)]
     (first, _) = judge_links(gaps_of(), APART, bearers(answers, PLACES, 8.0))

@@ -93,7 +93,7 @@ def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys:
     assert bench(folder / "out", "--real", *map(str, paths)) == 0
     told = capsys.readouterr()
     assert "pond; it tells no frame rate, 30 a second are taken" in told.err
-    assert "lake; its places, and all errors called px, are in cm" in told.err
+    assert "lake; places in cm are scaled to 600 px from the leftmost to the rightmost" in told.err
     assert "blocks of time" in told.out
     rows = rows_of(folder / "out")
     assert {(row["scenario"], row["preset"], row["renderer"]) for row in rows} == {
@@ -101,6 +101,13 @@ def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys:
         ("real", "pond", "real"),
     }
     assert {row["seed"] for row in rows} == {0, 1, 2}
+    # Both files hold the same tracks, but for the unit; the first one's errors are in its own pixels.
+    known_px = swimming(1200, 3)[..., 0]
+    errors_px = {
+        name: [row["value"] for row in rows if row["preset"] == name and row["metric"] == "gap_error_50_px"]
+        for name in ("pond", "lake")
+    }
+    assert errors_px["lake"] == pytest.approx(np.array(errors_px["pond"]) * 600.0 / np.ptp(known_px), rel=1e-3)
     links = [row for row in rows if row["metric"] == "link_made" and row["tracker"] == "fake_holds"]
     links = [row for row in links if row["preset"] == "pond"]
     assert [(row["event"]["fish"], row["event"]["length_frames"]) for row in links] == [(0, 20), (1, 30)]
@@ -114,6 +121,9 @@ def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys:
     [
         (["--real", "nothing.csv"], "real: expected files that exist, got 'nothing.csv'"),
         (["--real", "x", "--preset", "quick"], "real: expected no scenario, preset or controller, got quick"),
+        (["--real", "x", "--seeds", "0:3"], "seeds: expected none with --real, which runs no episodes, got '0:3'"),
+        (["--real", "x", "--renderer", "pybullet"], "renderer: expected none with --real"),
+        (["--real", "x", "--link", "noisy"], "link: expected none with --real"),
     ],
 )
 def test_wrong_arguments_are_named(

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.run.guards import Guard, GuardedGapMethod
 from benchmarks.suites.fish.gap_protocol import Tracks
 from benchmarks.suites.fish.links import Outcome
 from benchmarks.suites.fish.tracklets import Tracklet, find_tracklets, link_tracklets
-from tests.benchmarks.suites.fish.gap_methods import Knows, swimming
+from tests.benchmarks.suites.fish.gap_methods import Fails, GivesUp, Knows, swimming
 
 TRUE_PX = swimming(600, 4)
 MEASURED = TRUE_PX.copy()
@@ -55,6 +56,34 @@ def test_one_that_predicts_far_off_makes_no_link() -> None:
 
 def test_one_without_covariance_links_nothing() -> None:
     assert link_tracklets(lambda: Knows(TRUE_PX, deviation_px=None), Tracks(MEASURED, 1 / 30), 50.0) == []
+
+
+def test_no_link_is_judged_across_a_jump_alone() -> None:
+    """The file's own identity is most in doubt where an animal jumps."""
+    jumped = MEASURED.copy()
+    jumped[300:, 3] += 90.0
+    tracks = Tracks(jumped, 1 / 30)
+    assert [(each.first, each.end) for each in find_tracklets(tracks, 50.0) if each.animal == 3] == [
+        (0, 300),
+        (300, 600),
+    ]
+    links = link_tracklets(lambda: Knows(jumped, deviation_px=2.0), tracks, 50.0)
+    assert [(link.gap.fish, link.gap.length_frames) for link in links] == [(0, 30), (1, 30), (2, 3)]
+
+
+def test_a_piece_that_a_method_gives_up_on_is_not_linked() -> None:
+    tracks = Tracks(MEASURED, 1 / 30)
+    links = link_tracklets(lambda: GivesUp(TRUE_PX, {1}, deviation_px=2.0), tracks, 50.0)
+    assert [link.outcome.name for link in links] == ["RIGHT", "ABSTAINED", "RIGHT"]
+    # One that returns None for the first does not extrapolate at all.
+    assert link_tracklets(lambda: GivesUp(TRUE_PX, {0}, deviation_px=2.0), tracks, 50.0) == []
+
+
+def test_a_method_that_fails_makes_no_link_from_there_on() -> None:
+    guard = Guard(60.0, "answer")
+    links = link_tracklets(lambda: GuardedGapMethod(Fails(), guard, 0), Tracks(MEASURED, 1 / 30), 50.0)
+    assert guard.reason == "RuntimeError: it fails"
+    assert [link.outcome for link in links] == [Outcome.ABSTAINED] * 3
 
 
 def test_it_learns_from_what_was_before_each_end() -> None:
