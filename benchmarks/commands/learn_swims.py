@@ -10,6 +10,7 @@ from benchmarks.papers.learn_swims import (
     DECAY_PATH,
     NOISE_PATH,
     PRIOR_PATH,
+    detected_track,
     fit_decay,
     fit_noise,
     learn_swims,
@@ -17,15 +18,15 @@ from benchmarks.papers.learn_swims import (
     write,
 )
 
-_PRESET_SEEDS = 12
+_EPISODES, _PRESET_SEEDS = 6, 12
 
 
 @dataclass(frozen=True)
 class LearnSwims:
     """Learn how fish go on from simulated swims, and write it to the files that gap methods load.
 
-    Our regressions learn from many kinds of fish, the noise of ca_kalman from preset paper-c, and the decay of damped
-    velocity from standard, from at most 12 of the seeds.
+    Our regressions learn from many kinds of fish, the noise of ca_kalman from at most 6 episodes of preset paper-c, and
+    the decay of damped velocity from at most 12 swims of standard.
 
     Attributes:
         seeds: swims A to B - 1, below 10,000.
@@ -38,10 +39,8 @@ class LearnSwims:
         """Learn; return the exit status."""
         seeds = development_seeds(self.seeds)
         command = f"frameout learn-swims --seeds {self.seeds}"
-        slow, usual = (
-            [piece for seed in seeds[:_PRESET_SEEDS] for piece in preset_tracks(preset, seed)]
-            for preset in ("paper-c", "standard")
-        )
+        slow = [detected_track("paper-c", seed) for seed in seeds[:_EPISODES]]
+        usual = [piece for seed in seeds[:_PRESET_SEEDS] for piece in preset_tracks("standard", seed)]
         print(write(NOISE_PATH, asdict(fit_noise(slow)), command))
         print(write(DECAY_PATH, {"decay_frames": fit_decay(usual)}, command))
         print(write(PRIOR_PATH, learn_swims(seeds), command))

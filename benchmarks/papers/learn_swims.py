@@ -1,7 +1,7 @@
 """Learns from simulated swims what gap methods ship.
 
 ``trackers.swimmer`` ships regressions, learnt from many kinds of fish; ``ca_kalman`` its noise, by maximum likelihood
-on swims of preset ``paper-c``; damped velocity its decay, from ``standard``.
+on the track of the common detector in episodes of preset ``paper-c``; damped velocity its decay, from ``standard``.
 """
 
 from __future__ import annotations
@@ -15,9 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from benchmarks.suites.fish.measured import Measurement
+from scenarios import catalog
 from scenarios.fish_tank.character import AYU, ZEBRAFISH, Character
 from scenarios.fish_tank.presets import PRESETS
 from scenarios.fish_tank.shoal import Swims, swim
+from scenarios.fish_tank.truth import FishTruth
 from sim.motion.swim import swim_pose
 from sim.rng import generator
 from trackers.atomic_file import write_atomic
@@ -88,8 +91,21 @@ def _centre_line_px(swims: Swims, length_m: Array, n: int, rng: np.random.Genera
     return line + _LINE_NOISE_PX * rng.normal(size=line.shape)
 
 
+def detected_track(preset: str, seed: int, frame_count: int | None = None) -> Piece:
+    """Return the track of the only fish of an episode, or of its first frames, as the common detector measures it."""
+    episode = catalog.scenario("fish-tank").episode(preset, seed)
+    measurement = Measurement(episode.start.background, 1.0 / episode.rate_hz)
+    for _ in range(frame_count or episode.frame_count):
+        frame = episode.step()
+        assert isinstance(frame.truth, FishTruth)
+        measurement.see(frame.observation, frame.truth, np.ones(1, dtype=bool))
+    episode.close()
+    tracks = measurement.tracks()
+    return tracks.piece(0, 0, len(tracks.position_px))
+
+
 def preset_tracks(preset: str, seed: int) -> list[Piece]:
-    """Return measured tracks of a preset's fish."""
+    """Return tracks of a preset's fish, with white noise in place of a detector."""
     rng, fish = generator(seed, f"learn-swims/{preset}"), PRESETS[preset]
     length_m = rng.uniform(*_LENGTH_M, min(fish.fish, _FITTED_FISH))
     return _swum(fish.character, length_m, _PRESET_NOISE_PX, rng)

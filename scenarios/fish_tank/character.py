@@ -89,13 +89,13 @@ CROWD = ZEBRAFISH._replace(school=0.2, school_reach_m=0.1)
 """A crowded tank: the same fish, attracted less and by fewer mates."""
 
 AYU = ZEBRAFISH._replace(
-    cruise_mps=0.0038,
+    cruise_mps=0.0025,
     mood_s=32.0,
-    mood_spread=0.06,
+    mood_spread=0.04,
     burst_interval_s=float("inf"),
     veer_radps=0.008,
     veer_s=16.0,
-    wall_reach_m=0.08,
+    wall_reach_m=0.12,
     depth_s=float("inf"),
     glide_beat=0.35,
 )

@@ -7,7 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.papers.learn_swims import PRIOR_PATH, fit_noise, learn_swims, write
+from benchmarks.papers.learn_swims import PRIOR_PATH, detected_track, fit_noise, learn_swims, write
+from scenarios import catalog
 from trackers.gaps.types import Piece
 from trackers.swimmer.extrapolation import KNOTS
 from trackers.swimmer.interpolation import GAPS, SHARES
@@ -37,3 +38,13 @@ def test_what_is_learnt_is_the_same_each_time_and_is_read_as_written(tmp_path) -
     ahead, between = shipped()
     assert set(ahead) == set(KNOTS)
     assert set(between) == {(gap, share) for gap in GAPS for share in SHARES}
+
+
+def test_the_detected_track_is_near_the_true_one() -> None:
+    track = detected_track("paper-c", 4, frame_count=40)
+    episode = catalog.scenario("fish-tank").episode("paper-c", 4)
+    true_px = np.array([episode.step().truth.position_px[0] for _ in range(40)])
+    episode.close()
+    away_px = np.linalg.norm(track.position_px - true_px, axis=1)
+    assert np.isfinite(away_px).mean() > 0.9
+    assert 0 < np.nanmedian(away_px) < 2.0
