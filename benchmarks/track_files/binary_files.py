@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import importlib
-import json
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from benchmarks.track_files.table import TrackTable, from_columns, stem_of
+from benchmarks.track_files.rates import rate_in, rate_told
+from benchmarks.track_files.table import TrackTable, from_columns, reason, stem_of, whole_frames
 from sim.checks import check
 
 _CONVERSION = "idtrackerai_format SESSION --formats csv"
@@ -37,10 +37,10 @@ def read_h5(path: Path) -> TrackTable:
             position = np.asarray(file["trajectories"], dtype=float)
             rate: Any = file.attrs.get("frames_per_second")
     except OSError as error:
-        raise ValueError(f"{path.name}: expected an HDF5 file, got {str(error).splitlines()[0]}") from None
+        raise ValueError(f"{path.name}: expected an HDF5 file, got {reason(error)}") from None
     check(path.name, position.ndim == 3 and position.shape[2] == 2, "trajectories (T, N, 2)", position.shape)
     names = tuple(str(number + 1) for number in range(position.shape[1]))
-    return TrackTable(stem_of(path), position, names, _rate(rate))
+    return TrackTable(stem_of(path), position, names, rate_told(path.name, rate))
 
 
 def read_parquet(path: Path) -> TrackTable:
@@ -53,21 +53,16 @@ def read_parquet(path: Path) -> TrackTable:
     try:
         table = parquet.read_table(path)
     except (OSError, pyarrow.ArrowInvalid) as error:
-        raise ValueError(f"{path.name}: expected a Parquet file, got {str(error).splitlines()[0]}") from None
+        raise ValueError(f"{path.name}: expected a Parquet file, got {reason(error)}") from None
     wanted = ("frame", "individual", "x", "y")
     check(path.name, set(wanted) <= set(table.column_names), ", ".join(wanted), ", ".join(table.column_names))
     frame, animal, x, y = (np.asarray(table[name].to_numpy()) for name in wanted)
     position = np.stack([x, y], axis=1).astype(float)
     animals = [str(each) for each in animal]
-    tracks, names, first = from_columns(path.name, frame.astype(np.int64), animals, position)
+    tracks, names, first = from_columns(path.name, whole_frames(path.name, frame), animals, position)
     said = (table.schema.metadata or {}).get(b"idtrackerai_attributes")
-    rate = None if said is None else json.loads(said).get("frames_per_second")
-    return TrackTable(stem_of(path), tracks, names, _rate(rate), first_frame=first)
-
-
-def _rate(value: Any) -> float | None:
-    """Return a frame rate; None for what is none, e.g. of a video that idtracker.ai could not read."""
-    return float(value) if isinstance(value, (int, float, np.number)) and 0 < value < np.inf else None
+    rate_hz = None if said is None else rate_in(path.name, said)
+    return TrackTable(stem_of(path), tracks, names, rate_hz, first_frame=first)
 
 
 def _library(name: str) -> ModuleType:

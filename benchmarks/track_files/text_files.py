@@ -15,14 +15,15 @@ import csv
 import gzip
 import json
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.track_files.table import TrackTable, from_columns, stem_of
+from benchmarks.track_files.rates import rate_in, rate_of
+from benchmarks.track_files.table import TrackTable, from_columns, reason, stem_of, whole_frames
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -51,24 +52,34 @@ def read_table(path: Path) -> Table:
     """Return a text file's columns by name. Raises ValueError if it is no table."""
     try:
         opened = gzip.open if path.suffix == ".gz" else open
-        with opened(path, "rt", newline="") as file:
+        # Spreadsheets put a byte-order mark before the first head.
+        with opened(path, "rt", newline="", encoding="utf-8-sig") as file:
             lines = file.read().splitlines()
-    except (OSError, EOFError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path.name}: expected a table as text, got {str(error).splitlines()[0]}") from None
-    check(path.name, len(lines) > 1, "a head and rows", f"{len(lines)} lines")
-    # Only idTracker separates by tabs.
-    rows = csv.reader(lines, delimiter="\t" if "\t" in lines[0] else ",")
-    heads = [head.strip() for head in next(rows)]
+        # Only idTracker separates by tabs; its head and its rows end with a tab or do not.
+        tabs = "\t" in "".join(lines[:1])
+        rows = list(csv.reader(lines, delimiter="\t" if tabs else ","))
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error, csv.Error) as error:
+        raise ValueError(f"{path.name}: expected a table as text, got {reason(error)}") from None
+    check(path.name, len(rows) > 1, "a head and rows", f"{len(rows)} lines")
+    heads = [head.strip() for head in rows[0]]
+    if tabs and heads[-1:] == [""]:
+        heads.pop()
+    check_different(path.name, heads)
     columns: list[list[str]] = [[] for _ in heads]
-    for number, row in enumerate(rows, start=2):
+    for number, row in enumerate(rows[1:], start=2):
         if not row:
             continue
-        # A row of idTracker ends with a tab or does not, whatever the head does.
-        cells = [*row, ""] if len(row) == len(heads) - 1 else row
-        check(path.name, len(cells) == len(heads), f"{len(heads)} cells in line {number}", len(row))
+        cells = row[:-1] if tabs and len(row) == len(heads) + 1 and row[-1] == "" else row
+        check(path.name, len(cells) == len(heads), f"{len(heads)} cells in line {number}", len(cells))
         for column, cell in zip(columns, cells, strict=True):
             column.append(cell)
     return dict(zip(heads, columns, strict=True))
+
+
+def check_different(name: str, heads: Sequence[str]) -> None:
+    """Raise ValueError for a head that is there twice."""
+    twice = sorted({head for head in heads if head and heads.count(head) > 1})
+    check(name, not twice, "different heads", f"{', '.join(twice)} twice")
 
 
 def numbers(path: Path, table: Table, column: str) -> NDArray[np.float64]:
@@ -79,22 +90,16 @@ def numbers(path: Path, table: Table, column: str) -> NDArray[np.float64]:
         raise ValueError(f"{path.name}: expected numbers in column {column}, got others: {error}") from None
 
 
-def frames_of(path: Path, table: Table) -> NDArray[np.int64]:
-    """Return the column ``frame`` (R,). Raises ValueError for what is no whole number >= 0."""
-    frames = numbers(path, table, "frame")
-    whole = np.isfinite(frames).all() and (frames == np.round(frames)).all() and (frames >= 0).all()
-    check(path.name, bool(whole), "whole numbers >= 0 in column frame", "others")
-    return frames.astype(np.int64)
-
-
 def _rows(path: Path, table: Table, animal: str, places: tuple[str, str], rate_hz: float | None) -> TrackTable:
     position = np.stack([numbers(path, table, column) for column in places], axis=1)
     animals = [str(each) for each in table[animal]]
-    tracks, names, first = from_columns(path.name, frames_of(path, table), animals, position)
+    frames = whole_frames(path.name, numbers(path, table, "frame"))
+    tracks, names, first = from_columns(path.name, frames, animals, position)
     return TrackTable(stem_of(path), tracks, names, rate_hz, first_frame=first)
 
 
 def _wide(path: Path, table: Table, animals: list[str]) -> TrackTable:
+    check_different(path.name, [head.lower() for head in table])
     lower = {head.lower(): head for head in table}
     for animal in animals:
         check(path.name, f"y{animal}" in lower, f"a column y{animal} beside x{animal}", "none")
@@ -107,24 +112,11 @@ def _wide(path: Path, table: Table, animals: list[str]) -> TrackTable:
     return TrackTable(stem_of(path), position, tuple(animals), rate_hz)
 
 
-def rate_of(time_s: NDArray[np.float64]) -> float | None:
-    """Return the frames per second of times (T,) of successive frames; None if they do not tell."""
-    step_s = np.diff(time_s)
-    step_s = step_s[np.isfinite(step_s) & (step_s > 0)]
-    return float(1.0 / np.median(step_s)) if len(step_s) else None
-
-
 def _rate_beside(path: Path) -> float | None:
     """Return the frame rate of idtracker.ai's file of attributes, if there is one."""
     name = ATTRIBUTES.get(path.name.removesuffix(".gz"), "attributes.json")
     beside = path.with_name(name)
-    if not beside.is_file():
-        return None
-    try:
-        rate: Any = json.loads(beside.read_text()).get("frames_per_second")
-    except (ValueError, AttributeError):
-        raise ValueError(f"{name}: expected an object in JSON, got something else") from None
-    return None if rate is None else float(rate)
+    return rate_in(name, beside.read_bytes()) if beside.is_file() else None
 
 
 def write_idtracker_ai(table: TrackTable, folder: Path) -> list[Path]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.track_files.table import TrackTable, from_columns
-from benchmarks.track_files.text_files import csv_text, numbers, rate_of, read_table
+from benchmarks.track_files.rates import rate_of
+from benchmarks.track_files.table import TrackTable, check_pauses, from_columns, reason, whole_frames
+from benchmarks.track_files.text_files import check_different, csv_text, numbers, read_table
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -44,13 +46,17 @@ def read_trex(paths: Sequence[Path]) -> TrackTable:
     """Read the files of all animals of one recording. Raises ValueError for files that are none of TRex's."""
     frames, animals, places, rates, units = [], [], [], [], set()
     for number, path in enumerate(paths):
-        columns, unit = _columns(path)
-        at, place, time_s = _animal(path, columns)
+        columns, told = _columns(path)
+        source = _source(columns)
+        good = source is not None and "frame" in columns
+        check(path.name, good, "frame, X and Y of TRex", ", ".join(columns) or "none")
+        at, place, time_s = _animal(path, columns, f"X{source}", f"Y{source}")
         match = _NAME.match(path.name)
         frames.append(at)
         animals += [str(number) if match is None else match["animal"]] * len(at)
         places.append(place)
-        units.add(unit)
+        # Of the heads that are used: others may be in another unit.
+        units |= {told.get(f"{axis}{source}", "cm") for axis in "XY"}
         if time_s is not None:
             # Times of all frames in between, since files leave out frames.
             rates.append(rate_of(np.interp(np.arange(at.min(), at.max() + 1), at, time_s)))
@@ -103,14 +109,15 @@ def _by_animal(table: TrackTable) -> Iterator[tuple[int, dict[str, NDArray[np.fl
         yield number, arrays if table.rate_hz is None else arrays | {"time": frame / table.rate_hz}
 
 
-def _columns(path: Path) -> tuple[Mapping[str, NDArray[np.float64]], str]:
-    """Return arrays by name without unit, and the unit."""
+def _columns(path: Path) -> tuple[Mapping[str, NDArray[np.float64]], Mapping[str, str]]:
+    """Return arrays and the units that heads tell, both by name without unit."""
     if path.suffix == ".npz":
-        return _arrays(path), "cm"
+        return _arrays(path), {}
     table = read_table(path)
-    units = {match[1] for head in table if (match := _UNIT.search(head))}
-    columns = {_UNIT.sub("", head): numbers(path, table, head) for head in table if _wanted(head)}
-    return columns, units.pop() if len(units) == 1 else "cm"
+    heads = {head: _UNIT.sub("", head) for head in table if _wanted(head)}
+    check_different(path.name, list(heads.values()))
+    units = {plain: match[1] for head, plain in heads.items() if (match := _UNIT.search(head))}
+    return {plain: numbers(path, table, head) for head, plain in heads.items()}, units
 
 
 def _wanted(head: str) -> bool:
@@ -119,31 +126,32 @@ def _wanted(head: str) -> bool:
 
 
 def _arrays(path: Path) -> Mapping[str, NDArray[np.float64]]:
+    check(path.name, zipfile.is_zipfile(path), "an NPZ archive of arrays of numbers", "something else")
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: np.asarray(file[name], dtype=float) for name in file.files if _wanted(name)}
-    except (ValueError, OSError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{path.name}: expected arrays of numbers, got {str(error).splitlines()[0]}") from None
+        # Opened here, since NumPy leaves a file open that it finds broken.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+            return {name: np.asarray(arrays[name], dtype=float) for name in arrays.files if _wanted(name)}
+    except (ValueError, OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
+        raise ValueError(f"{path.name}: expected arrays of numbers, got {reason(error)}") from None
 
 
 def _animal(
-    path: Path, columns: Mapping[str, NDArray[np.float64]]
+    path: Path, columns: Mapping[str, NDArray[np.float64]], x: str, y: str
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return frames (T,), places (T, 2) and times (T,) or None of one file."""
-    source = _source(set(columns))
-    check(path.name, source is not None and "frame" in columns, "frame, X and Y of TRex", ", ".join(columns) or "none")
-    names = ["frame", f"X{source}", f"Y{source}", *(name for name in ("missing", "time") if name in columns)]
+    """Return frames (T,), places (T, 2) in columns ``x`` and ``y``, and times (T,) or None of one file."""
+    names = ["frame", x, y, *(name for name in ("missing", "time") if name in columns)]
     lengths = {name: np.shape(columns[name]) for name in names}
     alike = len(set(lengths.values())) == 1 and len(lengths["frame"]) == 1
     check(path.name, alike, "arrays of one length", ", ".join(f"{name} {shape}" for name, shape in lengths.items()))
-    frame = columns["frame"]
-    check(path.name, bool((np.isfinite(frame) & (frame >= 0)).all()), "frames >= 0", "others")
-    place = np.stack([columns[f"X{source}"], columns[f"Y{source}"]], axis=1)
+    check(path.name, lengths["frame"] != (0,), "rows of tracks", "none")
+    frame = whole_frames(path.name, columns["frame"])
+    check_pauses(path.name, frame)
+    place = np.stack([columns[x], columns[y]], axis=1)
     lost = ~np.isfinite(place).all(axis=1)
     if "missing" in columns:
         lost |= columns["missing"] != 0
     place[lost] = np.nan
-    return frame.astype(np.int64), place, columns.get("time")
+    return frame, place, columns.get("time")
 
 
 def _source(names: Any) -> str | None:

@@ -92,6 +92,8 @@ class _Target:
 class Sort:
     """SORT; it answers the detections that it assigned, which lie nearer to the fish than the filters' boxes.
 
+    Identities are those of the authors' program (checked against it).
+
     The boxes of small, slender fish overlap little from frame to frame, and fish are hidden for longer than people: the
     defaults were chosen by HOTA on development seeds of ``standard`` (0, 1) and ``hard`` (0), 40 settings tried.
     """
@@ -125,7 +127,7 @@ class Sort:
         boxes = np.array([each.box_xyxy for each in detections]).reshape(-1, 4)
         overlap = intersections_over_union(expected, boxes)
         taken = set()
-        for row, column in zip(*linear_sum_assignment(-overlap), strict=True):
+        for row, column in zip(*_pairs(overlap, p.least_overlap), strict=True):
             if overlap[row, column] >= p.least_overlap:
                 self._targets[row].correct(detections[column])
                 taken.add(int(column))
@@ -136,6 +138,20 @@ class Sort:
         self._targets = [each for each in self._targets if each.frames_since <= p.max_age]
         sure = [each for each in self._targets if each.streak >= p.min_hits or self._frames <= p.min_hits]
         return [track_of(each.identity, each.detection) for each in sure if each.frames_since == 0]
+
+
+def _pairs(overlap: NDArray[np.float64], least: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return rows and columns (K,) of the assignment of most overlap (N, M), pairs below ``least`` among them.
+
+    As in the authors' program, pairs of which no two compete are taken as they are: the sum of all overlaps could be
+    greater without them.
+    """
+    enough = overlap > least
+    if enough.any() and enough.sum(axis=0).max() == 1 and enough.sum(axis=1).max() == 1:
+        rows, columns = np.nonzero(enough)
+    else:
+        rows, columns = linear_sum_assignment(-overlap)
+    return rows, columns
 
 
 def track_of(identity: int, detection: Detection) -> Track:
