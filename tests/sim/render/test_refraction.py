@@ -73,7 +73,8 @@ def test_points_outside_the_water_are_seen_straight_on_and_those_behind_not_at_a
 @pytest.mark.parametrize("renderer", ["raster", "pybullet"])
 @pytest.mark.parametrize("angle_deg", ANGLES_DEG)
 def test_boxes_are_drawn_where_their_middles_are_projected(renderer, angle_deg):
-    water, (camera, T_world_camera) = surface(0.02), looking(angle_deg)
+    """In rough water: without the ripples, or with those of the next frame, the places fit clearly worse."""
+    water, (camera, T_world_camera) = surface(0.1), looking(angle_deg)
     rng = np.random.default_rng(8)
     grid = np.stack(np.meshgrid(np.linspace(-0.24, 0.24, 7), np.linspace(-0.15, 0.15, 5)), -1).reshape(-1, 2)
     points_m = np.column_stack([grid, rng.uniform(0.01, 0.1, len(grid))])
@@ -87,14 +88,22 @@ def test_boxes_are_drawn_where_their_middles_are_projected(renderer, angle_deg):
         (pixels > 12) & (pixels < np.array([camera.width_px, camera.height_px]) - 12)
     ).all(axis=1)
     assert within.sum() > 15
-    away = []
+    middles = []
     for k in np.flatnonzero(within):
         rows, columns = np.nonzero(seen.instance_id == WALLS + 1 + k)
-        assert len(rows) > 8
-        away.append(np.array([columns.mean(), rows.mean()]) + 0.5 - pixels[k])
+        # Ripples make some boxes small.
+        assert len(rows) > 4
+        middles.append(np.array([columns.mean(), rows.mean()]) + 0.5)
+    away = np.array(middles) - pixels[within]
     # A box of five pixels; its middle is not quite that of the part that is seen.
-    assert np.abs(np.median(away, axis=0)).max() < 0.4
-    assert np.abs(away).max() < 1.6
+    assert np.abs(np.median(away, axis=0)).max() < 0.2
+    assert rms(away) < 0.7
+    for other in (surface(FLAT), surface(0.1, time_s=water.time_s + 1 / 30)):
+        assert rms(away) < 0.3 * rms(middles - project_through(other, camera, T_world_camera, points_m[within]))
+
+
+def rms(off_px):
+    return np.sqrt((np.asarray(off_px) ** 2).sum(axis=1).mean())
 
 
 @pytest.mark.parametrize("angle_deg", ANGLES_DEG)
