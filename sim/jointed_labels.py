@@ -207,7 +207,7 @@ def _project(
     shift_px: NDArray[np.float64],
     pixels: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Write where the vertices are seen (V, 2); return their bounds (4,), NaN if one is nearer than ``NEAREST_M``."""
+    """Write where the vertices are seen (V, 2); return their bounds (4,), NaN if one is too near or unseen."""
     box = np.array([np.inf, np.inf, -np.inf, -np.inf])
     views = np.empty((part_poses.shape[0], 3, 4))
     for part in range(part_poses.shape[0]):
@@ -221,6 +221,8 @@ def _project(
         for axis in range(2):
             pixel = (view[axis, 0] * x + view[axis, 1] * y + view[axis, 2] * z + view[axis, 3]) / depth_m
             pixel += shift_px[shape.part[n], axis]
+            if not np.isfinite(pixel):
+                return np.full(4, np.nan)
             pixels[n, axis] = pixel
             box[axis], box[axis + 2] = min(box[axis], pixel), max(box[axis + 2], pixel)
     return box

@@ -105,5 +105,6 @@ Fitted by hand on development seeds 0 to 25: speed, steadiness and distance from
 its noise of maximum likelihood, misses about as in paper C, by 0.60, 1.05 and 2.81 after 50, 100 and 200 lost frames,
 in pixels of the overview's picture at 30 Hz, measured to the true place. It got 0.61, 1.23 and 3.54
 (``frameout paper C --seeds 13:21``). Most of that is the detector's noise, about 0.24 px, which the filter carries
-ahead, and turns at walls; the fish itself swims 4 px in 50 frames.
+ahead, and turns at walls; the fish itself swims 4 px in 50 frames. The preset's still water and soft light are fitted
+too, so that positions are about as precise as in the paper.
 """

@@ -52,7 +52,7 @@ class FishTankEpisode(Stage):
         self._all, self._seed, self._renderer = covers_all(truth), seed, renderer
         world = World()
         build_tank(world, generator(seed, "tank"))
-        focal_px = _PIXELS_PER_M * _HEIGHT_M * preset.width_px / 640
+        focal_px = _PIXELS_PER_M * _HEIGHT_M * min(preset.width_px / 640, preset.height_px / 480)
         self._view = PinholeCamera(preset.width_px, preset.height_px, focal_px)
         rng = generator(seed, "looks")
         looks = [draw_look(rng, preset.variety) for _ in range(preset.fish)]

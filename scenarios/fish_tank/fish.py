@@ -141,7 +141,7 @@ class Fish:
             box_xyxy[k] = one.box_xyxy
             if is_asked:
                 # Only fish hide fish; at the rim of a thin body the bent samples miss it at times.
-                fraction[k] = 1.0 - one.hidden_fraction
+                fraction[k] = 1.0 - one.hidden_fraction if np.isfinite(one.box_xyxy).all() else 0.0
                 if one.hidden_by >= 0:
                     hidden_by[k] = np.searchsorted(self.instance_id, one.hidden_by)
         middle = points // 2

@@ -36,7 +36,7 @@ class FishTank:
     fish: int = 10
     variety: float = 0.6
     character: Character = ZEBRAFISH
-    glare: float = 0.2
+    glare: float = 0.4
     lamp: float = 1.0
     ripples: Ripples = field(default_factory=Ripples)
     water: Water = field(default_factory=Water)
@@ -46,7 +46,7 @@ class FishTank:
         check_within(self, "frame_count", 2)
         check_within(self, "rate_hz", 0, above=True)
         check_within(self, "width_px height_px", 32, 4096)
-        check_within(self, "fish", 1, 400)
+        check_within(self, "fish", 1, 150)
         check_within(self, "variety glare lamp", 0, 1)
 
 

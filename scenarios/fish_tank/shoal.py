@@ -24,6 +24,7 @@ LONGEST_STEP_S = 1.0 / 120.0
 """Frames farther apart than this are reached in several equal steps."""
 _SETTLING_S = 8.0
 """Time that the shoal swims before frame 0, so that nothing tells of how it was put into the tank."""
+_MAY_BE_ENDLESS = ("burst_interval_s", "depth_s")
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,6 @@ class Swims:
         position_m: (T, N, 3) of the middle of the body; origin at the middle of the tank's floor, z up.
         yaw_rad, pitch_rad: (T, N) of the middle of the body; yaw is continuous over time.
         joints_rad: (T, N, S - 1), see ``sim.motion.swim.swim_pose``.
-        velocity_mps: (T, N, 3).
         speed_mps: (T, N), along the body.
     """
 
@@ -42,7 +42,6 @@ class Swims:
     yaw_rad: NDArray[np.float64]
     pitch_rad: NDArray[np.float64]
     joints_rad: NDArray[np.float64]
-    velocity_mps: NDArray[np.float64]
     speed_mps: NDArray[np.float64]
 
 
@@ -66,13 +65,15 @@ def swim(
     """
     size_m, length_m = np.asarray(volume_m, dtype=float), np.asarray(length_m, dtype=float)
     count = len(length_m)
+    _check_character(character)
+    check("length_m", count > 0, "the length of at least one fish", length_m)
     check("frame_count", frame_count > 0, "a number > 0", frame_count)
     check("rate_hz", rate_hz > 0, "a rate > 0 Hz", rate_hz)
     longest_m = float(length_m.max())
     room = size_m[0] > 4 * longest_m and size_m[1] > 4 * longest_m and size_m[2] > longest_m
     check("volume_m", room, f"at least 4 x 4 x 1 lengths of the longest fish, {longest_m} m", volume_m)
     crowding = float((length_m**3).sum()) / float(size_m.prod())
-    check("length_m", crowding < 0.25, "fish whose lengths cubed add up to less than a quarter of the water", length_m)
+    check("length_m", crowding < 0.25, "fish whose lengths cubed add up to less than a quarter of the water", crowding)
     school = _put_in(size_m, length_m, character, rng)
     steps = math.ceil(1.0 / (rate_hz * LONGEST_STEP_S) - 1e-9)
     interval_s = 1.0 / (rate_hz * steps)
@@ -84,17 +85,23 @@ def swim(
         np.empty((frame_count, count)),
         np.empty((frame_count, count)),
         np.empty((frame_count, count, JOINT_COUNT)),
-        np.empty((frame_count, count, 3)),
         np.empty((frame_count, count)),
     )
     for frame in range(frame_count):
         if frame > 0:
             run(school, character, size_m, steps, interval_s, rng)
         swims.position_m[frame] = school.position_m
-        swims.velocity_mps[frame] = school.velocity_mps
         swims.yaw_rad[frame], swims.pitch_rad[frame] = school.yaw_rad, school.pitch_rad
         swims.joints_rad[frame], swims.speed_mps[frame] = school.joints_rad, school.speed_mps
     return swims
+
+
+def _check_character(character: Character) -> None:
+    for name, value in character._asdict().items():
+        is_time = name.endswith("_s")
+        good = (value > 0 if is_time else value >= 0) and (np.isfinite(value) or name in _MAY_BE_ENDLESS)
+        expected = "a time > 0 s" if is_time else "a finite number >= 0"
+        check(f"character.{name}", good, expected, value)
 
 
 def _put_in(
@@ -105,7 +112,7 @@ def _put_in(
     low_m, high_m = -0.5 * size_m, 0.5 * size_m
     low_m[2], high_m[2] = 0.0, size_m[2]
     inset_m = np.array([0.6, 0.6, 0.15]) * float(length_m.max())
-    wait_s = rng.uniform(0.0, min(character.burst_interval_s, 1e3), count)
+    wait_s = rng.uniform(0.0, 1.0, count) * character.burst_interval_s
     return School(
         length_m=length_m,
         position_m=rng.uniform(low_m + inset_m, high_m - inset_m, (count, 3)),

@@ -55,19 +55,18 @@ class FishLook:
             check("spots", len(spot) == 2 and all(0 <= part <= 1 for part in spot), "pairs within [0, 1]", spot)
 
 
-def draw_look(rng: np.random.Generator, variety: float, usual: FishLook | None = None) -> FishLook:
+def draw_look(rng: np.random.Generator, variety: float) -> FishLook:
     """Return the look of one fish of a shoal.
 
     Args:
         rng: draws the same number of values whatever the variety.
         variety: 0 = all fish look the same; 1 = they differ in size, shade, stripes and spots as adults of one strain.
-        usual: the look that they vary about; None = the default.
 
     Raises:
         ValueError: for a variety outside [0, 1].
     """
     check("variety", 0.0 <= variety <= 1.0, "a number in [0, 1]", variety)
-    mean = FishLook() if usual is None else usual
+    mean = FishLook()
     length, width, shade, stripes = variety * np.clip(rng.normal(size=4), -2.0, 2.0)
     hue = 1.0 + variety * _HUE_SPREAD * np.clip(rng.normal(size=3), -2.0, 2.0)
     count = round(variety * _MOST_SPOTS * float(rng.random()))

@@ -69,7 +69,6 @@ class FloorLight:
         total_lx = sum(light.illuminance_lx for light in lights) or 1.0
         self._lights = np.array([[light.illuminance_lx / total_lx, *light.run, *light.spread] for light in lights])
         self._bodies = -1
-        self._time_s: float | None = None
         self._owner, self._ellipsoids = np.empty(0, np.int64), np.empty((0, 2, 3))
         announce_compilation(light_floor)
 
@@ -107,7 +106,7 @@ class FloorLight:
             np.float32(surface.refractive_index),
         )
 
-    def mean_direction(self, lights: Sequence[LightThroughSurface]) -> NDArray[np.float32]:
+    def mean_direction(self) -> NDArray[np.float32]:
         """Return the unit vector (3,) in the water against the mean of the light."""
         share, run = self._lights[:, 0], self._lights[:, 1:3]
         against = np.array([*(-share @ run), 1.0])

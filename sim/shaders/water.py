@@ -136,7 +136,7 @@ class WaterShader:
         share = np.divide(scattered, along + down, out=np.zeros(3), where=along + down > 0)
         veil = np.array(water.particles_rgb) * share * 2.0 * self._entering_lx * colour / (4.0 * np.pi)
         self._medium = np.stack([colour * self._entering_lx / np.pi, veil, along, down]).astype(np.float32)
-        self._direct = self._floor.mean_direction(lights)
+        self._direct = self._floor.mean_direction()
         self._bounce = water.floor_reflectance
         self._air = (colour * float(lx.sum()) / np.pi).astype(np.float32)
         self._mirrored = (ambient_lx * black_body_rgb(ambient_temperature_k) / np.pi).astype(np.float32)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from scenarios.fish_tank.character import ZEBRAFISH
 from scenarios.fish_tank.episode import TARGET, FishTankEpisode
 from scenarios.fish_tank.presets import PRESETS
 from scenarios.fish_tank.scenario import FISH_TANK
@@ -241,7 +242,7 @@ def test_zoom_magnifies_and_stops_at_its_limit() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"fish": 0}, r"fish: expected a number in \[1, 400\], got 0"),
+        ({"fish": 0}, r"fish: expected a number in \[1, 150\], got 0"),
         ({"variety": 1.5}, r"variety: expected a number in \[0, 1\], got 1.5"),
         ({"width_px": "wide"}, "width_px: expected int, got 'wide'"),
         ({"rate_hz": 0.0}, r"rate_hz: expected a number in \(0"),
@@ -250,3 +251,22 @@ def test_zoom_magnifies_and_stops_at_its_limit() -> None:
 def test_unfit_configurations_are_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         dataclasses.replace(SMALL, **change)
+
+
+def test_the_whole_tank_is_in_a_wide_picture() -> None:
+    episode = FISH_TANK.episode(dataclasses.replace(PRESETS["quick"], width_px=320, height_px=120, fish=12), 0)
+    states = {str(state) for _ in range(3) for state in episode.step().truth.state}
+    episode.close()
+    assert states == {"in"}
+
+
+def test_as_many_fish_as_a_preset_may_have_find_room() -> None:
+    episode = FISH_TANK.episode(dataclasses.replace(PRESETS["hard"], fish=150, frame_count=2), 0)
+    assert len(episode.step().truth.names) >= 150
+    episode.close()
+
+
+@pytest.mark.parametrize("change", [{"cruise_mps": float("nan")}, {"glide_s": 0.0}, {"mood_s": float("inf")}])
+def test_an_impossible_character_is_named(change: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match=f"character.{next(iter(change))}: expected"):
+        FISH_TANK.episode(dataclasses.replace(PRESETS["quick"], character=ZEBRAFISH._replace(**change)), 0)
