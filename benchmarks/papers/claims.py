@@ -87,7 +87,7 @@ class Finding:
             return "–"
         scale = 100.0 if self.unit == "fraction" else 1.0
         if self.claim.bound == "within":
-            around = f"{scale * self.claim.level:g} ± {scale * self.claim.tolerance:g}"
+            around = f"{scale * self.claim.level:.3g} ± {scale * self.claim.tolerance:.3g}"
             return f"{around} {unit_sign(self.unit)}".rstrip()
         return f"{self.claim.bound} {scale * self.claim.level:g} {unit_sign(self.unit)}".rstrip()
 
