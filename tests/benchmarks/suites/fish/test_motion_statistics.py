@@ -27,7 +27,7 @@ def test_a_circle_turns_as_it_does(turn_rad, speed_px):
     for lag in (5, 50, 200):
         assert found[f"heading {lag}"] == pytest.approx(np.cos(lag * turn_rad), abs=1e-9)
         assert found[f"velocity {lag}"] == pytest.approx(np.cos(lag * turn_rad), abs=1e-9)
-    chord = 1.0 if turn_rad == 0.0 else abs(np.sin(25 * turn_rad) / (50 * np.sin(0.5 * turn_rad)))
+    chord = 1.0 if abs(turn_rad) < 1e-9 else abs(np.sin(25 * turn_rad) / (50 * np.sin(0.5 * turn_rad)))
     assert found["straightness 50"] == pytest.approx(chord, abs=1e-9)
 
 
