@@ -1,0 +1,76 @@
+"""The watched volume of a site, as its operator sets it (paper D, section 3.2), and its place before a camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.site.view import SiteView
+from trackers.types import CameraModel
+
+
+@dataclass(frozen=True)
+class WatchedVolume:
+    """An upright box before the camera; the defaults are those of the paper's experiment (section 4.1).
+
+    Attributes:
+        depth_m: extent along the horizontal line of sight, > 0.
+        width_m: extent across it, > 0.
+        height_m: vertical extent, > 0.
+        bottom_m: height of its lower side above the ground. The paper is silent; the sea lies lower than a quay.
+    """
+
+    depth_m: float = 90.0
+    width_m: float = 33.0
+    height_m: float = 6.0
+    bottom_m: float = -2.5
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedVolume:
+    """A watched volume in the world.
+
+    Attributes:
+        centre_m: (3,).
+        axes: (3, 3), rows are the unit vectors along the depth, the width (to the left) and the height.
+        size_m: (3,) depth, width, height.
+    """
+
+    centre_m: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    size_m: NDArray[np.float64]
+
+    def contains(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return (N,) whether world points (N, 3) lie inside, the sides included; NaN lies outside."""
+        offsets_m = (np.asarray(points_m) - self.centre_m) @ self.axes.T
+        inside: NDArray[np.bool_] = (np.abs(offsets_m) <= 0.5 * self.size_m).all(axis=1)
+        return inside
+
+    def scatter(self, rng: np.random.Generator, n: int) -> NDArray[np.float64]:
+        """Draw world points (n, 3) uniformly over the volume."""
+        return self.centre_m + (rng.uniform(-0.5, 0.5, (n, 3)) * self.size_m) @ self.axes
+
+
+def place(volume: WatchedVolume, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> PlacedVolume:
+    """Place a volume: centred where the optical axis meets the ground, its depth along the horizontal line of sight.
+
+    Raises:
+        ValueError: for a size that is not positive, and for a pose that is not finite, whose optical axis does not meet
+            the ground, or meets it straight below.
+    """
+    size_m = np.array([volume.depth_m, volume.width_m, volume.height_m])
+    if not (np.isfinite(size_m).all() and (size_m > 0).all()):
+        raise ValueError(f"volume: expected depth, width and height > 0 in metres, got {size_m.tolist()}")
+    view = SiteView(camera, T_world_camera)
+    [aim_m] = view.on_plane(0.5 * np.array([[camera.width_px, camera.height_px]]), 0.0)
+    if not np.isfinite(aim_m).all():
+        raise ValueError("T_world_camera: expected an optical axis that meets the ground, got one that does not")
+    ahead = aim_m - view.place_m
+    distance_m = np.hypot(ahead[0], ahead[1])
+    if distance_m < 1e-6 * abs(ahead[2]):
+        raise ValueError("T_world_camera: expected a horizontal line of sight, got one straight down")
+    x, y = ahead[:2] / distance_m
+    axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
+    return PlacedVolume(np.array([*aim_m[:2], volume.bottom_m + 0.5 * volume.height_m]), axes, size_m)
