@@ -50,6 +50,7 @@ _MODULES = (
     "trackers.blind.straight_ahead",
     "trackers.baselines.gap_methods",
     "trackers.blind.gap_places",
+    "trackers.harbour_watch.tracker",
 )
 """Modules that define trackers. Add yours here."""
 

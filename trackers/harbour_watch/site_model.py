@@ -1,0 +1,148 @@
+"""All that is learnt of a site from its pictures without intruders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.harbour_watch.boxes import CELL_PX
+from trackers.harbour_watch.detection import Detector
+from trackers.harbour_watch.existence import Clutter
+from trackers.harbour_watch.low_rank import learn
+from trackers.harbour_watch.memory import PixelMemory
+from trackers.harbour_watch.water import WaterLevel, upper_edge, water_of
+from trackers.site.view import SiteView
+from trackers.site.volume import WatchedVolume, place
+
+Picture = NDArray[np.float32]
+
+_MEDIAN_TO_SIGMA = 1.4826
+_LEAST_NOISE = 0.5
+"""Counts; a picture is rounded to whole ones."""
+_MOST_REPLAYED = 120
+_FIRST_GUESS = 3.0
+"""Times the noise: spread of the background before anything is known of it."""
+
+
+@dataclass(frozen=True)
+class ModelParameters:
+    """How a site is learnt.
+
+    Attributes:
+        components: of the low-rank background.
+        mean_water_m: height of the mean sea level above the quay, from the survey of the site.
+        remembered_frames: time constant of a pixel's slow residual. noise_frames: of its noise.
+        clip: deviations at which a pixel is cut off.
+        least_score: deviations from which a box is a region. piece_score: from which a piece is part of it.
+    """
+
+    components: int
+    mean_water_m: float
+    remembered_frames: float
+    noise_frames: float
+    clip: float
+    least_score: float
+    piece_score: float
+
+
+class SiteModel:
+    """Background, noise, clutter, water and watched area.
+
+    Attributes:
+        low_rank, memory, detector, clutter, water_level: see there.
+        water: (H, W) where the picture shows water. watched: (H, W) where objects may stand.
+    """
+
+    def __init__(self, pictures: Picture, view: SiteView, volume: WatchedVolume, p: ModelParameters) -> None:
+        """``pictures`` (T, H, W), T >= 1, counts in order of time."""
+        self.shape = pictures.shape[1:]
+        flat = pictures.reshape(len(pictures), -1)
+        self.low_rank = learn(flat, p.components, _noise(pictures))
+        left, coefficients = np.empty_like(flat), None
+        for k, picture in enumerate(flat):
+            coefficients = self.low_rank.coefficients(picture, coefficients)
+            left[k] = picture - self.low_rank.explained(coefficients)
+        noise = _noise(left.reshape(pictures.shape))
+        if len(pictures) == 1:
+            first = (_FIRST_GUESS * noise) ** 2
+        else:
+            first = np.maximum(self.low_rank.spread**2 - noise**2, 0.01 * noise**2)
+        self.memory = PixelMemory(first, noise**2, remembered_frames=p.remembered_frames, noise_frames=p.noise_frames)
+        self.watched = _watched(view, volume, self.shape)
+        self.px_per_m = _px_per_m(view, self.shape)
+        self.detector = Detector(self.px_per_m, self.shape[1], p.least_score, p.piece_score)
+        self.water = water_of(noise.reshape(self.shape)) & (len(pictures) > 1)
+        self.water_level = WaterLevel(view, upper_edge(self.water), p.mean_water_m)
+        self.clutter = self._replayed(left, p)
+
+    def _replayed(self, left: Picture, p: ModelParameters) -> Clutter:
+        """Learn the noise of boxes and the false regions from what the background leaves of its own pictures.
+
+        Steps from one to the next are what remains of noise once the memory follows; the pictures themselves are as
+        doubtful as the first one of an episode.
+        """
+        if len(left) < 2:
+            return Clutter(self.shape, p.least_score, [])
+        filters, nobody = self.detector.filters, np.zeros(self.shape, np.uint8)
+        every = max(1, (len(left) - 1) // _MOST_REPLAYED)
+        noise, all_doubt = np.sqrt(2.0 * self.memory.noise), np.ones(self.shape, np.float32)
+        steps = [((left[k + 1] - left[k]) / noise).reshape(self.shape) for k in range(0, len(left) - 1, every)]
+        for k, step in enumerate(steps, 1):
+            rate = max(1.0 / k, 0.05)
+            filters.learn(filters.scaled(filters.filtered(step, p.clip)), nobody, rate)
+            deviation = self.memory.deviation(left[(k - 1) * every]).reshape(self.shape)
+            filters.learn_slow(filters.scaled(filters.filtered(deviation, p.clip), all_doubt), rate)
+        found = [
+            self.detector.regions(filters.scaled(filters.filtered(step, p.clip)), self.watched) for step in steps[::2]
+        ]
+        return Clutter(self.shape, p.least_score, found)
+
+
+def reading_of(image_rgb: NDArray[np.uint8], counts: NDArray[np.uint16] | None, use_counts: bool) -> Picture:
+    """Return the counts (H, W), or the 8 bits if there are none or they are not wanted."""
+    if counts is not None and use_counts and counts.shape == image_rgb.shape[:2]:
+        return counts.astype(np.float32)
+    grey: Picture = image_rgb[..., 0].astype(np.float32)
+    return grey
+
+
+def _noise(pictures: Picture) -> Picture:
+    """Return the standard deviation (N,) of each pixel from one picture (T, H, W) to the next."""
+    if len(pictures) == 1:
+        fine = pictures[0] - cv2.medianBlur(pictures[0], 3)
+        sigma = _MEDIAN_TO_SIGMA * float(np.median(np.abs(fine))) * 1.5
+        return np.full(fine.size, max(sigma, _LEAST_NOISE), np.float32)
+    steps = np.diff(pictures.reshape(len(pictures), -1), axis=0)
+    steps -= np.median(steps[:, ::7], axis=1)[:, None]
+    np.abs(steps, out=steps)
+    sigma = _MEDIAN_TO_SIGMA / np.sqrt(2.0) * np.partition(steps, len(steps) // 2, axis=0)[len(steps) // 2]
+    smooth = cv2.blur((sigma**2).reshape(pictures.shape[1:]), (3, 3)).ravel()
+    noise: Picture = np.sqrt(np.maximum(smooth, _LEAST_NOISE**2)).astype(np.float32)
+    return noise
+
+
+def _px_per_m(view: SiteView, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the pixels (H,) of a metre that stands on the ground at the lower edge of each row."""
+    px = np.column_stack([np.full(shape[0], 0.5 * shape[1]), np.arange(1, shape[0] + 1)])
+    _, depth_m = view.project(view.on_plane(px, 0.0))
+    far = 1e3 if not np.isfinite(depth_m).any() else float(np.nanmax(depth_m))
+    return view.camera.focal_px / np.nan_to_num(depth_m, nan=far)
+
+
+def _watched(view: SiteView, volume: WatchedVolume, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return the pixels (H, W) where an object of the watched volume may stand, on the ground or lower."""
+    try:
+        placed = place(volume, view.camera, view.T_world_camera)
+    except ValueError:
+        return np.ones(shape, bool)
+    rows, columns = np.mgrid[0 : shape[0] : CELL_PX // 2, 0 : shape[1] : CELL_PX // 2]
+    px = np.column_stack([columns.ravel() + 0.5, rows.ravel() + 0.5])
+    inside = np.zeros(len(px), bool)
+    for z_m in (0.0, 0.5 * volume.bottom_m, volume.bottom_m):
+        points = view.on_plane(px, z_m)
+        inside |= placed.contains(np.nan_to_num(points, nan=1e9))
+    small = inside.reshape(rows.shape).astype(np.uint8)
+    return cv2.resize(small, shape[::-1], interpolation=cv2.INTER_NEAREST).astype(bool)

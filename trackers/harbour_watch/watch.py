@@ -1,0 +1,93 @@
+"""The watch over one learnt site, picture by picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.harbour_watch.sightings import Sighting, place_regions
+from trackers.harbour_watch.site_model import Picture, SiteModel
+from trackers.harbour_watch.tracks import Mark, Rates, Tracks
+from trackers.site.view import SiteView
+from trackers.types import Estimate, Track
+
+_LEVEL_EVERY, _LEVEL_RATE = 15, 0.2
+_USUAL_STEP_S, _LONGEST_STEP_S = 2.0, 30.0
+_RIM_PX = (-2, -2, 3, 3)
+
+
+class Watch:
+    """Regions, tracks and what the background has lately shown.
+
+    Attributes:
+        sightings: of the last picture. tracks: of all objects. level_m: height of the water.
+    """
+
+    def __init__(
+        self, model: SiteModel, view: SiteView, next_identity: int, *, claims: float, clip: float, noise_frames: float
+    ) -> None:
+        """Begin; the parameters are those of ``harbour_watch``."""
+        self._model, self._view = model, view
+        self._claims, self._clip, self._noise_rate = claims, clip, 1.0 / noise_frames
+        self.tracks = Tracks(view, Rates(), next_identity)
+        self.sightings: list[Sighting] = []
+        self.level_m = model.water_level.mean_m
+        self._coefficients: NDArray[np.float64] | None = None
+        self._time_s: float | None = None
+        self._frame = 0
+
+    def update(self, picture: Picture, time_s: float) -> None:
+        """Take in a picture (H, W)."""
+        model, dt_s = self._model, _USUAL_STEP_S if self._time_s is None else time_s - self._time_s
+        self._time_s = time_s
+        flat = picture.ravel()
+        self._coefficients = model.low_rank.coefficients(flat, self._coefficients)
+        left = flat - model.low_rank.explained(self._coefficients)
+        deviation = model.memory.deviation(left).reshape(picture.shape)
+        filters = model.detector.filters
+        doubtful = model.memory.doubtful().reshape(picture.shape)
+        scaled = filters.scaled(filters.filtered(deviation, self._clip), doubtful)
+        regions = model.detector.regions(scaled, model.watched)
+        self.sightings = place_regions(regions, self._view, model.water, self.level_m)
+        ratios = np.array([model.clutter.log_ratio(each.region) for each in self.sightings])
+        self.tracks.update(self.sightings, ratios, min(max(dt_s, 0.0), _LONGEST_STEP_S), self.level_m)
+        claimed = self._claimed(picture.shape)
+        model.clutter.learn([each.region for each in self.sightings], claimed)
+        model.memory.learn(left, claimed.ravel())
+        filters.learn(scaled, claimed, self._noise_rate)
+        self._frame += 1
+        if self._frame % _LEVEL_EVERY == 0:
+            self._update_level()
+
+    def answers(self, shown: float) -> list[Track]:
+        """Return the tracks that exist with a probability of ``shown`` at least."""
+        answers = []
+        for mark in self.tracks.marks:
+            estimate = self._estimate(mark)
+            if mark.probability >= shown and estimate is not None:
+                answers.append(Track(mark.identity, estimate, mark.kind.name, mark.size.size_m, mark.probability))
+        return answers
+
+    def _claimed(self, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+        """Return the pixels (H, W) of tracks that likely exist: what stands there is not background."""
+        claimed = np.zeros(shape, np.uint8)
+        for mark in self.tracks.marks:
+            if mark.probability >= self._claims:
+                estimate = self._estimate(mark)
+                for box in (mark.seen_px, None if estimate is None else estimate.box_xyxy):
+                    if box is not None:
+                        x0, y0, x1, y1 = np.clip(np.add(np.round(box), _RIM_PX), 0, max(shape)).astype(int)
+                        claimed[y0:y1, x0:x1] = 1
+        return claimed
+
+    def _update_level(self) -> None:
+        level_m = self._model.water_level.of(np.sqrt(self._model.memory.noise).reshape(self._model.shape))
+        if level_m is not None:
+            self.level_m += _LEVEL_RATE * (level_m - self.level_m)
+
+    def _estimate(self, mark: Mark) -> Estimate | None:
+        size = mark.size.size_m
+        base_m = self.level_m if mark.kind.afloat else 0.0
+        centre = np.array([*mark.state[:2], base_m + 0.5 * size[2]])
+        heading = mark.heading_rad if mark.heading_rad is not None else 0.0
+        return self._view.estimate_of(centre, size, heading)
