@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.scenario import RendererName
+from sim.checks import check
 from sim.optics import PinholeCamera
 from sim.render.pipeline import Capture, Sensor, Shader, capture
 from sim.render.protocol import Renderer, create_renderer
-from sim.sensors.config import SensorSettings
 from sim.world import World
 
 
@@ -52,7 +52,8 @@ class SingleCamera:
         if through is not None:
             self._renderer = through(self._renderer)
         self._sensor = sensor
-        self._frame, self._settings = -1, SensorSettings(1.0, 1.0)
+        self._frame = 0
+        self._settings: Any = None
 
     def take(self, shader: Shader, T_world_camera: NDArray[np.float64], frame: int, **exposing: Any) -> Capture:
         """Take a picture of the current world; the sensor's loops take one step.
@@ -66,7 +67,12 @@ class SingleCamera:
         return seen
 
     def larger_view(self, shader: Shader, T_world_camera: NDArray[np.float64], scale: float) -> NDArray[np.uint8]:
-        """See ``Rig``."""
+        """See ``Rig``.
+
+        Raises:
+            ValueError: before the first picture, whose settings it takes.
+        """
+        check("larger_view", self._settings is not None, "a picture taken before", "none")
         width_px, height_px = (2 * round(0.5 * scale * side) for side in (self.camera.width_px, self.camera.height_px))
         wide = PinholeCamera(width_px, height_px, self.camera.focal_px)
         radiance = shader.shade(self._renderer.gbuffer(wide, T_world_camera), wide, T_world_camera)

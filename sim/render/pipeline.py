@@ -1,8 +1,9 @@
 """From world to finished picture: renderer, shader and sensor in one call.
 
 The stages are those of ``Renderer.gbuffer``, ``Shader.shade`` and ``Sensor.expose``, with the same kernels. With
-a ``RowRenderer``, a ``RowShader`` and a ``RowSensor``, each row passes through all stages while it is in the
-processor's cache, and the stages' whole pictures are never written, unless the sensor needs the whole radiance first.
+a ``RowRenderer`` and a ``RowShader``, and where it can be a ``RowSensor``, each row passes through all stages while it
+is in the processor's cache, and the stages' whole pictures are never written, but the radiance for a sensor that needs
+all of it first.
 """
 
 from __future__ import annotations
@@ -167,8 +168,10 @@ def capture(
         settings: of the picture, with which the sensor's loops stay as they are: for the second camera of a stereo
             pair.
     """
-    if _draws_rows(renderer) and _lights_rows(shader) and _develops_rows(sensor):
-        return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings, motion)
+    if _draws_rows(renderer) and _lights_rows(shader):
+        if _develops_rows(sensor):
+            return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings, motion)
+        return _capture_lit_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings, motion)
     gbuffer = renderer.gbuffer(camera, T_world_camera)
     radiance = shader.shade(gbuffer, camera, T_world_camera)
     picture = _photograph(sensor, radiance, camera, frame, settings, motion)
@@ -225,6 +228,25 @@ def _capture_by_rows(
     finish_rows(renderer.resolving, seen, metered_rows, shader.lighting, light, film)
     picture, development = sensor.develop_first(film, metered_rows, camera, frame, settings)
     finish_rows(renderer.resolving, seen, other_rows, shader.lighting, light, film[:1], sensor.developing, development)
+    return Capture(picture, seen.depth_m, seen.instance_id)
+
+
+def _capture_lit_by_rows(
+    renderer: RowRenderer,
+    shader: RowShader,
+    sensor: Sensor[_Picture],
+    camera: PinholeCamera,
+    T_world_camera: NDArray[np.float64],
+    frame: int,
+    settings: Any,
+    motion: CameraMotion | None,
+) -> Capture[_Picture]:
+    seen = renderer.visible(camera, T_world_camera)
+    height, width = seen.depth_m.shape
+    light = shader.row_light(seen.depth_m, camera, T_world_camera)
+    radiance = np.empty((height, shader.lighting.channels, width), np.float32)
+    finish_rows(renderer.resolving, seen, np.arange(height), shader.lighting, light, radiance)
+    picture = _photograph(sensor, radiance, camera, frame, settings, motion)
     return Capture(picture, seen.depth_m, seen.instance_id)
 
 

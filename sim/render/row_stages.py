@@ -32,10 +32,12 @@ class RowStage:
             radiance)``, where ``light`` is what ``row_light`` returns. A sensor's writes the picture: ``(development,
             row, scratch, radiance)``, see ``RowSensor.develop_first``.
         new_scratch: returns a NamedTuple of the kernel's scratch arrays, for rows of W pixels.
+        channels: C, of a shader.
     """
 
     kernel: Callable[..., Any]
     new_scratch: Callable[[int], Any]
+    channels: int = 3
 
 
 class RowScratch(NamedTuple):
@@ -76,10 +78,10 @@ def finish_rows(
     kernel(seen, rows, light, development, radiance, scratch)
 
 
-def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer, channels: int = 3) -> NDArray[np.float32]:
+def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer) -> NDArray[np.float32]:
     """Return the radiance (H, C, W) of a G-buffer by the kernel of a shader's rows."""
     height, width = gbuffer.depth_m.shape
-    radiance = np.empty((height, channels, width), np.float32)
+    radiance = np.empty((height, lighting.channels, width), np.float32)
     kernel = _bound(_light_picture, light_row=lighting.kernel)
     kernel(gbuffer, light, new_resolve_scratch(width), _scratch(lighting, width), radiance)
     return radiance

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,20 +78,25 @@ class ShadowCaster:
     """
 
     def __init__(
-        self, world: World, sun_direction: NDArray[np.float64], size: int = 1024, *, movers_only: bool = False
+        self,
+        world: World,
+        sun_direction: NDArray[np.float64],
+        size: int = 1024,
+        *,
+        casting: Literal["all", "movers", "fixed"] = "all",
     ) -> None:
         """Set the bodies to draw.
 
         Args:
             size: side of a map in texels, a multiple of ``BLOCK``.
-            movers_only: whether fixed bodies cast no shadow either.
+            casting: the bodies that cast a shadow: those that may move, those that never do, or all.
         """
         if size < BLOCK or size % BLOCK:
             raise ValueError(f"size: expected a positive multiple of {BLOCK}, got {size}")
         self._world = world
         self.axes = light_axes(np.asarray(sun_direction, dtype=float))
         self._size = size
-        self._movers_only = movers_only
+        self._casting = casting
         self._body_count = -1
         self._kept: OrderedDict[tuple[int, int, int], Region] = OrderedDict()
 
@@ -152,9 +158,9 @@ class ShadowCaster:
         bodies = self._world.bodies
         casts = [body for body in bodies if body.category != "ground"]
         self._scene: SceneArrays = pack_geometry([body.mesh for body in bodies])
-        self._movers = np.array([body.index for body in casts if body.movable], dtype=np.int64)
-        self._fixed = np.array(
-            [body.index for body in casts if not body.movable and not self._movers_only], dtype=np.int64
+        self._movers, self._fixed = (
+            np.array([body.index for body in casts if body.movable is moves and self._casting in kinds], dtype=np.int64)
+            for moves, kinds in ((True, ("all", "movers")), (False, ("all", "fixed")))
         )
         self._projected = np.empty((int(np.diff(self._scene.first_vertex).max(initial=0)), 4))
         self._kept.clear()

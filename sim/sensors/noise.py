@@ -139,11 +139,21 @@ def develop_row(development: Development, row: int, scratch: DevelopScratch, rad
 def normal_deviates(
     keys: NDArray[np.uint32], row: int, hashes: NDArray[np.uint32], deviates: NDArray[np.float32]
 ) -> None:
-    """Write one row (3, W) of values of N(0, 1), and the numbers (W,) that pick them.
+    """Write one row (3, W) of values of N(0, 1), and the numbers (W,) that pick them, see ``hash_row``."""
+    hash_row(keys, row, hashes)
+    for k in range(deviates.shape[1]):
+        h = hashes[k]
+        deviates[0, k] = NORMAL[h & TEN_BITS]
+        deviates[1, k] = NORMAL[(h >> np.uint32(10)) & TEN_BITS]
+        deviates[2, k] = NORMAL[(h >> np.uint32(20)) & TEN_BITS]
 
-    The hash is Wellons' ``lowbias32`` of ``pixel + keys[0]``, with ``keys[1]`` mixed in between its rounds.
+
+@row_kernel(forceinline=True)
+def hash_row(keys: NDArray[np.uint32], row: int, hashes: NDArray[np.uint32]) -> None:
+    """Write a well-mixed number for each pixel of a row (W,): Wellons' ``lowbias32`` of ``pixel + keys[0]``, with
+    ``keys[1]`` mixed in between its rounds.
     """
-    width = deviates.shape[1]
+    width = hashes.shape[0]
     first = np.uint32(np.uint32(row * width) + keys[0])
     second = keys[1]
     for k in range(width):
@@ -152,8 +162,3 @@ def normal_deviates(
         h = np.uint32(h ^ second)
         h = np.uint32(np.uint32(h ^ np.uint32(h >> np.uint32(15))) * MIX_2)
         hashes[k] = np.uint32(h ^ np.uint32(h >> np.uint32(16)))
-    for k in range(width):
-        h = hashes[k]
-        deviates[0, k] = NORMAL[h & TEN_BITS]
-        deviates[1, k] = NORMAL[(h >> np.uint32(10)) & TEN_BITS]
-        deviates[2, k] = NORMAL[(h >> np.uint32(20)) & TEN_BITS]

@@ -104,7 +104,7 @@ class BakedLightShader:
             self._towards_sun = baked.sun.towards
             self._cosine = np.maximum(geometry.normal @ self._towards_sun, 0.0).astype(np.float32)
             if any(body.movable for body in world.bodies):
-                self._caster = ShadowCaster(world, self._towards_sun, _SHADOW_TEXELS, movers_only=True)
+                self._caster = ShadowCaster(world, self._towards_sun, _SHADOW_TEXELS, casting="movers")
         self._cubes = np.zeros((count, 6, 3), np.float32)
         self._body_sun = np.zeros(count, np.float32)
         self._strengths = dict.fromkeys(baked.groups, 1.0)

@@ -64,7 +64,7 @@ def count_row(development, row, scratch, radiance):
 class Warmth:
     """Shader of one band."""
 
-    lighting = RowStage(warm_row, lambda width: None)
+    lighting = RowStage(warm_row, lambda width: None, channels=1)
 
     def __init__(self, bodies: int) -> None:
         self._body_k = np.linspace(280.0, 310.0, bodies).astype(np.float32)
@@ -75,7 +75,7 @@ class Warmth:
 
     def shade(self, gbuffer, camera, T_world_camera):
         """See ``Shader``."""
-        return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer, 1)
+        return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
 
 class Counter:

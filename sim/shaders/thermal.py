@@ -1,0 +1,189 @@
+"""Thermal radiance of a world: each part of each body has a temperature, in the shade and in the sun.
+
+A mesh in a thermal world carries no visible colour but its thermal looks. Red is the index of the part of its body, 0
+to 15; green the fine variation of that part's temperature, 128 for none, ``VARIATION_K`` for each step; blue is 0. So a
+G-buffer of either renderer carries them. (A smooth texture must have the same red everywhere.)
+
+For a surface with emissivity e and normal n at distance d
+
+    T = T_shade + (T_sun - T_shade) * exposure + variation
+    L_0 = e B(T) + (1 - e) (sky (1 + n_z) / 2 + ground (1 - n_z) / 2)
+    L = L_0 exp(-a d) + B(T_air) (1 - exp(-a d))
+
+B is the radiance of a black body in the band. The exposure is the weighted sum of ``lit * max(0, n . l)`` over several
+positions l of the sun in the past hour: stone remembers. What never moves casts shadows. The sea is that of
+``sim.shaders.thermal_sea``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.checks import check
+from sim.gbuffer import GBuffer
+from sim.optics import PinholeCamera, ray_of_pixel
+from sim.render.row_stages import RowStage, light_picture
+from sim.render.shadow_map import ShadowCaster
+from sim.shaders.thermal_kernels import (
+    PARTS,
+    SKY_CELLS,
+    Exposures,
+    SunArrays,
+    ThermalArrays,
+    new_thermal_scratch,
+    thermal_row,
+)
+from sim.shaders.thermal_sea import NO_SEA, Sea, radiance_table, sea_arrays
+from sim.thermal.radiance import TABLE, band_radiance
+from sim.thermal.sky import Air, sky_radiance
+from sim.world import Body, World
+
+_SHADOW_TEXELS = 1024
+_VIEWS_KEPT = 2
+_NEVER = np.float32(-1.0)
+
+
+class ThermalShader:
+    """Gives G-buffers of one world their thermal radiance, whichever renderer drew them.
+
+    Attributes:
+        sea: None for a world without.
+    """
+
+    lighting = RowStage(thermal_row, new_thermal_scratch, channels=1)
+
+    def __init__(self, world: World, shadow_reach_m: float, air: Air | None = None) -> None:
+        """Start with everything as warm as the air, no sun and no sea.
+
+        Args:
+            shadow_reach_m: shadows are cast by and on what is nearer than this to the world's origin.
+        """
+        check("shadow_reach_m", shadow_reach_m > 0, "a number > 0", shadow_reach_m)
+        self._world, self._reach_m = world, shadow_reach_m
+        self.sea: Sea | None = None
+        self._casters: dict[tuple[float, ...], tuple[NDArray[np.float32], NDArray[np.float32], float]] = {}
+        self._kept: dict[tuple[PinholeCamera, bytes], Exposures] = {}
+        self._table_of: tuple[Air, float, float] | None = None
+        self._table = NO_SEA.radiance
+        self._parts = np.empty((3, 0, PARTS), np.float32)
+        self.set_air(air or Air())
+        self.set_sun([], [])
+
+    def set_parts(
+        self,
+        body: Body,
+        shaded_k: NDArray[np.float64],
+        sunlit_k: NDArray[np.float64],
+        emissivity: NDArray[np.float64],
+    ) -> None:
+        """Set the temperatures of the first P <= 16 parts of a body, and their emissivity.
+
+        Args:
+            shaded_k, sunlit_k: (P,), out of the sun and facing it.
+            emissivity: (P,) in [0, 1].
+        """
+        count = len(shaded_k)
+        check("shaded_k", 0 < count <= PARTS, f"1 to {PARTS} parts", count)
+        self._make_room()
+        self._parts[0, body.index, :count] = shaded_k
+        self._parts[1, body.index, :count] = np.asarray(sunlit_k, dtype=float) - shaded_k
+        self._parts[2, body.index, :count] = emissivity
+
+    def set_air(self, air: Air) -> None:
+        """Set the air and the sky; what reflects little reflects these and a ground as warm as the air."""
+        self._air = air
+        sky = sky_radiance(air, np.linspace(0.0, 1.0, SKY_CELLS))
+        sine = np.linspace(0.0, 1.0, 65)[1:] - 1.0 / 128
+        mean = float((2.0 * sine * sky_radiance(air, sine)).mean())
+        black = float(band_radiance(air.temperature_k))
+        self._sky = sky.astype(np.float32)
+        self._around = np.array([mean, black], np.float32)
+        self._air_arrays = np.array([air.attenuation_per_m, black], np.float32)
+
+    def set_sun(self, towards_sun: Sequence[NDArray[np.float64]], weights: Sequence[float]) -> None:
+        """Set the positions of the sun that surfaces remember.
+
+        Args:
+            towards_sun: S unit vectors (3,). None at night.
+            weights: S numbers; all of them together should be 1.
+        """
+        check("weights", len(weights) == len(towards_sun), f"{len(towards_sun)} numbers", len(weights))
+        directions = [tuple(float(x) for x in each) for each in towards_sun]
+        self._casters = {each: self._casters.get(each) or self._shadows(each) for each in directions}
+        maps = [self._casters[each] for each in directions]
+        self._sun = SunArrays(
+            np.array(directions, np.float32).reshape(-1, 3),
+            np.array(weights, np.float32),
+            np.array([each[0] for each in maps], np.float32).reshape(-1, 3, 4),
+            np.array([each[1] for each in maps], np.float32).reshape(-1, _SHADOW_TEXELS, _SHADOW_TEXELS),
+            np.array([each[2] for each in maps], np.float32),
+        )
+        self._kept.clear()
+
+    def shade(
+        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """Return the radiance (H, 1, W) float32 in W/(m² sr) of a G-buffer sampled at pixel centres."""
+        return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
+
+    def row_light(
+        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> ThermalArrays:
+        """Return the present temperatures in one camera's picture, for the row kernel."""
+        self._make_room()
+        shaded_k, warmth_k, emissivity = self._parts.reshape(3, -1)
+        return ThermalArrays(
+            shaded_k,
+            warmth_k,
+            emissivity,
+            _PLANCK,
+            self._sky,
+            self._around,
+            self._air_arrays,
+            (T_world_camera[:3, :3] @ ray_of_pixel(camera)).astype(np.float32),
+            T_world_camera[:3, 3].astype(np.float32),
+            np.float32(1.0 / camera.focal_px),
+            self._sun,
+            self._exposures(camera, T_world_camera),
+            NO_SEA if self.sea is None else sea_arrays(self.sea, self._sea_table(self.sea)),
+        )
+
+    def _make_room(self) -> None:
+        """Give bodies that are new the temperature of the air."""
+        new = len(self._world.bodies) - self._parts.shape[1]
+        if new > 0:
+            fresh = np.zeros((3, new, PARTS), np.float32)
+            fresh[0], fresh[2] = self._air.temperature_k, 0.95
+            self._parts = np.concatenate([self._parts, fresh], axis=1)
+            self._kept.clear()
+
+    def _exposures(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> Exposures:
+        key = camera, T_world_camera.tobytes()
+        if key not in self._kept:
+            if len(self._kept) >= _VIEWS_KEPT:
+                del self._kept[next(iter(self._kept))]
+            shape = camera.height_px, camera.width_px
+            self._kept[key] = Exposures(
+                np.full(shape, _NEVER), np.full(shape, -2, np.int32), np.zeros(shape, np.float32)
+            )
+        return self._kept[key]
+
+    def _sea_table(self, sea: Sea) -> NDArray[np.float32]:
+        wanted = self._air, sea.temperature_k, sea.waves.state.fine_slope
+        if wanted != self._table_of:
+            self._table_of, self._table = wanted, radiance_table(*wanted)
+        return self._table
+
+    def _shadows(self, towards_sun: tuple[float, ...]) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
+        """Return ``in_map``, heights and texel of the shadows of what never moves."""
+        caster = ShadowCaster(self._world, np.array(towards_sun), _SHADOW_TEXELS, casting="fixed")
+        reach_m = np.full(2, self._reach_m)
+        region = caster.region(-reach_m, reach_m)
+        drawn = caster.draw(region, np.ones_like(region.arrays.drawn))
+        return region.in_map.astype(np.float32), drawn.height_m.copy(), region.texel_m
+
+
+_PLANCK = TABLE.astype(np.float32)

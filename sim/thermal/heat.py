@@ -1,0 +1,193 @@
+"""Temperatures of surfaces over a day by their heat balance, and of things that are heated from within.
+
+A surface of areal heat capacity C under the sky share v (the rest of what it sees is ground):
+
+    C dT/dt = a (S + v D + (1 - v) 0.2 (v_sun S_level + D)) + e (v L + (1 - v) s T_air⁴ - s T⁴)
+              + h (T_air - T) + w (T_wet - T) + k (T_behind - T)
+
+S is the sun's irradiance of a surface that faces it, 0 in shade; D and L are the sky's in sunlight and long wave; ``h =
+5.7 + 3.8 wind`` W/(m² K) (McAdams 1954). In rain w = 8 W/(m² K) for each mm/h, at most 40, draws the surface to the
+wet-bulb temperature. The equation is integrated by Euler's implicit method, linearised in T⁴, from two days before on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.checks import check, check_within
+from sim.thermal.materials import Material
+from sim.thermal.weather import STEFAN_BOLTZMANN, Weather
+
+STEP_H = 1.0 / 30.0
+ROOM_K = 293.0
+BODY_CORE_W_M2 = 70.0
+_SPIN_UP_H = 48.0
+_GROUND_ALBEDO = 0.2
+_CLO_M2K_W = 0.155
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A surface whose temperature is wanted.
+
+    Attributes:
+        material: what it is made of.
+        sky_view: share of its half-space that is sky: 1 for ground and roofs, 0.5 for walls, 0 for undersides.
+    """
+
+    material: Material
+    sky_view: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_within(self, "sky_view", 0, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Temperatures of N surfaces over T hours.
+
+    Attributes:
+        hours: (T,), evenly spaced.
+        shaded_k: (T, N), never in the sun.
+        sunlit_k: (T, N), always facing the sun while it is up.
+        emissivity: (N,).
+    """
+
+    hours: NDArray[np.float64]
+    shaded_k: NDArray[np.float64]
+    sunlit_k: NDArray[np.float64]
+    emissivity: NDArray[np.float64]
+
+    def at(self, hour: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return ``shaded_k`` and ``sunlit_k`` (N,) at an hour, interpolated.
+
+        Raises:
+            ValueError: for an hour outside the course.
+        """
+        first, last = float(self.hours[0]), float(self.hours[-1])
+        check("hour", first <= hour <= last, f"a number in [{first:g}, {last:g}]", hour)
+        place = (hour - first) / (self.hours[1] - first)
+        k = min(int(place), len(self.hours) - 2)
+        share = place - k
+        shaded, sunlit = ((1.0 - share) * each[k] + share * each[k + 1] for each in (self.shaded_k, self.sunlit_k))
+        return shaded, sunlit
+
+
+def course(surfaces: Sequence[Surface], weather: Weather, first_hour: float, last_hour: float) -> Course:
+    """Return the temperatures of surfaces from ``first_hour`` to ``last_hour``, under the same weather day after day.
+
+    Raises:
+        ValueError: if the hours are not in ascending order.
+    """
+    check("last_hour", last_hour > first_hour, f"a number > first_hour = {first_hour:g}", last_hour)
+    steps = int(np.ceil((last_hour - first_hour) / STEP_H))
+    start = first_hour - _SPIN_UP_H
+    count = round(_SPIN_UP_H / STEP_H) + steps
+    hours = start + STEP_H * np.arange(count + 1)
+    kelvin = np.tile(weather.mean_air_k, (2, len(surfaces)))
+    balance = Balance(surfaces, weather)
+    kept = np.empty((count + 1, 2, len(surfaces)))
+    kept[0] = kelvin
+    for k in range(count):
+        kelvin = balance.after(kelvin, float(hours[k + 1]), 3600.0 * STEP_H)
+        kept[k + 1] = kelvin
+    wanted = kept[count - steps :]
+    return Course(hours[count - steps :], wanted[:, 0], wanted[:, 1], balance.emissivity)
+
+
+class Balance:
+    """The heat balance of N surfaces, in the shade (row 0) and facing the sun (row 1)."""
+
+    def __init__(self, surfaces: Sequence[Surface], weather: Weather) -> None:
+        made_of = [each.material for each in surfaces]
+        self.emissivity = np.array([each.emissivity for each in made_of])
+        self._absorptivity = np.array([each.absorptivity for each in made_of])
+        self._capacity = np.array([each.capacity_j_m2k for each in made_of])
+        self._coupling = np.array([each.coupling_w_m2k for each in made_of])
+        self._behind = [each.behind for each in made_of]
+        self._view = np.array([each.sky_view for each in surfaces])
+        self._weather = weather
+
+    def inflow_wm2(self, kelvin: NDArray[np.float64], hour: float) -> NDArray[np.float64]:
+        """Return the heat (2, N) that surfaces of these temperatures (2, N) take up, W/m²."""
+        constant, conductance = self._terms(hour)
+        return constant - conductance * kelvin - self.emissivity * STEFAN_BOLTZMANN * kelvin**4
+
+    def after(self, kelvin: NDArray[np.float64], hour: float, step_s: float) -> NDArray[np.float64]:
+        """Return the temperatures (2, N) a step later, at ``hour``: Euler's implicit step, linearised."""
+        _, conductance = self._terms(hour)
+        stiffness = conductance + 4.0 * self.emissivity * STEFAN_BOLTZMANN * kelvin**3
+        return np.asarray(kelvin + self.inflow_wm2(kelvin, hour) / (self._capacity / step_s + stiffness))
+
+    def _terms(self, hour: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the inflow (2, N) at 0 K, and the conductance (N,) by which it falls with each kelvin, but for the
+        surface's own radiation.
+        """
+        w, view = self._weather, self._view
+        air_k, direct, diffuse = float(w.air_k(hour)), float(w.direct_wm2(hour)), float(w.diffuse_wm2(hour))
+        level_sun = direct * max(float(w.towards_sun(hour)[2]), 0.0)
+        light = view * diffuse + (1.0 - view) * _GROUND_ALBEDO * (level_sun + diffuse)
+        sunlight = np.stack([light, light + direct])
+        long_wave = view * float(w.sky_wm2(hour)) + (1.0 - view) * STEFAN_BOLTZMANN * air_k**4
+        convection = 5.7 + 3.8 * w.wind_mps
+        wetting = min(8.0 * w.rain_mm_h, 40.0)
+        behind_k = {"mean": w.mean_air_k, "air": air_k, "room": ROOM_K}
+        behind = np.array([behind_k[each] for each in self._behind])
+        constant = (
+            self._absorptivity * sunlight
+            + self.emissivity * long_wave
+            + convection * air_k
+            + wetting * wet_bulb_k(air_k, w.vapour_hpa)
+            + self._coupling * behind
+        )
+        return constant, convection + wetting + self._coupling
+
+
+def wet_bulb_k(air_k: float, vapour_hpa: float) -> float:
+    """Return the wet-bulb temperature of air by Stull (2011), who gives it for 5 to 99 % of humidity, within 1 K."""
+    celsius = air_k - 273.15
+    saturated_hpa = 6.11 * np.exp(17.6 * celsius / (celsius + 243.0))
+    percent = float(np.clip(100.0 * vapour_hpa / saturated_hpa, 5.0, 99.0))
+    return 273.15 + float(
+        celsius * np.arctan(0.151977 * np.sqrt(percent + 8.313659))
+        + np.arctan(celsius + percent)
+        - np.arctan(percent - 1.676331)
+        + 0.00391838 * percent**1.5 * np.arctan(0.023101 * percent)
+        - 4.686035
+    )
+
+
+def worn_k(weather: Weather, hour: float, insulation_clo: float, *, skin_k: float = 306.0) -> float:
+    """Return the temperature of the outside of clothes, in the shade: what passes through them, they give off.
+
+    ``(T_skin - T) / R = h (T - T_air) + 0.95 s (T⁴ - T_around⁴)``, with 0.155 m² K/W for each clo (ISO 9920) and half
+    of what is around being sky.
+
+    Args:
+        insulation_clo: 0.05 for skin itself, 0.6 for light clothes, 1 to 1.5 for a coat.
+        skin_k: of covered skin.
+    """
+    check("insulation_clo", insulation_clo > 0, "a number > 0", insulation_clo)
+    air_k = float(weather.air_k(hour))
+    resistance = _CLO_M2K_W * insulation_clo
+    convection = 5.7 + 3.8 * weather.wind_mps
+    around = 0.5 * float(weather.sky_wm2(hour)) + 0.5 * STEFAN_BOLTZMANN * air_k**4
+    kelvin = 0.5 * (skin_k + air_k)
+    for _ in range(8):  # Newton's method doubles the digits each time.
+        excess = (skin_k - kelvin) / resistance - convection * (kelvin - air_k)
+        excess += 0.95 * (around - STEFAN_BOLTZMANN * kelvin**4)
+        kelvin += excess / (1.0 / resistance + convection + 4.0 * 0.95 * STEFAN_BOLTZMANN * kelvin**3)
+    return kelvin
+
+
+def drawn_towards_k(now_k: float, goal_k: float, passed_s: float, time_constant_s: float) -> float:
+    """Return the temperature of something that warms up or cools down: ``goal + (now - goal) exp(-t / tau)``.
+
+    An engine under its bonnet warms up in about 600 s and cools in 3,000 s, tyres and brakes in 1,500 s.
+    """
+    check("time_constant_s", time_constant_s > 0, "a number > 0", time_constant_s)
+    return goal_k + (now_k - goal_k) * float(np.exp(-passed_s / time_constant_s))

@@ -1,0 +1,130 @@
+"""Waves of the sea as slopes on a periodic tile, and the heave of what floats on it.
+
+The surface is a sum of plane waves with the wave vectors of a square tile,
+
+    h(x, y, t) = Re sum_k A_k exp(i (k . (x, y) - w_k t)),   w² = g |k|
+
+(Tessendorf, "Simulating ocean water", 2001; deep water). ``|A_k|²`` follows the spectrum of a wind sea, k^-4 with the
+cut-off of Pierson and Moskowitz (1964) below the peak and cos² around the wind's direction; swell is a narrow band of
+long waves of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import ifft2
+
+from sim.checks import check_types, check_within
+
+TILE_M = 48.0
+CELLS = 128
+LEVELS = 4
+"""Of slopes: each next one has half as many cells a side, for water further away."""
+_GRAVITY_MPS2 = 9.81
+_FLOATED_ON_M = 4.0
+"""Boats ride on waves longer than this."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeaState:
+    """Waves of one day.
+
+    Attributes:
+        wind_wave_m: significant height of the waves that the wind makes. wind_rad: where they run to.
+        peak_m: their commonest wavelength.
+        swell_m: significant height of the swell. swell_length_m: its wavelength. swell_rad: where it runs to.
+        fine_slope: root mean square of the slopes of waves that are too short for the tile's cells.
+    """
+
+    wind_wave_m: float = 0.12
+    wind_rad: float = 0.0
+    peak_m: float = 3.0
+    swell_m: float = 0.05
+    swell_length_m: float = 20.0
+    swell_rad: float = 0.0
+    fine_slope: float = 0.05
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        check_within(self, "wind_wave_m swell_m", 0, 5)
+        check_within(self, "peak_m", 0.8, TILE_M)
+        check_within(self, "swell_length_m", 8, TILE_M)
+        check_within(self, "fine_slope", 0.01, 0.4)
+
+    @property
+    def significant_m(self) -> float:
+        """Significant height of all waves."""
+        return float(np.hypot(self.wind_wave_m, self.swell_m))
+
+
+class SeaWaves:
+    """The waves of one sea.
+
+    Attributes:
+        state: their statistics.
+        time_s: now.
+    """
+
+    def __init__(self, state: SeaState, rng: np.random.Generator) -> None:
+        self.state, self.time_s = state, 0.0
+        numbers = np.fft.fftfreq(CELLS, 1.0 / CELLS)
+        kx, ky = np.meshgrid(2 * np.pi / TILE_M * numbers, 2 * np.pi / TILE_M * numbers, indexing="xy")
+        k = np.hypot(kx, ky)
+        # Nyquist's rows have no negative partner; the mean level is the tide's.
+        usable = (k > 0) & (np.abs(kx) < kx.max()) & (np.abs(ky) < ky.max())
+        wave = np.where(usable, k, 1.0)
+        variance = _wind_sea(state, wave, kx, ky) + _swell(state, wave, kx, ky)
+        deviates = rng.normal(size=(2, CELLS, CELLS))
+        self._amplitude = np.where(usable, np.sqrt(variance) * (deviates[0] + 1j * deviates[1]), 0.0)
+        self._kx, self._ky, self._frequency = kx, ky, np.sqrt(_GRAVITY_MPS2 * k)
+        self._present = np.flatnonzero(np.abs(self._amplitude) > 0)
+
+    def slopes(self) -> NDArray[np.float32]:
+        """Return the slopes dh/dx and dh/dy (CELLS, CELLS, 2) now, rows along y; cell (i, j) is at
+        ``(j, i) * TILE_M / CELLS``.
+        """
+        running = self._running()
+        # The field sx + i sy: Re f has the spectrum (f(k) + f(-k)*) / 2.
+        height = 0.5 * (running + np.conj(np.roll(running[::-1, ::-1], (1, 1), (0, 1))))
+        field = ifft2((1j * self._kx - self._ky) * height).astype(np.complex64) * np.float32(CELLS**2)
+        return np.ascontiguousarray(field).view(np.float32).reshape(CELLS, CELLS, 2)
+
+    def heave(self, places_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return height (N,) above the tide and slope (N, 2) at places (N, 2), of waves long enough to lift a boat."""
+        k = np.hypot(self._kx, self._ky)
+        long = (k > 0) & (k < 2 * np.pi / _FLOATED_ON_M) & (np.abs(self._amplitude) > 0)
+        vector = np.stack([self._kx[long], self._ky[long]], axis=-1)
+        wave = self._running()[long] * np.exp(1j * (np.asarray(places_m, dtype=float) @ vector.T))
+        return wave.sum(-1).real, ((1j * wave) @ vector).real
+
+    def _running(self) -> NDArray[np.complex128]:
+        now: NDArray[np.complex128] = self._amplitude * np.exp(-1j * np.fmod(self._frequency * self.time_s, 2 * np.pi))
+        return now
+
+
+def _wind_sea(
+    state: SeaState, k: NDArray[np.float64], kx: NDArray[np.float64], ky: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the variance of each component's real and imaginary part."""
+    peak = 2.0 * np.pi / state.peak_m
+    along = (kx * np.cos(state.wind_rad) + ky * np.sin(state.wind_rad)) / k
+    spectrum = k**-4.0 * np.exp(-1.25 * (peak / k) ** 2) * np.where(along > 0, along**2, 0.0)
+    return _of_height(spectrum, state.wind_wave_m)
+
+
+def _swell(
+    state: SeaState, k: NDArray[np.float64], kx: NDArray[np.float64], ky: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """As ``_wind_sea``."""
+    peak = 2.0 * np.pi / state.swell_length_m
+    away = (kx - peak * np.cos(state.swell_rad)) ** 2 + (ky - peak * np.sin(state.swell_rad)) ** 2
+    return _of_height(np.exp(-0.5 * away / (0.25 * peak) ** 2), state.swell_m)
+
+
+def _of_height(spectrum: NDArray[np.float64], significant_m: float) -> NDArray[np.float64]:
+    """Return the spectrum scaled to waves of this significant height, four standard deviations of the surface."""
+    # A component with A = a + ib has the mean square (a² + b²) / 2 on the surface.
+    return spectrum / spectrum.sum() * (significant_m / 4.0) ** 2
