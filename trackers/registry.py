@@ -51,6 +51,7 @@ _MODULES = (
     "trackers.baselines.gap_methods",
     "trackers.blind.gap_places",
     "trackers.harbour_watch.tracker",
+    "trackers.paper_d.tracker",
 )
 """Modules that define trackers. Add yours here."""
 

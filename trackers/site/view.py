@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from trackers.types import CameraModel, Estimate
 
 _CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+_ROTATION_TOLERANCE = 1e-6
 _LEAST_DEPTH_M = 0.1
 """Nearer points are taken as behind the camera: their pixels would run to infinity."""
 
@@ -25,10 +26,15 @@ class SiteView:
     """
 
     def __init__(self, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> None:
-        """Raise ValueError for a pose that is not a (4, 4) matrix of finite numbers."""
+        """Raise ValueError for a matrix that is no pose: other than (4, 4), not finite, or without a rotation."""
         pose = np.array(T_world_camera, dtype=np.float64)
         if pose.shape != (4, 4) or not np.isfinite(pose).all():
             raise ValueError(f"T_world_camera: expected a (4, 4) matrix of finite numbers, got {pose.tolist()}")
+        R = pose[:3, :3]
+        if np.abs(R).max() > 2.0 or np.abs(R @ R.T - np.eye(3)).max() > _ROTATION_TOLERANCE or np.linalg.det(R) < 0:
+            raise ValueError(
+                f"T_world_camera: expected a rotation in its first three rows and columns, got {R.tolist()}"
+            )
         pose.flags.writeable = False
         self.camera, self.T_world_camera, self.place_m = camera, pose, pose[:3, 3]
         self._middle_px = 0.5 * np.array([camera.width_px, camera.height_px])

@@ -27,6 +27,14 @@ class WatchedVolume:
     height_m: float = 6.0
     bottom_m: float = -2.5
 
+    def __post_init__(self) -> None:
+        """Raise ValueError for numbers that are not finite, and for extents that are not positive."""
+        for name in ("depth_m", "width_m", "height_m"):
+            if not 0.0 < (extent_m := getattr(self, name)) < np.inf:
+                raise ValueError(f"{name}: expected metres > 0, got {extent_m}")
+        if not np.isfinite(self.bottom_m):
+            raise ValueError(f"bottom_m: expected a finite number of metres, got {self.bottom_m}")
+
 
 @dataclass(frozen=True, eq=False)
 class PlacedVolume:
@@ -57,12 +65,8 @@ def place(volume: WatchedVolume, camera: CameraModel, T_world_camera: NDArray[np
     """Place a volume: centred where the optical axis meets the ground, its depth along the horizontal line of sight.
 
     Raises:
-        ValueError: for a size that is not positive, and for a pose that is not finite, whose optical axis does not meet
-            the ground, or meets it straight below.
+        ValueError: for a pose that is none, whose optical axis does not meet the ground, or meets it straight below.
     """
-    size_m = np.array([volume.depth_m, volume.width_m, volume.height_m])
-    if not (np.isfinite(size_m).all() and (size_m > 0).all()):
-        raise ValueError(f"volume: expected depth, width and height > 0 in metres, got {size_m.tolist()}")
     view = SiteView(camera, T_world_camera)
     [aim_m] = view.on_plane(0.5 * np.array([[camera.width_px, camera.height_px]]), 0.0)
     if not np.isfinite(aim_m).all():
@@ -72,5 +76,6 @@ def place(volume: WatchedVolume, camera: CameraModel, T_world_camera: NDArray[np
     if distance_m < 1e-6 * abs(ahead[2]):
         raise ValueError("T_world_camera: expected a horizontal line of sight, got one straight down")
     x, y = ahead[:2] / distance_m
+    size_m = np.array([volume.depth_m, volume.width_m, volume.height_m])
     axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
     return PlacedVolume(np.array([*aim_m[:2], volume.bottom_m + 0.5 * volume.height_m]), axes, size_m)

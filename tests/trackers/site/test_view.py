@@ -7,21 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.trackers.drawn_harbour import looking
 from trackers.site.view import SiteView
 from trackers.types import CameraModel, Estimate
 
 CAMERA = CameraModel(384, 288, 770.0, band="thermal")
-
-
-def looking(place_m: NDArray[np.float64], at_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return T_world_camera (4, 4) of a camera that looks at a point, its horizon level."""
-    forward = (at_m - place_m) / np.linalg.norm(at_m - place_m)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    T = np.eye(4)
-    T[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
-    T[:3, 3] = place_m
-    return T
 
 
 def a_view(rng: np.random.Generator) -> SiteView:
@@ -84,6 +74,15 @@ def test_a_place_without_depth_is_nan_and_a_box_behind_is_none() -> None:
     assert view.estimate_of(view.place_m, np.ones(3), 0.0) is None
 
 
-def test_a_pose_that_is_not_finite_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"T_world_camera: expected a \(4, 4\) matrix of finite numbers"):
-        SiteView(CAMERA, np.full((4, 4), np.nan))
+@pytest.mark.parametrize(
+    ("pose", "message"),
+    [
+        (np.full((4, 4), np.nan), r"expected a \(4, 4\) matrix of finite numbers"),
+        (np.eye(3), r"expected a \(4, 4\) matrix"),
+        (np.diag([1.0, 1.0, 2.0, 1.0]), "expected a rotation"),
+        (np.diag([1.0, 1.0, -1.0, 1.0]), "expected a rotation"),
+    ],
+)
+def test_what_is_no_pose_is_refused(pose: NDArray[np.float64], message: str) -> None:
+    with pytest.raises(ValueError, match=f"T_world_camera: {message}"):
+        SiteView(CAMERA, pose)

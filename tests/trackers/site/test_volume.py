@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.trackers.site.test_view import CAMERA, looking
+from tests.trackers.drawn_harbour import CAMERA, looking
 from trackers.site.volume import WatchedVolume, place
 
 AIM_M = np.array([3.0, -2.0, 0.0])
@@ -58,5 +58,5 @@ def test_a_camera_that_looks_straight_down_is_refused() -> None:
 
 
 def test_a_size_that_is_not_positive_is_refused() -> None:
-    with pytest.raises(ValueError, match="volume: expected depth, width and height > 0"):
-        place(WatchedVolume(width_m=0.0), CAMERA, T_WORLD_CAMERA)
+    with pytest.raises(ValueError, match=r"width_m: expected metres > 0, got 0\.0"):
+        WatchedVolume(width_m=0.0)

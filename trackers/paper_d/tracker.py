@@ -1,0 +1,160 @@
+"""``eigen_swarm``: intruders before a thermal camera at rest, as paper D finds them.
+
+Paper D: eigenspaces of blocks as the likelihood of three-dimensional particles, in sets on a stack (`SYSTEMS.md`, D).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.paper_d.eigenspaces import BLOCK_PX, ENLARGED, BlockEigenspaces, learn, likelihood
+from trackers.paper_d.swarm import ParticleSet, Swarm, SwarmParameters
+from trackers.registry import register, register_variant, tunable
+from trackers.site.model_file import load_model, save_model
+from trackers.site.survey import Site, survey
+from trackers.site.view import SiteView
+from trackers.site.volume import WatchedVolume, place
+from trackers.types import CameraModel, Observation, Track
+
+_KIND = "eigen_swarm-1"
+_LONGEST_INTERVAL_S = 10.0
+"""Particles are not moved on for longer: after a gap in the video nothing is known of the objects' places."""
+
+
+@dataclass(frozen=True)
+class EigenSwarmParameters(SwarmParameters):
+    """Parameters of ``eigen_swarm``; see ``SwarmParameters`` for those of the particle sets.
+
+    Attributes:
+        volume: that is watched.
+        contribution: share of the variance that the eigenvectors of a block must make up, which gives D. The paper is
+            silent; chosen on development seeds.
+        gain: alpha of the sigmoid.
+        few_dimensions, threshold_few, threshold_many: v_D is ``threshold_few`` for D <= ``few_dimensions``, and
+            ``threshold_many`` above.
+    """
+
+    volume: WatchedVolume = field(default_factory=WatchedVolume)
+    contribution: float = tunable(0.95, 0.5, 0.999)
+    gain: float = 0.6
+    few_dimensions: int = 20
+    threshold_few: float = 15.0
+    threshold_many: float = 9.0
+
+
+@register(
+    "eigen_swarm",
+    role="as-written",
+    summary="block eigenspaces and sets of 3-D particles on a stack, of paper D",
+    suites=("harbour",),
+)
+class EigenSwarm:
+    """A ``MultiTracker`` of all that is not background. Without pictures of the background it answers nothing.
+
+    Silent is the paper on W, on how long a set detects, on D, on velocities at first (here zero) and on the confidence.
+    The confidence is the mean likelihood of a set's particles before resampling; it alters no answer.
+    """
+
+    Parameters = EigenSwarmParameters
+
+    def __init__(self, parameters: EigenSwarmParameters, rng: np.random.Generator) -> None:
+        self._parameters, self._rng = parameters, rng
+        self._begin(None, None)
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        """See ``MultiTracker``."""
+        size = (camera.height_px, camera.width_px)
+        greys = [each.image_rgb[..., 0] for each in background if each.image_rgb.shape[:2] == size]
+        spaces = learn(greys, self._parameters.contribution) if len(greys) > 1 else None
+        self._begin(spaces, survey(self._parameters.volume, camera, background))
+
+    def save_background(self, path: Path) -> Path:
+        """Write what ``start`` learnt, and the camera's calibration with it, and return the path.
+
+        Raises:
+            ValueError: before ``start``, or if it got no pictures or no pose of the camera.
+        """
+        if self._spaces is None or self._site is None:
+            raise ValueError("background: expected pictures and a pose to have been learnt from, got none")
+        spaces = self._spaces
+        arrays = {each.name: np.asarray(getattr(spaces, each.name)) for each in fields(spaces)}
+        return save_model(path, _KIND, self._site.view, arrays)
+
+    def start_from(self, path: Path, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> None:
+        """Start with a background that was saved before, in place of ``start``.
+
+        Raises:
+            ValueError: as ``load_model``, e.g. for the background of another camera; and as ``place``.
+        """
+        site = Site(SiteView(camera, T_world_camera), place(self._parameters.volume, camera, T_world_camera))
+        arrays = load_model(path, _KIND, site.view)
+        rows, columns = int(arrays.pop("rows")), int(arrays.pop("columns"))
+        self._begin(BlockEigenspaces(rows, columns, **arrays), site)
+
+    def _begin(self, spaces: BlockEigenspaces | None, site: Site | None) -> None:
+        self._spaces, self._site = spaces, site
+        self._swarm: Swarm | None = None
+        self._time_s = 0.0
+
+    def update(self, observation: Observation) -> list[Track]:
+        """See ``MultiTracker``."""
+        p, spaces, camera = self._parameters, self._spaces, observation.camera
+        if spaces is None or observation.image_rgb.shape[:2] != (camera.height_px, camera.width_px):
+            return []
+        if self._site is None:
+            self._site = survey(p.volume, camera, [observation])
+            if self._site is None:
+                return []
+        if self._swarm is None:
+            self._swarm = Swarm(p, self._site.volume, blocks_from_metres(self._site.view), self._rng)
+            self._time_s = observation.time_s
+        r = spaces.relative_variation(observation.image_rgb[..., 0])
+        dimensions = spaces.dimensions.reshape(r.shape)
+        f = likelihood(r, dimensions, p.gain, p.threshold_few, p.threshold_many, p.few_dimensions)
+        interval_s = min(max(observation.time_s - self._time_s, 0.0), _LONGEST_INTERVAL_S)
+        self._time_s = observation.time_s
+        tracks = [track_of(each, self._site.view) for each in self._swarm.step(f, interval_s)]
+        return [track for track in tracks if track is not None]
+
+
+def blocks_from_metres(view: SiteView) -> NDArray[np.float64]:
+    """Return the projection (3, 4) from the world in metres to columns and rows of blocks."""
+    camera = view.camera
+    R, C = view.T_world_camera[:3, :3], view.place_m
+    a_block_px = BLOCK_PX / ENLARGED
+    K = np.array(
+        [
+            [camera.focal_px / a_block_px, 0.0, 0.5 * camera.width_px / a_block_px],
+            [0.0, camera.focal_px / a_block_px, 0.5 * camera.height_px / a_block_px],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    return K @ np.column_stack([R.T, -R.T @ C])
+
+
+def track_of(each: ParticleSet, view: SiteView) -> Track | None:
+    """Return a set that tracks as a track; None if its region reaches behind the camera."""
+    region = each.region
+    if region is None:
+        return None
+    heading_rad = float(np.arctan2(region.a1[1], region.a1[0]))
+    estimate = view.estimate_of(region.centre_m, region.size_m, heading_rad)
+    if estimate is None:
+        return None
+    return Track(each.number, estimate, size_m=region.size_m, confidence=each.mean_likelihood)
+
+
+register_variant("eigen_swarm_no_direction", "eigen_swarm", summary="duplicates by (8) alone", uses_direction=False)
+register_variant("eigen_swarm_no_distance", "eigen_swarm", summary="duplicates by (7) alone", uses_distance=False)
+register_variant(
+    "eigen_swarm_duplicates",
+    "eigen_swarm",
+    summary="no duplicate is removed",
+    uses_direction=False,
+    uses_distance=False,
+)
