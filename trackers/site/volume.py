@@ -53,8 +53,7 @@ class PlacedVolume:
     def contains(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return (N,) whether world points (N, 3) lie inside, the sides included; NaN lies outside."""
         offsets_m = (np.asarray(points_m) - self.centre_m) @ self.axes.T
-        inside: NDArray[np.bool_] = (np.abs(offsets_m) <= 0.5 * self.size_m).all(axis=1)
-        return inside
+        return np.asarray((np.abs(offsets_m) <= 0.5 * self.size_m).all(axis=1))
 
     def scatter(self, rng: np.random.Generator, n: int) -> NDArray[np.float64]:
         """Draw world points (n, 3) uniformly over the volume."""
