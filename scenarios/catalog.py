@@ -50,6 +50,7 @@ _ENTRIES: tuple[Entry, ...] = (
         "stereo_people",
     ),
     Entry("fish-tank-v1", "scenarios.fish_tank.scenario:FISH_TANK", "frameout/FishTankFollow-v1", "shoal_chain"),
+    Entry("harbour-v1", "scenarios.harbour.scenario:HARBOUR"),
     Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
 """In order of publication: a later version of a scenario stands after an earlier one. Add yours here."""

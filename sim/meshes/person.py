@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.mesh import TexturedMesh
+from sim.mesh import Texture, TexturedMesh
 from sim.meshes import person_parts as shapes
 from sim.meshes.person_clothes import PATCHES, paint
 from sim.meshes.person_loft import SmoothShape
@@ -25,7 +25,11 @@ def person_parts(look: PersonLook, rng: np.random.Generator) -> dict[str, Textur
     Args:
         rng: of grain and folds of the clothes.
     """
-    texture = paint(look, rng)
+    return covered(look, paint(look, rng))
+
+
+def covered(look: PersonLook, texture: Texture) -> dict[str, TexturedMesh]:
+    """Return a person's parts by name under another texture, whose patches lie as in ``person_clothes.PATCHES``."""
     return {
         name: TexturedMesh(shape.vertices_m, shape.normals, shape.uv, shape.faces, texture)
         for name, shape in _shapes_of(look).items()

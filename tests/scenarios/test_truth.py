@@ -109,6 +109,7 @@ def test_what_is_left_out_is_what_says_so_and_nothing_else_differs(kind: Kind) -
                     assert (left[others] == -1).all()
         # The state of the others follows from their boxes alone.
         by_boxes = states_of(whole.camera, whole.truth.box_xyxy, np.full(len(others), np.nan))
+        by_boxes[whole.truth.state == "absent"] = "absent"
         assert_equal(np.where(others, by_boxes, whole.truth.state), less.truth.state, "state")
 
 

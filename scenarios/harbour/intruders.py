@@ -1,0 +1,219 @@
+"""The people, cars and boats that come and go: their bodies, poses on every frame, and temperatures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.harbour.clutter import AWAY, CAR_PAINTS, HULLS
+from scenarios.harbour.conditions import Conditions
+from scenarios.harbour.plan import Plan, Visit, draw_car, draw_person, names_of
+from scenarios.harbour.sea import float_poses, rocking
+from scenarios.harbour.warmth import (
+    BOAT_VIEW,
+    CAR_VIEW,
+    Clothes,
+    DayWarmth,
+    Kelvins,
+    boat_materials,
+    car_materials,
+    draw_clothes,
+    heated_k,
+    person_kelvins,
+)
+from sim.jointed_labels import JointedShape, SeenBody, joined, merge_parts, seen_body
+from sim.mesh import TexturedMesh
+from sim.meshes.boat import boat
+from sim.meshes.person import person_size_m
+from sim.meshes.thermal_paint import thermal_car, thermal_person
+from sim.motion.gait import part_poses, stride_length_m
+from sim.motion.skeleton import Skeleton, skeleton
+from sim.optics import PinholeCamera
+from sim.world import Body, World
+
+_NO_PICTURE = np.empty((0, 0), np.int32)
+_LEAST_SPEED_MPS = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class _Intruder:
+    """One visit's bodies.
+
+    Attributes:
+        bodies: its parts. shape: of its labels: of a boat, what is above its waterline.
+        size_m: (3,). bones: of a person, None for others. clothes: likewise.
+        materials, sky_view, heated_k (F, P): of a car or boat; see ``warmth``.
+    """
+
+    bodies: list[Body]
+    shape: JointedShape
+    size_m: NDArray[np.float64]
+    bones: Skeleton | None = None
+    clothes: Clothes | None = None
+    materials: tuple[str, ...] = ()
+    sky_view: float = 0.0
+    heated_k: NDArray[np.float64] | None = None
+
+
+class Intruders:
+    """N visits of people, cars and boats as bodies of a world.
+
+    Attributes:
+        names, kinds: (N,).
+        size_m: (N, 3) length, width and height; of a boat the height above its waterline.
+        instance_id: (N,) id of all parts of one in maps, see ``merge``.
+        present: (F, N). T_world_object: (F, N, 4, 4), see ``Truth``; those of who is absent are far below the ground.
+        speed_mps: (F, N), 0 for who is absent.
+    """
+
+    def __init__(
+        self, world: World, plan: Plan, conditions: Conditions, time_s: NDArray[np.float64], rng: np.random.Generator
+    ) -> None:
+        self._world = world
+        self.names = tuple(names_of(plan.visits))
+        self.kinds = tuple(each.kind for each in plan.visits)
+        mean_air_k = conditions.days[-1].weather.mean_air_k
+        makers = {"person": self._person, "car": self._car, "boat": self._boat}
+        self._all = [
+            makers[visit.kind](visit, name, time_s, mean_air_k, rng)
+            for visit, name in zip(plan.visits, self.names, strict=True)
+        ]
+        self.size_m = np.array([each.size_m for each in self._all])
+        self.instance_id = np.array([each.bodies[0].index for each in self._all])
+        self._merged_id = np.arange(len(world.bodies), dtype=np.int32)
+        for each in self._all:
+            self._merged_id[[body.index for body in each.bodies]] = each.bodies[0].index
+        self._plan_poses(plan, conditions, time_s, rng)
+        self._part_poses: list[NDArray[np.float64]] = [AWAY[None]] * len(self._all)
+        self._here: set[int] = set()
+
+    def _person(
+        self, visit: Visit, name: str, time_s: NDArray[np.float64], mean_air_k: float, rng: np.random.Generator
+    ) -> _Intruder:
+        look = draw_person(rng)
+        meshes = list(thermal_person(look, rng).values())
+        bones, clothes = skeleton(look.stature_m, look.build), draw_clothes(mean_air_k, rng)
+        return _Intruder(self._bodies(meshes, name, "person"), joined(meshes), person_size_m(look), bones, clothes)
+
+    def _car(
+        self, visit: Visit, name: str, time_s: NDArray[np.float64], mean_air_k: float, rng: np.random.Generator
+    ) -> _Intruder:
+        look = draw_car(rng)
+        mesh = thermal_car(look.model, look.factors)
+        materials = car_materials(str(rng.choice(CAR_PAINTS)))
+        heated = heated_k("car", time_s, visit.engine_s)
+        return _Intruder(
+            self._bodies([mesh], name, "car"),
+            joined([mesh]),
+            mesh.size_m.astype(float),
+            materials=materials,
+            sky_view=CAR_VIEW,
+            heated_k=heated,
+        )
+
+    def _boat(
+        self, visit: Visit, name: str, time_s: NDArray[np.float64], mean_air_k: float, rng: np.random.Generator
+    ) -> _Intruder:
+        length = float(rng.uniform(6.5, 9.5))
+        mesh = boat(str(rng.choice(["fisher", "launch"], p=[0.7, 0.3])), length, length * float(rng.uniform(0.3, 0.36)))
+        dry = mesh.vertices_m.copy()
+        dry[:, 2] = np.maximum(dry[:, 2], 0.0)
+        above = TexturedMesh(dry, mesh.normals, mesh.uv, mesh.faces, mesh.texture)
+        return _Intruder(
+            self._bodies([mesh], name, "boat"),
+            joined([above]),
+            above.size_m.astype(float),
+            materials=boat_materials(str(rng.choice(HULLS))),
+            sky_view=BOAT_VIEW,
+            heated_k=heated_k("boat", time_s, visit.engine_s),
+        )
+
+    def _bodies(self, meshes: list[TexturedMesh], name: str, category: str) -> list[Body]:
+        return [
+            self._world.add(mesh, AWAY, name=f"{name} {k}", category=category, movable=True)
+            for k, mesh in enumerate(meshes)
+        ]
+
+    def _plan_poses(
+        self, plan: Plan, conditions: Conditions, time_s: NDArray[np.float64], rng: np.random.Generator
+    ) -> None:
+        shape = len(time_s), len(plan.visits)
+        self.present = np.zeros(shape, np.bool_)
+        self.speed_mps, self._phase_rad = np.zeros(shape), np.zeros(shape)
+        self.T_world_object = np.tile(AWAY, (*shape, 1, 1))
+        level_m = conditions.tide.level_m(time_s)
+        waves_m = np.full(len(time_s), conditions.days[-1].waves.significant_m)
+        for k, (visit, one) in enumerate(zip(plan.visits, self._all, strict=True)):
+            here = (time_s >= visit.begin_s) & (time_s < visit.end_s)
+            place, heading, speed = visit.journey.at(time_s)
+            flat = np.zeros(len(time_s))
+            height, roll, pitch = flat, flat, flat
+            if visit.kind == "boat":
+                rocked = rocking(time_s, waves_m, float(one.size_m[0]), rng)
+                height, roll, pitch = level_m + rocked.heave_m, rocked.roll_rad, rocked.pitch_rad
+            poses = float_poses(np.column_stack([place, height]), heading, roll, pitch)
+            self.present[:, k], self.speed_mps[:, k] = here, np.where(here, speed, 0.0)
+            self.T_world_object[here, k] = poses[here]
+            if one.bones is not None:
+                walked_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))])
+                typical = float(np.median(speed[here & (speed > 0)])) if (here & (speed > 0)).any() else 1.3
+                self._phase_rad[:, k] = 2.0 * np.pi * walked_m / stride_length_m(one.bones.stature, typical)
+
+    def move_to(self, frame: int) -> None:
+        """Move all to their poses on a frame."""
+        here = set(np.flatnonzero(self.present[frame]).tolist())
+        for k in self._here - here:
+            self._put(k, np.tile(AWAY, (len(self._all[k].bodies), 1, 1)))
+        for k in sorted(here):
+            one, pose = self._all[k], self.T_world_object[frame, k]
+            if one.bones is None:
+                self._put(k, pose[None])
+            else:
+                speed = float(self.speed_mps[frame, k])
+                walks = speed if speed > _LEAST_SPEED_MPS else 0.0
+                self._put(k, part_poses(one.bones, pose, float(self._phase_rad[frame, k]), walks))
+        self._here = here
+
+    def take_out(self) -> None:
+        """Move all out of sight, until the next ``move_to``."""
+        for k in self._here:
+            self._put(k, np.tile(AWAY, (len(self._all[k].bodies), 1, 1)))
+        self._here = set()
+
+    def _put(self, k: int, poses: NDArray[np.float64]) -> None:
+        self._part_poses[k] = poses
+        self._world.move_all(self._all[k].bodies, poses)
+
+    def warmth_kinds(self) -> set[tuple[str, float]]:
+        """Return the materials and shares of sky of all cars and boats."""
+        return {(name, each.sky_view) for each in self._all for name in each.materials}
+
+    def kelvins(self, frame: int, k: int, warmth: DayWarmth) -> tuple[list[Body], Kelvins]:
+        """Return the bodies of one of them, and the temperatures of its parts."""
+        one = self._all[k]
+        if one.clothes is not None:
+            return one.bodies, person_kelvins(one.clothes, warmth)
+        shaded, sunlit, emissivity = warmth.of(one.materials, one.sky_view)
+        extra = np.zeros(len(shaded)) if one.heated_k is None else one.heated_k[frame]
+        return one.bodies, (shaded + extra, sunlit + extra, emissivity)
+
+    def merge(self, instance_map: NDArray[np.int32]) -> None:
+        """Replace the ids of parts in a map (H, W) by one id per intruder."""
+        merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
+
+    def seen(
+        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], merged: NDArray[np.int32] | None, k: int
+    ) -> SeenBody:
+        """Return the visible part of one of them in a merged map, only its box without a map."""
+        own = int(self.instance_id[k])
+        return seen_body(
+            self._all[k].shape,
+            self._part_poses[k],
+            camera,
+            T_world_camera,
+            _NO_PICTURE if merged is None else merged,
+            own,
+            hiders=self.instance_id[self.instance_id != own],
+        )

@@ -1,0 +1,94 @@
+"""Presets of ``harbour``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sim.checks import check, check_types, check_within
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Harbour:
+    """Configuration of an episode; pairs are ranges of a uniform draw.
+
+    Attributes:
+        summary: one line.
+        frame_count, rate_hz: number of frames, and frames per second.
+        width_px, height_px: of each picture; it always shows the whole site.
+        closed_loop: True if commands steer a second camera, False if there is none.
+        people, cars, boats: how many come in all; who gets out of a car counts as another person than who got in.
+        cars_before: how many of the cars have stood since before the first picture.
+        start_h: solar time of the first picture. day_of_year: 1 to 366.
+        cloud, wind_mps, rain_mm_h, swell_m: of the day; swell is its significant height.
+        background: pictures without intruders before the first frame, evenly over three days.
+    """
+
+    summary: str
+    frame_count: int = 2100
+    rate_hz: float = 0.5
+    width_px: int = 384
+    height_px: int = 288
+    closed_loop: bool = False
+    people: int = 15
+    cars: int = 4
+    boats: int = 2
+    cars_before: int = 1
+    start_h: Range = (7.0, 19.0)
+    day_of_year: tuple[int, int] = (60, 330)
+    cloud: Range = (0.0, 1.0)
+    wind_mps: Range = (0.5, 7.0)
+    rain_mm_h: Range = (0.0, 0.0)
+    swell_m: Range = (0.02, 0.15)
+    background: int = 400
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        check_within(self, "frame_count", 2)
+        check_within(self, "rate_hz", 0, above=True)
+        check_within(self, "width_px height_px", 32, 4096)
+        check_within(self, "people", 1, 60)
+        check_within(self, "cars", 0, 6)
+        check_within(self, "boats", 0, 4)
+        check_within(self, "cars_before", 0, 2)
+        check("cars_before", self.cars_before <= self.cars, f"at most cars = {self.cars}", self.cars_before)
+        check_within(self, "start_h", 0, 24)
+        check_within(self, "day_of_year", 1, 366)
+        check_within(self, "cloud", 0, 1)
+        check_within(self, "wind_mps", 0, 20)
+        check_within(self, "rain_mm_h", 0, 20)
+        check_within(self, "swell_m", 0, 1)
+        check_within(self, "background", 0, 2000)
+
+
+PRESETS = {
+    "standard": Harbour("70 minutes by day, in any weather"),
+    "hard": Harbour(
+        "a night without contrast: swell, rain, wind",
+        start_h=(20.5, 23.5),
+        cloud=(0.9, 1.0),
+        wind_mps=(4.0, 9.0),
+        rain_mm_h=(0.5, 3.0),
+        swell_m=(0.25, 0.45),
+    ),
+    "quick": Harbour(
+        "two minutes with a person, a car and a boat",
+        frame_count=60,
+        people=3,
+        cars=1,
+        boats=1,
+        cars_before=0,
+        background=40,
+    ),
+    "paper-d": Harbour(
+        "the paper's experiment: 70 minutes from six in the morning of a day in June",
+        cars=3,
+        boats=1,
+        start_h=(6.0, 6.0),
+        day_of_year=(152, 181),
+        cloud=(0.1, 0.6),
+        wind_mps=(1.0, 4.0),
+        swell_m=(0.03, 0.1),
+    ),
+}

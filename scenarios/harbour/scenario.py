@@ -1,0 +1,56 @@
+"""The scenario ``harbour-v1``: a harbour through a thermal camera; people, cars and boats come and go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from scenarios.harbour.episode import TARGET, HarbourEpisode
+from scenarios.harbour.presets import PRESETS, Harbour
+from scenarios.scenario import RendererName, preset_of
+from scenarios.truth import TruthExtent
+from sim.checks import check
+from sim.rng import episode_seed
+from trackers.types import Carrier
+
+POST = Carrier("harbour-post", (), "around")
+"""What the overview camera stands on."""
+
+
+@dataclass(frozen=True)
+class HarbourScenario:
+    """See ``scenarios.scenario.Scenario``."""
+
+    id: str = "harbour-v1"
+    summary: str = "a harbour through a thermal camera; people, cars and boats come and go"
+    start: str = "pictures of three earlier days without intruders, and the surveyed pose of the camera"
+    target: str = TARGET
+    carrier: Carrier = POST
+    pictureless: None = None
+    presets: dict[str, Harbour] = field(default_factory=lambda: dict(PRESETS))
+
+    def episode(
+        self,
+        preset: str | Harbour,
+        seed: int,
+        *,
+        renderer: RendererName = "raster",
+        closed_loop: bool | None = None,
+        truth: TruthExtent = "all",
+    ) -> HarbourEpisode:
+        """Build one episode.
+
+        Args:
+            seed: any whole number >= 0; 10,000 to 19,999 is the test split.
+            closed_loop: True is refused: the camera is at rest.
+            truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
+
+        Raises:
+            ValueError: for an unknown preset or renderer, a negative seed, or a closed loop.
+        """
+        configuration = preset_of(self, preset)
+        looped = configuration.closed_loop if closed_loop is None else closed_loop
+        check("closed_loop", not looped, "False, since the camera is at rest", looped)
+        return HarbourEpisode(configuration, episode_seed(seed, self.id, 0), renderer, looped, truth)
+
+
+HARBOUR = HarbourScenario()

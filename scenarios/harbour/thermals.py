@@ -1,0 +1,107 @@
+"""The thermal shader of the harbour at any time of the episode and of the days before."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.harbour.clutter import Clutter
+from scenarios.harbour.conditions import DAYS_BEFORE, Conditions
+from scenarios.harbour.intruders import Intruders
+from scenarios.harbour.scenery import Surface
+from scenarios.harbour.warmth import DayWarmth, gull_kelvins, wet_wall
+from sim.shaders.thermal import ThermalShader
+from sim.shaders.thermal_sea import Sea
+from sim.thermal.waves import SeaWaves
+from sim.world import World
+
+_SHADOW_REACH_M = 75.0
+_STEP_FRAMES = 15
+"""Temperatures are set anew this often: half a minute, in which none changes by more than the noise of a pixel."""
+_SUN_STEP_H = 1.0 / 6.0
+_REMEMBERED = np.array([0.45, 0.3, 0.25])
+"""Shares of the sun's latest positions, ``_SUN_STEP_H`` apart, in what sunlight has warmed."""
+
+
+class Thermals:
+    """Sets temperatures, sun, air and waves of a shader by the time.
+
+    Attributes:
+        shader: of the world.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        conditions: Conditions,
+        scenery: list[Surface],
+        clutter: Clutter,
+        intruders: Intruders,
+        rng: np.random.Generator,
+    ) -> None:
+        self._conditions, self._clutter, self._intruders = conditions, clutter, intruders
+        self._wall, self._surfaces = scenery[0], [*scenery[1:], *clutter.surfaces]
+        self._kinds = {(name, each.sky_view) for each in (*scenery, *clutter.surfaces) for name in each.materials}
+        self._kinds |= intruders.warmth_kinds()
+        self.shader = ThermalShader(world, _SHADOW_REACH_M)
+        keys = rng.integers(2**31, size=DAYS_BEFORE + 1)
+        self._seas = [
+            Sea(clutter.sea, SeaWaves(day.waves, np.random.default_rng(int(key))), day.weather.sea_k)
+            for day, key in zip(conditions.days, keys, strict=True)
+        ]
+        self._warmth: dict[int, DayWarmth] = {}
+        self._shown: tuple[float, int, frozenset[int]] | None = None
+
+    def set_time(self, time_s: float, frame: int | None) -> None:
+        """Set all to a time; ``frame`` is None on the days before."""
+        day = self._conditions.day_at(time_s)
+        sea = self.shader.sea = self._seas[day]
+        sea.waves.time_s = time_s
+        step = time_s if frame is None else (frame // _STEP_FRAMES) * (time_s / frame if frame else 0.0)
+        here: frozenset[int] = frozenset()
+        if frame is not None:
+            here = frozenset(np.flatnonzero(self._intruders.present[frame]).tolist())
+        wanted = (step, day, here)
+        if wanted == self._shown:
+            return
+        if self._shown is None or wanted[:2] != self._shown[:2]:
+            self._set_world(step, day)
+        warmth = self._warmth[day]
+        for k in sorted(here):
+            bodies, kelvins = self._intruders.kelvins(frame or 0, k, warmth)
+            for body in bodies:
+                self.shader.set_parts(body, *kelvins)
+        self._shown = wanted
+
+    def _set_world(self, time_s: float, day: int) -> None:
+        hour = self._conditions.hour(time_s)
+        warmth = self._of_day(day)
+        warmth.at(hour)
+        set_parts = self.shader.set_parts
+        for surface in self._surfaces:
+            set_parts(surface.body, *warmth.of(surface.materials, surface.sky_view))
+        dry = warmth.of(self._wall.materials, self._wall.sky_view)
+        set_parts(self._wall.body, *wet_wall(dry, warmth.weather.sea_k, self._conditions, time_s))
+        feathers = gull_kelvins(warmth)
+        for gull in self._clutter.gulls:
+            set_parts(gull, *feathers)
+        self.shader.set_air(warmth.weather.air(hour))
+        self.shader.set_sun(*_suns(warmth, hour))
+
+    def _of_day(self, day: int) -> DayWarmth:
+        if day not in self._warmth:
+            first_h = self._conditions.start_h + 24.0 * (day - DAYS_BEFORE)
+            last_h = first_h + (24.0 if day < DAYS_BEFORE else self._conditions.episode_h)
+            self._warmth[day] = DayWarmth(self._conditions.days[day], self._kinds, first_h, last_h)
+        return self._warmth[day]
+
+
+def _suns(warmth: DayWarmth, hour: float) -> tuple[list[NDArray[np.float64]], list[float]]:
+    """Return the positions that surfaces remember, on a grid of times, with weights that pass on smoothly."""
+    place = hour / _SUN_STEP_H
+    first = int(np.floor(place))
+    share = place - first
+    weights = (1.0 - share) * np.concatenate([[0.0], _REMEMBERED]) + share * np.concatenate([_REMEMBERED, [0.0]])
+    towards = [warmth.weather.towards_sun((first + 1 - k) * _SUN_STEP_H) for k in range(len(weights))]
+    up = [(each, float(weight)) for each, weight in zip(towards, weights, strict=True) if each[2] > 0.02]
+    return [each for each, _ in up], [weight for _, weight in up]
