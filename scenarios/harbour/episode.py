@@ -64,7 +64,7 @@ class HarbourEpisode(Stage):
         looks = generator(seed, "looks")
         self._intruders = Intruders(world, plan, self._conditions, self._time_s, looks)
         self._thermals = Thermals(
-            world, self._conditions, scenery, self._clutter, self._intruders, generator(seed, "waves")
+            world, self._conditions, scenery, self._clutter, self._intruders, preset.rate_hz, generator(seed, "waves")
         )
         self._afloat = self._clutter.afloat(self._time_s, before=False)
         self._config = ThermalConfig(rate_hz=preset.rate_hz)
@@ -104,7 +104,7 @@ class HarbourEpisode(Stage):
     def _move_to(self, frame: int) -> None:
         self._intruders.move_to(frame)
         self._clutter.move_to(self._afloat, frame, DAYS_BEFORE)
-        self._thermals.set_time(float(self._time_s[frame]), frame)
+        self._thermals.show_frame(frame)
 
     def _overview(self, world: World) -> SingleCamera:
         """Return the overview camera; all have the same pattern of pixels, as there is only one."""
@@ -122,7 +122,7 @@ class HarbourEpisode(Stage):
         pictures = []
         for k, each in enumerate(time_s.tolist()):
             self._clutter.move_to(afloat, k, self._conditions.day_at(each))
-            self._thermals.set_time(each, None)
+            self._thermals.show_earlier(each)
             frame = _BACKGROUND_FROM + round((each - time_s[0]) * self.rate_hz)
             seen = camera.take(self._shader, self._T_world_camera, frame).picture
             pictures.append(self._observed(seen, each))

@@ -145,7 +145,7 @@ def _at_berth(moored: Moored, level_m: NDArray[np.float64]) -> NDArray[np.float6
 def _rope_ends(
     moored: Moored, T_boat: NDArray[np.float64], level_m: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return both ends (..., ropes, 3) of the ropes of a boat at poses (..., 4, 4): on deck, and ashore or at a buoy."""
+    """Return both ends (..., ropes, 3) of the ropes of a boat at poses (..., 4, 4): on deck, and ashore."""
     half, deck = 0.5 * moored.length_m, 0.11 * moored.length_m
     if moored.swings:
         cleats = np.array([(0.94 * half, 0.0, 1.2 * deck)])

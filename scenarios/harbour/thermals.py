@@ -37,9 +37,11 @@ class Thermals:
         scenery: list[Surface],
         clutter: Clutter,
         intruders: Intruders,
+        rate_hz: float,
         rng: np.random.Generator,
     ) -> None:
         self._conditions, self._clutter, self._intruders = conditions, clutter, intruders
+        self._rate_hz = rate_hz
         self._wall, self._surfaces = scenery[0], [*scenery[1:], *clutter.surfaces]
         self._kinds = {(name, each.sky_view) for each in (*scenery, *clutter.surfaces) for name in each.materials}
         self._kinds |= intruders.warmth_kinds()
@@ -50,30 +52,32 @@ class Thermals:
             for day, key in zip(conditions.days, keys, strict=True)
         ]
         self._warmth: dict[int, DayWarmth] = {}
-        self._shown: tuple[float, int, frozenset[int]] | None = None
+        self._shown: tuple[int, frozenset[int]] | None = None
 
-    def set_time(self, time_s: float, frame: int | None) -> None:
-        """Set all to a time; ``frame`` is None on the days before."""
-        day = self._conditions.day_at(time_s)
-        sea = self.shader.sea = self._seas[day]
-        sea.waves.time_s = time_s
-        step = time_s if frame is None else (frame // _STEP_FRAMES) * (time_s / frame if frame else 0.0)
-        here: frozenset[int] = frozenset()
-        if frame is not None:
-            here = frozenset(np.flatnonzero(self._intruders.present[frame]).tolist())
-        wanted = (step, day, here)
-        if wanted == self._shown:
+    def show_frame(self, frame: int) -> None:
+        """Set all to a frame of the episode; temperatures are those of every ``_STEP_FRAMES``-th one."""
+        step = frame // _STEP_FRAMES * _STEP_FRAMES
+        here = frozenset(np.flatnonzero(self._intruders.present[frame]).tolist())
+        self._seas[DAYS_BEFORE].waves.time_s = frame / self._rate_hz
+        if (step, here) == self._shown:
             return
-        if self._shown is None or wanted[:2] != self._shown[:2]:
-            self._set_world(step, day)
-        warmth = self._warmth[day]
+        if self._shown is None or self._shown[0] != step:
+            self._set_world(step / self._rate_hz, DAYS_BEFORE)
         for k in sorted(here):
-            bodies, kelvins = self._intruders.kelvins(frame or 0, k, warmth)
+            bodies, kelvins = self._intruders.kelvins(step, k, self._warmth[DAYS_BEFORE])
             for body in bodies:
                 self.shader.set_parts(body, *kelvins)
-        self._shown = wanted
+        self._shown = step, here
+
+    def show_earlier(self, time_s: float) -> None:
+        """Set all to a time on the days before."""
+        day = self._conditions.day_at(time_s)
+        self._seas[day].waves.time_s = time_s
+        self._set_world(time_s, day)
+        self._shown = None
 
     def _set_world(self, time_s: float, day: int) -> None:
+        self.shader.sea = self._seas[day]
         hour = self._conditions.hour(time_s)
         warmth = self._of_day(day)
         warmth.at(hour)

@@ -141,7 +141,7 @@ def excess_k(
 
 CAR_VIEW, BOAT_VIEW = 0.7, 0.7
 _CAR_HEATED = {
-    # Goal, warms, cools. Bonnets of cars that have driven are 15 to 25 K warmer than the car, tyres and brakes 10 to 40.
+    # Goal, warms, cools. Bonnets of cars that have driven are 15 to 25 K warmer than before, tyres and brakes 10 to 40.
     CarPart.BONNET: (20.0, 500.0, 2400.0),
     CarPart.GLASS: (4.0, 400.0, 900.0),
     CarPart.TYRE: (12.0, 500.0, 1500.0),
