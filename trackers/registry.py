@@ -52,6 +52,7 @@ _MODULES = (
     "trackers.blind.gap_places",
     "trackers.harbour_watch.tracker",
     "trackers.paper_d.tracker",
+    "trackers.baselines.ground_foreground",
 )
 """Modules that define trackers. Add yours here."""
 
