@@ -104,7 +104,8 @@ def median_and_noise(samples: NDArray[np.uint8]) -> tuple[Grey, NDArray[np.float
     """
     half = samples.shape[-1] // 2
     middle = np.partition(samples, half, axis=-1)[..., half]
-    away = np.partition(cv2.absdiff(samples, np.broadcast_to(middle[..., None], samples.shape)), half, axis=-1)
+    beside = middle[..., None]
+    away = np.partition(np.maximum(samples, beside) - np.minimum(samples, beside), half, axis=-1)
     return middle, np.maximum(_NORMAL_MAD * away[..., half], _LEAST_NOISE).astype(np.float32)
 
 

@@ -1,0 +1,95 @@
+"""The linker of the harbour's baselines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.trackers.drawn_harbour import VIEW
+from trackers.baselines.ground_blobs import Blob
+from trackers.baselines.ground_linker import GroundLinker, LinkParameters
+from trackers.estimate_check import check_tracks
+
+COVARIANCE_M2 = np.diag([0.6, 0.15]) ** 2
+PARAMETERS = LinkParameters(
+    start_speed_mps=1.5, acceleration_mps2=0.3, most_missed=3, least_hits=2, sure_strength=20.0, hit_doubt=0.8
+)
+
+
+def blob(x_m: float, y_m: float, strength: float = 50.0) -> Blob:
+    [px], _ = VIEW.project(np.array([[x_m, y_m, 0.0]]))
+    box_xyxy = np.array([px[0] - 2, px[1] - 13, px[0] + 2, px[1]])
+    return Blob(np.array([x_m, y_m]), COVARIANCE_M2, box_xyxy, np.array([0.5, 0.5, 1.7]), strength, 1.0)
+
+
+def test_two_people_who_pass_each_other_keep_their_identities() -> None:
+    linker, rng = GroundLinker(PARAMETERS, VIEW), np.random.default_rng(0)
+    met = []
+    for k in range(20):
+        places_m = [(0.0, -12 + 1.2 * k), (3.0, 12 - 1.2 * k)]
+        noise = rng.multivariate_normal(np.zeros(2), COVARIANCE_M2, 2)
+        order = rng.permutation(2)
+        tracks = linker.follow([blob(*(places_m[i] + noise[i])) for i in order], 2.0 * k)
+        check_tracks(tracks)
+        met.append({each.identity: VIEW.place_of(each.estimate)[:2] for each in tracks})
+    assert [set(each) for each in met[1:]] == [{0, 1}] * 19
+    for k in (5, 19):
+        y_m = [met[k][identity][1] for identity in (0, 1)]
+        true_m = [-12 + 1.2 * k, 12 - 1.2 * k]
+        start = met[1][0][1] > 0
+        np.testing.assert_allclose(y_m, true_m[::-1] if start else true_m, atol=0.6)
+
+
+def test_the_filter_is_nearer_to_the_truth_than_the_blobs() -> None:
+    linker, rng = GroundLinker(PARAMETERS, VIEW), np.random.default_rng(1)
+    errors_m = []
+    for k in range(60):
+        true_m = np.array([-10 + 0.3 * k, -9 + 0.3 * k])
+        noise = rng.multivariate_normal(np.zeros(2), COVARIANCE_M2)
+        for track in linker.follow([blob(*(true_m + noise))], 2.0 * k):
+            errors_m.append([np.hypot(*(VIEW.place_of(track.estimate)[:2] - true_m)), np.hypot(*noise)])
+    filtered_m, measured_m = np.mean(errors_m, axis=0)
+    assert filtered_m < 0.9 * measured_m
+
+
+def test_a_track_waits_for_its_object_and_then_ends() -> None:
+    linker = GroundLinker(PARAMETERS, VIEW)
+    assert linker.follow([blob(0, 0)], 0.0) == []
+    [first] = linker.follow([blob(0, 0.5)], 2.0)
+    for k in range(3):
+        [waiting] = linker.follow([], 4.0 + 2.0 * k)
+        assert waiting.identity == first.identity
+    assert waiting.confidence is not None
+    assert first.confidence is not None
+    assert waiting.confidence < 0.2 * first.confidence
+    assert linker.follow([], 10.0) == []
+    linker.follow([blob(0, 0)], 12.0)
+    [new] = linker.follow([blob(0, 0)], 14.0)
+    assert new.identity != first.identity
+
+
+def test_an_object_far_away_is_another_one() -> None:
+    linker = GroundLinker(PARAMETERS, VIEW)
+    for k in range(4):
+        linker.follow([blob(0, 0)], 2.0 * k)
+    linker.follow([blob(0, 15)], 8.0)
+    identities = [each.identity for each in linker.follow([blob(0, 15)], 10.0)]
+    assert identities == [0, 1]
+
+
+def test_confidence_grows_with_strength_and_age() -> None:
+    def confidence(strength: float, pictures: int) -> float:
+        linker = GroundLinker(PARAMETERS, VIEW)
+        for k in range(pictures):
+            tracks = linker.follow([blob(0, 0, strength)], 2.0 * k)
+        assert tracks[0].confidence is not None
+        return tracks[0].confidence
+
+    assert confidence(10, 3) < confidence(40, 3) < confidence(40, 9)
+
+
+@pytest.mark.parametrize("time_s", [[0.0, 0.0, 0.0], [0.0, -50.0, 1e7]])
+def test_odd_times_break_nothing(time_s: list[float]) -> None:
+    linker = GroundLinker(PARAMETERS, VIEW)
+    for each in time_s:
+        check_tracks(linker.follow([blob(0, 0), blob(1, 1)], each))
