@@ -34,7 +34,7 @@ SHORT = 64
 
 
 class Visible(NamedTuple):
-    """A picture whose nearest triangles are known, see ``draw_picture``; maps are (H, W).
+    """A picture whose nearest triangles are known, see ``draw_bodies``; maps are (H, W).
 
     Attributes:
         depth_m, instance_id: see ``GBuffer``; ids are written row by row.

@@ -8,38 +8,19 @@ from numpy.typing import NDArray
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
 from sim.render.attributes import Drawn, Visible, new_resolve_scratch, resolve_picture, resolve_row
+from sim.render.canvas import Canvas
 from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
 from sim.render.scene import SceneArrays, pack_scene
 from sim.render.textures import TexturePool
 from sim.render.view import camera_view
-from sim.render.visibility import draw_picture, new_triangle_table
+from sim.render.visibility import draw_bodies
 from sim.world import World
 
 
-class Canvas:
-    """What one picture is drawn on; it is drawn over by the next one.
-
-    Attributes:
-        nearness, triangle: see ``Visible``; (0, 0) before the first picture.
-        table: see there.
-    """
-
-    def __init__(self) -> None:
-        self.nearness = np.empty((0, 0), np.float32)
-        self.triangle = np.empty((0, 0), np.int32)
-        self.table = new_triangle_table(0)
-
-    def fit(self, shape: tuple[int, int], faces: int) -> None:
-        """Make room for pictures of this shape (H, W) and this number of faces."""
-        if self.nearness.shape != shape:
-            self.nearness, self.triangle = np.empty(shape, np.float32), np.empty(shape, np.int32)
-        if len(self.table.whole) != faces + 1:
-            self.table = new_triangle_table(faces)
-
-
 class Raster:
-    """Draws a world. Bodies may be added and moved between pictures; shapes and textures are packed once.
+    """Draws a world. Bodies may be added and moved between pictures; shapes and textures are packed once. What did not
+    move before a camera at rest is not drawn again.
 
     Attributes:
         resolving: see ``sim.render.pipeline.RowRenderer``.
@@ -53,7 +34,7 @@ class Raster:
         self._canvas = Canvas()
         self._scene: SceneArrays
         self._textures: TexturePool
-        announce_compilation(draw_picture)
+        announce_compilation(draw_bodies)
 
     def gbuffer(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
@@ -105,23 +86,11 @@ class Raster:
             arrays that the next call with this canvas overwrites.
         """
         self._pack()
-        shape = (camera.height_px, camera.width_px)
         on = self._canvas if canvas is None else canvas
-        on.fit(shape, len(self._scene.faces))
-        draw_picture(
-            self._scene,
-            self._textures,
-            self._world.poses,
-            camera_view(camera, T_world_camera, pixel_offset),
-            self._projected,
-            on.table,
-            on.nearness,
-            on.triangle,
-        )
-        return Drawn(self._textures, on.table, on.nearness, on.triangle)
+        view, shape = camera_view(camera, T_world_camera, pixel_offset), (camera.height_px, camera.width_px)
+        return on.draw(self._scene, self._textures, self._world.poses, view, shape)
 
     def _pack(self) -> None:
         if self._body_count != len(self._world.bodies):
             self._scene, self._textures = pack_scene(self._world)
-            self._projected = np.empty((int(np.diff(self._scene.first_vertex).max(initial=0)), 4))
             self._body_count = len(self._world.bodies)

@@ -62,22 +62,29 @@ def new_triangle_table(face_count: int) -> TriangleTable:
 
 
 @njit(cache=True)
-def draw_picture(
+def draw_bodies(
     scene: SceneArrays,
     textures: TexturePool,
     poses: NDArray[np.float64],
     view: NDArray[np.float64],
     projected: NDArray[np.float64],
+    bodies: NDArray[np.int64],
+    kept: int,
     table: TriangleTable,
     nearness: NDArray[np.float32],
     triangle: NDArray[np.int32],
 ) -> int:
-    """Find the nearest triangle of every pixel.
+    """Find the nearest triangle of every pixel, of some bodies and of what is drawn already.
+
+    Where two are equally near, that of the body with the lower index is drawn: so a picture drawn in two parts equals
+    one drawn at once.
 
     Args:
         poses: T_world_body (B, 4, 4).
         view: the view matrix of a camera.
         projected: scratch for the vertices of the largest body.
+        bodies: indices in ascending order.
+        kept: number of rows in use of ``table``, 1 for a blank picture.
         table: written: the triangles that may be visible.
         nearness: (H, W), written: 1 / depth, 0 where there is nothing.
         triangle: (H, W), written: row of ``table``.
@@ -86,11 +93,9 @@ def draw_picture(
         Number of rows in use of ``table``.
     """
     height, width = nearness.shape
-    nearness[:] = 0.0
-    triangle[:] = NOTHING
     edges, weights, matrix = np.empty((4, 3)), np.empty((3, 3)), np.empty((4, 4))
-    count = NOTHING + 1
-    for body in range(poses.shape[0]):
+    count = kept
+    for body in bodies:
         pose = poses[body]
         if not body_may_show(view, pose, scene.centre_m[body], scene.radius_m[body], width, height, NEAR_M):
             continue
@@ -109,7 +114,9 @@ def draw_picture(
                 first, last, edge_count = set_up_triangle(projected, i, j, k, NEAR_M, height, edges, weights)
                 if first >= last:
                     continue
-                if _draw_triangle(edges, weights, edge_count, first, last, count, nearness, triangle):
+                if _draw_triangle(
+                    edges, weights, edge_count, first, last, body, count, kept, table.whole, nearness, triangle
+                ):
                     _write_attributes(scene, textures, pose, body, face, weights, table, count)
                     count += 1
     return count
@@ -122,12 +129,19 @@ def _draw_triangle(
     edge_count: int,
     first_row: int,
     last_row: int,
+    body: int,
     index: int,
+    kept: int,
+    whole: NDArray[np.int32],
     nearness: NDArray[np.float32],
     triangle: NDArray[np.int32],
 ) -> bool:
     """Write a triangle's nearness ``sum_i e_i`` (g = 1) and its ``index`` where it exceeds ``nearness``. Return whether
     it may be nearest in any pixel.
+
+    Args:
+        kept: triangles below this index were drawn out of turn, before bodies of lower index.
+        whole: of the triangle table.
     """
     width = nearness.shape[1]
     new = np.int32(index)
@@ -140,6 +154,8 @@ def _draw_triangle(
         if left >= right:
             continue
         base = np.float32(constant + per_row * row)
+        if kept > NOTHING + 1:
+            drawn |= _break_ties(base, per_column, left, right, body, new, kept, whole, nearness[row], triangle[row])
         if right - left >= SHORT:
             drawn = True
             _fill_span(base, per_column, np.uint64(left), np.uint64(right), new, nearness[row], triangle[row])
@@ -151,6 +167,37 @@ def _draw_triangle(
             nearness[row, column] = value if nearer else old
             triangle[row, column] = new if nearer else triangle[row, column]
             drawn |= nearer
+    return drawn
+
+
+@njit(cache=True, fastmath={"contract"})
+def _break_ties(
+    base: np.float32,
+    per_column: np.float32,
+    first: int,
+    last: int,
+    body: int,
+    new: np.int32,
+    kept: int,
+    whole: NDArray[np.int32],
+    nearness: NDArray[np.float32],
+    triangle: NDArray[np.int32],
+) -> bool:
+    """Give pixels of a row to a triangle that is as near as the kept one of a body with a higher index; return whether
+    there are any.
+    """
+    ties = 0
+    for column in range(np.uint64(first), np.uint64(last)):
+        ties += np.int32(base + per_column * np.float32(np.int32(column)) == nearness[column])
+    if ties == 0:
+        return False
+    drawn = False
+    for column in range(np.uint64(first), np.uint64(last)):
+        if base + per_column * np.float32(np.int32(column)) == nearness[column]:
+            old = triangle[column]
+            if old < kept and whole[old, BODY] > body:
+                triangle[column] = new
+                drawn = True
     return drawn
 
 

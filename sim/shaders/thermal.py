@@ -30,7 +30,7 @@ from sim.render.shadow_map import ShadowCaster
 from sim.shaders.thermal_kernels import (
     PARTS,
     SKY_CELLS,
-    Exposures,
+    KeptPicture,
     SunArrays,
     ThermalArrays,
     new_thermal_scratch,
@@ -65,10 +65,12 @@ class ThermalShader:
         self._world, self._reach_m = world, shadow_reach_m
         self.sea: Sea | None = None
         self._casters: dict[tuple[float, ...], tuple[NDArray[np.float32], NDArray[np.float32], float]] = {}
-        self._kept: dict[tuple[PinholeCamera, bytes], Exposures] = {}
+        self._kept: dict[tuple[PinholeCamera, bytes], KeptPicture] = {}
         self._table_of: tuple[Air, float, float] | None = None
         self._table = NO_SEA.radiance
         self._parts = np.empty((3, 0, PARTS), np.float32)
+        self._moves = np.empty(0, np.bool_)
+        self._version = 0
         self.set_air(air or Air())
         self.set_sun([], [])
 
@@ -88,13 +90,17 @@ class ThermalShader:
         count = len(shaded_k)
         check("shaded_k", 0 < count <= PARTS, f"1 to {PARTS} parts", count)
         self._make_room()
+        before = self._parts[:, body.index, :count].copy()
         self._parts[0, body.index, :count] = shaded_k
         self._parts[1, body.index, :count] = np.asarray(sunlit_k, dtype=float) - shaded_k
         self._parts[2, body.index, :count] = emissivity
+        if not body.movable and not np.array_equal(before, self._parts[:, body.index, :count]):
+            self._version += 1
 
     def set_air(self, air: Air) -> None:
         """Set the air and the sky; what reflects little reflects these and a ground as warm as the air."""
         self._air = air
+        self._version += 1
         sky = sky_radiance(air, np.linspace(0.0, 1.0, SKY_CELLS))
         sine = np.linspace(0.0, 1.0, 65)[1:] - 1.0 / 128
         mean = float((2.0 * sine * sky_radiance(air, sine)).mean())
@@ -146,8 +152,10 @@ class ThermalShader:
             (T_world_camera[:3, :3] @ ray_of_pixel(camera)).astype(np.float32),
             T_world_camera[:3, 3].astype(np.float32),
             np.float32(1.0 / camera.focal_px),
+            self._moves,
+            self._version,
             self._sun,
-            self._exposures(camera, T_world_camera),
+            self._kept_picture(camera, T_world_camera),
             NO_SEA if self.sea is None else sea_arrays(self.sea, self._sea_table(self.sea)),
         )
 
@@ -158,16 +166,21 @@ class ThermalShader:
             fresh = np.zeros((3, new, PARTS), np.float32)
             fresh[0], fresh[2] = self._air.temperature_k, 0.95
             self._parts = np.concatenate([self._parts, fresh], axis=1)
+            self._moves = np.array([body.movable for body in self._world.bodies])
             self._kept.clear()
 
-    def _exposures(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> Exposures:
+    def _kept_picture(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> KeptPicture:
         key = camera, T_world_camera.tobytes()
         if key not in self._kept:
             if len(self._kept) >= _VIEWS_KEPT:
                 del self._kept[next(iter(self._kept))]
             shape = camera.height_px, camera.width_px
-            self._kept[key] = Exposures(
-                np.full(shape, _NEVER), np.full(shape, -2, np.int32), np.zeros(shape, np.float32)
+            self._kept[key] = KeptPicture(
+                np.full(shape, _NEVER),
+                np.full(shape, -2, np.int32),
+                np.zeros(shape, np.float32),
+                np.zeros(shape, np.float32),
+                np.full(shape[0], -1),
             )
         return self._kept[key]
 

@@ -11,7 +11,7 @@ from sim.gbuffer import SKY
 from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
 from sim.render.runs import find_runs
-from sim.shaders.thermal_sea import SeaArrays, sea_run
+from sim.shaders.thermal_sea import SeaArrays, SeaScratch, new_sea_scratch, sea_run
 from sim.thermal.radiance import COLDEST_K, TABLE, TABLE_STEP_K
 
 PARTS = 16
@@ -42,17 +42,22 @@ class SunArrays(NamedTuple):
     texel_m: NDArray[np.float32]
 
 
-class Exposures(NamedTuple):
-    """Sun on the surfaces of the latest picture: a pixel that shows the same place of the same body is in the same sun.
+class KeptPicture(NamedTuple):
+    """The latest picture of a view. A pixel that shows the same place of the same body again is in the same sun, and
+    has the same radiance until temperatures change.
 
     Attributes:
         depth_m, instance_id: (H, W) what was seen.
-        share: (H, W) float32, ``sum_s weight * lit * max(0, n . l)``.
+        exposure: (H, W) float32, ``sum_s weight * lit * max(0, n . l)``.
+        radiance: (H, W) float32, of what never moves.
+        version: (H,) int64, of the temperatures in each row.
     """
 
     depth_m: NDArray[np.float32]
     instance_id: NDArray[np.int32]
-    share: NDArray[np.float32]
+    exposure: NDArray[np.float32]
+    radiance: NDArray[np.float32]
+    version: NDArray[np.int64]
 
 
 class ThermalArrays(NamedTuple):
@@ -67,8 +72,8 @@ class ThermalArrays(NamedTuple):
         air: (2,) attenuation a metre, radiance of the air.
         ray: (3, 3), takes (x, y, 1) of a pixel to the world direction of unit depth. camera_m: (3,).
         pixel_rad: width of a pixel.
-        sun, kept: see there.
-        sea: see there.
+        moves: (B,) bool, the bodies whose radiance is not kept. version: of the temperatures of the others.
+        sun, kept, sea: see there.
     """
 
     shaded_k: NDArray[np.float32]
@@ -81,8 +86,10 @@ class ThermalArrays(NamedTuple):
     ray: NDArray[np.float32]
     camera_m: NDArray[np.float32]
     pixel_rad: np.float32
+    moves: NDArray[np.bool_]
+    version: int
     sun: SunArrays
-    kept: Exposures
+    kept: KeptPicture
     sea: SeaArrays
 
 
@@ -91,14 +98,16 @@ class ThermalScratch(NamedTuple):
 
     Attributes:
         firsts: of runs (> W,).
+        sea: see there.
     """
 
     firsts: NDArray[np.uint32]
+    sea: SeaScratch
 
 
 def new_thermal_scratch(width: int) -> ThermalScratch:
     """Return scratch for rows of ``width`` pixels."""
-    return ThermalScratch(np.empty(width + 1, np.uint32))
+    return ThermalScratch(np.empty(width + 1, np.uint32), new_sea_scratch(width))
 
 
 @row_kernel(error_model="numpy")
@@ -106,8 +115,8 @@ def thermal_row(
     light: ThermalArrays, row: int, surfaces: SurfaceRow, scratch: ThermalScratch, radiance: NDArray[np.float32]
 ) -> None:
     """Write the radiance (1, W) of one row."""
-    out = radiance[0]
-    _expose_row(light, row, surfaces)
+    out, kept = radiance[0], light.kept
+    is_current = kept.version[row] == light.version
     runs = find_runs(surfaces.instance_id, scratch.firsts)
     for run in range(runs):
         first, last = np.uint64(scratch.firsts[run]), np.uint64(scratch.firsts[run + np.uint64(1)])
@@ -116,10 +125,51 @@ def thermal_row(
             _sky_run(light, row, first, last, out)
             continue
         if body == light.sea.body:
-            sea_run(light.sea, light.ray, light.camera_m, light.pixel_rad, row, first, last, surfaces.depth_m, out)
-        else:
-            _body_run(light, row, body, first, last, surfaces, out)
+            sea_run(
+                light.sea,
+                light.ray,
+                light.camera_m,
+                light.pixel_rad,
+                row,
+                first,
+                last,
+                surfaces.depth_m,
+                scratch.sea,
+                out,
+            )
+            _air_run(light, row, first, last, surfaces.depth_m, out)
+            continue
+        is_same = _is_same(kept.depth_m[row], kept.instance_id[row], surfaces, first, last)
+        if is_same and is_current and not light.moves[body]:
+            _copy_run(kept.radiance[row], out, first, last)
+            continue
+        if not is_same:
+            _expose_run(light, row, surfaces, first, last)
+        _body_run(light, row, body, first, last, surfaces, out)
         _air_run(light, row, first, last, surfaces.depth_m, out)
+        _copy_run(out, kept.radiance[row], first, last)
+    kept.version[row] = light.version
+
+
+@row_kernel(forceinline=True)
+def _copy_run(source: NDArray[np.float32], target: NDArray[np.float32], first: np.uint64, last: np.uint64) -> None:
+    for column in range(first, last):
+        target[column] = source[column]
+
+
+@row_kernel()
+def _is_same(
+    depth_m: NDArray[np.float32],
+    instance_id: NDArray[np.int32],
+    surfaces: SurfaceRow,
+    first: np.uint64,
+    last: np.uint64,
+) -> bool:
+    """Return whether the pixels first … last - 1 show what they showed before."""
+    changes, now_m, now_id = np.int32(0), surfaces.depth_m, surfaces.instance_id
+    for column in range(first, last):
+        changes |= np.int32(now_m[column] != depth_m[column]) | (now_id[column] ^ instance_id[column])
+    return changes == 0
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
@@ -133,14 +183,14 @@ def _body_run(
     radiance: NDArray[np.float32],
 ) -> None:
     """``L = e B(T) + (1 - e) (sky (1 + n_z) / 2 + ground (1 - n_z) / 2)``."""
-    share, normal_z, planck = light.kept.share[row], surfaces.normal[2], light.planck
+    exposure, normal_z, planck = light.kept.exposure[row], surfaces.normal[2], light.planck
     level, tilt = _HALF * (light.around[0] + light.around[1]), _HALF * (light.around[0] - light.around[1])
     base = np.uint32(body) * np.uint32(PARTS)
     for column in range(first, last):
         colour = surfaces.colour[column]
         part = base + min(colour & _BYTE, _LAST_PART)
         varied = np.float32(np.int32((colour >> np.uint32(8)) & _BYTE) - np.int32(128)) * np.float32(VARIATION_K)
-        kelvin = light.shaded_k[part] + light.warmth_k[part] * share[column] + varied
+        kelvin = light.shaded_k[part] + light.warmth_k[part] * exposure[column] + varied
         place = min(max((kelvin - _COLDEST_K) * _PER_K, _ZERO), _LAST_ENTRY)
         entry = np.uint32(place)
         black = planck[entry] + (planck[entry + np.uint32(1)] - planck[entry]) * (place - np.float32(entry))
@@ -189,21 +239,19 @@ def _air_run(
 
 
 @row_kernel(error_model="numpy")
-def _expose_row(light: ThermalArrays, row: int, surfaces: SurfaceRow) -> None:
-    """Find the sun on the pixels that show something else than in the latest picture."""
-    depth_m, instance_id, share = light.kept.depth_m[row], light.kept.instance_id[row], light.kept.share[row]
-    for column in range(depth_m.shape[0]):
+def _expose_run(light: ThermalArrays, row: int, surfaces: SurfaceRow, first: np.uint64, last: np.uint64) -> None:
+    """Find the sun on the pixels first … last - 1 that show something else than before."""
+    depth_m, instance_id = light.kept.depth_m[row], light.kept.instance_id[row]
+    for column in range(first, last):
         if surfaces.depth_m[column] != depth_m[column] or surfaces.instance_id[column] != instance_id[column]:
             depth_m[column], instance_id[column] = surfaces.depth_m[column], surfaces.instance_id[column]
-            share[column] = _exposure(light, row, column, surfaces)
+            light.kept.exposure[row, column] = _exposure(light, row, column, surfaces)
 
 
 @row_kernel(error_model="numpy")
-def _exposure(light: ThermalArrays, row: int, column: int, surfaces: SurfaceRow) -> np.float32:
+def _exposure(light: ThermalArrays, row: int, column: np.uint64, surfaces: SurfaceRow) -> np.float32:
     z = surfaces.depth_m[column]
-    if surfaces.instance_id[column] == SKY or surfaces.instance_id[column] == light.sea.body:
-        return _ZERO
-    x, y, sun = np.float32(column) + _HALF, np.float32(row) + _HALF, light.sun
+    x, y, sun = np.float32(np.int32(column)) + _HALF, np.float32(row) + _HALF, light.sun
     px = light.camera_m[0] + z * (light.ray[0, 0] * x + light.ray[0, 1] * y + light.ray[0, 2])
     py = light.camera_m[1] + z * (light.ray[1, 0] * x + light.ray[1, 1] * y + light.ray[1, 2])
     pz = light.camera_m[2] + z * (light.ray[2, 0] * x + light.ray[2, 1] * y + light.ray[2, 2])

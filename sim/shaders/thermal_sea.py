@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
@@ -26,7 +27,11 @@ _QUADRATURE = 9
 _LEAST_SINE = np.float32(0.01)
 _HALF, _ONE, _ZERO = np.float32(0.5), np.float32(1.0), np.float32(0.0)
 _PER_CELL = np.float32(CELLS / TILE_M)
-_LAST_CELL = np.uint32(CELLS - 1)
+_FIRST = np.cumsum([0] + [(CELLS >> level) ** 2 for level in range(LEVELS)]).astype(np.uint32)
+"""First cell of each level."""
+_STEEP, _PER_SLOPE = np.float32(STEEPEST), np.float32((SLOPES - 1) / (2 * STEEPEST))
+_PER_SINE = np.float32(SINES - 1)
+_REALS, _WHOLES = 6, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +54,7 @@ class SeaArrays(NamedTuple):
 
     Attributes:
         body: index; -2 for none.
-        slopes: (LEVELS, CELLS, CELLS, 2), each level a mean over twice as many cells as the one before.
+        slopes: (cells of all levels, 2), from the finest level on; a cell is the mean of four of the level before.
         radiance: (SINES * SLOPES, 2): what facets emit, and what they reflect of the sky.
     """
 
@@ -58,7 +63,23 @@ class SeaArrays(NamedTuple):
     radiance: NDArray[np.float32]
 
 
-NO_SEA = SeaArrays(-2, np.zeros((LEVELS, CELLS, CELLS, 2), np.float32), np.zeros((SINES * SLOPES, 2), np.float32))
+class SeaScratch(NamedTuple):
+    """Scratch of ``sea_run``, for rows of W pixels.
+
+    Attributes:
+        real: (_REALS, W) float32. whole: (_WHOLES, W) uint32.
+    """
+
+    real: NDArray[np.float32]
+    whole: NDArray[np.uint32]
+
+
+def new_sea_scratch(width: int) -> SeaScratch:
+    """Return scratch for rows of ``width`` pixels."""
+    return SeaScratch(np.empty((_REALS, width), np.float32), np.empty((_WHOLES, width), np.uint32))
+
+
+NO_SEA = SeaArrays(-2, np.zeros((_FIRST[-1], 2), np.float32), np.zeros((SINES * SLOPES, 2), np.float32))
 
 
 def radiance_table(air: Air, temperature_k: float, fine_slope: float) -> NDArray[np.float32]:
@@ -78,14 +99,20 @@ def radiance_table(air: Air, temperature_k: float, fine_slope: float) -> NDArray
     return np.stack(both, axis=-1).reshape(-1, 2).astype(np.float32)
 
 
+@njit(cache=True)
 def levels_of(slopes: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return ``SeaArrays.slopes`` of the finest ones (CELLS, CELLS, 2)."""
-    levels = [slopes]
-    for k in range(LEVELS - 1):
-        fine, step = levels[-1], 1 << k
-        along = fine + np.roll(fine, -step, axis=1)
-        levels.append(np.float32(0.25) * (along + np.roll(along, -step, axis=0)))
-    return np.stack(levels)
+    levels = np.empty((_FIRST[-1], 2), np.float32)
+    levels[: CELLS * CELLS] = slopes.reshape(-1, 2)
+    for level in range(1, LEVELS):
+        side, fine, own = CELLS >> level, _FIRST[level - 1], _FIRST[level]
+        for i in range(side):
+            for j in range(side):
+                at = fine + 4 * i * side + 2 * j
+                for c in range(2):
+                    four = levels[at, c] + levels[at + 1, c] + levels[at + 2 * side, c] + levels[at + 2 * side + 1, c]
+                    levels[own + i * side + j, c] = np.float32(0.25) * four
+    return levels
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
@@ -98,6 +125,7 @@ def sea_run(
     first: np.uint64,
     last: np.uint64,
     depth_m: NDArray[np.float32],
+    scratch: SeaScratch,
     radiance: NDArray[np.float32],
 ) -> None:
     """Write the radiance of the pixels first … last - 1 of a row, which all show the sea, without the air before it.
@@ -107,39 +135,80 @@ def sea_run(
         camera_m: (3,).
         pixel_rad: width of a pixel.
     """
-    y = np.float32(row) + _HALF
+    y, count = np.float32(row) + _HALF, last - first
     middle = (first + last) >> np.uint64(1)
     level = _level(ray, np.float32(np.int32(middle)), y, depth_m[middle], pixel_rad)
-    slopes = sea.slopes[level]
-    shift = _HALF * np.float32((1 << level) - 1)
-    for column in range(first, last):
-        x, z = np.float32(np.int32(column)) + _HALF, depth_m[column]
-        dx = ray[0, 0] * x + ray[0, 1] * y + ray[0, 2]
-        dy = ray[1, 0] * x + ray[1, 1] * y + ray[1, 2]
-        dz = ray[2, 0] * x + ray[2, 1] * y + ray[2, 2]
-        level_length = np.sqrt(dx * dx + dy * dy)
-        sine = -dz / np.sqrt(dx * dx + dy * dy + dz * dz)
-        u, v = (camera_m[0] + z * dx) * _PER_CELL - shift, (camera_m[1] + z * dy) * _PER_CELL - shift
-        j, i = np.floor(u), np.floor(v)
-        fu, fv = u - j, v - i
-        j0, i0 = np.uint32(np.int32(j)) & _LAST_CELL, np.uint32(np.int32(i)) & _LAST_CELL
-        j1, i1 = (j0 + np.uint32(1)) & _LAST_CELL, (i0 + np.uint32(1)) & _LAST_CELL
-        sx = _mix(slopes[i0, j0, 0], slopes[i0, j1, 0], slopes[i1, j0, 0], slopes[i1, j1, 0], fu, fv)
-        sy = _mix(slopes[i0, j0, 1], slopes[i0, j1, 1], slopes[i1, j0, 1], slopes[i1, j1, 1], fu, fv)
-        slope = (sx * dx + sy * dy) / level_length
-        a = min(max(sine, _ZERO), _ONE) * np.float32(SINES - 1)
-        b = (min(max(slope, np.float32(-STEEPEST)), np.float32(STEEPEST)) + np.float32(STEEPEST)) * np.float32(
-            (SLOPES - 1) / (2 * STEEPEST)
-        )
-        m, n = min(np.int32(a), np.int32(SINES - 2)), min(np.int32(b), np.int32(SLOPES - 2))
-        fa, fb = a - np.float32(m), b - np.float32(n)
-        at = np.uint32(m * np.int32(SLOPES) + n)
-        under = at + np.uint32(SLOPES)
-        one = np.uint32(1)
-        t = sea.radiance
-        emitted = _mix(t[at, 0], t[at + one, 0], t[under, 0], t[under + one, 0], fb, fa)
-        mirrored = _mix(t[at, 1], t[at + one, 1], t[under, 1], t[under + one, 1], fb, fa)
-        radiance[column] = emitted + mirrored
+    _place_run(ray, camera_m, np.float32(np.int32(first)), y, level, depth_m[first:last], scratch, count)
+    side = np.uint32(CELLS >> level)
+    _slope_run(sea.slopes[_FIRST[level] :], side, scratch, count)
+    _look_up_run(sea.radiance, scratch, radiance[first:last])
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _place_run(
+    ray: NDArray[np.float32],
+    camera_m: NDArray[np.float32],
+    start: np.float32,
+    y: np.float32,
+    level: int,
+    depth_m: NDArray[np.float32],
+    scratch: SeaScratch,
+    count: np.uint64,
+) -> None:
+    """Write the cells (numbers and shares of the next ones), the level direction of sight and the row in the table."""
+    x0, y0 = ray[0, 1] * y + ray[0, 2], ray[1, 1] * y + ray[1, 2]
+    z0 = ray[2, 1] * y + ray[2, 2]
+    per_cell = _PER_CELL / np.float32(1 << level)
+    # The middle of a coarse cell is that of its fine ones, whose values are at whole numbers.
+    shift = _HALF / np.float32(1 << level) - _HALF
+    u0, v0 = camera_m[0] * per_cell + shift, camera_m[1] * per_cell + shift
+    real, whole = scratch.real, scratch.whole
+    fu, fv, along_x, along_y, place = real[0], real[1], real[2], real[3], real[4]
+    j, i = whole[0], whole[1]
+    for k in range(count):
+        x = start + np.float32(np.int32(k)) + _HALF
+        dx, dy, dz = ray[0, 0] * x + x0, ray[1, 0] * x + y0, ray[2, 0] * x + z0
+        level_square = dx * dx + dy * dy
+        per_length = _ONE / np.sqrt(level_square)
+        sine = -dz / np.sqrt(level_square + dz * dz)
+        far = depth_m[k] * per_cell
+        u, v = u0 + far * dx, v0 + far * dy
+        below_u, below_v = np.floor(u), np.floor(v)
+        fu[k], fv[k] = u - below_u, v - below_v
+        j[k], i[k] = np.uint32(np.int32(below_u)), np.uint32(np.int32(below_v))
+        along_x[k], along_y[k] = dx * per_length, dy * per_length
+        place[k] = min(max(sine, _ZERO), _ONE) * _PER_SINE
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _slope_run(slopes: NDArray[np.float32], side: np.uint32, scratch: SeaScratch, count: np.uint64) -> None:
+    """Write the slope along the line of sight, as a column of the table."""
+    real, whole, mask, one = scratch.real, scratch.whole, side - np.uint32(1), np.uint32(1)
+    fu, fv, along_x, along_y, column = real[0], real[1], real[2], real[3], real[5]
+    for k in range(count):
+        j0, i0 = whole[0, k] & mask, (whole[1, k] & mask) * side
+        j1, i1 = (whole[0, k] + one) & mask, ((whole[1, k] + one) & mask) * side
+        a, b, c, d = i0 + j0, i0 + j1, i1 + j0, i1 + j1
+        sx = _mix(slopes[a, 0], slopes[b, 0], slopes[c, 0], slopes[d, 0], fu[k], fv[k])
+        sy = _mix(slopes[a, 1], slopes[b, 1], slopes[c, 1], slopes[d, 1], fu[k], fv[k])
+        slope = sx * along_x[k] + sy * along_y[k]
+        column[k] = (min(max(slope, -_STEEP), _STEEP) + _STEEP) * _PER_SLOPE
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _look_up_run(table: NDArray[np.float32], scratch: SeaScratch, radiance: NDArray[np.float32]) -> None:
+    """Write the radiance at the places in the table."""
+    place, column = scratch.real[4], scratch.real[5]
+    one, pitch = np.uint32(1), np.uint32(SLOPES)
+    for k in range(radiance.shape[0]):
+        m = min(np.int32(place[k]), np.int32(SINES - 2))
+        n = min(np.int32(column[k]), np.int32(SLOPES - 2))
+        down, across = place[k] - np.float32(m), column[k] - np.float32(n)
+        at = np.uint32(m) * pitch + np.uint32(n)
+        under = at + pitch
+        emitted = _mix(table[at, 0], table[at + one, 0], table[under, 0], table[under + one, 0], across, down)
+        mirrored = _mix(table[at, 1], table[at + one, 1], table[under, 1], table[under + one, 1], across, down)
+        radiance[k] = emitted + mirrored
 
 
 @row_kernel(forceinline=True)

@@ -78,31 +78,37 @@ class SeaWaves:
         wave = np.where(usable, k, 1.0)
         variance = _wind_sea(state, wave, kx, ky) + _swell(state, wave, kx, ky)
         deviates = rng.normal(size=(2, CELLS, CELLS))
-        self._amplitude = np.where(usable, np.sqrt(variance) * (deviates[0] + 1j * deviates[1]), 0.0)
-        self._kx, self._ky, self._frequency = kx, ky, np.sqrt(_GRAVITY_MPS2 * k)
-        self._present = np.flatnonzero(np.abs(self._amplitude) > 0)
+        amplitude = np.where(usable, np.sqrt(variance) * (deviates[0] + 1j * deviates[1]), 0.0)
+        frequencies, self._which = np.unique(np.round(np.sqrt(_GRAVITY_MPS2 * k), 12), return_inverse=True)
+        self._frequencies = frequencies
+        # The field sx + i sy of the two slopes: Re f has the spectrum (f(k) + f(-k)*) / 2.
+        mirrored = np.conj(np.roll(amplitude[::-1, ::-1], (1, 1), (0, 1)))
+        slope = 0.5 * CELLS**2 * (1j * kx - ky)
+        self._forward, self._backward = (
+            (slope * amplitude).astype(np.complex64),
+            (slope * mirrored).astype(np.complex64),
+        )
+        long = usable & (k < 2 * np.pi / _FLOATED_ON_M) & (np.abs(amplitude) > 1e-9)
+        self._long_vector = np.stack([kx[long], ky[long]], axis=-1)
+        self._long_amplitude, self._long_which = amplitude[long], self._which.reshape(k.shape)[long]
 
     def slopes(self) -> NDArray[np.float32]:
         """Return the slopes dh/dx and dh/dy (CELLS, CELLS, 2) now, rows along y; cell (i, j) is at
         ``(j, i) * TILE_M / CELLS``.
         """
-        running = self._running()
-        # The field sx + i sy: Re f has the spectrum (f(k) + f(-k)*) / 2.
-        height = 0.5 * (running + np.conj(np.roll(running[::-1, ::-1], (1, 1), (0, 1))))
-        field = ifft2((1j * self._kx - self._ky) * height).astype(np.complex64) * np.float32(CELLS**2)
-        return np.ascontiguousarray(field).view(np.float32).reshape(CELLS, CELLS, 2)
+        turned = self._turned().astype(np.complex64)[self._which].reshape(CELLS, CELLS)
+        field = ifft2(self._forward * turned + self._backward * turned.conj(), overwrite_x=True)
+        return field.view(np.float32).reshape(CELLS, CELLS, 2)
 
     def heave(self, places_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return height (N,) above the tide and slope (N, 2) at places (N, 2), of waves long enough to lift a boat."""
-        k = np.hypot(self._kx, self._ky)
-        long = (k > 0) & (k < 2 * np.pi / _FLOATED_ON_M) & (np.abs(self._amplitude) > 0)
-        vector = np.stack([self._kx[long], self._ky[long]], axis=-1)
-        wave = self._running()[long] * np.exp(1j * (np.asarray(places_m, dtype=float) @ vector.T))
-        return wave.sum(-1).real, ((1j * wave) @ vector).real
+        running = self._long_amplitude * self._turned()[self._long_which]
+        wave = running * np.exp(1j * (np.asarray(places_m, dtype=float) @ self._long_vector.T))
+        return wave.sum(-1).real, ((1j * wave) @ self._long_vector).real
 
-    def _running(self) -> NDArray[np.complex128]:
-        now: NDArray[np.complex128] = self._amplitude * np.exp(-1j * np.fmod(self._frequency * self.time_s, 2 * np.pi))
-        return now
+    def _turned(self) -> NDArray[np.complex128]:
+        """Return ``exp(-i w t)`` of each frequency: many wave vectors have the same."""
+        return np.exp(-1j * np.fmod(self._frequencies * self.time_s, 2.0 * np.pi))
 
 
 def _wind_sea(
