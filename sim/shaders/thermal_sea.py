@@ -31,6 +31,8 @@ _FIRST = np.cumsum([0] + [(CELLS >> level) ** 2 for level in range(LEVELS)]).ast
 """First cell of each level."""
 _STEEP, _PER_SLOPE = np.float32(STEEPEST), np.float32((SLOPES - 1) / (2 * STEEPEST))
 _PER_SINE = np.float32(SINES - 1)
+_COSINES = np.linspace(0.0, 1.0, 1025)
+_REFLECTED = reflectance(_COSINES)
 _REALS, _WHOLES = 6, 2
 
 
@@ -90,7 +92,7 @@ def radiance_table(air: Air, temperature_k: float, fine_slope: float) -> NDArray
     grazing = np.arcsin(np.maximum(sine, _LEAST_SINE))
     tilt = np.arctan(slope + fine_slope * nodes)
     facing = weights * np.maximum(np.sin(grazing + tilt), 1e-4) / np.cos(tilt)
-    share = reflectance(np.clip(np.sin(grazing + tilt), 0.0, 1.0))
+    share = np.interp(np.sin(grazing + tilt), _COSINES, _REFLECTED)
     # A facet that mirrors something below the horizon mirrors more of the sea, which looks like the sky's edge.
     mirrored = sky_radiance(air, np.maximum(np.sin(grazing + 2 * tilt), 0.0))
     emitted = (1.0 - share) * band_radiance(temperature_k)

@@ -2,12 +2,13 @@
 
 A surface of areal heat capacity C under the sky share v (the rest of what it sees is ground):
 
-    C dT/dt = a (S + v D + (1 - v) 0.2 (v_sun S_level + D)) + e (v L + (1 - v) s T_air⁴ - s T⁴)
+    C dT/dt = a (S + v D + (1 - v) 0.2 (S z + D)) + e (v L + (1 - v) s T_air⁴ - s T⁴)
               + h (T_air - T) + w (T_wet - T) + k (T_behind - T)
 
-S is the sun's irradiance of a surface that faces it, 0 in shade; D and L are the sky's in sunlight and long wave; ``h =
-5.7 + 3.8 wind`` W/(m² K) (McAdams 1954). In rain w = 8 W/(m² K) for each mm/h, at most 40, draws the surface to the
-wet-bulb temperature. The equation is integrated by Euler's implicit method, linearised in T⁴, from two days before on.
+S is the sun's irradiance of a surface that faces it, 0 in shade, and z the sine of its elevation; D and L are the sky's
+in sunlight and long wave; ``h = 5.7 + 3.8 wind`` W/(m² K) (McAdams 1954). In rain w = 8 W/(m² K)
+for each mm/h, at most 40, draws the surface to the wet-bulb temperature. The equation is integrated by Euler's implicit
+method, linearised in T⁴, from a day before on.
 """
 
 from __future__ import annotations
@@ -24,8 +25,7 @@ from sim.thermal.weather import STEFAN_BOLTZMANN, Weather
 
 STEP_H = 1.0 / 30.0
 ROOM_K = 293.0
-BODY_CORE_W_M2 = 70.0
-_SPIN_UP_H = 48.0
+_SPIN_UP_H = 24.0
 _GROUND_ALBEDO = 0.2
 _CLO_M2K_W = 0.155
 
@@ -84,67 +84,54 @@ def course(surfaces: Sequence[Surface], weather: Weather, first_hour: float, las
         ValueError: if the hours are not in ascending order.
     """
     check("last_hour", last_hour > first_hour, f"a number > first_hour = {first_hour:g}", last_hour)
-    steps = int(np.ceil((last_hour - first_hour) / STEP_H))
-    start = first_hour - _SPIN_UP_H
-    count = round(_SPIN_UP_H / STEP_H) + steps
-    hours = start + STEP_H * np.arange(count + 1)
-    kelvin = np.tile(weather.mean_air_k, (2, len(surfaces)))
-    balance = Balance(surfaces, weather)
-    kept = np.empty((count + 1, 2, len(surfaces)))
-    kept[0] = kelvin
-    for k in range(count):
-        kelvin = balance.after(kelvin, float(hours[k + 1]), 3600.0 * STEP_H)
-        kept[k + 1] = kelvin
-    wanted = kept[count - steps :]
-    return Course(hours[count - steps :], wanted[:, 0], wanted[:, 1], balance.emissivity)
+    before = round(_SPIN_UP_H / STEP_H)
+    hours = first_hour + STEP_H * (np.arange(before + int((last_hour - first_hour) / STEP_H) + 2) - before)
+    balance = Balance(surfaces, weather, hours)
+    kelvin = np.empty((len(hours), 2, len(surfaces)))
+    kelvin[0] = weather.mean_air_k
+    for k in range(len(hours) - 1):
+        kelvin[k + 1] = balance.after(kelvin[k], k + 1, 3600.0 * STEP_H)
+    return Course(hours[before:], kelvin[before:, 0], kelvin[before:, 1], balance.emissivity)
 
 
 class Balance:
-    """The heat balance of N surfaces, in the shade (row 0) and facing the sun (row 1)."""
+    """The heat balance of N surfaces at H hours, in the shade (row 0) and facing the sun (row 1).
 
-    def __init__(self, surfaces: Sequence[Surface], weather: Weather) -> None:
-        made_of = [each.material for each in surfaces]
+    Attributes:
+        emissivity: (N,).
+    """
+
+    def __init__(self, surfaces: Sequence[Surface], weather: Weather, hours: NDArray[np.float64]) -> None:
+        w, made_of = weather, [each.material for each in surfaces]
         self.emissivity = np.array([each.emissivity for each in made_of])
-        self._absorptivity = np.array([each.absorptivity for each in made_of])
+        absorptivity = np.array([each.absorptivity for each in made_of])
         self._capacity = np.array([each.capacity_j_m2k for each in made_of])
-        self._coupling = np.array([each.coupling_w_m2k for each in made_of])
-        self._behind = [each.behind for each in made_of]
-        self._view = np.array([each.sky_view for each in surfaces])
-        self._weather = weather
-
-    def inflow_wm2(self, kelvin: NDArray[np.float64], hour: float) -> NDArray[np.float64]:
-        """Return the heat (2, N) that surfaces of these temperatures (2, N) take up, W/m²."""
-        constant, conductance = self._terms(hour)
-        return constant - conductance * kelvin - self.emissivity * STEFAN_BOLTZMANN * kelvin**4
-
-    def after(self, kelvin: NDArray[np.float64], hour: float, step_s: float) -> NDArray[np.float64]:
-        """Return the temperatures (2, N) a step later, at ``hour``: Euler's implicit step, linearised."""
-        _, conductance = self._terms(hour)
-        stiffness = conductance + 4.0 * self.emissivity * STEFAN_BOLTZMANN * kelvin**3
-        return np.asarray(kelvin + self.inflow_wm2(kelvin, hour) / (self._capacity / step_s + stiffness))
-
-    def _terms(self, hour: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the inflow (2, N) at 0 K, and the conductance (N,) by which it falls with each kelvin, but for the
-        surface's own radiation.
-        """
-        w, view = self._weather, self._view
-        air_k, direct, diffuse = float(w.air_k(hour)), float(w.direct_wm2(hour)), float(w.diffuse_wm2(hour))
-        level_sun = direct * max(float(w.towards_sun(hour)[2]), 0.0)
-        light = view * diffuse + (1.0 - view) * _GROUND_ALBEDO * (level_sun + diffuse)
-        sunlight = np.stack([light, light + direct])
-        long_wave = view * float(w.sky_wm2(hour)) + (1.0 - view) * STEFAN_BOLTZMANN * air_k**4
+        coupling = np.array([each.coupling_w_m2k for each in made_of])
+        view = np.array([each.sky_view for each in surfaces])
+        # Columns are hours from here on.
+        air_k, direct, diffuse = (each(hours)[:, None] for each in (w.air_k, w.direct_wm2, w.diffuse_wm2))
+        level = direct * np.maximum(w.towards_sun(hours)[:, 2:], 0.0) + diffuse
+        light = view * diffuse + (1.0 - view) * _GROUND_ALBEDO * level
+        sunlight = np.stack([light, light + direct], axis=1)
+        long_wave = view * w.sky_wm2(hours)[:, None] + (1.0 - view) * STEFAN_BOLTZMANN * air_k**4
         convection = 5.7 + 3.8 * w.wind_mps
         wetting = min(8.0 * w.rain_mm_h, 40.0)
-        behind_k = {"mean": w.mean_air_k, "air": air_k, "room": ROOM_K}
-        behind = np.array([behind_k[each] for each in self._behind])
-        constant = (
-            self._absorptivity * sunlight
-            + self.emissivity * long_wave
-            + convection * air_k
-            + wetting * wet_bulb_k(air_k, w.vapour_hpa)
-            + self._coupling * behind
-        )
-        return constant, convection + wetting + self._coupling
+        wet_k = np.array([[wet_bulb_k(float(each), w.vapour_hpa)] for each in air_k[:, 0]])
+        behind_k = {"mean": np.full_like(air_k, w.mean_air_k), "air": air_k, "room": np.full_like(air_k, ROOM_K)}
+        behind = np.concatenate([behind_k[each.behind] for each in made_of], axis=1)
+        inflow = self.emissivity * long_wave + convection * air_k + wetting * wet_k + coupling * behind
+        self._inflow = absorptivity * sunlight + inflow[:, None]
+        self._conductance = convection + wetting + coupling
+
+    def inflow_wm2(self, kelvin: NDArray[np.float64], k: int) -> NDArray[np.float64]:
+        """Return the heat (2, N) that surfaces of these temperatures (2, N) take up at the k-th hour, W/m²."""
+        own = self.emissivity * STEFAN_BOLTZMANN * kelvin**4
+        return np.asarray(self._inflow[k] - self._conductance * kelvin - own)
+
+    def after(self, kelvin: NDArray[np.float64], k: int, step_s: float) -> NDArray[np.float64]:
+        """Return the temperatures (2, N) a step later, at the k-th hour: Euler's implicit step, linearised."""
+        stiffness = self._conductance + 4.0 * self.emissivity * STEFAN_BOLTZMANN * kelvin**3
+        return np.asarray(kelvin + self.inflow_wm2(kelvin, k) / (self._capacity / step_s + stiffness))
 
 
 def wet_bulb_k(air_k: float, vapour_hpa: float) -> float:

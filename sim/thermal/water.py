@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sim.thermal.radiance import band_radiance
-
 WAVELENGTH_M = 1e-6 * np.arange(8.0, 14.5)
 REFRACTIVE_INDEX = np.array([1.291, 1.262, 1.218, 1.153, 1.111, 1.123, 1.148])
 EXTINCTION_INDEX = np.array([0.0343, 0.0399, 0.0508, 0.0968, 0.199, 0.305, 0.370])
@@ -36,9 +34,3 @@ def spectral_reflectance(cosine: ArrayLike) -> NDArray[np.float64]:
     q = np.sqrt(square - 1.0 + c**2)
     r_s, r_p = (c - q) / (c + q), (square * c - q) / (square * c + q)
     return 0.5 * (np.abs(r_s) ** 2 + np.abs(r_p) ** 2)
-
-
-def smooth_sea_radiance(cosine: ArrayLike, temperature_k: float, reflected: ArrayLike) -> NDArray[np.float64]:
-    """Return the radiance of smooth water (...), W/(m² sr): what it emits and what it reflects of ``reflected``."""
-    share = reflectance(cosine)
-    return np.asarray((1.0 - share) * band_radiance(temperature_k) + share * np.asarray(reflected))
