@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.records import Row
-from benchmarks.scores import in_view, long_term
+from benchmarks.scores import froc, in_view, long_term
 from benchmarks.scores.statistics import PooledRatios
 from benchmarks.suites.registry import Metric, event_of
 
@@ -20,6 +20,10 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
     Statistics:
         mean: ``sum w v / sum w`` of values v and weights w (the frames that a value is a mean of, else 1).
         median: of the values, one for each row.
+        difference of medians: that of the first kind of row minus that of the second.
+        froc: see ``scores.froc``: the share found, of the sums of what was found and what was to find at each
+            threshold, with at most so many false alarms an hour; over a range of them its mean on a log axis. The last
+            two kinds of row are the alarms at each threshold and the hours watched.
         geometric mean: root of the product of the means of two kinds of row.
         ratio of means: the mean of the first kind of row over that of the second.
         precision, recall, f: of the mean curves, at the confidence at which F is greatest.
@@ -30,7 +34,7 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
 
     Args:
         rows: of one tracker under one condition. Every seed in them counts, also one without a row of the metric.
-        grid: possible values of a median, ``values`` of all compared trackers; None = of these rows.
+        grid: possible values of medians, ``values`` of all compared trackers; None = of these rows.
 
     Returns:
         None without a row of the metric.
@@ -39,10 +43,13 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
     chosen = [_chosen(rows, name, metric.kind) for name in metric.rows]
     if not all(chosen):
         return None
-    if metric.statistic == "median":
+    if metric.statistic in OF_MEDIANS:
         grid = values(rows, metric) if grid is None else grid
-        parts = [_indicator_parts(chosen[0], grid)]
-        return _collect(seeds, parts, _median_of(grid))
+        parts = [_indicator_parts(some, grid) for some in chosen]
+        return _collect(seeds, parts, _median_of(grid) if len(parts) == 1 else _difference_of_medians(grid))
+    if metric.statistic == "froc":
+        found, findable, alarms, hours = chosen
+        return _collect(seeds, [_sum_parts(found, findable), _sum_parts(alarms, hours)], _froc_of(metric))
     if metric.statistic == "restricted mean":
         times, watched, *rates = chosen
         # One condition has one rate.
@@ -66,10 +73,12 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
 
 
 def values(rows: Sequence[Row], metric: Metric) -> NDArray[np.float64]:
-    """Return the distinct values (K,) of a metric's first kind of row, sorted."""
-    return np.unique([row["value"] for row in _chosen(rows, metric.rows[0], metric.kind)])
+    """Return the distinct values (K,) of a metric's rows, sorted."""
+    return np.unique([row["value"] for name in metric.rows for row in _chosen(rows, name, metric.kind)])
 
 
+OF_MEDIANS = ("median", "difference of medians")
+"""Statistics whose pools have a grid of values."""
 _COUNTED = {
     "precision of counts": ((1.0, 0.0, 0.0), (1.0, 1.0, 0.0)),
     "recall of counts": ((1.0, 0.0, 0.0), (1.0, 0.0, 1.0)),
@@ -110,6 +119,14 @@ def _indicator_parts(rows: Sequence[Row], grid: NDArray[np.float64]) -> _Parts:
     numbers = np.array([row["value"] for row in rows], dtype=float)[:, None]
     below = (numbers <= grid).astype(float)
     return [row["seed"] for row in rows], below, np.ones_like(below)
+
+
+def _sum_parts(above: Sequence[Row], below: Sequence[Row]) -> _Parts:
+    """``a = value of the one kind, b = value of the other`` of the same seeds: ratios are those of the sums."""
+    numerators, denominators = (
+        np.array([np.atleast_1d(row["value"]) for row in rows], float) for rows in (above, below)
+    )
+    return [row["seed"] for row in above], numerators, np.broadcast_to(denominators, numerators.shape)
 
 
 def _survival_parts(times: Sequence[Row], watched: Sequence[Row], horizon_frames: int) -> _Parts:
@@ -171,6 +188,22 @@ def _median_of(grid: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDA
         return np.where(np.isnan(below[..., -1]), np.nan, 0.5 * (lower + upper))
 
     return median
+
+
+def _difference_of_medians(grid: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    median = _median_of(grid)
+
+    def difference(below: NDArray[np.float64]) -> NDArray[np.float64]:
+        first, second = np.split(below, 2, axis=-1)
+        return median(first) - median(second)
+
+    return difference
+
+
+def _froc_of(metric: Metric) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    if len(metric.alarms_per_hour) == 1:
+        return lambda counts: froc.found_at(counts, *metric.alarms_per_hour)
+    return lambda counts: froc.area(counts, *metric.alarms_per_hour)
 
 
 def still_waiting(hazards: NDArray[np.float64]) -> NDArray[np.float64]:

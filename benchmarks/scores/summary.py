@@ -155,7 +155,7 @@ def _compare_along(
 def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> statistics.Comparison | None:
     """Return the paired comparison in one metric, None where one of the two has no rows of it."""
     grid = None
-    if metric.statistic == "median":
+    if metric.statistic in pooling.OF_MEDIANS:
         grid = np.union1d(pooling.values(first, metric), pooling.values(second, metric))
     pools = [pooling.pooled(rows, metric, grid) for rows in (first, second)]
     if pools[0] is None or pools[1] is None:

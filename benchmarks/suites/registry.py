@@ -49,6 +49,8 @@ Statistic = Literal[
     "f of counts",
     "detection f1 of counts",
     "restricted mean",
+    "difference of medians",
+    "froc",
 ]
 Condition = tuple[str, str, str, str, str]
 """Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link where controllers are
@@ -71,6 +73,7 @@ class Metric:
         kind: rows of events of this kind, or with this attribute true, only; None = all.
         horizon_frames: largest time in a restricted mean, also used for never.
         ideal: the right value, of a metric that can be too low and too high, e.g. a coverage.
+        alarms_per_hour: one rate of false alarms, or the ends of a range of them, of the statistic ``froc``.
     """
 
     name: str
@@ -82,6 +85,7 @@ class Metric:
     kind: str | None = None
     horizon_frames: int = 60
     ideal: float | None = None
+    alarms_per_hour: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rows", self.rows or (self.name,))

@@ -64,6 +64,27 @@ def test_a_median_is_numpys(data: list[tuple[int, float]]) -> None:
     assert pool.mean == pytest.approx(np.median([value for _, value in data]))
 
 
+def test_a_difference_of_medians_is_of_pairs() -> None:
+    rng = np.random.default_rng(1)
+    first, second = rng.exponential(size=31), rng.exponential(size=31)
+    values = {"a": first, "b": second}
+    rows = [row(k, name, float(each[k])) for name, each in values.items() for k in range(31)]
+    pool = pooled(rows, metric_of(("a", "b"), "difference of medians"))
+    assert pool is not None
+    assert pool.mean == pytest.approx(np.median(first) - np.median(second))
+    # Seeds are drawn for both together: what is the same on every seed has no spread.
+    same = [row(k, name, float(first[k]) + shift) for name, shift in (("a", 0.0), ("b", 0.25)) for k in range(31)]
+    pool = pooled(same, metric_of(("a", "b"), "difference of medians"))
+    assert pool is not None
+    assert bootstrap_interval(pool) == pytest.approx((-0.25, -0.25))
+    # Compared with another tracker the grid holds the values of both.
+    other = [{**each, "value": each["value"] + 0.1} for each in rows if each["metric"] == "a"]
+    others = [*other, *(each for each in rows if each["metric"] == "b")]
+    found = paired(rows, others, metric_of(("a", "b"), "difference of medians"))
+    assert found is not None
+    assert found.difference == pytest.approx(-0.1)
+
+
 def test_the_interval_of_a_median_is_scipys() -> None:
     values = np.random.default_rng(0).exponential(5.0, 45)
     pool = pooled([row(k, "a", float(value)) for k, value in enumerate(values)], metric_of(("a",), "median"))

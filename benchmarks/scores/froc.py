@@ -1,0 +1,48 @@
+"""Free-response receiver operating characteristic: share found against false alarms an hour, over all thresholds.
+
+Confidences are compared with a fixed grid of thresholds, the same for all trackers and episodes, so that episodes add
+up and are resampled together. ``counts`` (..., 2 K) hold for K thresholds, the lowest first, the share found, then the
+false alarms an hour; both fall with the threshold.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+_HIGHEST_LOG_ODDS, _STEPS = 14.0, 200
+THRESHOLDS = np.concatenate(
+    [[0.0], 1.0 / (1.0 + np.exp(-np.linspace(-_HIGHEST_LOG_ODDS, _HIGHEST_LOG_ODDS, _STEPS + 1))), [1.0]]
+)
+"""Confidences 0, 1 and between them equal steps of 0.14 in their log odds."""
+
+
+def reached(levels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (K,) how many ``levels`` (N,) reach each threshold; NaN reaches none."""
+    return np.asarray((np.asarray(levels)[:, None] >= THRESHOLDS).sum(axis=0), dtype=float)
+
+
+def found_at(counts: NDArray[np.float64], alarms_per_hour: float) -> NDArray[np.float64]:
+    """Return the largest share (...) found at any threshold with at most so many alarms; 0 where all have more."""
+    best, alarms = _best(counts)
+    first = (alarms > alarms_per_hour).sum(axis=-1, keepdims=True)
+    padded = np.concatenate([best, np.zeros_like(best[..., :1])], axis=-1)
+    return np.take_along_axis(padded, first, axis=-1)[..., 0]
+
+
+def area(counts: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+    """Return the mean (...) of ``found_at`` over the logarithm of the alarms from ``low`` > 0 to ``high`` an hour."""
+    best, alarms = _best(counts)
+    ends = np.log(np.clip(alarms, low, high))
+    starts = np.concatenate([np.full_like(ends[..., :1], np.log(high)), ends[..., :-1]], axis=-1)
+    return np.asarray((best * (starts - ends)).sum(axis=-1) / np.log(high / low))
+
+
+def _best(counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the largest share at each threshold or a higher one, and the alarms, both (..., K).
+
+    A share of nothing to find, NaN, counts as 0.
+    """
+    share, alarms = np.split(counts, 2, axis=-1)
+    falling = np.maximum(np.nan_to_num(share), 0.0)[..., ::-1]
+    return np.maximum.accumulate(falling, axis=-1)[..., ::-1], alarms
