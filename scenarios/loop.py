@@ -15,7 +15,7 @@ from scenarios.command_link import CommandLink
 from scenarios.scenario import Episode, Frame
 from sim.rng import generator
 from trackers.gaps.types import GapMethod
-from trackers.protocols import BridgingTracker, Controller, MultiTracker, RevisingTracker, Tracker
+from trackers.protocols import BridgingTracker, Controller, DecidingTracker, MultiTracker, RevisingTracker, Tracker
 from trackers.types import Answer, CameraCommand, Estimate, Start, Track
 
 
@@ -41,6 +41,10 @@ class ManyContestant(Contestant, Protocol):
 
     def gap_method(self) -> GapMethod | None:
         """Return its method to bridge gaps, if it offers one."""
+        ...
+
+    def decides_at(self) -> float:
+        """Return the confidence from which on its tracks are its decision; 0 if all that it answers are."""
         ...
 
 
@@ -82,6 +86,10 @@ class ManyFromPictures:
     def gap_method(self) -> GapMethod | None:
         """See ``ManyContestant``."""
         return self._tracker.gap_method if isinstance(self._tracker, BridgingTracker) else None
+
+    def decides_at(self) -> float:
+        """See ``ManyContestant``."""
+        return self._tracker.decides_at if isinstance(self._tracker, DecidingTracker) else 0.0
 
 
 def first_box(start: Start) -> NDArray[np.float64]:

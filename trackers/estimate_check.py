@@ -37,7 +37,7 @@ def check_estimate(estimate: Estimate) -> None:
         depth_m = float(_array("depth_m", estimate.depth_m, ()))
         if not 0.0 < depth_m < np.inf:
             raise ValueError(f"depth_m: expected a finite number > 0, got {depth_m}")
-    _check_probability("in_view_probability", estimate.in_view_probability)
+    check_probability("in_view_probability", estimate.in_view_probability)
     _check_posterior(estimate, silent)
 
 
@@ -62,10 +62,11 @@ def check_tracks(tracks: Sequence[Track]) -> None:
             raise ValueError(f"kind: expected a name or None, got {track.kind!r:.60}")
         if track.size_m is not None and not (_array("size_m", track.size_m, (3,)) > 0).all():
             raise ValueError(f"size_m: expected numbers > 0, got {np.asarray(track.size_m).tolist()}")
-        _check_probability("confidence", track.confidence)
+        check_probability("confidence", track.confidence)
 
 
-def _check_probability(name: str, value: float | None) -> None:
+def check_probability(name: str, value: float | None) -> None:
+    """Raise ValueError, naming the field, for a number that is not in [0, 1]; None is allowed."""
     if value is not None and not 0.0 <= (probability := float(_array(name, value, ()))) <= 1.0:
         raise ValueError(f"{name}: expected a number from 0 to 1, got {probability}")
 

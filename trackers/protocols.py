@@ -59,6 +59,18 @@ class BridgingTracker(MultiTracker, Protocol):
     gap_method: GapMethod
 
 
+@runtime_checkable
+class DecidingTracker(MultiTracker, Protocol):
+    """A ``MultiTracker`` that also answers with tracks that it holds for unlikely, so that all its confidences are
+    judged.
+
+    Attributes:
+        decides_at: confidence from which on a track is its decision, in [0, 1].
+    """
+
+    decides_at: float
+
+
 class Controller(Protocol):
     """Steers the camera's carrier by a tracker's estimates."""
 

@@ -1,4 +1,4 @@
-"""Contestants without pictures: one target's true state at each exit is all that they receive, or gaps to bridge."""
+"""Contestants without pictures: they receive one target's true state at each exit, or gaps to bridge, or nothing."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenarios.loop import first_box, given
+from scenarios.loop import ManyFromPictures, first_box, given
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from trackers.blind.protocol import BlindTracker, TargetState
-from trackers.gaps.types import GapMethod
-from trackers.protocols import BridgingTracker, Tracker
+from trackers.protocols import Tracker
 from trackers.types import Estimate, Observation, Start, Track
 
 WHAT_BLIND_MEANS = (
@@ -53,29 +52,16 @@ class Blindfolded:
         return self._tracker.update(observation)
 
 
-class ManyBlindfolded:
-    """See ``loop.ManyContestant``. It is not called on any picture, and has no track: it is judged on gaps alone."""
-
-    def __init__(self, tracker: BridgingTracker) -> None:
-        """Raises TypeError for a tracker without a gap method."""
-        if not isinstance(tracker, BridgingTracker):
-            raise TypeError(f"tracker: expected one with a gap_method, since its role is blind, got {tracker!r}")
-        self._tracker = tracker
+class ManyBlindfolded(ManyFromPictures):
+    """See ``loop.ManyContestant``. Pictures and camera settings are removed from observations, the background too."""
 
     def initialise(self, frame: Frame, start: Start) -> Sequence[Track]:
         """See ``Contestant``."""
-        return ()
+        return super().initialise(frame, replace(start, background=()))
 
     def update(self, frame: Frame) -> Sequence[Track]:
         """See ``Contestant``."""
-        return ()
-
-    def revised(self) -> None:
-        """See ``ManyContestant``."""
-
-    def gap_method(self) -> GapMethod:
-        """See ``ManyContestant``."""
-        return self._tracker.gap_method
+        return super().update(replace(frame, observation=_unseen(frame.observation)))
 
 
 def _unseen(observation: Observation) -> Observation:

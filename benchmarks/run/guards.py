@@ -6,6 +6,7 @@ import copy
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
 from benchmarks.suites.judging import Ending, Score
 from scenarios.loop import Contestant, ManyContestant, given
 from scenarios.scenario import Frame
-from trackers.estimate_check import check_estimate, check_tracks
+from trackers.estimate_check import check_estimate, check_probability, check_tracks
 from trackers.gaps.check import check_bridge
 from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 from trackers.protocols import Controller
@@ -167,9 +168,13 @@ class GuardedMany(GuardedContestant):
         self._silence, self._check = (), check_tracks
         self._follows = False
         self._gap_method: GapMethod | None = None
+        self._decides_at = 0.0
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
         """See ``Contestant``. The gap method is copied before the first picture: gaps are cut out of what follows."""
+        with self.guarded(frame.truth.frame, "threshold"):
+            check_probability("decides_at", decides_at := self._contestant.decides_at())
+            self._decides_at = decides_at
         with self.guarded(frame.truth.frame, "gap method"):
             self._gap_method = copy.deepcopy(self._contestant.gap_method())
         return super().initialise(frame, start)
@@ -189,8 +194,9 @@ class GuardedMany(GuardedContestant):
         revised, method = self._revised(), self._gap_method
         self._follows = self._follows or any(revised or ())
         if method is None or self.reason is not None:
-            return Ending(self.failed_at_frame, revised)
-        return Ending(self.failed_at_frame, revised, lambda: GuardedGapMethod(method, self, self._frames))
+            return Ending(self.failed_at_frame, revised, decides_at=self._decides_at)
+        bridges = partial(GuardedGapMethod, method, self, self._frames)
+        return Ending(self.failed_at_frame, revised, bridges, self._decides_at)
 
     def _revised(self) -> Sequence[Sequence[Track]] | None:
         revised = None

@@ -42,11 +42,14 @@ class Ending:
         revised: its answers on all frames as decided with hindsight; None if it does not revise them.
         new_gap_method: makes a copy of its method to bridge gaps in tracks, as it was before the first picture. After
             a failure it predicts NaN. None if it has no method.
+        decides_at: confidence from which on its tracks are its decision; others show what it would answer with a lower
+            threshold.
     """
 
     failed_at_frame: int | None = None
     revised: Sequence[Sequence[Track]] | None = None
     new_gap_method: Callable[[], GapMethod] | None = None
+    decides_at: float = 0.0
 
 
 class ScoreSheet(Protocol):

@@ -189,12 +189,33 @@ def test_a_tracker_that_failed_before_is_not_asked(episode: YardEpisode) -> None
     assert guard.reason == "RuntimeError: it fails"
 
 
-def test_a_blind_one_is_called_on_no_picture(episode: YardEpisode) -> None:
-    tracker = Bridges()
+def test_a_blind_one_sees_no_picture(episode: YardEpisode) -> None:
+    class Peeks(Bridges):
+        def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+            self.seen, self.told = 0, [tuple(background)]
+
+        def update(self, observation: Observation) -> list[Track]:
+            self.told.append((observation.image_rgb.size, observation.settings, observation.counts))
+            return super().update(observation)
+
+    tracker = Peeks()
     guard, ending = ended(episode, ManyBlindfolded(tracker))
-    assert not hasattr(tracker, "seen")
+    assert set(tracker.told) == {(), (0, None, None)}
+    assert tracker.seen == 20
     assert guard.reason is None
     assert ending.new_gap_method is not None
     assert ending.new_gap_method().extrapolate(PAST, 2, Surroundings()) is not None
-    with pytest.raises(TypeError, match="expected one with a gap_method, since its role is blind"):
-        ManyBlindfolded(Follows())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("told", "kept", "reason"),
+    [(None, 0.0, ""), (0.7, 0.7, ""), (1.5, 0.0, "ValueError: decides_at: expected a number from 0 to 1, got 1.5")],
+)
+def test_a_tracker_may_say_from_which_confidence_on_it_decides(
+    episode: YardEpisode, told: float | None, kept: float, reason: str
+) -> None:
+    tracker = Follows()
+    if told is not None:
+        tracker.decides_at = told  # type: ignore[attr-defined]
+    guard, ending = ended(episode, ManyFromPictures(tracker))
+    assert (ending.decides_at, guard.reason or "") == (kept, reason)
