@@ -34,7 +34,6 @@ from sim.rng import generator
 from sim.sensors.thermal_config import ThermalConfig
 from sim.sensors.thermal_sensor import ThermalSensor
 from sim.shaders.thermal import ThermalShader
-from sim.thermal.radiance import apparent_temperature_k
 from sim.world import World
 from trackers.types import CameraCommand, CameraModel, EgoPose, Observation, Start
 
@@ -155,7 +154,7 @@ class HarbourEpisode(Stage):
         state[~here] = "absent"
         position_px = np.where(here[:, None], common["position_px"], np.nan)
         contrast_k, to_noise = contrasts(
-            apparent_temperature_k(seen.radiance),
+            seen.radiance,
             capture.instance_id,
             intruders.instance_id,
             box_xyxy,

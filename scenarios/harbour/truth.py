@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.truth import Truth, truth_field
+from sim.thermal.radiance import apparent_temperature_k
 
 _RING_PX = 3
 """Width of the ring of background around an object."""
@@ -57,7 +58,7 @@ class HarbourMap:
 
 
 def contrasts(
-    apparent_k: NDArray[np.float64],
+    radiance: NDArray[np.float32],
     instance_map: NDArray[np.int32],
     objects: NDArray[np.int64],
     box_xyxy: NDArray[np.float64],
@@ -68,7 +69,7 @@ def contrasts(
     The ring leaves out pixels of all objects.
 
     Args:
-        apparent_k: (H, W). instance_map: (H, W) with the ids ``objects`` (N,).
+        radiance: (H, W) in W/(m² sr). instance_map: (H, W) with the ids ``objects`` (N,).
         box_xyxy: (N, 4), NaN for the absent.
     """
     contrast_k, to_noise = np.full(len(objects), np.nan), np.full(len(objects), np.nan)
@@ -85,7 +86,7 @@ def contrasts(
         around = cv2.dilate(own.astype(np.uint8), kernel).astype(bool) & ~np.isin(ids, objects)
         if not own.any() or not around.any():
             continue
-        kelvin = apparent_k[window]
+        kelvin = apparent_temperature_k(radiance[window])
         above = kelvin[own] - kelvin[around].mean()
         contrast_k[k] = above.mean()
         to_noise[k] = np.sqrt((above**2).sum()) / netd_k

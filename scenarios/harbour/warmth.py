@@ -151,7 +151,7 @@ _CAR_HEATED = {
 }
 _BOAT_HEATED = {
     BoatPart.ENGINE: (14.0, 900.0, 3000.0),
-    BoatPart.EXHAUST: (90.0, 120.0, 900.0),
+    BoatPart.EXHAUST: (45.0, 120.0, 900.0),
     BoatPart.CABIN: (2.5, 1500.0, 3000.0),
     BoatPart.DECK: (1.5, 1500.0, 3000.0),
 }

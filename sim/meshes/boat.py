@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+import numpy as np
+
 from sim.checks import check
 from sim.mesh import TexturedMesh
 from sim.meshes.facets import Facets, swatch_uv
@@ -38,13 +40,13 @@ _STATIONS = (
     (0.2, 0.9, 1.1, 1.0),
     (0.36, 0.58, 1.28, 1.0),
     (0.47, 0.14, 1.46, 1.0),
-    (0.5, 0.04, 1.5, 0.0),
+    (0.5, 0.07, 1.5, 0.0),
 )
 """x over length, half width over half the beam, height of the rail over the freeboard, depth of the deck below it."""
 
 
 def boat(model: str, length_m: float, beam_m: float) -> TexturedMesh:
-    """Return a boat about the origin on its waterline z = 0, x ahead.
+    """Return a boat on its waterline z = 0, x ahead, the origin under the middle of its bounds.
 
     Args:
         model: ``fisher``: wheelhouse ahead, engine hatch and exhaust behind it; ``launch``: open, with an outboard
@@ -59,7 +61,9 @@ def boat(model: str, length_m: float, beam_m: float) -> TexturedMesh:
     freeboard_m = {"fisher": 0.095, "launch": 0.1, "yacht": 0.1}[model] * length_m
     _add_hull(facets, length_m, beam_m, freeboard_m)
     {"fisher": _add_fisher, "launch": _add_launch, "yacht": _add_yacht}[model](facets, length_m, beam_m, freeboard_m)
-    return facets.mesh(_TEXTURE)
+    mesh = facets.mesh(_TEXTURE)
+    middle_m = 0.5 * (mesh.vertices_m[:, 0].min() + mesh.vertices_m[:, 0].max())
+    return TexturedMesh(mesh.vertices_m - np.float32([middle_m, 0, 0]), mesh.normals, mesh.uv, mesh.faces, _TEXTURE)
 
 
 def _of(part: BoatPart) -> tuple[float, float]:
@@ -72,7 +76,7 @@ def _add_hull(facets: Facets, length_m: float, beam_m: float, freeboard_m: float
     for x, width, rise, depth in _STATIONS:
         half, rail = 0.5 * beam_m * width, freeboard_m * rise
         outside = [(0.62 * half, -_DRAUGHT_M), (0.92 * half, 0.22), (half, rail)]
-        side = [*outside, (0.9 * half, rail), (0.88 * half, rail - depth * _RAIL_M)]
+        side = [*outside, (0.9 * half, rail), (0.8 * half, rail - depth * _RAIL_M)]
         ring = [(x * length_m, y, z) for y, z in side] + [(x * length_m, -y, z) for y, z in reversed(side)]
         rings.append(ring)
     parts = [BoatPart.WET, BoatPart.HULL, BoatPart.GEAR, BoatPart.DECK]
@@ -87,8 +91,8 @@ def _add_fisher(facets: Facets, length_m: float, beam_m: float, freeboard_m: flo
     facets.box(
         (-0.16 * length_m, -0.22 * beam_m, deck), (-0.02 * length_m, 0.22 * beam_m, deck + 0.55), _of(BoatPart.ENGINE)
     )
-    stack = deck + 2.75
-    facets.box((x0 - 0.3, 0.5 * half, deck), (x0 - 0.08, 0.5 * half + 0.22, stack), _of(BoatPart.EXHAUST))
+    low, stack = deck + 1.5, deck + 2.8
+    facets.box((x0 - 0.3, 0.5 * half, low), (x0 - 0.08, 0.5 * half + 0.22, stack), _of(BoatPart.EXHAUST))
     facets.box((x1 - 0.45, -0.05, deck + 2.2), (x1 - 0.35, 0.05, deck + 4.0), _of(BoatPart.GEAR))
     # Net drum and boxes at the stern, a gallows above.
     facets.box(

@@ -153,6 +153,8 @@ _PART_OF_SWATCH = {
 }
 _ENGINE_FROM, _WHEELS_BELOW = 0.22, 0.5
 """Share of the length ahead of the middle where the bonnet begins; share of the height below which wheels are."""
+_BODY_FROM_M = 0.22
+"""All bodies begin higher."""
 
 
 @cache
@@ -167,11 +169,11 @@ def _standard_car(model: str) -> TexturedMesh:
     part[(part == CarPart.BODY) & (middle_m[:, 0] > _ENGINE_FROM * length_m)] = CarPart.BONNET
     is_low = middle_m[:, 2] < _WHEELS_BELOW * height_m
     part[(part == CarPart.WHEEL) & ~is_low] = CarPart.TRIM
-    # The rounds of the wheels lean to all sides; the underside looks down.
-    is_tyre = (
-        (part == CarPart.UNDERSIDE) & is_low & (np.abs(mesh.normals[:, 1]) < 1e-3) & (middle_m[:, 2] < 0.36 * height_m)
-    )
-    part[is_tyre & (mesh.normals[:, 2] > -0.95)] = CarPart.TYRE
+    # Wheels reach below the body's lower edge, and their sides are upright.
+    is_below = np.zeros(len(part), np.bool_)
+    is_below[mesh.faces] = (mesh.vertices_m[mesh.faces][..., 2].min(axis=1) < _BODY_FROM_M)[:, None]
+    is_side = is_low & (np.abs(mesh.normals[:, 1]) > 0.99)
+    part[(part == CarPart.UNDERSIDE) & (is_below | is_side)] = CarPart.TYRE
     count = len(CarPart)
     uv = np.array([swatch_uv(each, count) for each in range(count)], np.float32)[part]
     return TexturedMesh(mesh.vertices_m, mesh.normals, uv, mesh.faces, parts_palette(count))
