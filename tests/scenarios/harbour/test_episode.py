@@ -134,7 +134,7 @@ def test_boxes_are_where_the_pixels_are_and_3d_boxes_contain_them(seen: Any) -> 
         box = np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1])
         gaps.append((box - truth.box_xyxy[k]) * (1, 1, -1, -1))
     assert len(gaps) > 15
-    assert np.min(gaps) > -1.0
+    assert np.min(gaps) > -1.1
     # Pixels are sampled at their centres: on average they miss half a pixel on each side, thin masts more.
     assert np.abs(np.median(gaps, axis=0)).max() < 1.0
 
