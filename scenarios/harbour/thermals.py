@@ -18,7 +18,6 @@ from sim.world import World
 _SHADOW_REACH_M = 75.0
 _STEP_FRAMES = 15
 """Temperatures are set anew this often: half a minute, in which none changes by more than the noise of a pixel."""
-_MARGIN_H = 0.1
 _AIR_STEP_H = 1.0 / 6.0
 """Air and sky change in steps of this length."""
 _SUN_STEP_H = 1.0 / 6.0
@@ -99,8 +98,6 @@ class Thermals:
         if day not in self._warmth:
             first_h = self._conditions.start_h + 24.0 * (day - DAYS_BEFORE)
             last_h = first_h + (24.0 if day < DAYS_BEFORE else self._conditions.episode_h)
-            # Beyond both ends, lest the first or last hour be outside by rounding.
-            first_h, last_h = first_h - _MARGIN_H, last_h + _MARGIN_H
             self._warmth[day] = DayWarmth(self._conditions.days[day], self._kinds, first_h, last_h)
         return self._warmth[day]
 
