@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.harbour_watch.boxes import BoxFilters
+from trackers.harbour_watch.edges import refined
 
 Picture = NDArray[np.float32]
 
@@ -49,11 +50,11 @@ class Detector:
         self._px_per_m, self._least, self._piece = px_per_m, least_score, piece_score
         self._lift = (self.filters.tall_px[_PIECE] - 1) // 2
 
-    def regions(self, scaled: Picture, watched: NDArray[np.bool_]) -> list[Region]:
+    def regions(self, scaled: Picture, deviation: Picture, watched: NDArray[np.bool_]) -> list[Region]:
         """Return the regions, the strongest first, whose boxes stand on watched pixels (H, W).
 
         Args:
-            scaled: (K, H, W) box sums in units of their noise.
+            scaled: (K, H, W) box sums in units of their noise. deviation: (H, W) that of each pixel.
             watched: where an object may stand.
         """
         strength = np.abs(scaled)
@@ -67,7 +68,7 @@ class Detector:
             k = int(strength[:, i, j].argmax())
             region = self._region(scaled[k, i, j], k, i, j, labels, pieces)
             if not any(_shared(region.box_xyxy, other.box_xyxy) > _SAME for other in found):
-                found.append(region)
+                found.append(replace(region, box_xyxy=refined(deviation, region.box_xyxy)))
             if len(found) == _MOST_REGIONS:
                 break
         return found

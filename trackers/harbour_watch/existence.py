@@ -18,29 +18,30 @@ _RATE = 0.01
 _PRIOR_TAIL, _PRIOR_WEIGHT = 0.7, 10.0
 """Decay of the scores of false regions above the least one, deviations, and its weight in regions (a Gaussian's tail
 beyond 4 deviations decays by about a quarter of a deviation; waves and edges have heavier tails)."""
+_STRONG = 6.0
+"""Deviations above the least score from which a false region is no chance of the noise but a body, e.g. a bird."""
+_PRIOR_STRONG = 0.5
+"""Strong false regions that are expected in as many pictures as the prior counts for."""
 _OBJECT_TAIL = 12.0
 """Decay of the scores of objects above the least one, deviations: broad, from just visible to very hot."""
 
 
 class Clutter:
-    """Density of false regions by place and score."""
+    """Density of false regions by place and score: noise by place, and a few strong ones anywhere."""
 
     def __init__(self, shape: tuple[int, int], least_score: float, pictures: Sequence[Sequence[Region]]) -> None:
         """``shape``: of the picture; ``pictures``: the regions found on each picture without objects."""
         cells = np.zeros((-(-shape[0] // _CELL_PX), -(-shape[1] // _CELL_PX)), np.float32)
-        beyond = []
-        for regions in pictures:
-            for region in regions:
-                cells[self._cell(region, cells.shape)] += 1.0
-                beyond.append(region.score - least_score)
-        n = max(len(pictures), 1)
+        beyond = np.array([region.score - least_score for regions in pictures for region in regions])
+        for region in (each for regions in pictures for each in regions):
+            cells[self._cell(region, cells.shape)] += region.score < least_score + _STRONG
+        n, self._least = len(pictures) + _PRIOR_PICTURES, least_score
         blurred = cv2.GaussianBlur(cells, (0, 0), _BLUR_CELLS, borderType=cv2.BORDER_REFLECT)
-        self._per_cell = (blurred + _PRIOR_REGIONS * _PRIOR_PICTURES) / (n + _PRIOR_PICTURES)
+        self._per_cell = (blurred + _PRIOR_REGIONS * _PRIOR_PICTURES) / n
         self._least_per_cell = float(self._per_cell.min())
-        self._tail = (sum(min(each, 20.0) for each in beyond) + _PRIOR_TAIL * _PRIOR_WEIGHT) / (
-            len(beyond) + _PRIOR_WEIGHT
-        )
-        self._least = least_score
+        weak = beyond[beyond < _STRONG]
+        self._tail = (float(weak.sum()) + _PRIOR_TAIL * _PRIOR_WEIGHT) / (len(weak) + _PRIOR_WEIGHT)
+        self._strong_per_px = (len(beyond) - len(weak) + _PRIOR_STRONG) / n / (shape[0] * shape[1])
 
     def learn(self, regions: Sequence[Region], claimed: NDArray[np.uint8]) -> None:
         """Take in the regions of a picture that no object claims: ``claimed`` (H, W)."""
@@ -48,7 +49,7 @@ class Clutter:
         for region in regions:
             x0, _, x1, y1 = region.box_xyxy
             row, column = min(int(y1) - 1, len(claimed) - 1), min(int(0.5 * (x0 + x1)), claimed.shape[1] - 1)
-            if not claimed[row, column]:
+            if not claimed[row, column] and region.score < self._least + _STRONG:
                 seen[self._cell(region, seen.shape)] += 1.0
         blurred = cv2.GaussianBlur(seen, (0, 0), _BLUR_CELLS, borderType=cv2.BORDER_REFLECT) if seen.any() else seen
         self._per_cell += _RATE * (np.maximum(blurred, self._least_per_cell) - self._per_cell)
@@ -62,8 +63,7 @@ class Clutter:
     def log_ratio(self, region: Region) -> float:
         """Return log of (density of the score for an object / density of false regions of that score per pixel)."""
         beyond = max(region.score - self._least, 0.0)
-        false = (
-            np.log(self._per_cell[self._cell(region, self._per_cell.shape)] / _CELL_PX**2 / self._tail)
-            - beyond / self._tail
-        )
-        return float(-np.log(_OBJECT_TAIL) - beyond / _OBJECT_TAIL - false)
+        of_object = -beyond / _OBJECT_TAIL - np.log(_OBJECT_TAIL)
+        noise = np.log(self._per_cell[self._cell(region, self._per_cell.shape)] / _CELL_PX**2 / self._tail)
+        strong = np.log(self._strong_per_px) + of_object
+        return float(of_object - np.logaddexp(noise - beyond / self._tail, strong))

@@ -96,7 +96,8 @@ class SiteModel:
             deviation = self.memory.deviation(left[(k - 1) * every]).reshape(self.shape)
             filters.learn_slow(filters.scaled(filters.filtered(deviation, p.clip), all_doubt), rate)
         found = [
-            self.detector.regions(filters.scaled(filters.filtered(step, p.clip)), self.watched) for step in steps[::2]
+            self.detector.regions(filters.scaled(filters.filtered(step, p.clip)), step, self.watched)
+            for step in steps[::2]
         ]
         return Clutter(self.shape, p.least_score, found)
 

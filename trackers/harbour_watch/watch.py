@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.harbour_watch.classes import BIRD
+from trackers.harbour_watch.mark import Mark
 from trackers.harbour_watch.sightings import Sighting, place_regions
 from trackers.harbour_watch.site_model import Picture, SiteModel
-from trackers.harbour_watch.tracks import Mark, Rates, Tracks
+from trackers.harbour_watch.tracks import Rates, Tracks
 from trackers.site.view import SiteView
 from trackers.types import Estimate, Track
 
@@ -47,7 +49,7 @@ class Watch:
         filters = model.detector.filters
         doubtful = model.memory.doubtful().reshape(picture.shape)
         scaled = filters.scaled(filters.filtered(deviation, self._clip), doubtful)
-        regions = model.detector.regions(scaled, model.watched)
+        regions = model.detector.regions(scaled, deviation, model.watched)
         self.sightings = place_regions(regions, self._view, model.water, self.level_m)
         ratios = np.array([model.clutter.log_ratio(each.region) for each in self.sightings])
         self.tracks.update(self.sightings, ratios, min(max(dt_s, 0.0), _LONGEST_STEP_S), self.level_m)
@@ -60,12 +62,12 @@ class Watch:
             self._update_level()
 
     def answers(self, shown: float) -> list[Track]:
-        """Return the tracks that exist with a probability of ``shown`` at least."""
+        """Return the intruders that exist with a probability of ``shown`` at least."""
         answers = []
         for mark in self.tracks.marks:
-            estimate = self._estimate(mark)
-            if mark.probability >= shown and estimate is not None:
-                answers.append(Track(mark.identity, estimate, mark.kind.name, mark.size.size_m, mark.probability))
+            estimate, confidence = self._estimate(mark), mark.intruder_probability
+            if confidence >= shown and estimate is not None and mark.kind is not BIRD:
+                answers.append(Track(mark.identity, estimate, mark.kind.name, mark.size_m, confidence))
         return answers
 
     def _claimed(self, shape: tuple[int, ...]) -> NDArray[np.uint8]:
@@ -86,8 +88,7 @@ class Watch:
             self.level_m += _LEVEL_RATE * (level_m - self.level_m)
 
     def _estimate(self, mark: Mark) -> Estimate | None:
-        size = mark.size.size_m
-        base_m = self.level_m if mark.kind.afloat else 0.0
-        centre = np.array([*mark.state[:2], base_m + 0.5 * size[2]])
-        heading = mark.heading_rad if mark.heading_rad is not None else 0.0
-        return self._view.estimate_of(centre, size, heading)
+        size_m = mark.size_m
+        base_m = self.level_m if mark.afloat else 0.0
+        centre_m = np.array([*mark.state[:2], base_m + 0.5 * size_m[2]])
+        return self._view.estimate_of(centre_m, size_m, mark.shown_heading_rad)

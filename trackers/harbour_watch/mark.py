@@ -1,0 +1,195 @@
+"""One track: a box of unknown size on its plane, seen as a rectangle, with a probability of existence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.harbour_watch.box_model import STATE, linearised
+from trackers.harbour_watch.classes import BIRD, KINDS, Kind
+from trackers.harbour_watch.sightings import Sighting
+from trackers.site.view import SiteView
+
+Array = NDArray[np.float64]
+
+_EDGE_PX = 1.2
+"""Standard deviation of each edge of a region: about a pixel, for optics and sampling."""
+_EDGE_SHARE = 0.08
+"""Standard deviation of the same by the region's own width and height: parts without contrast, limbs."""
+_ALIKE = 3.0
+"""Regions of successive pictures err alike (the same cold legs): so many count as one."""
+_OUTLIER = 2.0
+"""Deviations from which an edge counts less: feet behind a car, a head before a warm wall."""
+_MIDDLE = np.array([[0.5, 0.0, 0.5, 0.0], [0.0, 0.5, 0.0, 0.5]])
+_SURELY_MOVES = 2.0
+"""Deviations of the velocity from zero from which it gives the heading."""
+_KIND_FORGETS = 0.95
+_FOUND = (4.5, 0.5)
+"""Beta prior of the share of pictures on which an object is found, and for how many pictures it is remembered."""
+_FOUND_FORGETS = 0.9
+_LEAST_FOUND = 0.3
+
+
+@dataclass(eq=False)
+class Mark:
+    """One track.
+
+    Attributes:
+        identity: its number. afloat: whether on the water.
+        state, covariance: (7,), (7, 7), see ``box_model``. log_odds: of its existence.
+        log_kinds: (4,) log likelihoods of ``KINDS``. kind: the one whose sizes were its prior.
+        heading_rad: direction of travel; None if it never surely moved.
+        seen_px: (4,) its last region. missed_frames: pictures since then.
+    """
+
+    identity: int
+    afloat: bool
+    state: Array
+    covariance: Array
+    log_odds: float
+    log_kinds: Array
+    kind: Kind
+    seen_px: Array
+    heading_rad: float | None = None
+    missed_frames: int = 0
+    expected_px: Array = field(default_factory=lambda: np.zeros(4))
+    _jacobian: Array = field(default_factory=lambda: np.zeros((4, STATE)))
+    _found: Array = field(default_factory=lambda: np.array(_FOUND))
+
+    @property
+    def size_m(self) -> Array:
+        """Length, width and height (3,)."""
+        size: Array = np.exp(self.state[4:])
+        return size
+
+    @property
+    def probability(self) -> float:
+        """Of existence, of whatever class."""
+        return float(1.0 / (1.0 + np.exp(-self.log_odds)))
+
+    @property
+    def intruder_probability(self) -> float:
+        """Of existence as something else than a bird."""
+        kinds = np.exp(self.log_kinds - self.log_kinds.max())
+        return self.probability * float(1.0 - kinds[KINDS.index(BIRD)] / kinds.sum())
+
+    @property
+    def found_share(self) -> float:
+        """Expected probability that a picture shows a region of it."""
+        return max(_LEAST_FOUND, float(self._found[0] / self._found.sum()))
+
+    @property
+    def shown_heading_rad(self) -> float:
+        """The heading; before it is known, halfway between along and across the line of sight (x of the world)."""
+        return 0.25 * np.pi if self.heading_rad is None else self.heading_rad
+
+    def predict(self, dt_s: float, survives: float) -> None:
+        """Move by ``dt_s`` at constant velocity with white acceleration."""
+        motion, pushed = np.eye(STATE), np.zeros((STATE, 2))
+        motion[[0, 1], [2, 3]] = dt_s
+        pushed[[0, 1], [0, 1]], pushed[[2, 3], [0, 1]] = 0.5 * dt_s**2, dt_s
+        self.state = motion @ self.state
+        self.covariance = motion @ self.covariance @ motion.T + self.kind.acceleration_mps2**2 * pushed @ pushed.T
+        p = self.probability * survives
+        self.log_odds = float(np.log(p / (1.0 - p)))
+
+    def expect(self, view: SiteView, level_m: float) -> None:
+        """Work out the rectangle that is expected in the picture; NaN behind the camera."""
+        base_m = level_m if self.afloat else 0.0
+        self.expected_px, self._jacobian = linearised(self.state, self.shown_heading_rad, base_m, view)
+
+    def expected_middle(self) -> tuple[Array, Array]:
+        """Return the expected middle (2,) of a region and its covariance (2, 2), pixels."""
+        spread = _MIDDLE @ self._innovation(np.ones(4)) @ _MIDDLE.T
+        return _MIDDLE @ self.expected_px, spread
+
+    def _noise(self) -> Array:
+        sides = self.expected_px[2:] - self.expected_px[:2]
+        noise: Array = np.tile(_EDGE_PX**2 + (_EDGE_SHARE * sides) ** 2, 2)
+        return noise
+
+    def _innovation(self, doubt: Array) -> Array:
+        spread: Array = self._jacobian @ self.covariance @ self._jacobian.T + np.diag(doubt * self._noise())
+        return spread
+
+    def correct(self, hits: Sequence[tuple[float, Sighting]]) -> None:
+        """Take in sightings with the probabilities that they are of this track (probabilistic data association)."""
+        hit = sum(p for p, _ in hits)
+        self._found = _FOUND_FORGETS * self._found + (1.0 - _FOUND_FORGETS) * 5.0 * np.array([hit, 1.0 - hit])
+        self.missed_frames += 1
+        if not hits:
+            return
+        states, spreads, weights = [self.state], [self.covariance], [max(0.0, 1.0 - hit)]
+        for p, sighting in hits:
+            state, covariance = self._corrected(sighting)
+            states.append(state)
+            spreads.append(covariance)
+            weights.append(p)
+        share = np.array(weights) / sum(weights)
+        mean = share @ np.array(states)
+        mixed = [p + np.outer(x - mean, x - mean) for x, p in zip(states, spreads, strict=True)]
+        self.state, self.covariance = mean, np.tensordot(share, np.array(mixed), axes=1)
+        p, best = max(hits, key=lambda each: each[0])
+        if p > 0.5:
+            self._recognise(best)
+
+    def _corrected(self, sighting: Sighting) -> tuple[Array, Array]:
+        """Return state and covariance after a region, by an extended Kalman filter with doubtful edges.
+
+        The place takes a region as it is; sizes take it for a part of an independent one.
+        """
+        off = sighting.region.box_xyxy - self.expected_px
+        deviations = np.abs(off) / np.sqrt(np.diag(self._innovation(np.ones(4))))
+        doubt = np.maximum(1.0, deviations / _OUTLIER) ** 2
+        across = self.covariance @ self._jacobian.T
+        gain = np.linalg.solve(self._innovation(doubt), across.T).T
+        gain[4:] = np.linalg.solve(self._innovation(doubt * _ALIKE), across[4:].T).T
+        kept = np.eye(STATE) - gain @ self._jacobian
+        covariance = kept @ self.covariance @ kept.T + gain @ np.diag(doubt * self._noise()) @ gain.T
+        return self.state + gain @ off, covariance
+
+    def _recognise(self, sighting: Sighting) -> None:
+        """Learn the class and the heading from the region that is most likely of this track."""
+        self.seen_px, self.missed_frames = sighting.region.box_xyxy, 0
+        self.log_kinds = _KIND_FORGETS * self.log_kinds + sighting.log_kinds
+        likeliest = KINDS[int(self.log_kinds.argmax())]
+        if likeliest is not self.kind:
+            self.kind = likeliest
+            self.state[4:] = np.log(likeliest.size_m)
+            self.covariance[4:], self.covariance[:, 4:] = 0.0, 0.0
+            self.covariance[4:, 4:] = np.diag(likeliest.spread**2)
+        velocity, spread = self.state[2:4], self.covariance[2:4, 2:4]
+        if float(velocity @ np.linalg.solve(spread, velocity)) > _SURELY_MOVES**2:
+            self.heading_rad = float(np.arctan2(velocity[1], velocity[0]))
+
+
+def begun(identity: int, sighting: Sighting, probability: float, view: SiteView) -> Mark:
+    """Begin a track at a sighting, with the sizes of its likeliest class."""
+    kind = KINDS[int(sighting.log_kinds.argmax())]
+    away = sighting.near_m - view.place_m[:2]
+    away /= max(float(np.linalg.norm(away)), 1e-9)
+    state = np.zeros(STATE)
+    state[:2] = sighting.near_m + away * 0.25 * (kind.size_m[0] + kind.size_m[1])
+    state[4:] = np.log(kind.size_m)
+    covariance = np.zeros((STATE, STATE))
+    # One pixel's rows cover metres of ground: the first place is as uncertain as two of them, and as the unknown depth.
+    along = 4.0 * sighting.m2_per_px * view.camera.focal_px / float(np.linalg.norm(sighting.near_m - view.place_m[:2]))
+    side = 0.5 * kind.size_m[1]
+    spread = (along**2 + (0.25 * (kind.size_m[0] - kind.size_m[1])) ** 2 - side**2) * np.outer(away, away)
+    covariance[:2, :2] = spread + side**2 * np.eye(2) if along > side else side**2 * np.eye(2)
+    covariance[2:4, 2:4] = kind.speed_mps**2 * np.eye(2)
+    covariance[4:, 4:] = np.diag(kind.spread**2)
+    p = min(max(probability, 1e-9), 1.0 - 1e-9)
+    return Mark(
+        identity,
+        sighting.afloat,
+        state,
+        covariance,
+        float(np.log(p / (1.0 - p))),
+        sighting.log_kinds.copy(),
+        kind,
+        sighting.region.box_xyxy,
+    )
