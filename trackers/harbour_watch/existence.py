@@ -22,26 +22,42 @@ _STRONG = 6.0
 """Deviations above the least score from which a false region is no chance of the noise but a body, e.g. a bird."""
 _PRIOR_STRONG = 0.5
 """Strong false regions that are expected in as many pictures as the prior counts for."""
+_NEUTRAL, _LEAST_RESIDENT = 5.0, 1e-4
+"""Log ratio that neither speaks for an object nor against it: a track expects its region within some hundred pixels;
+and the least share of pictures on which something that belongs there is taken to move."""
 _OBJECT_TAIL = 12.0
 """Decay of the scores of objects above the least one, deviations: broad, from just visible to very hot."""
 
 
 class Clutter:
-    """Density of false regions by place and score: noise by place, and a few strong ones anywhere."""
+    """Density of false regions by place and score: those of the noise, and strong ones of birds and swinging boats."""
 
-    def __init__(self, shape: tuple[int, int], least_score: float, pictures: Sequence[Sequence[Region]]) -> None:
-        """``shape``: of the picture; ``pictures``: the regions found on each picture without objects."""
-        cells = np.zeros((-(-shape[0] // _CELL_PX), -(-shape[1] // _CELL_PX)), np.float32)
-        beyond = np.array([region.score - least_score for regions in pictures for region in regions])
-        for region in (each for regions in pictures for each in regions):
-            cells[self._cell(region, cells.shape)] += region.score < least_score + _STRONG
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        least_score: float,
+        pictures: Sequence[Sequence[Region]],
+        moving: NDArray[np.float32],
+    ) -> None:
+        """Learn the rates.
+
+        Args:
+            shape: of the picture.
+            pictures: the regions found on each picture without objects.
+            moving: (H, W) share of these pictures on which a pixel changed much.
+        """
+        self._moving = cv2.integral(moving)
+        cells = np.zeros((2, -(-shape[0] // _CELL_PX), -(-shape[1] // _CELL_PX)), np.float32)
+        found = [region for regions in pictures for region in regions]
+        for region in found:
+            cells[int(region.score >= least_score + _STRONG)][self._cell(region, cells.shape[1:])] += 1.0
         n, self._least = len(pictures) + _PRIOR_PICTURES, least_score
-        blurred = cv2.GaussianBlur(cells, (0, 0), _BLUR_CELLS, borderType=cv2.BORDER_REFLECT)
-        self._per_cell = (blurred + _PRIOR_REGIONS * _PRIOR_PICTURES) / n
+        weak, strong = (_blurred(each) for each in cells)
+        self._per_cell = (weak + _PRIOR_REGIONS * _PRIOR_PICTURES) / n
+        self._strong_per_cell = (strong + _PRIOR_STRONG / strong.size) / n
         self._least_per_cell = float(self._per_cell.min())
-        weak = beyond[beyond < _STRONG]
-        self._tail = (float(weak.sum()) + _PRIOR_TAIL * _PRIOR_WEIGHT) / (len(weak) + _PRIOR_WEIGHT)
-        self._strong_per_px = (len(beyond) - len(weak) + _PRIOR_STRONG) / n / (shape[0] * shape[1])
+        beyond = np.array([each.score - least_score for each in found if each.score < least_score + _STRONG])
+        self._tail = (float(beyond.sum()) + _PRIOR_TAIL * _PRIOR_WEIGHT) / (len(beyond) + _PRIOR_WEIGHT)
 
     def learn(self, regions: Sequence[Region], claimed: NDArray[np.uint8]) -> None:
         """Take in the regions of a picture that no object claims: ``claimed`` (H, W)."""
@@ -51,8 +67,7 @@ class Clutter:
             row, column = min(int(y1) - 1, len(claimed) - 1), min(int(0.5 * (x0 + x1)), claimed.shape[1] - 1)
             if not claimed[row, column] and region.score < self._least + _STRONG:
                 seen[self._cell(region, seen.shape)] += 1.0
-        blurred = cv2.GaussianBlur(seen, (0, 0), _BLUR_CELLS, borderType=cv2.BORDER_REFLECT) if seen.any() else seen
-        self._per_cell += _RATE * (np.maximum(blurred, self._least_per_cell) - self._per_cell)
+        self._per_cell += _RATE * (np.maximum(_blurred(seen), self._least_per_cell) - self._per_cell)
 
     @staticmethod
     def _cell(region: Region, shape: tuple[int, ...]) -> tuple[int, int]:
@@ -64,6 +79,22 @@ class Clutter:
         """Return log of (density of the score for an object / density of false regions of that score per pixel)."""
         beyond = max(region.score - self._least, 0.0)
         of_object = -beyond / _OBJECT_TAIL - np.log(_OBJECT_TAIL)
-        noise = np.log(self._per_cell[self._cell(region, self._per_cell.shape)] / _CELL_PX**2 / self._tail)
-        strong = np.log(self._strong_per_px) + of_object
-        return float(of_object - np.logaddexp(noise - beyond / self._tail, strong))
+        cell = self._cell(region, self._per_cell.shape)
+        noise = np.log(self._per_cell[cell] / self._tail) - beyond / self._tail
+        strong = np.log(self._strong_per_cell[cell]) + of_object
+        ratio = float(of_object - np.logaddexp(noise, strong) + np.log(_CELL_PX**2))
+        resident = self._resident(region)
+        return min(ratio, _NEUTRAL + float(np.log((1.0 - resident) / resident)))
+
+    def _resident(self, region: Region) -> float:
+        """Return the mean share of pictures without objects on which the region's pixels changed much."""
+        h, w = self._moving.shape
+        x0, y0, x1, y1 = np.clip(np.round(region.box_xyxy), 0, [w - 1, h - 1, w - 1, h - 1]).astype(int)
+        total = self._moving[y1, x1] - self._moving[y0, x1] - self._moving[y1, x0] + self._moving[y0, x0]
+        share = float(total) / max((x1 - x0) * (y1 - y0), 1)
+        return min(max(share, _LEAST_RESIDENT), 1.0 - _LEAST_RESIDENT)
+
+
+def _blurred(cells: NDArray[np.float32]) -> NDArray[np.float32]:
+    blurred: NDArray[np.float32] = cv2.GaussianBlur(cells, (0, 0), _BLUR_CELLS, borderType=cv2.BORDER_REFLECT)
+    return blurred

@@ -55,6 +55,12 @@ class LowRank:
             c = np.asarray(np.linalg.solve(weighted @ basis.T + np.diag(self.prior + 1e-9), weighted @ target))
         return c
 
+    @property
+    def deviations(self) -> NDArray[np.float64]:
+        """Standard deviations of the coefficients of the scene's components, the last rows of ``basis``."""
+        scene: NDArray[np.float64] = self.prior[self.prior > 0.0]
+        return 1.0 / np.sqrt(scene)
+
     @cached_property
     def _fitted(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
         """Basis and weights of every n-th pixel, which the fit reads, and n."""

@@ -13,7 +13,7 @@ from trackers.harbour_watch.detection import Detector
 from trackers.harbour_watch.existence import Clutter
 from trackers.harbour_watch.low_rank import learn
 from trackers.harbour_watch.memory import PixelMemory
-from trackers.harbour_watch.water import WaterLevel, upper_edge, water_of
+from trackers.harbour_watch.water import WaterLevel, water_of
 from trackers.site.view import SiteView
 from trackers.site.volume import WatchedVolume, place
 
@@ -23,6 +23,10 @@ _MEDIAN_TO_SIGMA = 1.4826
 _LEAST_NOISE = 0.5
 """Counts; a picture is rounded to whole ones."""
 _MOST_REPLAYED = 120
+_MOVED = 10.0
+"""Deviations of a pixel's noise by which it changes when something that belongs there moves, e.g. a moored boat."""
+_MAIN = 4
+"""Components that tell water from what has texture in some weather."""
 _FIRST_GUESS = 3.0
 """Times the noise: spread of the background before anything is known of it."""
 
@@ -74,9 +78,17 @@ class SiteModel:
         self.watched = _watched(view, volume, self.shape)
         self.px_per_m = _px_per_m(view, self.shape)
         self.detector = Detector(self.px_per_m, self.shape[1], p.least_score, p.piece_score)
-        self.water = water_of(noise.reshape(self.shape)) & (len(pictures) > 1)
-        self.water_level = WaterLevel(view, upper_edge(self.water), p.mean_water_m)
+        self.water = water_of(self._looks()) & (len(pictures) > 1)
+        self.water_level = WaterLevel(view, self.water, noise.reshape(self.shape), p.mean_water_m)
+        self.water_level.settle(pictures)
+        self.water = self.water_level.below_quay(self.water)
         self.clutter = self._replayed(left, p)
+
+    def _looks(self) -> Picture:
+        """Return the mean picture and what the main causes of change do to it, (K, H, W)."""
+        main = self.low_rank.basis[-len(self.low_rank.deviations) :] if len(self.low_rank.deviations) else []
+        looks = [each * d for each, d in zip(main[:_MAIN], self.low_rank.deviations, strict=False)]
+        return np.array([self.low_rank.mean, *looks], np.float32).reshape(-1, *self.shape)
 
     def _replayed(self, left: Picture, p: ModelParameters) -> Clutter:
         """Learn the noise of boxes and the false regions from what the background leaves of its own pictures.
@@ -85,7 +97,7 @@ class SiteModel:
         doubtful as the first one of an episode.
         """
         if len(left) < 2:
-            return Clutter(self.shape, p.least_score, [])
+            return Clutter(self.shape, p.least_score, [], np.zeros(self.shape, np.float32))
         filters, nobody = self.detector.filters, np.zeros(self.shape, np.uint8)
         every = max(1, (len(left) - 1) // _MOST_REPLAYED)
         noise, all_doubt = np.sqrt(2.0 * self.memory.noise), np.ones(self.shape, np.float32)
@@ -99,7 +111,9 @@ class SiteModel:
             self.detector.regions(filters.scaled(filters.filtered(step, p.clip)), step, self.watched)
             for step in steps[::2]
         ]
-        return Clutter(self.shape, p.least_score, found)
+        changed = _MOVED * np.sqrt(float(np.median(self.memory.noise)))
+        moving = np.mean([np.abs(left[k + 1] - left[k]) > changed for k in range(0, len(left) - 1, every)], axis=0)
+        return Clutter(self.shape, p.least_score, found, moving.reshape(self.shape).astype(np.float32))
 
 
 def reading_of(image_rgb: NDArray[np.uint8], counts: NDArray[np.uint16] | None, use_counts: bool) -> Picture:

@@ -13,7 +13,7 @@ from trackers.harbour_watch.tracks import Rates, Tracks
 from trackers.site.view import SiteView
 from trackers.types import Estimate, Track
 
-_LEVEL_EVERY, _LEVEL_RATE = 15, 0.2
+_LEVEL_EVERY = 15
 _USUAL_STEP_S, _LONGEST_STEP_S = 2.0, 30.0
 _RIM_PX = (-2, -2, 3, 3)
 
@@ -42,6 +42,9 @@ class Watch:
         """Take in a picture (H, W)."""
         model, dt_s = self._model, _USUAL_STEP_S if self._time_s is None else time_s - self._time_s
         self._time_s = time_s
+        if self._frame % _LEVEL_EVERY == 0:
+            level_m = model.water_level.of(picture)
+            self.level_m = self.level_m if level_m is None else level_m
         flat = picture.ravel()
         self._coefficients = model.low_rank.coefficients(flat, self._coefficients)
         left = flat - model.low_rank.explained(self._coefficients)
@@ -58,8 +61,6 @@ class Watch:
         model.memory.learn(left, claimed.ravel())
         filters.learn(scaled, claimed, self._noise_rate)
         self._frame += 1
-        if self._frame % _LEVEL_EVERY == 0:
-            self._update_level()
 
     def answers(self, shown: float) -> list[Track]:
         """Return the intruders that exist with a probability of ``shown`` at least."""
@@ -81,11 +82,6 @@ class Watch:
                         x0, y0, x1, y1 = np.clip(np.add(np.round(box), _RIM_PX), 0, max(shape)).astype(int)
                         claimed[y0:y1, x0:x1] = 1
         return claimed
-
-    def _update_level(self) -> None:
-        level_m = self._model.water_level.of(np.sqrt(self._model.memory.noise).reshape(self._model.shape))
-        if level_m is not None:
-            self.level_m += _LEVEL_RATE * (level_m - self.level_m)
 
     def _estimate(self, mark: Mark) -> Estimate | None:
         size_m = mark.size_m

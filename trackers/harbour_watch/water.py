@@ -1,10 +1,12 @@
-"""Where the picture shows water, and how high it stands: water is what waves keep moving.
+"""Where the picture shows water, and how high it stands.
 
-Its level follows from the foot of the quay's wall: the line where waves end is seen higher in the picture when the tide
-is high, and the wall stands still.
+Water alone is uniform in all weather. It ends at a line along a wall, which is seen higher in the picture when the tide
+is high, while the wall stands still: the line's mean row belongs to the mean level.
 """
 
 from __future__ import annotations
+
+from collections import deque
 
 import cv2
 import numpy as np
@@ -14,82 +16,159 @@ from trackers.site.view import SiteView
 
 Picture = NDArray[np.float32]
 
-_BLUR_PX = 2.5
-_LEAST_SHARE = 0.02
-_LEAST_CONTRAST = 1.5
-"""Ratio of the waves' deviation to that of land below which there is no water."""
-_REACH_PX = 40
-_SHORTEST_LINE = 0.1
+_WINDOW_PX, _SMOOTHING_PX = 9, 2.0
+_TEXTURED = 1.7
+"""Times what smoothing leaves of white noise, from which there is texture."""
+_LEAST_SHARE = 0.03
+_LEAST_LAND = 0.1
+"""Share of the picture below which what is not water is a boat at the picture's border."""
+_LARGEST_GAP = 0.25
+"""Share of the picture's width that moored boats may cover in one piece."""
+_UNSURE_PX, _SEARCHED_PX, _BELOW_PX = 4, 24, 12
+"""Rows by which the band's base lies below the edge of the water's area, that are searched upwards from there, and that
+surely show water below."""
+_LINE_ROUNDS = 8
+_FASTEST_PX = 2
+_LEAST_SHARE_OF_COLUMNS, _LEAST_PEAK = 0.06, 0.3
+"""Share of columns that must agree, and that share of the most agreed height which a higher one must have."""
+_LEAST_PICTURES, _MEDIAN_OF = 20, 5
+_OTHER = 5.0
+"""Deviations from the water from which a pixel shows something else."""
 
 
-def water_of(noise: Picture) -> NDArray[np.bool_]:
-    """Return where a picture (H, W) of noise, standard deviations from one picture to the next, shows water.
+def water_of(looks: Picture) -> NDArray[np.bool_]:
+    """Return where a site shows water, (H, W): its largest part without texture, with the boats in it.
 
-    Otsu's threshold between two classes of the logarithm of the smoothed noise; what lies within the largest part with
-    waves is water too (moored boats). Nowhere if the classes hardly differ.
+    The pixels' fixed pattern is white: smoothing takes it away, but not a surface's texture.
+
+    Args:
+        looks: (K, H, W) the mean picture and how it varies, counts.
     """
-    smooth = np.log(np.maximum(cv2.GaussianBlur(noise, (0, 0), _BLUR_PX), 1e-6))
-    low, high = np.percentile(smooth, [0.5, 99.5])
-    if high - low < 1e-3:
-        return np.zeros(noise.shape, bool)
-    grey = np.clip((smooth - low) / (high - low) * 255, 0, 255).astype(np.uint8)
-    threshold, _ = cv2.threshold(grey, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
-    rough = grey > threshold
-    if not 0 < rough.mean() < 1 or smooth[rough].mean() - smooth[~rough].mean() < np.log(_LEAST_CONTRAST):
-        return np.zeros(noise.shape, bool)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(rough.astype(np.uint8))
+    fine, coarse = np.zeros(looks.shape[1:], np.float32), np.zeros(looks.shape[1:], np.float32)
+    for look in looks:
+        fine += _local_variance(look)
+        coarse += _local_variance(cv2.GaussianBlur(look, (0, 0), _SMOOTHING_PX))
+    uniform = (coarse < (_TEXTURED / (2.0 * np.sqrt(np.pi) * _SMOOTHING_PX)) ** 2 * fine).astype(np.uint8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(uniform, connectivity=4)
+    if count < 2:
+        return np.zeros(uniform.shape, bool)
     largest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    if stats[largest, cv2.CC_STAT_AREA] < _LEAST_SHARE * noise.size:
-        return np.zeros(noise.shape, bool)
-    outline, _ = cv2.findContours((labels == largest).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    filled: NDArray[np.uint8] = cv2.drawContours(np.zeros(noise.shape, np.uint8), outline, -1, 1, cv2.FILLED)
-    return filled.astype(bool)
+    if stats[largest, cv2.CC_STAT_AREA] < _LEAST_SHARE * uniform.size:
+        return np.zeros(uniform.shape, bool)
+    gap = int(_LARGEST_GAP * uniform.shape[1]) | 1
+    padded = cv2.copyMakeBorder((labels == largest).astype(np.uint8), gap, gap, gap, gap, cv2.BORDER_REPLICATE)
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
+    land = 1 - closed[gap:-gap, gap:-gap]
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(np.ascontiguousarray(land))
+    island = stats[:, cv2.CC_STAT_AREA] < _LEAST_LAND * uniform.size
+    return (land == 0) | island[labels]
 
 
-def upper_edge(water: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the highest row (W,) of water in each column; NaN where there is none or it fills the column."""
-    first = water.argmax(axis=0)
-    return np.where(water.any(axis=0) & (first > 0), first, np.nan)
+def _local_variance(look: Picture) -> Picture:
+    kernel = (_WINDOW_PX, _WINDOW_PX)
+    variance: Picture = cv2.blur(look * look, kernel) - cv2.blur(look, kernel) ** 2
+    return np.maximum(variance, 0.0)
 
 
 class WaterLevel:
-    """Level of the water from the line where it meets a wall, against the line at the mean level.
+    """Level of the water from the row where it ends at a wall.
+
+    In each column the water is followed upwards until something else is seen. Boats end it too early: of the heights
+    on which many columns agree the highest counts.
 
     Attributes:
         mean_m: the mean level.
     """
 
-    def __init__(self, view: SiteView, mean_edge_px: NDArray[np.float64], mean_level_m: float) -> None:
-        """``mean_edge_px`` (W,): row of the line at the mean level by column; NaN where there is none."""
-        self._columns = np.flatnonzero(np.isfinite(mean_edge_px))
-        self._enough = max(2.0, _SHORTEST_LINE * len(mean_edge_px))
-        self.mean_m, self._edge_px = mean_level_m, mean_edge_px[self._columns]
-        px = np.column_stack([self._columns + 0.5, self._edge_px])
-        foot_m = view.on_plane(px, mean_level_m)
-        above, _ = view.project(np.add(foot_m, (0.0, 0.0, 1.0)))
-        self._px_per_m = px[:, 1] - above[:, 1]
+    def __init__(self, view: SiteView, water: NDArray[np.bool_], noise: Picture, mean_m: float) -> None:
+        """``water`` (H, W): see ``water_of``; ``noise`` (H, W) counts; ``mean_m``: of what ``settle`` will get."""
+        first = water.argmax(axis=0)
+        columns = np.flatnonzero(water.any(axis=0) & (first > 0))
+        self._view, self._noise, self.mean_m = view, noise, mean_m
+        self._mean_rise_px = 0.0
+        self._rows, self._columns = _band(columns, first[columns], len(water))
+        self._px_per_m = self._upright_px_per_m(0.0) if len(self._columns) else 1.0
+        self._last: deque[float] = deque(maxlen=_MEDIAN_OF)
 
-    def of(self, noise: Picture) -> float | None:
-        """Return the level in metres from the noise (H, W) of recent pictures; None where it cannot be told."""
-        if len(self._columns) < self._enough:
+    def settle(self, pictures: Picture) -> None:
+        """Learn which row belongs to the mean level from pictures (T, H, W) at all tides, in order of time."""
+        if not len(self._columns):
+            return
+        shares = np.array([self._ends(picture) for picture in pictures])
+        if len(pictures) < _LEAST_PICTURES or np.median(shares.max(axis=1)) < _LEAST_SHARE_OF_COLUMNS:
+            self._columns = self._columns[:0]
+            return
+        self._mean_rise_px = float(_smoothest(shares).mean())
+        self._px_per_m = self._upright_px_per_m(self._mean_rise_px)
+
+    def of(self, picture: Picture) -> float | None:
+        """Take in a picture (H, W) and return the level in metres; None where it cannot be told."""
+        if not len(self._columns):
             return None
-        smooth = np.log(np.maximum(cv2.GaussianBlur(noise, (0, 0), 1.0), 1e-6))
-        rows = np.clip(np.round(self._edge_px).astype(int), 0, len(noise) - 1)
-        low, high = max(0, rows.min() - _REACH_PX), min(len(noise), rows.max() + _REACH_PX)
-        line = np.array([_step(smooth[low:high, column]) for column in self._columns]) + low
-        rises_m = (self._edge_px - line) / self._px_per_m
-        rises_m = rises_m[np.isfinite(rises_m)]
-        return self.mean_m + float(np.median(rises_m)) if len(rises_m) >= self._enough else None
+        share = self._ends(picture)
+        is_peak = (share >= np.roll(share, 1)) & (share >= np.roll(share, -1)) & (share > _LEAST_PEAK * share.max())
+        if share.max() >= _LEAST_SHARE_OF_COLUMNS:
+            rise_px = float(np.flatnonzero(is_peak).max())
+            self._last.append(self.mean_m + (rise_px - self._mean_rise_px) / self._px_per_m)
+        return float(np.median(self._last)) if self._last else None
+
+    def below_quay(self, water: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return ``water`` (H, W) up to half the height of the wall: what stands there is afloat, in front of it."""
+        below = water.copy()
+        if len(self._columns):
+            half_wall_px = -0.5 * self.mean_m * self._px_per_m
+            rows = np.round(self._rows[0] - self._mean_rise_px - half_wall_px).astype(int)
+            below[:, self._columns] |= np.arange(len(water))[:, None] >= rows
+        return below
+
+    def _upright_px_per_m(self, rise_px: float) -> float:
+        """Return the pixels of a metre of the wall where the mean level is ``rise_px`` above the band's base."""
+        middle = len(self._columns) // 2
+        px = np.array([[self._columns[middle] + 0.5, self._rows[0, middle] - rise_px]])
+        foot_m = self._view.on_plane(px, self.mean_m)
+        above, _ = self._view.project(np.add(foot_m, (0.0, 0.0, 1.0)))
+        px_per_m = float(px[0, 1] - above[0, 1])
+        return px_per_m if np.isfinite(px_per_m) else 1.0
+
+    def _ends(self, picture: Picture) -> NDArray[np.float64]:
+        """Return the share of columns whose water ends at each row above the base (R,), over three rows."""
+        band = cv2.blur(picture, (3, 1))[self._rows, self._columns]
+        water = np.median(picture[self._rows[0] + np.arange(_BELOW_PX)[:, None], self._columns], axis=0)
+        other = np.abs(band - water) > _OTHER * self._noise[self._rows, self._columns]
+        end = np.where(other.any(axis=0), other.argmax(axis=0), 0)
+        share = np.bincount(end[end > _UNSURE_PX], minlength=len(band)) / len(self._columns)
+        return np.convolve(share, [0.5, 1.0, 0.5], "same")
 
 
-def _step(column: NDArray[np.float32]) -> float:
-    """Return the row at which a column (N,) steps up best, by least squares of two levels; NaN without a step."""
-    n = len(column)
-    if n < 6:
-        return float("nan")
-    total = np.cumsum(column, dtype=np.float64)
-    k = np.arange(2, n - 2)
-    above, below = total[k - 1] / k, (total[-1] - total[k - 1]) / (n - k)
-    gain = np.where(below > above, k * (n - k) / n * (below - above) ** 2, 0.0)
-    at = int(gain.argmax())
-    return float(k[at]) if below[at] - above[at] > np.log(_LEAST_CONTRAST) else float("nan")
+def _band(columns: NDArray[np.intp], first: NDArray[np.intp], height_px: int) -> tuple[NDArray, NDArray]:
+    """Return the rows (R, C), from the water upwards, and columns (C,) in which a straight wall's foot is searched.
+
+    The water's upper edge at ``first`` (C,) is that of low tide, and lower where boats lie: the base is the straight
+    line along its highest parts, some rows lower.
+    """
+    if len(columns) < 2:
+        return np.zeros((0, 0), np.intp), columns[:0]
+    kept = np.ones(len(columns), bool)
+    line = first.astype(np.float64)
+    for _ in range(_LINE_ROUNDS):
+        line = np.polyval(np.polyfit(columns[kept], first[kept], 1), columns)
+        kept = first <= line + 0.5
+        if kept.sum() < 2:
+            return np.zeros((0, 0), np.intp), columns[:0]
+    base = np.round(line).astype(np.intp) + _UNSURE_PX
+    inside = (base >= _SEARCHED_PX) & (base < height_px - _BELOW_PX)
+    return base[inside] - np.arange(_SEARCHED_PX)[:, None], columns[inside]
+
+
+def _smoothest(shares: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return the row (T,) at each time that gathers most shares (T, R) while the tide moves by two rows at most."""
+    total, back = shares[0].copy(), []
+    for share in shares[1:]:
+        padded = np.pad(total, _FASTEST_PX, constant_values=-np.inf)
+        before = np.lib.stride_tricks.sliding_window_view(padded, 2 * _FASTEST_PX + 1)
+        back.append(before.argmax(axis=1) - _FASTEST_PX)
+        total = before.max(axis=1) + share
+    path = [int(total.argmax())]
+    for step in reversed(back):
+        path.append(path[-1] + int(step[path[-1]]))
+    return np.array(path[::-1])
