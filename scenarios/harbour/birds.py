@@ -55,6 +55,8 @@ def _fly(poses: NDArray[np.float64], time_s: NDArray[np.float64], begin_s: float
     speed, half = rng.uniform(*_SPEED_MPS), 0.27 * (x + 100.0) + 4.0
     roll, dive = rng.normal(0.0, 0.35), rng.normal(0.0, 0.03)
     first, last = np.searchsorted(time_s, (begin_s, begin_s + 2.0 * half / speed))
+    if first == last:
+        return
     since = time_s[first:last] - begin_s
     along = speed * since - half
     place = np.column_stack([x + along * np.cos(heading), along * np.sin(heading), height - dive * along])

@@ -100,6 +100,11 @@ class ShadowCaster:
         self._body_count = -1
         self._kept: OrderedDict[tuple[int, int, int], Region] = OrderedDict()
 
+    def turn(self, sun_direction: NDArray[np.float64]) -> None:
+        """Let the sun stand elsewhere; regions and maps so far are invalid."""
+        self.axes = light_axes(np.asarray(sun_direction, dtype=float))
+        self._kept.clear()
+
     def region(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> Region:
         """Return the region around two corners, with the tiles drawn so far.
 

@@ -64,7 +64,8 @@ class ThermalShader:
         check("shadow_reach_m", shadow_reach_m > 0, "a number > 0", shadow_reach_m)
         self._world, self._reach_m = world, shadow_reach_m
         self.sea: Sea | None = None
-        self._casters: dict[tuple[float, ...], tuple[NDArray[np.float32], NDArray[np.float32], float]] = {}
+        self._caster = ShadowCaster(world, np.array([0.0, 0.0, 1.0]), _SHADOW_TEXELS, casting="fixed")
+        self._maps: dict[tuple[float, ...], tuple[NDArray[np.float32], NDArray[np.float32], float]] = {}
         self._kept: dict[tuple[PinholeCamera, bytes], KeptPicture] = {}
         self._table_of: tuple[Air, float, float] | None = None
         self._table = NO_SEA.radiance
@@ -118,8 +119,8 @@ class ThermalShader:
         """
         check("weights", len(weights) == len(towards_sun), f"{len(towards_sun)} numbers", len(weights))
         directions = [tuple(float(x) for x in each) for each in towards_sun]
-        self._casters = {each: self._casters.get(each) or self._shadows(each) for each in directions}
-        maps = [self._casters[each] for each in directions]
+        self._maps = {each: self._maps.get(each) or self._shadows(each) for each in directions}
+        maps = [self._maps[each] for each in directions]
         self._sun = SunArrays(
             np.array(directions, np.float32).reshape(-1, 3),
             np.array(weights, np.float32),
@@ -192,7 +193,9 @@ class ThermalShader:
 
     def _shadows(self, towards_sun: tuple[float, ...]) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
         """Return ``in_map``, heights and texel of the shadows of what never moves."""
-        caster = ShadowCaster(self._world, np.array(towards_sun), _SHADOW_TEXELS, casting="fixed")
+        # One caster for all positions: packing the world takes longer than drawing a map.
+        caster = self._caster
+        caster.turn(np.array(towards_sun))
         reach_m = np.full(2, self._reach_m)
         region = caster.region(-reach_m, reach_m)
         drawn = caster.draw(region, np.ones_like(region.arrays.drawn))
