@@ -52,9 +52,8 @@ class Plan:
     """A whole episode: V visits in order of their coming.
 
     Attributes:
-        visits: (V,). bays: index of the bay of each car that stood there before, in order of the visits.
-        usual: bays whose cars stand there on all days.
-        before_y_m: y of the bays of cars that stood there since before the first picture.
+        visits: (V,).
+        usual_y_m: bays of cars that stand there on all days. before_y_m: of those that came before the first picture.
     """
 
     visits: tuple[Visit, ...]
@@ -184,11 +183,11 @@ def _stands(at_s: float, rng: np.random.Generator) -> Visit:
 
 
 def _beside(other: Visit, rng: np.random.Generator) -> Visit:
-    """Return who walks along, 0.8 m to a side and somewhat behind."""
+    """Return who walks along, 0.45 m to a side and somewhat behind."""
     place_m, heading, _ = other.journey.at(other.journey.time_s)
-    offset = 0.8 * float(rng.choice([-1.0, 1.0]))
+    offset = 0.45 * float(rng.choice([-1.0, 1.0]))
     aside = place_m + offset * np.column_stack([-np.sin(heading), np.cos(heading)])
-    late_s = float(rng.uniform(0.0, 1.5))
+    late_s = float(rng.uniform(0.4, 1.5))
     made = other.journey._replace(place_m=aside, time_s=other.journey.time_s + late_s)
     return Visit("person", made, other.begin_s + late_s, other.end_s + late_s)
 

@@ -140,18 +140,18 @@ def on_foot(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return a way through places that passes the row of parked cars only between two of them."""
     way = [places[0]]
     for there in places[1:]:
-        here = way[-1]
-        zones = [int(x > _ACROSS[0]) + int(x > _ACROSS[1]) for x, _ in (here, there)]
-        if zones[0] != zones[1]:
-            way += _corridor(here, there, zones)
-        way.append(there)
+        way += [*_around_cars(way[-1], there), there]
     return way
 
 
-def _corridor(here: tuple[float, float], there: tuple[float, float], zones: list[int]) -> list[tuple[float, float]]:
-    """Return the ends of a corridor between two zones (0 apron, 1 within the row, 2 lane), in order; the one at the
-    further place if the other place is within it.
-    """
+def _around_cars(here: tuple[float, float], there: tuple[float, float]) -> list[tuple[float, float]]:
+    """Return the ends of the corridors to take from a place to another, in order."""
+    # 0 is the apron, 1 within the row, 2 the lane.
+    zones = [int(x > _ACROSS[0]) + int(x > _ACROSS[1]) for x, _ in (here, there)]
+    if zones == [1, 1]:
+        return [] if here[1] == there[1] else [(_ACROSS[1], here[1]), (_ACROSS[1], there[1])]
+    if zones[0] == zones[1]:
+        return []
     if 1 in zones:
         y, outside = (here[1], zones[1]) if zones[0] == 1 else (there[1], zones[0])
         return [(_ACROSS[0] if outside == 0 else _ACROSS[1], y)]
