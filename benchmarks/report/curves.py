@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.records import Row
-from benchmarks.scores import pooling
+from benchmarks.scores import froc, pooling
 from benchmarks.scores.statistics import PooledRatios
 from benchmarks.suites.registry import Metric
 from sim.rng import generator
@@ -86,6 +86,23 @@ def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve 
     return _with_band(found, x=np.arange(until_frames + 1.0), fewest=0)
 
 
+def found_at_alarms(rows: Sequence[Row], metric: Metric, alarms_per_hour: NDArray[np.float64]) -> Curve | None:
+    """Return the share found against false alarms an hour (K,), see ``scores.froc``; None without rows.
+
+    ``metric``: of the statistic ``froc``. The band is a percentile bootstrap over seeds.
+    """
+    pool = pooling.pooled(rows, metric)
+    if pool is None:
+        return None
+
+    def points(counts: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.stack([froc.found_at(counts, float(each)) for each in alarms_per_hour], axis=-1)
+
+    sums = replace(pool, finish=points)
+    kept, count = np.ones(len(alarms_per_hour), bool), np.full(len(alarms_per_hour), float(len(pool.seeds)))
+    return Curve(alarms_per_hour, *_line_and_band(sums, kept), count)
+
+
 def series_mean(rows: Sequence[Row], metric: str, x: NDArray[np.float64]) -> Curve | None:
     """Return the mean of a series, entry by entry, at ``x``, as long as its longest row; None without rows.
 
@@ -117,10 +134,15 @@ def _with_band(sums: PooledRatios, x: NDArray[np.float64], fewest: int = FEWEST)
     kept = count >= fewest
     if not kept.any():
         return None
+    return Curve(x[kept], *_line_and_band(sums, kept), count[kept])
+
+
+def _line_and_band(
+    sums: PooledRatios, kept: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the entries of a statistic (K,) that are ``kept`` (K,), and the ends of their 95 % band."""
     seed_count = len(sums.seeds)
     rng = generator(seed_count, "report/bootstrap")
     draws = rng.multinomial(seed_count, np.full(seed_count, 1.0 / seed_count), size=_RESAMPLES)
-    resampled = sums.value(draws.astype(float))[:, kept]
-    low, high = np.nanpercentile(resampled, [2.5, 97.5], axis=0)
-    mean = sums.value(np.ones(seed_count))[kept]
-    return Curve(x[kept], mean, low, high, count[kept])
+    low, high = np.nanpercentile(sums.value(draws.astype(float))[:, kept], [2.5, 97.5], axis=0)
+    return sums.value(np.ones(seed_count))[kept], low, high

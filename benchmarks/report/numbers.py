@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-_SIGNS = {"fraction": "%", "1": "", "1/s": "/s", "1/min": "/min"}
+_SIGNS = {"fraction": "%", "1": "", "1/s": "/s", "1/min": "/min", "1/h": "/h"}
 _MINUS = "\u2212"
 
 

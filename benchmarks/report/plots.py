@@ -114,6 +114,21 @@ def plot_errors(curves: Curves, styles: Styles, x_label: str, y_label: str) -> s
         return svg(figure)
 
 
+def plot_shares(curves: Curves, styles: Styles, x_label: str, y_label: str) -> str:
+    """Draw shares against ``x_label`` (log), with bands for ours and references."""
+    with drawn_as(x_label.replace(" ", "-")):
+        figure, axes = new_figure(x_label, y_label)
+        axes.set_xscale("log")
+        for name, curve in curves.items():
+            _draw(axes, curve, styles[name])
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+        axes.set_xlim(min(curve.x[0] for curve in curves.values()), max(curve.x[-1] for curve in curves.values()))
+        axes.set_ylim(0, 1.01)
+        return svg(figure)
+
+
 def plot_calibration(curves: Curves, styles: Styles) -> str:
     """Draw the share of truths inside the p region against p, and the diagonal of a calibrated posterior."""
     with drawn_as("calibration"):

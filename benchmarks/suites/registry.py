@@ -29,6 +29,7 @@ _MODULES = {
     "follow": "benchmarks.suites.follow.suite",
     "stereo": "benchmarks.suites.stereo.suite",
     "fish": "benchmarks.suites.fish.suite",
+    "harbour": "benchmarks.suites.harbour.suite",
 }
 """Suite -> module that defines it; the first is the default. Add yours here."""
 DEFAULT = next(iter(_MODULES))

@@ -16,7 +16,7 @@ from trackers.belief.features import COMMANDS, FEATURES, features_of
 from trackers.belief.kernel import BELIEF
 
 ROOT = Path(__file__).parents[3]
-SUITES = ("fish", "follow", "frame-out", "stereo")
+SUITES = ("fish", "follow", "frame-out", "harbour", "stereo")
 
 
 def test_the_committed_page_is_what_the_command_prints() -> None:

@@ -1,0 +1,104 @@
+"""False alarms and their causes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.scores import froc
+from benchmarks.suites.harbour.streaks import RUNNING, Streaks
+from benchmarks.suites.judging import Score
+
+Cause = Literal["tide", "wave", "bird", "agc_step", "shadow", "other"]
+CAUSES: tuple[Cause, ...] = get_args(Cause)
+_OF_CLUTTER: dict[str, Cause] = {
+    "moored": "tide",
+    "rope": "tide",
+    "sea": "wave",
+    "bird": "bird",
+    "parked": "shadow",
+    "land": "shadow",
+    "building": "shadow",
+}
+_GROWN_PX = 2
+"""A boat that has moved leaves its old place beside it: boxes are so much larger on each side."""
+_SHARE = 0.1
+"""Share of a box from which on moored boats and ropes are the cause."""
+
+
+class Clutter:
+    """What there is to see beside intruders, by instance id."""
+
+    def __init__(self, clutter: Mapping[int, str]) -> None:
+        """``clutter``: instance id -> kind, see ``HarbourMap``."""
+        self._cause_of = np.full(max(clutter, default=-1) + 2, CAUSES.index("other"), np.uint8)
+        for instance, kind in clutter.items():
+            self._cause_of[instance] = CAUSES.index(_OF_CLUTTER[kind])
+
+    def causes(self, instance_map: NDArray[np.int32], boxes_xyxy: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Return (M,) the index in ``CAUSES`` of what lies in each box (M, 4), never that of a step of the AGC.
+
+        A bird if there is one; moored boats and ropes if they fill a tenth of it; otherwise what fills most of it.
+        """
+        height, width = instance_map.shape
+        low = np.floor(boxes_xyxy[:, :2]) - _GROWN_PX
+        high = np.ceil(boxes_xyxy[:, 2:]) + _GROWN_PX
+        corners = np.clip(np.hstack([low, high]), 0, [width, height, width, height]).astype(int)
+        return np.array([self._cause(instance_map[y0:y1, x0:x1]) for x0, y0, x1, y1 in corners], np.uint8)
+
+    def _cause(self, ids: NDArray[np.int32]) -> int:
+        # Ids of intruders and those below zero, which are large without a sign, take the last place.
+        known = np.minimum(ids.view(np.uint32), len(self._cause_of) - 1)
+        counts = np.bincount(self._cause_of[known].ravel(), minlength=len(CAUSES))
+        if counts[CAUSES.index("bird")]:
+            return CAUSES.index("bird")
+        if counts[CAUSES.index("tide")] > _SHARE * ids.size:
+            return CAUSES.index("tide")
+        return int(counts.argmax()) if ids.size else CAUSES.index("other")
+
+
+def causes_of_alarms(
+    alarms: Streaks,
+    frame: NDArray[np.int64],
+    identity: NDArray[np.int64],
+    cause: NDArray[np.uint8],
+    agc_step: NDArray[np.bool_],
+) -> list[Cause]:
+    """Return the cause of each alarm: a step of the AGC on the frame on which it begins or the one before, or ``cause``
+    (R,) of its track on the frame on which it is raised, the last of its first four running.
+
+    Args:
+        frame, identity: (R,) of all tracks on nothing, in order of ``frame``. agc_step: (T,) of each frame.
+    """
+    found: list[Cause] = []
+    for name, begins in zip(alarms.key.tolist(), alarms.begins.tolist(), strict=True):
+        if agc_step[max(begins - 1, 0) : begins + 1].any():
+            found.append("agc_step")
+            continue
+        first, end = np.searchsorted(frame, [begins + RUNNING - 1, begins + RUNNING])
+        found.append(CAUSES[int(cause[first:end][identity[first:end] == name][0])])
+    return found
+
+
+def alarm_scores(causes: list[Cause], false_tracks: int, frames: int, hours: float) -> Iterator[Score]:
+    """Yield the false alarms: identities that lie on nothing four frames running, each counted once an episode.
+
+    ``false_alarms_per_hour``, ``false_alarms_per_hour_CAUSE``: see ``causes_of_alarms``; on land (``shadow``) ground,
+    buildings and parked cars. ``false_tracks_per_frame``: tracks on nothing, whether they are alarms or not.
+    ``watched_hours``: length of the episode.
+    """
+    yield Score("false_alarms_per_hour", len(causes) / hours, hours)
+    for cause in CAUSES:
+        yield Score(f"false_alarms_per_hour_{cause}", causes.count(cause) / hours, hours)
+    yield Score("false_tracks_per_frame", false_tracks / frames, float(frames))
+    yield Score("watched_hours", hours)
+
+
+def froc_alarms(alarms: Streaks) -> Iterator[Score]:
+    """Yield ``froc_alarms`` (*series* over ``scores.froc.THRESHOLDS``): alarms as if only tracks with such confidence
+    were answered.
+    """
+    yield Score("froc_alarms", froc.reached(alarms.level).tolist())

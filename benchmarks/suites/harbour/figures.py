@@ -1,0 +1,96 @@
+"""The report's figures of the suite ``harbour``."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter
+
+from benchmarks.report import curves, plots
+from benchmarks.report.palette import LineStyle
+from benchmarks.run.records import Row
+from benchmarks.scores import pooling
+from benchmarks.scores.statistics import bootstrap_interval
+from benchmarks.suites.harbour.alarms import CAUSES
+from benchmarks.suites.harbour.visits import SEEABLE
+from benchmarks.suites.registry import Metric, Plot
+
+FROC_ROWS = ("froc_found", "froc_findable", "froc_alarms", "watched_hours")
+_ALARMS = np.geomspace(0.5, 500.0, 61)
+_CONTRASTS = SEEABLE * 2.0 ** np.arange(-2, 8)
+"""Ends of the classes of contrast to noise, octaves."""
+
+
+def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
+    """Return the FROC curves, detection by contrast to noise, and false alarms by cause."""
+    made = []
+    lines = {name: curve for name, rows in drawn.items() if (curve := froc_curve(rows)) is not None}
+    if lines:
+        words = (
+            "Share of the intruders that can be seen, found four frames running, chance taken off, against false "
+            "alarms an hour, as the least confidence that is answered falls. Bands: 95 % bootstrap over seeds."
+        )
+        svg = plots.plot_shares(lines, styles, "false alarms an hour", "found")
+        made.append(Plot("How many false alarms does a find cost?", words, svg))
+    lines = {name: curve for name, rows in drawn.items() if (curve := by_contrast(rows)) is not None}
+    if lines:
+        words = (
+            "Share found, chance taken off, of intruders in classes of contrast to noise, an octave each; the contrast "
+            f"is the most that an intruder has on four frames running. Below {SEEABLE:g} nobody could see them. "
+            "Bands: 95 % bootstrap over seeds."
+        )
+        svg = plots.plot_shares(lines, styles, "contrast to noise", "found")
+        made.append(Plot("What contrast does it take?", words, svg))
+    causes = {name: _causes(rows) for name, rows in drawn.items()}
+    causes = {name: each for name, each in causes.items() if each}
+    if causes:
+        words = "False alarms an hour at each tracker's own threshold, by what lies there. Bars: 95 % over seeds."
+        made.append(Plot("What raises false alarms?", words, _plot_causes(causes, styles)))
+    return made
+
+
+def froc_curve(rows: Sequence[Row]) -> curves.Curve | None:
+    """Return the share found against false alarms an hour; None without rows."""
+    return curves.found_at_alarms(rows, Metric("found", "", "fraction", "higher", FROC_ROWS, "froc"), _ALARMS)
+
+
+def by_contrast(rows: Sequence[Row]) -> curves.Curve | None:
+    """Return the share found against contrast to noise; None without rows."""
+    found = []
+    both = [row | {"metric": "found"} for row in rows if row["metric"] in ("found", "found_unseen")]
+    for low, high in itertools.pairwise(_CONTRASTS):
+        mine = [row for row in both if low <= row["event"]["contrast_to_noise"] < high]
+        pool = pooling.pooled(mine, Metric("found", "", "fraction", "higher")) if mine else None
+        if pool is not None and pool.seed_count > 0:
+            found.append((np.sqrt(low * high), pool.mean, *bootstrap_interval(pool), float(len(mine))))
+    return curves.Curve(*np.array(found).T) if found else None
+
+
+def _causes(rows: Sequence[Row]) -> dict[str, tuple[float, float, float]]:
+    pools = {
+        cause: pooling.pooled(rows, Metric(f"false_alarms_per_hour_{cause}", "", "1/h", "lower")) for cause in CAUSES
+    }
+    return {cause: (pool.mean, *bootstrap_interval(pool)) for cause, pool in pools.items() if pool is not None}
+
+
+def _plot_causes(
+    causes: Mapping[str, Mapping[str, tuple[float, float, float]]], styles: Mapping[str, LineStyle]
+) -> str:
+    """Draw the alarms of each cause (mean, low, high) as dots, one cause below the other, on an axis of roots."""
+    with plots.drawn_as("alarms-by-cause"):
+        figure, axes = plots.new_figure("false alarms an hour", "")
+        places = np.arange(len(CAUSES))[::-1]
+        offsets = np.linspace(0.3, -0.3, len(causes)) if len(causes) > 1 else [0.0]
+        for offset, (name, values) in zip(offsets, causes.items(), strict=True):
+            for place, cause in zip(places, CAUSES, strict=True):
+                mean, low, high = values[cause]
+                axes.plot([low, high], [place + offset] * 2, color=styles[name].colour, linewidth=1.6)
+                axes.plot([mean], [place + offset], "o", color=styles[name].colour, markersize=4.5, markeredgewidth=0)
+        axes.set_xscale("symlog", linthresh=1.0)
+        axes.set_xlim(left=0.0)
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.set_yticks(places, [cause.replace("_", " ") for cause in CAUSES])
+        axes.grid(False, axis="y")
+        return plots.svg(figure)

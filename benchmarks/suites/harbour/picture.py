@@ -1,0 +1,66 @@
+"""The report's picture of one visit: found in the rows, run again, drawn as a sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.run.jobs import Job, opened
+from benchmarks.run.records import Row
+from benchmarks.run.replay import replay
+from benchmarks.suites.event_picture import Sheet, keep_event_picture
+from benchmarks.suites.harbour.drawing import HarbourDrawing
+from benchmarks.suites.registry import Condition
+from benchmarks.video.contact_sheet import picture_sheet
+
+_LONG_FRAMES = 8
+"""Least length of a visit to show."""
+_AFTER_FRAMES = (3, 30)
+"""Frames from its first one to those that are shown, or to its last one."""
+_CELL_WIDTH_PX = 900
+_CAPTION = (
+    "the earliest visit of 8 frames or more that can be seen, on its fourth frame and a minute after its first. Left "
+    "the thermal picture with 3-D boxes, right all of it from above, the camera below. Blue: intruders. Orange: tracks "
+    "on one. Red: false alarms and their causes. Grey: neither right nor wrong."
+)
+
+
+def show_visit(
+    directory: Path, condition: Condition, trackers: Mapping[str, Sequence[Row]], shown: Sequence[str]
+) -> None:
+    """Keep a picture of one visit in the result folder, a line for each of the trackers ``shown``.
+
+    A rule chooses it: of the first seed that has one the earliest visit of 8 frames that can be seen.
+    """
+    keep_event_picture(directory, condition, trackers, shown, _first_visit(trackers[shown[0]]), _sheet)
+
+
+def _first_visit(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:
+    """Return seed and attributes of the visit to show."""
+    visits = [(row["seed"], row["event"]) for row in rows if row["metric"] == "found"]
+    long = [each for each in visits if each[1]["length_frames"] >= _LONG_FRAMES]
+    return min(long, key=lambda each: (each[0], each[1]["first_frame"], each[1]["index"]), default=None)
+
+
+def _sheet(jobs: Mapping[str, Job], visit: dict[str, Any]) -> Sheet:
+    last = visit["first_frame"] + visit["length_frames"] - 1
+    wanted = [min(visit["first_frame"] + each, last) for each in _AFTER_FRAMES]
+    cells = [_row(job, wanted) for job in jobs.values()]
+    return picture_sheet(cells, _CELL_WIDTH_PX), f"A {visit['kind']} comes", _CAPTION
+
+
+def _row(job: Job, wanted: Sequence[int]) -> list[tuple[str, NDArray[np.uint8]]]:
+    """Return the wanted frames of a tracker's run with their words."""
+    with opened(job) as live:
+        drawing = HarbourDrawing(live.loop.episode)
+        # Alarms are raised by frames running: all are drawn, up to the last one that is shown.
+        cells = {}
+        for instant in replay(live, scale=1.0, wanted=range(wanted[-1] + 1), frame_count=wanted[-1] + 1):
+            frame, picture = instant.frame.truth.frame, drawing.picture(instant)
+            if frame in wanted:
+                cells[frame] = f"{job.trackers[0]}   frame {frame}   {drawing.describe(instant)}", picture
+    return [cells[frame] for frame in wanted]

@@ -1,0 +1,93 @@
+"""The visits of intruders: the events of the suite ``harbour``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.suites.harbour.streaks import streaks
+from benchmarks.suites.registry import EventTest, EventWords, Metric
+
+KINDS = ("person", "car", "boat")
+SEEABLE = 5.0
+"""Least contrast to noise of what can be told from noise without doubt: the criterion of Rose (1948)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """An intruder that is judged: at least half of it is seen in the watched volume on four frames running.
+
+    Attributes:
+        index: of the object. name, kind: of the object.
+        first_frame, length_frames: from the first to the last frame on which it is judged.
+        contrast_to_noise: the most that it has on four frames running.
+        seeable: whether that is at least ``SEEABLE``.
+    """
+
+    index: int
+    name: str
+    kind: str
+    first_frame: int
+    length_frames: int
+    contrast_to_noise: float
+    seeable: bool
+
+    def attributes(self) -> dict[str, Any]:
+        """See ``Event``."""
+        return asdict(self)
+
+
+def find_visits(
+    names: Sequence[str], kinds: Sequence[str], judged: NDArray[np.bool_], contrast: NDArray[np.float64]
+) -> list[Visit]:
+    """Return the visits, in order of the objects; ``judged`` and contrast to noise are (T, N)."""
+    frame, index = np.nonzero(judged)
+    found = streaks(frame, index, contrast[frame, index])
+    visits = []
+    for k, level in zip(found.key.tolist(), found.level.tolist(), strict=True):
+        frames = np.flatnonzero(judged[:, k])
+        first, length = int(frames[0]), int(frames[-1] - frames[0] + 1)
+        visits.append(Visit(k, names[k], kinds[k], first, length, round(level, 2), level >= SEEABLE))
+    return visits
+
+
+def _describe(events: Sequence[dict[str, Any]]) -> str:
+    if not events:
+        return "no intruders"
+    counts = Counter(event["kind"] for event in events)
+    kinds = ", ".join(
+        f"{counts[kind]} × {kind}" for kind in (*KINDS, *sorted(counts.keys() - set(KINDS))) if counts[kind]
+    )
+    hidden = sum(not event["seeable"] for event in events)
+    return f"{len(events)} intruders ({kinds}); {hidden or 'none'} that nobody could see"
+
+
+def _is(kind: str) -> EventTest:
+    return lambda event: bool(event["kind"] == kind)
+
+
+EVENTS = EventWords(
+    name="visits",
+    key="event",
+    tests={
+        **{f"{kind}s": _is(kind) for kind in ("car", "boat")},
+        "people": _is("person"),
+        "contrast to noise 5 to 20": lambda event: bool(SEEABLE <= event["contrast_to_noise"] < 20.0),
+        "contrast to noise 20 to 80": lambda event: bool(20.0 <= event["contrast_to_noise"] < 80.0),
+        "contrast to noise from 80": lambda event: bool(event["contrast_to_noise"] >= 80.0),
+        "up to 60 s": lambda event: bool(event["length_frames"] <= 30),
+        "longer than 60 s": lambda event: bool(event["length_frames"] > 30),
+    },
+    compared=(
+        Metric("detection_rate", "found, chance taken off", "fraction", "higher", ("found",)),
+        Metric("position_error_m", "error over the ground", "m", "lower", ("position_error_m",)),
+        Metric("height_error", "error of the height", "fraction", "lower", ("height_error",), "median"),
+        Metric("time_to_detect_s", "time until found", "s", "lower", ("time_to_detect_s",), "median"),
+    ),
+    describe=_describe,
+)
