@@ -14,7 +14,7 @@ from benchmarks.papers.repeat import repeat
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.experiment import check_renderer
 
-_EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C")
+_EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C", "D")
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,9 @@ class Paper:
     Attributes:
         experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown), B1
             (colours and camera settings under a dimmed lamp), B2 (when colour can be learnt), B3 (a person followed
-            by stereo under changing light) or C (lost pieces of a fish's track).
-        seeds: episodes A to B - 1 (default: 10000:10050; for B3 10000:10010, as many frames as in the paper).
+            by stereo under changing light), C (lost pieces of a fish's track) or D (intruders in a harbour, thermal).
+        seeds: episodes A to B - 1 (default: 10000:10050; for B3 10000:10010, as many frames as in the paper; for D
+            10000:10010, each as long as the paper's).
         renderer: raster or pybullet.
         out: folder for rows, pictures and page (default: results/paper-a2 …).
         workers: number of worker processes.

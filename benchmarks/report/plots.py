@@ -124,7 +124,7 @@ def plot_shares(curves: Curves, styles: Styles, x_label: str, y_label: str) -> s
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
         axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-        axes.set_xlim(min(curve.x[0] for curve in curves.values()), max(curve.x[-1] for curve in curves.values()))
+        axes.margins(x=0)
         axes.set_ylim(0, 1.01)
         return svg(figure)
 

@@ -24,14 +24,16 @@ class Met(NamedTuple):
     """K times that a track's region overlaps an intruder that is seen.
 
     Attributes:
-        frame, target, identity, confidence: (K,). beyond_m: (K,) how far the track's place lies behind the intruder's
-            centre as the camera sees it, over the ground; NaN without a place.
+        frame, target, identity, confidence: (K,). size_m: (K, 3) of the track.
+        beyond_m: (K,) how far its place lies behind the intruder's centre as the camera sees it, over the ground; NaN
+            without a place.
     """
 
     frame: NDArray[np.int64]
     target: NDArray[np.int64]
     identity: NDArray[np.int64]
     confidence: NDArray[np.float64]
+    size_m: NDArray[np.float64]
     beyond_m: NDArray[np.float64]
 
 
@@ -85,6 +87,7 @@ def rows_of(objects: Sequence[Objects], frames: Sequence[Answered]) -> History:
     names, identity = np.unique(np.concatenate([each.identity for each in answers]), return_inverse=True)
     confidence = np.concatenate([each.confidence for each in answers])
     place_m = np.concatenate([each.place_m[:, :2] for each in answers])
+    size_m = np.concatenate([each.size_m for each in answers])
     target = np.concatenate([each.target for each in matches])
     true_m = np.array([each.place_m[:, :2] for each in objects])
     on, error_m = target >= 0, np.full(len(target), np.nan)
@@ -102,12 +105,12 @@ def rows_of(objects: Sequence[Objects], frames: Sequence[Answered]) -> History:
         confidence=confidence,
         place_m=place_m,
         box_xyxy=np.concatenate([each.box_xyxy for each in answers]),
-        size_m=np.concatenate([each.size_m for each in answers]),
+        size_m=size_m,
         kind=np.concatenate([each.kind for each in answers]),
         target=target,
         first=np.concatenate([each.first for each in matches]),
         false=np.concatenate([each.false for each in matches]),
         cause=np.concatenate(causes),
         error_m=error_m,
-        met=Met(frame[row], overlapped, identity[row], confidence[row], beyond_m),
+        met=Met(frame[row], overlapped, identity[row], confidence[row], size_m[row], beyond_m),
     )

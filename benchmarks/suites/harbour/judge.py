@@ -12,10 +12,10 @@ from benchmarks.suites.harbour.alarms import Clutter, alarm_scores, causes_of_al
 from benchmarks.suites.harbour.answers import Objects, answers_of, objects_of
 from benchmarks.suites.harbour.chance import chance_levels
 from benchmarks.suites.harbour.found import froc_scores, visit_scores
-from benchmarks.suites.harbour.history import Answered, History, confident, rows_of
+from benchmarks.suites.harbour.history import Answered, History, Met, confident, rows_of
 from benchmarks.suites.harbour.identity_scores import identity_scores
 from benchmarks.suites.harbour.matching import Matcher
-from benchmarks.suites.harbour.sizes import measured_scores, range_scores
+from benchmarks.suites.harbour.sizes import measured_scores, region_scores
 from benchmarks.suites.harbour.streaks import highest, streaks
 from benchmarks.suites.harbour.visits import Visit, find_visits
 from benchmarks.suites.judging import Ending, Score, truth_as
@@ -60,13 +60,15 @@ class HarbourJudge:
         chance = chance_levels(shown, self._judged, *self._places, generator(len(self.objects), "chance"))
         found, begins = self._reached(decided)
         met = decided.met
-        regions = streaks(met.frame, met.target * decided.names + met.identity, met.confidence)
+        pair = met.target * decided.names + met.identity
+        regions = streaks(met.frame, pair, met.confidence)
         by_region = np.isin(np.arange(self._count), regions.key // decided.names)
+        counted = np.isin(pair, regions.key)
         by_chance = (chance >= decides_at).mean(axis=0)
         yield from visit_scores(visits, np.isfinite(found), begins, by_region, by_chance, self._interval_s)
         yield from froc_scores(visits, self._reached(shown)[0], chance)
         yield from self._alarms(shown, decided)
-        yield from range_scores(visits, met)
+        yield from region_scores(visits, Met(*(each[counted] for each in met)))
         yield from measured_scores(visits, decided, self.objects[0].size_m)
 
     def _reached(self, history: History) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

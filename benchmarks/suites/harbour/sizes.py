@@ -21,9 +21,9 @@ def measured_scores(visits: Sequence[Visit], history: History, size_m: NDArray[n
     """Yield errors of the one track on each intruder, a row a visit.
 
     ``position_error_m``: mean distance over the ground of the two centres, at most 3 m, since beyond it is not on it.
-    ``kind_right``: share of its frames with a class in which that is right. ``depth_m``, ``width_m``, ``height_m``:
-    median of its sizes; ``depth_error`` …: their difference from the true ones, ``true_depth_m`` …, relative to these;
-    ``depth_error_of_mean`` …: the error of the mean size of the class.
+    ``kind_right``: share of its frames with a class in which that is right. ``depth_error``, ``width_error``,
+    ``height_error``: of the median of its sizes, the difference from the true one relative to that;
+    ``depth_error_of_mean`` …: the same of the mean size of its class.
 
     Args:
         size_m: (N, 3) true sizes.
@@ -42,18 +42,22 @@ def measured_scores(visits: Sequence[Visit], history: History, size_m: NDArray[n
             continue
         values = zip(DIMENSIONS, np.median(sizes_m, axis=0), size_m[visit.index], MEAN_SIZE_M[visit.kind], strict=True)
         for name, said_m, true_m, mean_m in values:
-            yield Score(f"{name}_m", float(said_m), 1.0, visit)
-            yield Score(f"true_{name}_m", float(true_m), 1.0, visit)
             yield Score(f"{name}_error", float(abs(said_m / true_m - 1.0)), 1.0, visit)
             yield Score(f"{name}_error_of_mean", float(abs(mean_m / true_m - 1.0)), 1.0, visit)
 
 
-def range_scores(visits: Sequence[Visit], met: Met) -> Iterator[Score]:
-    """Yield ``beyond_m``: how far the places of tracks whose region overlaps an intruder lie behind it as the camera
-    sees it, over the ground; negative before it. A mean over frames, a row a visit.
+def region_scores(visits: Sequence[Visit], met: Met) -> Iterator[Score]:
+    """Yield places and sizes of the tracks that paper D counts: whose region overlaps an intruder four frames running.
+
+    ``beyond_m``: how far they lie behind it as the camera sees it, over the ground; negative before it. A mean over
+    frames, a row a visit. ``region_depth_m``, ``region_width_m``, ``region_height_m``: medians of their sizes.
     """
-    known = np.isfinite(met.beyond_m)
     for visit in visits:
-        mine = known & (met.target == visit.index)
-        if mine.any():
-            yield Score("beyond_m", float(met.beyond_m[mine].mean()), float(mine.sum()), visit)
+        mine = met.target == visit.index
+        beyond_m = met.beyond_m[mine & np.isfinite(met.beyond_m)]
+        if len(beyond_m):
+            yield Score("beyond_m", float(beyond_m.mean()), float(len(beyond_m)), visit)
+        sizes_m = met.size_m[mine & np.isfinite(met.size_m).all(axis=1)]
+        if len(sizes_m):
+            for name, said_m in zip(DIMENSIONS, np.median(sizes_m, axis=0), strict=True):
+                yield Score(f"region_{name}_m", float(said_m), 1.0, visit)

@@ -151,7 +151,7 @@ HARBOUR = Suite(
             *(f"{name}_error" for name in DIMENSIONS),
             *(f"{name}_error_of_mean" for name in DIMENSIONS),
         ),
-        sizes.range_scores: ("beyond_m",),
+        sizes.region_scores: ("beyond_m",),
         identity_scores.identity_scores: (
             "hota",
             "mota",

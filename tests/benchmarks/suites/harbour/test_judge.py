@@ -239,11 +239,10 @@ def test_sizes_are_medians_of_a_visit_beside_the_mean_of_the_class() -> None:
 
     scores = judged([big], FRAMES, answer)
     name = "car-0"
-    assert of_visits(scores, "width_m") == {name: 1.8}
+    assert of_visits(scores, "region_width_m") == {name: 1.8}
     assert of_visits(scores, "width_error") == {name: pytest.approx(0.1)}
     assert of_visits(scores, "depth_error") == {name: pytest.approx(0.2)}
     assert of_visits(scores, "height_error") == {name: pytest.approx(0.0)}
-    assert of_visits(scores, "true_depth_m") == {name: 5.0}
     assert of_visits(scores, "kind_right") == {name: 1.0}
 
 

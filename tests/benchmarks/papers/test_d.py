@@ -1,0 +1,99 @@
+"""Paper experiment D: its claims are the paper's two tables, and rows are held against them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.papers.d import EXPERIMENT
+from benchmarks.papers.repeat import findings
+from scenarios import catalog
+from trackers import registry
+
+WRITTEN, OURS = EXPERIMENT.trackers
+KINDS = ["person"] * 15 + ["car"] * 3 + ["boat"]
+
+
+def rows(found: Mapping[str, int], sizes_m: Mapping[str, float], tracker: str = WRITTEN) -> list[dict[str, Any]]:
+    """Return the rows of an episode in which so many of each kind are found, with sizes ``width person`` …."""
+    heading = {name: getattr(EXPERIMENT, name) for name in ("suite", "scenario", "preset", "controller")}
+    heading |= {"tracker": tracker, "role": registry.entry(tracker).role, "renderer": "raster", "seed": 0, "repeat": 0}
+    made = []
+    for k, kind in enumerate(KINDS):
+        event = {"index": k, "kind": kind}
+        right = k - KINDS.index(kind) < found[kind]
+        made.append({**heading, "metric": "found_as_in_paper", "value": float(right), "weight": 1.0, "event": event})
+        for name, size_m in sizes_m.items():
+            dimension, of = name.split()
+            if of == kind and right:
+                metric = f"region_{dimension}_m"
+                made.append({**heading, "metric": metric, "value": size_m, "weight": 1.0, "event": event})
+    return made
+
+
+PRINTED_M = {f"{n} {k}": m for k, n, m in (("person", "width", 0.7), ("person", "depth", 2.3), ("car", "width", 2.4))}
+PRINTED = {"person": 12, "car": 2, "boat": 1}
+
+
+def test_it_names_what_exists() -> None:
+    preset = catalog.scenario(EXPERIMENT.scenario).presets[EXPERIMENT.preset]
+    assert (preset.people, preset.cars, preset.boats, preset.background) == (15, 3, 1, 400)
+    assert preset.frame_count / preset.rate_hz == 70 * 60
+    assert [registry.entry(name).role for name in EXPERIMENT.trackers] == ["as-written", "ours"]
+    for claim in EXPERIMENT.claims:
+        assert EXPERIMENT.metric(claim.metric).name == claim.metric
+        assert claim.tracker in EXPERIMENT.trackers
+    assert EXPERIMENT.settings[WRITTEN] == registry.entry(WRITTEN).written()
+
+
+def test_the_paper_s_own_numbers_agree_with_it() -> None:
+    found = {each.claim: each for each in findings(EXPERIMENT, rows(PRINTED, PRINTED_M))}
+    by_metric = {claim.metric: each for claim, each in found.items() if claim.tracker == WRITTEN}
+    assert by_metric["paper_detection_rate"].mean == pytest.approx(15 / 19)
+    assert by_metric["paper_detection_rate_person"].mean == pytest.approx(0.8)
+    assert by_metric["region_depth_m person"].mean == 2.3
+    verdicts = [each.agrees for claim, each in found.items() if claim.metric in ("paper_detection_rate", *WIDTHS)]
+    assert [each for each in verdicts if each is not None] == [True] * 5
+
+
+WIDTHS = ("region_width_m person", "region_width_m car")
+
+
+@pytest.mark.parametrize(
+    ("found", "width_m", "disagree"),
+    [
+        ({"person": 13, "car": 2, "boat": 1}, 0.5, []),
+        ({"person": 14, "car": 2, "boat": 1}, 0.7, ["paper_detection_rate"]),
+        ({"person": 10, "car": 2, "boat": 1}, 0.7, ["paper_detection_rate"]),
+        (PRINTED, 0.46, ["region_width_m person"]),
+        (PRINTED, 1.06, ["region_width_m person"]),
+    ],
+)
+def test_eight_points_and_a_factor_of_one_and_a_half(
+    found: Mapping[str, int], width_m: float, disagree: list[str]
+) -> None:
+    held = findings(EXPERIMENT, rows(found, PRINTED_M | {"width person": width_m}))
+    wrong = [each.claim.metric for each in held if each.agrees is False and each.mean is not None]
+    assert wrong == disagree
+
+
+def test_most_alarms_by_moored_boats() -> None:
+    for tide, agrees in ((51.0, True), (50.0, False)):
+        of = rows(PRINTED, {})[:1]
+        alarms = {"false_alarms_per_hour": 100.0, "false_alarms_per_hour_tide": tide}
+        of += [of[0] | {"metric": name, "value": value, "event": None} for name, value in alarms.items()]
+        (share,) = (each for each in findings(EXPERIMENT, of) if each.claim.metric == "tide_share")
+        assert (share.mean, share.agrees) == (tide / 100.0, agrees)
+
+
+def test_both_methods_have_their_figures(tmp_path: Path) -> None:
+    both = [row for name in EXPERIMENT.trackers for row in rows(PRINTED, {}, name)]
+    found = [
+        row | {"metric": "found", "event": row["event"] | {"contrast_to_noise": 30.0, "length_frames": 3}}
+        for row in both
+    ]
+    plots = EXPERIMENT.show(tmp_path, [row | {"versions": {}} for row in [*both, *found]], range(1), "raster")
+    assert [heading.split("?")[0] for heading in plots.svgs] == ["What contrast does it take"]
