@@ -31,9 +31,8 @@ def histogram(counts: NDArray[np.uint16]) -> NDArray[np.int64]:
     return found
 
 
-def right_tone(
-    found: NDArray[np.int64], *, plateau: float, linear: float, largest_per_bin: float
-) -> NDArray[np.float32]:
+@njit(cache=True)
+def right_tone(found: NDArray[np.int64], plateau: float, linear: float, largest_per_bin: float) -> NDArray[np.float32]:
     """Return the grey level (BINS,) of each bin that fits a histogram.
 
     Args:
@@ -41,21 +40,31 @@ def right_tone(
         linear: share of the levels that are spread evenly.
         largest_per_bin: greatest step from one bin to the next.
     """
-    total = int(found.sum())
-    first, last = bins_at(found, (_OUTLIERS, 1.0 - _OUTLIERS))
-    weight = np.minimum(found, max(plateau * total, 1.0)).astype(float)
-    weight[:first], weight[last + 1 :] = 0.0, 0.0
-    share = (1.0 - linear) * weight / weight.sum()
-    share[first : last + 1] += linear / (last + 1 - first)
-    steps = np.minimum(_WHITE * share, largest_per_bin)
+    total = found.sum()
+    first, last = bin_at(found, _OUTLIERS), bin_at(found, 1.0 - _OUTLIERS)
+    most, counted = max(plateau * total, 1.0), 0.0
+    for k in range(first, last + 1):
+        counted += min(float(found[k]), most)
+    tone, even, used = np.zeros(found.shape[0]), linear / (last + 1 - first), 0.0
+    for k in range(first, last + 1):
+        share = (1.0 - linear) * min(float(found[k]), most) / counted + even
+        step = min(_WHITE * share, largest_per_bin)
+        tone[k] = used + 0.5 * step
+        used += step
+    tone[last + 1 :] = used
     # Where the largest gain leaves levels over, the picture lies in the middle of them.
-    unused = _WHITE - steps.sum()
-    return (0.5 * unused + np.cumsum(steps) - 0.5 * steps).astype(np.float32)
+    return (tone + 0.5 * (_WHITE - used)).astype(np.float32)
 
 
-def bins_at(found: NDArray[np.int64], shares: tuple[float, ...]) -> list[int]:
-    """Return the bins below which these shares of a histogram lie."""
-    return [int(each) for each in np.searchsorted(np.cumsum(found), np.array(shares) * found.sum())]
+@njit(cache=True)
+def bin_at(found: NDArray[np.int64], share: float) -> int:
+    """Return the bin in which a share of a histogram is reached."""
+    wanted, below = share * found.sum(), 0
+    for k in range(found.shape[0]):
+        below += found[k]
+        if below >= wanted:
+            return k
+    return found.shape[0] - 1
 
 
 @njit(cache=True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sim.optics import CameraMotion, PinholeCamera
 from sim.render.compilation import announce_compilation
-from sim.sensors.gain_control import BIN_COUNTS, apply_tone, bins_at, histogram, right_tone
+from sim.sensors.gain_control import BIN_COUNTS, apply_tone, bin_at, histogram, right_tone
 from sim.sensors.noise import frame_keys
 from sim.sensors.thermal_config import ThermalConfig, ThermalPicture, ThermalSettings
 from sim.sensors.thermal_noise import LARGEST_COUNT, Bolometers, count_picture, fill_deviates
@@ -131,7 +131,7 @@ class ThermalSensor:
     def _right_tone(self, found: NDArray[np.int64]) -> NDArray[np.float32]:
         c = self.config
         largest = c.largest_gain * BIN_COUNTS / (PER_RADIANCE * _PER_K)
-        return right_tone(found, plateau=c.plateau, linear=c.linear, largest_per_bin=largest)
+        return right_tone(found, c.plateau, c.linear, largest)
 
     def _adapted(self, counts: NDArray[np.uint16], frame: int, since: int) -> ThermalSettings:
         """Let the gain control take its step and return the settings that follow."""
@@ -157,8 +157,8 @@ def _toned(radiance: NDArray[np.float32], counts: NDArray[np.uint16], settings: 
 
 def _gain(tone: NDArray[np.float32], found: NDArray[np.int64]) -> float:
     """Return the grey levels per kelvin over the middle half of a histogram."""
-    low, high = bins_at(found, (0.25, 0.75))
-    high = max(high, low + 1)
+    low = bin_at(found, 0.25)
+    high = max(bin_at(found, 0.75), low + 1)
     low_k, high_k = apparent_temperature_k(_LOWEST + np.array([low, high]) * BIN_COUNTS / PER_RADIANCE)
     return float((tone[high] - tone[low]) / (high_k - low_k))
 

@@ -25,24 +25,27 @@ from numpy.typing import NDArray
 from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, ray_of_pixel
-from sim.render.row_stages import RowStage, light_picture
-from sim.render.shadow_map import ShadowCaster
+from sim.render.raster import Raster
+from sim.render.row_stages import RowStage, finish_rows, light_picture
 from sim.shaders.thermal_kernels import (
     PARTS,
     SKY_CELLS,
     KeptPicture,
-    SunArrays,
     ThermalArrays,
     new_thermal_scratch,
     thermal_row,
 )
+from sim.shaders.thermal_mirror import MirrorArrays, image_of, mirror_arrays, rows_mirrored
 from sim.shaders.thermal_sea import NO_SEA, Sea, radiance_table, sea_arrays
+from sim.shaders.thermal_sun import Suns
 from sim.thermal.radiance import TABLE, band_radiance
 from sim.thermal.sky import Air, sky_radiance
 from sim.world import Body, World
 
-_SHADOW_TEXELS = 1024
-_VIEWS_KEPT = 2
+_VIEWS_KEPT = 4
+"""A picture's and its mirror's, of two cameras."""
+_LEVEL_STEP_M = 0.05
+"""The mirror's level follows the tide in steps: what does not move is then drawn on it once."""
 _NEVER = np.float32(-1.0)
 
 
@@ -61,11 +64,9 @@ class ThermalShader:
         Args:
             shadow_reach_m: shadows are cast by and on what is nearer than this to the world's origin.
         """
-        check("shadow_reach_m", shadow_reach_m > 0, "a number > 0", shadow_reach_m)
-        self._world, self._reach_m = world, shadow_reach_m
+        self._world, self._suns = world, Suns(world, shadow_reach_m)
+        self._raster = Raster(world)
         self.sea: Sea | None = None
-        self._caster = ShadowCaster(world, np.array([0.0, 0.0, 1.0]), _SHADOW_TEXELS, casting="fixed")
-        self._maps: dict[tuple[float, ...], tuple[NDArray[np.float32], NDArray[np.float32], float]] = {}
         self._kept: dict[tuple[PinholeCamera, bytes], KeptPicture] = {}
         self._table_of: tuple[Air, float, float] | None = None
         self._table = NO_SEA.radiance
@@ -73,7 +74,6 @@ class ThermalShader:
         self._moves = np.empty(0, np.bool_)
         self._version = 0
         self.set_air(air or Air())
-        self.set_sun([], [])
 
     def set_parts(
         self,
@@ -117,18 +117,10 @@ class ThermalShader:
             towards_sun: S unit vectors (3,). None at night.
             weights: S numbers; all of them together should be 1.
         """
-        check("weights", len(weights) == len(towards_sun), f"{len(towards_sun)} numbers", len(weights))
-        directions = [tuple(float(x) for x in each) for each in towards_sun]
-        self._maps = {each: self._maps.get(each) or self._shadows(each) for each in directions}
-        maps = [self._maps[each] for each in directions]
-        self._sun = SunArrays(
-            np.array(directions, np.float32).reshape(-1, 3),
-            np.array(weights, np.float32),
-            np.array([each[0] for each in maps], np.float32).reshape(-1, 3, 4),
-            np.array([each[1] for each in maps], np.float32).reshape(-1, _SHADOW_TEXELS, _SHADOW_TEXELS),
-            np.array([each[2] for each in maps], np.float32),
-        )
-        self._kept.clear()
+        self._suns.set(towards_sun, weights)
+        self._version += 1
+        for kept in self._kept.values():
+            kept.depth_m[:] = _NEVER
 
     def shade(
         self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
@@ -140,6 +132,29 @@ class ThermalShader:
         self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
     ) -> ThermalArrays:
         """Return the present temperatures in one camera's picture, for the row kernel."""
+        light = self._dry_light(camera, T_world_camera)
+        if self.sea is None:
+            return light
+        mirror = self._mirror(self.sea, depth_m, camera, T_world_camera)
+        return light._replace(sea=sea_arrays(self.sea, self._sea_table(self.sea), mirror))
+
+    def _mirror(
+        self, sea: Sea, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    ) -> MirrorArrays:
+        """Return what the sea mirrors."""
+        tide_m = float(self._world.poses[sea.body.index, 2, 3])
+        image, T_world_image = image_of(camera, T_world_camera, _LEVEL_STEP_M * round(tide_m / _LEVEL_STEP_M))
+        rows = rows_mirrored(depth_m, camera, T_world_camera, tide_m)
+        seen = self._raster.visible(image, T_world_image)
+        light = self._dry_light(image, T_world_image)
+        # The way there is nearly that to the water, for which the picture itself accounts.
+        light = light._replace(air=light.air * np.float32([0.0, 1.0]))
+        radiance = np.empty((image.height_px, 1, image.width_px), np.float32)
+        finish_rows(self._raster.resolving, seen, np.arange(rows), self.lighting, light, radiance)
+        return mirror_arrays(image, camera.height_px, seen.depth_m, radiance[:, 0], rows)
+
+    def _dry_light(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> ThermalArrays:
+        """Return ``row_light`` of a world without a sea."""
         self._make_room()
         shaded_k, warmth_k, emissivity = self._parts.reshape(3, -1)
         return ThermalArrays(
@@ -155,9 +170,9 @@ class ThermalShader:
             np.float32(1.0 / camera.focal_px),
             self._moves,
             self._version,
-            self._sun,
+            self._suns.arrays,
             self._kept_picture(camera, T_world_camera),
-            NO_SEA if self.sea is None else sea_arrays(self.sea, self._sea_table(self.sea)),
+            NO_SEA,
         )
 
     def _make_room(self) -> None:
@@ -190,16 +205,6 @@ class ThermalShader:
         if wanted != self._table_of:
             self._table_of, self._table = wanted, radiance_table(*wanted)
         return self._table
-
-    def _shadows(self, towards_sun: tuple[float, ...]) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
-        """Return ``in_map``, heights and texel of the shadows of what never moves."""
-        # One caster for all positions: packing the world takes longer than drawing a map.
-        caster = self._caster
-        caster.turn(np.array(towards_sun))
-        reach_m = np.full(2, self._reach_m)
-        region = caster.region(-reach_m, reach_m)
-        drawn = caster.draw(region, np.ones_like(region.arrays.drawn))
-        return region.in_map.astype(np.float32), drawn.height_m.copy(), region.texel_m
 
 
 _PLANCK = TABLE.astype(np.float32)

@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
+from sim.shaders.thermal_mirror import CELL, NO_MIRROR, MirrorArrays, may_show, mirrored
 from sim.thermal.radiance import band_radiance
 from sim.thermal.sky import Air, sky_radiance
 from sim.thermal.water import reflectance
@@ -34,6 +35,8 @@ _PER_SINE = np.float32(SINES - 1)
 _COSINES = np.linspace(0.0, 1.0, 1025)
 _REFLECTED = reflectance(_COSINES)
 _REALS, _WHOLES = 6, 2
+_BLOCK = np.uint64(2 * CELL)
+"""Pixels of a row that are looked up in one cell of the mirror."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +61,16 @@ class SeaArrays(NamedTuple):
         body: index; -2 for none.
         slopes: (cells of all levels, 2), from the finest level on; a cell is the mean of four of the level before.
         radiance: (SINES * SLOPES, 2): what facets emit, and what they reflect of the sky.
+        black: radiance of a black body as warm as the water. fine_slope: see ``SeaState``.
+        mirror: what else they reflect.
     """
 
     body: int
     slopes: NDArray[np.float32]
     radiance: NDArray[np.float32]
+    black: np.float32
+    fine_slope: np.float32
+    mirror: MirrorArrays
 
 
 class SeaScratch(NamedTuple):
@@ -81,7 +89,9 @@ def new_sea_scratch(width: int) -> SeaScratch:
     return SeaScratch(np.empty((_REALS, width), np.float32), np.empty((_WHOLES, width), np.uint32))
 
 
-NO_SEA = SeaArrays(-2, np.zeros((_FIRST[-1], 2), np.float32), np.zeros((SINES * SLOPES, 2), np.float32))
+NO_SEA = SeaArrays(
+    -2, np.zeros((_FIRST[-1], 2), np.float32), np.zeros((SINES * SLOPES, 2), np.float32), _ONE, _ONE, NO_MIRROR
+)
 
 
 def radiance_table(air: Air, temperature_k: float, fine_slope: float) -> NDArray[np.float32]:
@@ -144,6 +154,10 @@ def sea_run(
     side = np.uint32(CELLS >> level)
     _slope_run(sea.slopes[_FIRST[level] :], side, scratch, count)
     _look_up_run(sea.radiance, scratch, radiance[first:last])
+    emitted = scratch.real[2]
+    _reflect_run(sea, np.float32(np.int32(first)), y, depth_m[first:last], scratch, radiance[first:last])
+    for k in range(count):
+        radiance[first + k] += emitted[k]
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
@@ -199,8 +213,8 @@ def _slope_run(slopes: NDArray[np.float32], side: np.uint32, scratch: SeaScratch
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _look_up_run(table: NDArray[np.float32], scratch: SeaScratch, radiance: NDArray[np.float32]) -> None:
-    """Write the radiance at the places in the table."""
-    place, column = scratch.real[4], scratch.real[5]
+    """Write what is reflected of the sky at the places in the table, and what is emitted to the scratch."""
+    emitted, place, column = scratch.real[2], scratch.real[4], scratch.real[5]
     one, pitch = np.uint32(1), np.uint32(SLOPES)
     for k in range(radiance.shape[0]):
         m = min(np.int32(place[k]), np.int32(SINES - 2))
@@ -208,9 +222,38 @@ def _look_up_run(table: NDArray[np.float32], scratch: SeaScratch, radiance: NDAr
         down, across = place[k] - np.float32(m), column[k] - np.float32(n)
         at = np.uint32(m) * pitch + np.uint32(n)
         under = at + pitch
-        emitted = _mix(table[at, 0], table[at + one, 0], table[under, 0], table[under + one, 0], across, down)
-        mirrored = _mix(table[at, 1], table[at + one, 1], table[under, 1], table[under + one, 1], across, down)
-        radiance[k] = emitted + mirrored
+        emitted[k] = _mix(table[at, 0], table[at + one, 0], table[under, 0], table[under + one, 0], across, down)
+        radiance[k] = _mix(table[at, 1], table[at + one, 1], table[under, 1], table[under + one, 1], across, down)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _reflect_run(
+    sea: SeaArrays,
+    start: np.float32,
+    y: np.float32,
+    depth_m: NDArray[np.float32],
+    scratch: SeaScratch,
+    radiance: NDArray[np.float32],
+) -> None:
+    """Replace the sky's reflection (K,) by that of what stands before it."""
+    emitted, column = scratch.real[2], scratch.real[5]
+    count = np.uint64(radiance.shape[0])
+    for block in range(np.uint64(0), count, _BLOCK):
+        last = min(block + _BLOCK, count)
+        if not (
+            may_show(sea.mirror, start + np.float32(np.int32(block)), y)
+            or may_show(sea.mirror, start + np.float32(np.int32(last)), y)
+        ):
+            continue
+        # The mirrored picture has half the pixels: neighbours share a look-up.
+        for k in range(block, last, np.uint64(2)):
+            slope = column[k] / _PER_SLOPE - _STEEP
+            share = _ONE - emitted[k] / sea.black
+            x, sky = start + np.float32(np.int32(k)) + _ONE, radiance[k]
+            beside = min(k + np.uint64(1), last - np.uint64(1))
+            seen = mirrored(sea.mirror, x, y, depth_m[k], slope, sea.fine_slope, share, sky)
+            radiance[beside] += seen - sky
+            radiance[k] = seen
 
 
 @row_kernel(forceinline=True)
@@ -236,6 +279,13 @@ def _level(ray: NDArray[np.float32], x: np.float32, y: np.float32, depth_m: np.f
     return level
 
 
-def sea_arrays(sea: Sea, table: NDArray[np.float32]) -> SeaArrays:
+def sea_arrays(sea: Sea, table: NDArray[np.float32], mirror: MirrorArrays) -> SeaArrays:
     """Return a sea as it is now; ``table`` is that of its temperature and sky."""
-    return SeaArrays(sea.body.index, levels_of(sea.waves.slopes()), table)
+    return SeaArrays(
+        sea.body.index,
+        levels_of(sea.waves.slopes()),
+        table,
+        np.float32(band_radiance(sea.temperature_k)),
+        np.float32(sea.waves.state.fine_slope),
+        mirror,
+    )
