@@ -35,7 +35,7 @@ from sim.shaders.thermal_kernels import (
     new_thermal_scratch,
     thermal_row,
 )
-from sim.shaders.thermal_mirror import MirrorArrays, image_of, mirror_arrays, rows_mirrored
+from sim.shaders.thermal_mirror import NO_MIRROR, MirrorArrays, image_of, mirror_arrays, rows_mirrored
 from sim.shaders.thermal_sea import NO_SEA, Sea, radiance_table, sea_arrays
 from sim.shaders.thermal_sun import Suns
 from sim.thermal.radiance import TABLE, band_radiance
@@ -145,13 +145,15 @@ class ThermalShader:
         tide_m = float(self._world.poses[sea.body.index, 2, 3])
         image, T_world_image = image_of(camera, T_world_camera, _LEVEL_STEP_M * round(tide_m / _LEVEL_STEP_M))
         rows = rows_mirrored(depth_m, camera, T_world_camera, tide_m)
+        if rows == 0:
+            return NO_MIRROR
         seen = self._raster.visible(image, T_world_image)
         light = self._dry_light(image, T_world_image)
         # The way there is nearly that to the water, for which the picture itself accounts.
         light = light._replace(air=light.air * np.float32([0.0, 1.0]))
-        radiance = np.empty((image.height_px, 1, image.width_px), np.float32)
+        radiance = np.empty((rows, 1, image.width_px), np.float32)
         finish_rows(self._raster.resolving, seen, np.arange(rows), self.lighting, light, radiance)
-        return mirror_arrays(image, camera.height_px, seen.depth_m, radiance[:, 0], rows)
+        return mirror_arrays(image, camera.height_px, seen.depth_m[:rows], radiance[:, 0])
 
     def _dry_light(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> ThermalArrays:
         """Return ``row_light`` of a world without a sea."""

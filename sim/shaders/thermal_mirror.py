@@ -35,7 +35,8 @@ class MirrorArrays(NamedTuple):
     """A mirrored picture for kernels.
 
     Attributes:
-        depth_m: (h, w) float32, from the camera's image; inf for the sky.
+        depth_m: (h, w) float32, from the camera's image; inf for the sky. Lower rows, which mirror nothing, are left
+            out.
         radiance: (h, w) float32, without air.
         shows: (h / CELL, w / CELL) bool, the cells that may show more than sky, in which waves may stir it.
         focal_px: of the mirrored picture. scale: its size over the picture's.
@@ -88,15 +89,11 @@ def rows_mirrored(
 
 
 def mirror_arrays(
-    camera: PinholeCamera, height_px: int, depth_m: NDArray[np.float32], radiance: NDArray[np.float32], rows: int
+    camera: PinholeCamera, height_px: int, depth_m: NDArray[np.float32], radiance: NDArray[np.float32]
 ) -> MirrorArrays:
-    """Return a picture (h, w) of ``camera``, the image of one whose pictures have ``height_px`` rows.
-
-    Args:
-        rows: how many of its rows are needed, from the top.
-    """
+    """Return the upper rows (h, w) of a picture of ``camera``, the image of one whose pictures have ``height_px``."""
     shows = np.zeros((-(-len(depth_m) // CELL), -(-depth_m.shape[1] // CELL)), np.bool_)
-    _find_shown(depth_m[:rows], int(np.ceil(camera.focal_px * _FARTHEST_STIR / CELL)), shows)
+    _find_shown(depth_m, int(np.ceil(camera.focal_px * _FARTHEST_STIR / CELL)), shows)
     focal, scale = np.float32(camera.focal_px), np.float32(1.0 / _SHRINK)
     return MirrorArrays(depth_m, radiance, shows, focal, scale, np.float32(height_px))
 
