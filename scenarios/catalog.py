@@ -22,7 +22,7 @@ class Entry:
     Attributes:
         id: catalogue id with its version. place: ``module:name`` of the ``Scenario``.
         env_id: Gymnasium's id of its env, '' if there is none.
-        tracker: default tracker of that env.
+        tracker, preset: defaults of that env.
         episode_steps: default ``max_episode_steps`` of that env; 300 frames have 299 steps.
         survey: ``module:name`` of its ``Survey``, '' if there is none.
     """
@@ -31,6 +31,7 @@ class Entry:
     place: str
     env_id: str = ""
     tracker: str = ""
+    preset: str = "standard"
     episode_steps: int = 299
     survey: str = ""
 
@@ -50,7 +51,14 @@ _ENTRIES: tuple[Entry, ...] = (
         "stereo_people",
     ),
     Entry("fish-tank-v1", "scenarios.fish_tank.scenario:FISH_TANK", "frameout/FishTankFollow-v1", "shoal_chain"),
-    Entry("harbour-v1", "scenarios.harbour.scenario:HARBOUR"),
+    Entry(
+        "harbour-v1",
+        "scenarios.harbour.scenario:HARBOUR",
+        "frameout/HarbourFollow-v1",
+        "harbour_watch",
+        preset="patrol",
+        episode_steps=899,
+    ),
     Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
 """In order of publication: a later version of a scenario stands after an earlier one. Add yours here."""

@@ -96,11 +96,20 @@ class Stage(ABC):
         size_m: NDArray[np.float64],
         box_xyxy: NDArray[np.float64],
         visible_fraction: NDArray[np.float64],
+        is_absent: NDArray[np.bool_] | None = None,
     ) -> dict[str, Any]:
-        """Return the fields of ``Truth`` by name, except names, kinds, ids and speeds."""
+        """Return the fields of ``Truth`` by name, except names, kinds, ids and speeds.
+
+        Args:
+            is_absent: (N,) who is not in the world now; None: nobody.
+        """
         camera = self._rig.camera
         self._exits = self._exits or Exits(camera, len(box_xyxy))
         state = states_of(camera, box_xyxy, visible_fraction)
+        position_px = centres_px(camera, self._T_world_camera, T_world_object, size_m)
+        if is_absent is not None:
+            state[is_absent] = "absent"
+            position_px[is_absent] = np.nan
         side, frames_since_exit = self._exits.follow(state, box_xyxy)
         used = capture.picture.settings
         return {
@@ -109,7 +118,7 @@ class Stage(ABC):
             "T_world_camera": self._T_world_camera,
             "T_world_object": T_world_object.copy(),
             "size_m": size_m,
-            "position_px": centres_px(camera, self._T_world_camera, T_world_object, size_m),
+            "position_px": position_px,
             "box_xyxy": box_xyxy,
             "visible_fraction": visible_fraction,
             "state": state,

@@ -90,6 +90,6 @@ def _rest(
         drift = rng.normal(0.0, 0.03, 2)
         place[:, :2] += since[:, None] * drift
         place[:, 2] = level_m[first:last] - 0.05
-        heading = heading + 0.4 * np.sin(since / 37.0)
+    turns = 0.4 * np.sin(since / 37.0) if where == 0 else np.zeros(len(since))
     zero = np.zeros(len(since))
-    poses[first:last] = float_poses(place, zero + heading, zero, zero)
+    poses[first:last] = float_poses(place, heading + turns, zero, zero)

@@ -1,7 +1,8 @@
-"""One episode of ``harbour``: a thermal camera at rest overlooks the site."""
+"""One episode of ``harbour``: a thermal camera at rest overlooks the site; a second one, on a head, may be steered."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from scenarios.camera_rig import SingleCamera
 from scenarios.harbour.clutter import Afloat, Clutter
 from scenarios.harbour.conditions import DAYS_BEFORE, background_times, draw_conditions
+from scenarios.harbour.head import Head
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import (
     AIM_M,
@@ -27,7 +29,8 @@ from scenarios.harbour.thermals import Thermals
 from scenarios.harbour.truth import HarbourMap, HarbourTruth, contrasts
 from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
-from scenarios.truth import TruthExtent
+from scenarios.truth import TruthExtent, without_pixels
+from scenarios.visibility import Exits, centres_px, states_of
 from sim.optics import PinholeCamera
 from sim.pose import rotation_by
 from sim.rng import generator
@@ -35,7 +38,7 @@ from sim.sensors.thermal_config import ThermalConfig
 from sim.sensors.thermal_sensor import ThermalSensor
 from sim.shaders.thermal import ThermalShader
 from sim.world import World
-from trackers.types import CameraCommand, CameraModel, EgoPose, Observation, Start
+from trackers.types import CameraCommand, CameraModel, EgoPose, Observation, Start, SteeredCamera
 
 TARGET = "person-0"
 _SURVEY_RAD, _SURVEY_M = np.deg2rad(0.02), 0.05
@@ -74,13 +77,17 @@ class HarbourEpisode(Stage):
         self._T_world_camera = overview_pose()
         self._ego = EgoPose(_surveyed(self._T_world_camera, generator(seed, "survey")))
         self._background: tuple[Observation, ...] | None = None
+        self._head = Head(preset.rate_hz)
+        self._head_exits = Exits(self._head.camera, len(self._intruders.names))
 
     @property
     def start(self) -> Start:
-        """The calibration, and pictures of the days before; they are taken when first asked for."""
+        """The calibration, and pictures of the days before, taken when first asked for; for a tracker that a second
+        camera follows, the target's box.
+        """
         if self._background is None:
             self._background = tuple(self._days_before())
-        return Start(_model(self._view), background=self._background)
+        return Start(_model(self._view), self._first_box() if self.closed_loop else None, self._background)
 
     @property
     def _shader(self) -> ThermalShader:
@@ -98,7 +105,7 @@ class HarbourEpisode(Stage):
         )
 
     def _obey(self, command: CameraCommand) -> None:
-        raise NotImplementedError("a harbour's overview camera is at rest")
+        self._head.obey(command)
 
     def _move_to(self, frame: int) -> None:
         self._intruders.move_to(frame)
@@ -125,12 +132,19 @@ class HarbourEpisode(Stage):
             frame = _BACKGROUND_FROM + round((each - time_s[0]) * self.rate_hz)
             seen = camera.take(self._shader, self._T_world_camera, frame).picture
             pictures.append(self._observed(seen, each))
-        if self._frame >= 0:
-            self._move_to(self._frame)
+        self._move_to(max(self._frame, 0))
         return pictures
 
-    def _observed(self, seen: Any, time_s: float) -> Observation:
-        return Observation(seen.image_rgb, time_s, _model(self._view), ego=self._ego, counts=seen.counts)
+    def _first_box(self) -> NDArray[np.float64]:
+        self._intruders.move_to(0)
+        target = self._intruders.names.index(TARGET)
+        box_xyxy = self._intruders.seen(self._view, self._T_world_camera, None, target).box_xyxy
+        self._intruders.move_to(max(self._frame, 0))
+        return box_xyxy
+
+    def _observed(self, seen: Any, time_s: float, steered: SteeredCamera | None = None) -> Observation:
+        model = _model(self._view)
+        return Observation(seen.image_rgb, time_s, model, ego=self._ego, counts=seen.counts, steered=steered)
 
     def _take(self, frame: int) -> Frame:
         capture = self._camera.take(self._shader, self._T_world_camera, frame)
@@ -148,11 +162,13 @@ class HarbourEpisode(Stage):
             fraction[np.arange(len(here)) != target] = np.nan
         poses = intruders.T_world_object[frame]
         common = self._seen(
-            capture, T_world_object=poses, size_m=intruders.size_m, box_xyxy=box_xyxy, visible_fraction=fraction
+            capture,
+            T_world_object=poses,
+            size_m=intruders.size_m,
+            box_xyxy=box_xyxy,
+            visible_fraction=fraction,
+            is_absent=~here,
         )
-        state = common["state"]
-        state[~here] = "absent"
-        position_px = np.where(here[:, None], common["position_px"], np.nan)
         contrast_k, to_noise = contrasts(
             seen.radiance,
             capture.instance_id,
@@ -163,7 +179,7 @@ class HarbourEpisode(Stage):
         centres_m = poses[:, :3, 3] + 0.5 * intruders.size_m[:, 2:] * poses[:, :3, 2]
         time_s = common["time_s"]
         truth = HarbourTruth(
-            **{**common, "position_px": position_px, "state": state},
+            **common,
             names=intruders.names,
             kinds=intruders.kinds,
             instance_id=intruders.instance_id,
@@ -176,7 +192,31 @@ class HarbourEpisode(Stage):
             agc_gain=seen.settings.gain,
             agc_step=seen.settings.has_stepped,
         )
-        return Frame(self._observed(seen, time_s), truth)
+        if not self.closed_loop:
+            return Frame(self._observed(seen, time_s), truth)
+        head = SteeredCamera(_model(self._head.camera), EgoPose(self._head.T_world_camera))
+        return Frame(self._observed(seen, time_s, head), truth, steered=self._by_head(truth))
+
+    def _by_head(self, truth: HarbourTruth) -> HarbourTruth:
+        """Return the truth of the steered camera: it takes no picture, and what the overview sees counts as seen."""
+        camera, T = self._head.camera, self._head.T_world_camera
+        here = truth.state != "absent"
+        box_xyxy = np.full(truth.box_xyxy.shape, np.nan)
+        for k in np.flatnonzero(here):
+            box_xyxy[k] = self._intruders.seen(camera, T, None, int(k)).box_xyxy
+        position_px = centres_px(camera, T, truth.T_world_object, truth.size_m)
+        state = states_of(camera, box_xyxy, truth.visible_fraction)
+        state[~here] = "absent"
+        side, since = self._head_exits.follow(state, box_xyxy)
+        return replace(
+            without_pixels(truth),
+            T_world_camera=T,
+            box_xyxy=box_xyxy,
+            position_px=np.where(here[:, None], position_px, np.nan),
+            state=state,
+            side=side,
+            frames_since_exit=since,
+        )
 
 
 def _surveyed(T_world_camera: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:

@@ -161,8 +161,8 @@ def _rope_ends(
     else:
         ahead = np.sin(moored.heading_rad)
         for k, reach in enumerate((half + 2.5, -half - 2.5, -0.35 * half, 0.35 * half)):
-            y = moored.anchor_m[1] + ahead * reach
-            end[..., k, :] = BOLLARD_X_M, min(BOLLARDS_Y_M, key=lambda each, y=y: abs(each - y)), _BOLLARD_TOP_M
+            away = np.abs(np.array(BOLLARDS_Y_M) - (moored.anchor_m[1] + ahead * reach))
+            end[..., k, :] = BOLLARD_X_M, BOLLARDS_Y_M[int(away.argmin())], _BOLLARD_TOP_M
     return start, end
 
 

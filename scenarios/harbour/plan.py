@@ -71,7 +71,8 @@ def draw_plan(preset: Harbour, rng: np.random.Generator) -> Plan:
     usual = tuple(sorted(others[k] for k in rng.permutation(len(others))[:_USUAL_CARS]))
     visits, people = _drives(preset, taken, last_s, rng)
     visits += _sails(preset.boats, last_s, rng)
-    visits += _walks(preset.people - people, last_s, rng)
+    visits += [_patrols(last_s, rng) for _ in range(preset.patrols)]
+    visits += _walks(preset.people - preset.patrols - people, last_s, rng)
     visits = [replace(each, end_s=min(each.end_s, last_s + 1.0)) for each in visits]
     visits.sort(key=lambda each: each.begin_s)
     return Plan(tuple(visits), usual, taken[: preset.cars_before])
@@ -91,14 +92,14 @@ def _drives(
             if was_there
             else last_s * (0.04 + 0.55 * (k - preset.cars_before + rng.uniform(0.0, 0.5)) / preset.cars)
         )
-        spare = preset.people - people - (not was_there)
+        spare = preset.people - preset.patrols - people - (not was_there)
         # The first that comes also leaves; one that stood there may.
         leaves = spare > 1 and last_s > 900.0 and (k == preset.cars_before or (was_there and rng.random() < 0.4))
         leaves_s = last_s * rng.uniform(0.7, 0.88) if leaves else np.inf
         if not was_there:
             way = routes.journey(routes.into_bay(bay, side), rng.uniform(2.8, 4.2), came_s)
             stopped_s = float(way.time_s[-1])
-            if stopped_s + 60.0 < last_s:
+            if stopped_s + 60.0 < last_s and spare >= 0:
                 visits.append(_gets_out(bay, stopped_s + rng.uniform(*_GET_OUT_S), rng))
                 people += 1
             engine = [(-600.0 + came_s, stopped_s)]
@@ -173,6 +174,20 @@ def _walks(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
     return visits
 
 
+def _patrols(last_s: float, rng: np.random.Generator) -> Visit:
+    """Return a person who walks about from before the first picture until after the last, with short stops."""
+    speed_mps = float(rng.uniform(0.9, 1.5))
+    way = [routes.place_on_site(rng)]
+    pauses_s: dict[int, float] = {}
+    made = routes.journey([way[0], way[0]], speed_mps, -1.0)
+    while made.time_s[-1] <= last_s:
+        way = routes.on_foot([*way, routes.place_on_site(rng)])
+        if rng.random() < 0.3:
+            pauses_s[len(way) - 1] = float(rng.uniform(3.0, 12.0))
+        made = routes.journey(way, speed_mps, -1.0, pauses_s)
+    return Visit("person", made, -1.0, float(made.time_s[-1]))
+
+
 def _stands(at_s: float, rng: np.random.Generator) -> Visit:
     """Return a person who goes to a place on the quay, stands there for five minutes and more, and goes away."""
     place = (rng.uniform(WALL_X_M + 1.8, 5.0), rng.uniform(-13.0, 13.0))
@@ -206,7 +221,10 @@ def _sails(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
             arrived_s = float(way.time_s[-1])
             stays_s = float(rng.uniform(0.12, 0.25)) * last_s
             way = routes.then(way, routes.journey(away, speed, arrived_s + stays_s))
-            engine = ((-900.0 + at_s, arrived_s + 30.0), (arrived_s + stays_s - 60.0, float(way.time_s[-1])))
+            engine: tuple[tuple[float, float], ...] = (
+                (-900.0 + at_s, arrived_s + 30.0),
+                (arrived_s + stays_s - 60.0, float(way.time_s[-1])),
+            )
         else:
             way = routes.journey(routes.past(x, float(rng.choice([-1.0, 1.0]))), speed, at_s)
             engine = ((-900.0 + at_s, float(way.time_s[-1])),)

@@ -19,6 +19,7 @@ class Harbour:
         width_px, height_px: of each picture; it always shows the whole site.
         closed_loop: True if commands steer a second camera, False if there is none.
         people, cars, boats: how many come in all; who gets out of a car counts as another person than who got in.
+        patrols: how many of the people walk about from the first picture to the last, for a camera that follows.
         cars_before: how many of the cars have stood since before the first picture.
         start_h: solar time of the first picture. day_of_year: 1 to 366.
         cloud, wind_mps, rain_mm_h, swell_m: of the day; swell is its significant height.
@@ -35,6 +36,7 @@ class Harbour:
     cars: int = 4
     boats: int = 2
     cars_before: int = 1
+    patrols: int = 0
     start_h: Range = (7.0, 19.0)
     day_of_year: tuple[int, int] = (60, 330)
     cloud: Range = (0.0, 1.0)
@@ -52,6 +54,8 @@ class Harbour:
         check_within(self, "cars", 0, 6)
         check_within(self, "boats", 0, 4)
         check_within(self, "cars_before", 0, 2)
+        check_within(self, "patrols", 0, 3)
+        check("patrols", self.patrols <= self.people, f"at most people = {self.people}", self.patrols)
         check("cars_before", self.cars_before <= self.cars, f"at most cars = {self.cars}", self.cars_before)
         check_within(self, "start_h", 0, 24)
         check_within(self, "day_of_year", 1, 366)
@@ -73,12 +77,13 @@ PRESETS = {
         swell_m=(0.25, 0.45),
     ),
     "quick": Harbour(
-        "two minutes with a person, a car and a boat",
+        "two minutes with a few people, a car and a boat",
         frame_count=60,
         people=3,
         cars=1,
         boats=1,
         cars_before=0,
+        patrols=1,
         background=40,
     ),
     "paper-d": Harbour(
@@ -90,5 +95,14 @@ PRESETS = {
         cloud=(0.1, 0.6),
         wind_mps=(1.0, 4.0),
         swell_m=(0.03, 0.1),
+    ),
+    "patrol": Harbour(
+        "three minutes at five pictures a second: someone walks about, whom a second camera follows",
+        frame_count=900,
+        rate_hz=5.0,
+        people=5,
+        cars=2,
+        boats=1,
+        patrols=1,
     ),
 }

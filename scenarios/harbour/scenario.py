@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from scenarios.harbour.episode import TARGET, HarbourEpisode
+from scenarios.harbour.head import HEAD
 from scenarios.harbour.presets import PRESETS, Harbour
 from scenarios.scenario import RendererName, preset_of
 from scenarios.truth import TruthExtent
 from sim.checks import check
 from sim.rng import episode_seed
 from trackers.types import Carrier
-
-POST = Carrier("harbour-post", (), "around")
-"""What the overview camera stands on."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +22,7 @@ class HarbourScenario:
     summary: str = "a harbour through a thermal camera; people, cars and boats come and go"
     start: str = "pictures of three earlier days without intruders, and the surveyed pose of the camera"
     target: str = TARGET
-    carrier: Carrier = POST
+    carrier: Carrier = HEAD
     pictureless: None = None
     presets: dict[str, Harbour] = field(default_factory=lambda: dict(PRESETS))
 
@@ -41,15 +39,20 @@ class HarbourScenario:
 
         Args:
             seed: any whole number >= 0; 10,000 to 19,999 is the test split.
-            closed_loop: True is refused: the camera is at rest.
+            closed_loop: whether commands steer the second camera, which follows the first of ``patrols``; None = as in
+                the preset.
             truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
 
         Raises:
-            ValueError: for an unknown preset or renderer, a negative seed, or a closed loop.
+            ValueError: for an unknown preset or renderer, a negative seed, or a closed loop without ``patrols``.
         """
         configuration = preset_of(self, preset)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
-        check("closed_loop", not looped, "False, since the camera is at rest", looped)
+        if looped:
+            patrols = configuration.patrols
+            check(
+                "patrols", patrols > 0, "at least 1, whom the second camera follows from the first picture on", patrols
+            )
         return HarbourEpisode(configuration, episode_seed(seed, self.id, 0), renderer, looped, truth)
 
 

@@ -135,8 +135,8 @@ def _slabs(
         k[int(top) : int(top + height), int(left) : int(left + width)] += rng.normal(0.0, 1.3)
     for _ in range(round(0.008 * k.size / texels_per_m**2)):
         # Covers of shafts, gratings.
-        top, left = rng.integers(0, shape[0] - 6), rng.integers(0, shape[1] - 6)
-        k[top : top + round(0.7 * texels_per_m), left : left + round(0.7 * texels_per_m)] += rng.choice([-1.5, 2.5])
+        row, column = rng.integers(0, shape[0] - 6), rng.integers(0, shape[1] - 6)
+        k[row : row + round(0.7 * texels_per_m), column : column + round(0.7 * texels_per_m)] += rng.choice([-1.5, 2.5])
     wet = blotches(shape, ((30.0, 1.0), (8.0, 0.35)), rng)
     return k - 2.2 * np.clip((wet - 1.55) / 0.25, 0.0, 1.0)
 

@@ -48,7 +48,7 @@ def sway(
     time_s: NDArray[np.float64], periods_s: tuple[float, float], rng: np.random.Generator, waves: int = 4
 ) -> NDArray[np.float64]:
     """Return a smooth random motion (...) of unit standard deviation with periods within a range, at times (...)."""
-    period = np.exp(rng.uniform(*np.log(periods_s), waves))
+    period = np.exp(rng.uniform(np.log(periods_s[0]), np.log(periods_s[1]), waves))
     phase = rng.uniform(0.0, 2.0 * np.pi, waves)
     return np.cos(2.0 * np.pi * np.asarray(time_s)[..., None] / period + phase).sum(axis=-1) / np.sqrt(0.5 * waves)
 

@@ -16,8 +16,8 @@ from sim.thermal.waves import SeaWaves
 from sim.world import World
 
 _SHADOW_REACH_M = 75.0
-_STEP_FRAMES = 15
-"""Temperatures are set anew this often: half a minute, in which none changes by more than the noise of a pixel."""
+_STEP_S = 30.0
+"""Temperatures are set anew this often; meanwhile none changes by more than the noise of a pixel."""
 _AIR_STEP_H = 1.0 / 6.0
 """Air and sky change in steps of this length."""
 _SUN_STEP_H = 1.0 / 6.0
@@ -57,8 +57,9 @@ class Thermals:
         self._shown: tuple[int, frozenset[int]] | None = None
 
     def show_frame(self, frame: int) -> None:
-        """Set all to a frame of the episode; temperatures are those of every ``_STEP_FRAMES``-th one."""
-        step = frame // _STEP_FRAMES * _STEP_FRAMES
+        """Set all to a frame of the episode; temperatures are those of the latest ``_STEP_S``."""
+        every = max(round(_STEP_S * self._rate_hz), 1)
+        step = frame // every * every
         here = frozenset(np.flatnonzero(self._intruders.present[frame]).tolist())
         self._seas[DAYS_BEFORE].waves.time_s = frame / self._rate_hz
         if (step, here) == self._shown:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-import numpy as np
-
 from sim.checks import check
 from sim.mesh import TexturedMesh
 from sim.meshes.facets import Facets, swatch_uv
@@ -62,8 +60,9 @@ def boat(model: str, length_m: float, beam_m: float) -> TexturedMesh:
     _add_hull(facets, length_m, beam_m, freeboard_m)
     {"fisher": _add_fisher, "launch": _add_launch, "yacht": _add_yacht}[model](facets, length_m, beam_m, freeboard_m)
     mesh = facets.mesh(_TEXTURE)
-    middle_m = 0.5 * (mesh.vertices_m[:, 0].min() + mesh.vertices_m[:, 0].max())
-    return TexturedMesh(mesh.vertices_m - np.float32([middle_m, 0, 0]), mesh.normals, mesh.uv, mesh.faces, _TEXTURE)
+    vertices_m = mesh.vertices_m.copy()
+    vertices_m[:, 0] -= 0.5 * (vertices_m[:, 0].min() + vertices_m[:, 0].max())
+    return TexturedMesh(vertices_m, mesh.normals, mesh.uv, mesh.faces, _TEXTURE)
 
 
 def _of(part: BoatPart) -> tuple[float, float]:
@@ -101,8 +100,8 @@ def _add_fisher(facets: Facets, length_m: float, beam_m: float, freeboard_m: flo
     for side in (-1.0, 1.0):
         y = side * 0.3 * beam_m
         facets.box((-0.42 * length_m, y - 0.06, deck), (-0.41 * length_m, y + 0.06, deck + 1.9), _of(BoatPart.GEAR))
-    low, high = (-0.42 * length_m, -0.3 * beam_m, deck + 1.8), (-0.41 * length_m, 0.3 * beam_m, deck + 1.92)
-    facets.box(low, high, _of(BoatPart.GEAR))
+    gallows = (-0.42 * length_m, -0.3 * beam_m, deck + 1.8), (-0.41 * length_m, 0.3 * beam_m, deck + 1.92)
+    facets.box(*gallows, _of(BoatPart.GEAR))
 
 
 def _add_launch(facets: Facets, length_m: float, beam_m: float, freeboard_m: float) -> None:

@@ -25,6 +25,8 @@ class CentreHeadParameters:
 
 @register_controller("centre_as_written", role="variant", carrier="tank-head", summary="with its gain not tuned")
 @register_controller("centre", role="baseline", carrier="tank-head", summary="turns towards the estimate")
+@register_controller("centre_as_written", role="variant", carrier="harbour-head", summary="with its gain not tuned")
+@register_controller("centre", role="baseline", carrier="harbour-head", summary="turns towards the estimate")
 class CentreHeadController:
     """Turns in proportion to the angle; does not zoom. Without an estimate (NaN) the head stays."""
 

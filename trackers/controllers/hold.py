@@ -10,6 +10,7 @@ from trackers.types import CameraCommand, Estimate, Observation
 @register_controller("hold", role="blind", carrier="helicopter", summary="hovers where it is")
 @register_controller("hold", role="blind", carrier="robot", summary="stands where it is")
 @register_controller("hold", role="blind", carrier="tank-head", summary="looks at the middle of the tank")
+@register_controller("hold", role="blind", carrier="harbour-head", summary="looks at the middle of the quay")
 class HoldController:
     """Commands zero on every axis."""
 

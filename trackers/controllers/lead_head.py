@@ -35,6 +35,12 @@ class LeadHeadParameters:
 @register_controller(
     "lead", role="ours", carrier="tank-head", summary="turns to where the target will be, zooms out when it is unsure"
 )
+@register_controller(
+    "lead",
+    role="ours",
+    carrier="harbour-head",
+    summary="turns to where the target will be, zooms out when it is unsure",
+)
 class LeadHeadController:
     """Turns towards the predicted place, by the belief's position and velocity on the ground.
 

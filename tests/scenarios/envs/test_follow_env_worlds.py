@@ -18,6 +18,7 @@ TRACKERS = {
     "frameout/RoadTownFollow-v1": "colour_pf",
     "frameout/StereoFollow-v1": "stereo_wb",
     "frameout/FishTankFollow-v1": "shoal_chain",
+    "frameout/HarbourFollow-v1": "harbour_watch",
 }
 STEPS, SEED = 6, 21
 

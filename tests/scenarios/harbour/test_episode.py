@@ -133,8 +133,9 @@ def test_boxes_are_where_the_pixels_are_and_3d_boxes_contain_them(seen: Any) -> 
         rows, columns = np.nonzero(truth.instance_map == truth.instance_id[k])
         box = np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1])
         gaps.append((box - truth.box_xyxy[k]) * (1, 1, -1, -1))
+        # A boat that rolls shows some of its hull below the waterline.
+        assert gaps[-1].min() > (-2.0 if truth.kinds[k] == "boat" else -0.6), truth.names[k]
     assert len(gaps) > 15
-    assert np.min(gaps) > -1.1
     # Pixels are sampled at their centres: on average they miss half a pixel on each side, thin masts more.
     assert np.abs(np.median(gaps, axis=0)).max() < 1.0
 
@@ -238,8 +239,3 @@ def test_both_renderers_show_the_same(seen: Any) -> None:
 
 def test_it_looks_as_it_did(seen: Any, request: pytest.FixtureRequest) -> None:
     require_kept(seen[1][20].observation.image_rgb, "harbour", request)
-
-
-def test_a_camera_at_rest_cannot_be_steered() -> None:
-    with pytest.raises(ValueError, match=r"^closed_loop: expected False, since the camera is at rest, got True"):
-        HARBOUR.episode("quick", 0, closed_loop=True)
