@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -50,19 +51,26 @@ class Detector:
         self._px_per_m, self._least, self._piece = px_per_m, least_score, piece_score
         self._lift = (self.filters.tall_px[_PIECE] - 1) // 2
 
-    def regions(self, scaled: Picture, deviation: Picture, watched: NDArray[np.bool_]) -> list[Region]:
+    def regions(
+        self,
+        scaled: Picture,
+        deviation: Picture,
+        watched: NDArray[np.bool_],
+        known: Sequence[NDArray[np.float64]] = (),
+    ) -> list[Region]:
         """Return the regions, the strongest first, whose boxes stand on watched pixels (H, W).
 
         Args:
             scaled: (K, H, W) box sums in units of their noise. deviation: (H, W) that of each pixel.
             watched: where an object may stand.
+            known: boxes (4,) of objects whose place is known: what touches one from outside is another region.
         """
         strength = np.abs(scaled)
         best = np.where(watched, strength.max(axis=0), 0.0).astype(np.float32)
         peaks = np.argwhere((best >= self._least) & (best == cv2.dilate(best, np.ones((5, 3), np.uint8))))
         if not len(peaks):
             return []
-        labels, pieces = self._pieces(strength[_PIECE])
+        labels, pieces = self._pieces(strength[_PIECE], known)
         found: list[Region] = []
         for i, j in peaks[np.argsort(-best[tuple(peaks.T)], kind="stable")]:
             k = int(strength[:, i, j].argmax())
@@ -73,7 +81,9 @@ class Detector:
                 break
         return found
 
-    def _pieces(self, strength: Picture) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def _pieces(
+        self, strength: Picture, known: Sequence[NDArray[np.float64]]
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return labels (H, W) of pieces that deviate on their own, near ones joined, and (N, 5) boxes and areas."""
         strong = np.zeros(strength.shape, np.uint8)
         for lift in np.unique(self._lift):
@@ -81,6 +91,8 @@ class Detector:
             strong[np.maximum(rows - lift, 0)] |= (strength[rows] > self._piece).astype(np.uint8)
         reach = max(1, round(0.5 * _GAP_M * float(np.median(self._px_per_m))))
         closed = cv2.morphologyEx(strong, cv2.MORPH_CLOSE, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+        for x0, y0, x1, y1 in (np.round(box).astype(int).tolist() for box in known):
+            cv2.rectangle(closed, (x0 - 2, y0 - 2), (x1 + 1, y1 + 1), 0)
         _, labels, stats, _ = cv2.connectedComponentsWithStats(closed)
         return labels, stats
 

@@ -20,11 +20,17 @@ _PRIOR_TAIL, _PRIOR_WEIGHT = 0.7, 10.0
 beyond 4 deviations decays by about a quarter of a deviation; waves and edges have heavier tails)."""
 _STRONG = 6.0
 """Deviations above the least score from which a false region is no chance of the noise but a body, e.g. a bird."""
-_PRIOR_STRONG = 0.5
-"""Strong false regions that are expected in as many pictures as the prior counts for."""
-_NEUTRAL, _LEAST_RESIDENT = 5.0, 1e-4
-"""Log ratio that neither speaks for an object nor against it: a track expects its region within some hundred pixels;
-and the least share of pictures on which something that belongs there is taken to move."""
+_STRONG_REGIONS = 0.05
+"""Strong false regions a picture, anywhere: pictures without objects are minutes apart, and between them sun and cloud
+change more than from picture to picture; so this is not learnt."""
+_LEAST_RESIDENT = 1e-4
+"""Least share of pictures on which something that belongs there is taken to move."""
+_NEUTRAL_SHARE = 0.05
+"""Share of pictures on which it moves from which on a region says nothing."""
+_RESIDENT_PX2 = 300.0
+"""Area in which it moves about: a small boat's in the picture."""
+_RARE = 0.02
+"""Share of pictures on which any pixel may change much, e.g. by a cloud."""
 _OBJECT_TAIL = 12.0
 """Decay of the scores of objects above the least one, deviations: broad, from just visible to very hot."""
 
@@ -47,17 +53,15 @@ class Clutter:
             moving: (H, W) share of these pictures on which a pixel changed much.
         """
         self._moving = cv2.integral(moving)
-        cells = np.zeros((2, -(-shape[0] // _CELL_PX), -(-shape[1] // _CELL_PX)), np.float32)
-        found = [region for regions in pictures for region in regions]
-        for region in found:
-            cells[int(region.score >= least_score + _STRONG)][self._cell(region, cells.shape[1:])] += 1.0
-        n, self._least = len(pictures) + _PRIOR_PICTURES, least_score
-        weak, strong = (_blurred(each) for each in cells)
-        self._per_cell = (weak + _PRIOR_REGIONS * _PRIOR_PICTURES) / n
-        self._strong_per_cell = (strong + _PRIOR_STRONG / strong.size) / n
+        cells = np.zeros((-(-shape[0] // _CELL_PX), -(-shape[1] // _CELL_PX)), np.float32)
+        weak = [each for regions in pictures for each in regions if each.score < least_score + _STRONG]
+        for region in weak:
+            cells[self._cell(region, cells.shape)] += 1.0
+        self._per_cell = (_blurred(cells) + _PRIOR_REGIONS * _PRIOR_PICTURES) / (len(pictures) + _PRIOR_PICTURES)
+        self._strong_per_cell, self._least = _STRONG_REGIONS / cells.size, least_score
         self._least_per_cell = float(self._per_cell.min())
-        beyond = np.array([each.score - least_score for each in found if each.score < least_score + _STRONG])
-        self._tail = (float(beyond.sum()) + _PRIOR_TAIL * _PRIOR_WEIGHT) / (len(beyond) + _PRIOR_WEIGHT)
+        beyond = sum(each.score - least_score for each in weak)
+        self._tail = (beyond + _PRIOR_TAIL * _PRIOR_WEIGHT) / (len(weak) + _PRIOR_WEIGHT)
 
     def learn(self, regions: Sequence[Region], claimed: NDArray[np.uint8]) -> None:
         """Take in the regions of a picture that no object claims: ``claimed`` (H, W)."""
@@ -81,10 +85,18 @@ class Clutter:
         of_object = -beyond / _OBJECT_TAIL - np.log(_OBJECT_TAIL)
         cell = self._cell(region, self._per_cell.shape)
         noise = np.log(self._per_cell[cell] / self._tail) - beyond / self._tail
-        strong = np.log(self._strong_per_cell[cell]) + of_object
+        strong = np.log(self._strong_per_cell) + of_object
         ratio = float(of_object - np.logaddexp(noise, strong) + np.log(_CELL_PX**2))
-        resident = self._resident(region)
-        return min(ratio, _NEUTRAL + float(np.log((1.0 - resident) / resident)))
+        resident = -np.log(self._resident(region) / _RESIDENT_PX2)
+        return min(ratio, float(resident))
+
+    def most_log_odds(self, region: Region) -> float:
+        """Return the most that a region may add to the log odds of a track that expects it.
+
+        What belongs there and moves, e.g. a moored boat, explains the region as well as the track does, and stays
+        there as long: beyond a share of pictures a region rather speaks against an intruder.
+        """
+        return float(np.log(_NEUTRAL_SHARE / self._resident(region)))
 
     def _resident(self, region: Region) -> float:
         """Return the mean share of pictures without objects on which the region's pixels changed much."""
@@ -92,7 +104,7 @@ class Clutter:
         x0, y0, x1, y1 = np.clip(np.round(region.box_xyxy), 0, [w - 1, h - 1, w - 1, h - 1]).astype(int)
         total = self._moving[y1, x1] - self._moving[y0, x1] - self._moving[y1, x0] + self._moving[y0, x0]
         share = float(total) / max((x1 - x0) * (y1 - y0), 1)
-        return min(max(share, _LEAST_RESIDENT), 1.0 - _LEAST_RESIDENT)
+        return min(max(share - _RARE, _LEAST_RESIDENT), 1.0 - _LEAST_RESIDENT)
 
 
 def _blurred(cells: NDArray[np.float32]) -> NDArray[np.float32]:

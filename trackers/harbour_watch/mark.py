@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from trackers.harbour_watch.box_model import STATE, linearised
 from trackers.harbour_watch.classes import BIRD, KINDS, Kind
+from trackers.harbour_watch.heading import Heading
 from trackers.harbour_watch.sightings import Sighting
 from trackers.site.view import SiteView
 
@@ -24,8 +24,8 @@ _ALIKE = 3.0
 _OUTLIER = 2.0
 """Deviations from which an edge counts less: feet behind a car, a head before a warm wall."""
 _MIDDLE = np.array([[0.5, 0.0, 0.5, 0.0], [0.0, 0.5, 0.0, 0.5]])
-_SURELY_MOVES = 2.0
-"""Deviations of the velocity from zero from which it gives the heading."""
+_SURE = 0.5
+"""Probability from which a region tells a track's heading and class."""
 _KIND_FORGETS = 0.95
 _FOUND = (4.5, 0.5)
 """Beta prior of the share of pictures on which an object is found, and for how many pictures it is remembered."""
@@ -41,8 +41,8 @@ class Mark:
         identity: its number. afloat: whether on the water.
         state, covariance: (7,), (7, 7), see ``box_model``. log_odds: of its existence.
         log_kinds: (4,) log likelihoods of ``KINDS``. kind: the one whose sizes were its prior.
-        heading_rad: direction of travel; None if it never surely moved.
-        seen_px: (4,) its last region. missed_frames: pictures since then.
+        heading: which way it points.
+        seen_px: (4,) its last region. view: of the camera. missed_frames: pictures since then.
     """
 
     identity: int
@@ -53,10 +53,12 @@ class Mark:
     log_kinds: Array
     kind: Kind
     seen_px: Array
-    heading_rad: float | None = None
+    view: SiteView
+    heading: Heading = field(default_factory=Heading)
     missed_frames: int = 0
     expected_px: Array = field(default_factory=lambda: np.zeros(4))
     _jacobian: Array = field(default_factory=lambda: np.zeros((4, STATE)))
+    _base_m: float = 0.0
     _found: Array = field(default_factory=lambda: np.array(_FOUND))
 
     @property
@@ -81,11 +83,6 @@ class Mark:
         """Expected probability that a picture shows a region of it."""
         return max(_LEAST_FOUND, float(self._found[0] / self._found.sum()))
 
-    @property
-    def shown_heading_rad(self) -> float:
-        """The heading; before it is known, halfway between along and across the line of sight (x of the world)."""
-        return 0.25 * np.pi if self.heading_rad is None else self.heading_rad
-
     def predict(self, dt_s: float, survives: float) -> None:
         """Move by ``dt_s`` at constant velocity with white acceleration."""
         motion, pushed = np.eye(STATE), np.zeros((STATE, 2))
@@ -93,18 +90,29 @@ class Mark:
         pushed[[0, 1], [0, 1]], pushed[[2, 3], [0, 1]] = 0.5 * dt_s**2, dt_s
         self.state = motion @ self.state
         self.covariance = motion @ self.covariance @ motion.T + self.kind.acceleration_mps2**2 * pushed @ pushed.T
+        self.heading.turn()
         p = self.probability * survives
         self.log_odds = float(np.log(p / (1.0 - p)))
 
-    def expect(self, view: SiteView, level_m: float) -> None:
-        """Work out the rectangle that is expected in the picture; NaN behind the camera."""
-        base_m = level_m if self.afloat else 0.0
-        self.expected_px, self._jacobian = linearised(self.state, self.shown_heading_rad, base_m, view)
+    def expect(self, base_m: float) -> None:
+        """Work out the rectangle that is expected in the picture of an object that stands at ``base_m``.
+
+        NaN behind the camera.
+        """
+        self._base_m = base_m
+        self.expected_px, self._jacobian = linearised(
+            self.state, self.heading.likeliest_rad, base_m, self.kind.roof, self.view
+        )
 
     def expected_middle(self) -> tuple[Array, Array]:
         """Return the expected middle (2,) of a region and its covariance (2, 2), pixels."""
         spread = _MIDDLE @ self._innovation(np.ones(4)) @ _MIDDLE.T
         return _MIDDLE @ self.expected_px, spread
+
+    def middle_px(self) -> float:
+        """Return the larger standard deviation of its middle in the picture, without a region's own noise."""
+        side = _MIDDLE @ self._jacobian
+        return float(np.sqrt(np.diag(side @ self.covariance @ side.T).max()))
 
     def _noise(self) -> Array:
         sides = self.expected_px[2:] - self.expected_px[:2]
@@ -115,26 +123,25 @@ class Mark:
         spread: Array = self._jacobian @ self.covariance @ self._jacobian.T + np.diag(doubt * self._noise())
         return spread
 
-    def correct(self, hits: Sequence[tuple[float, Sighting]]) -> None:
-        """Take in sightings with the probabilities that they are of this track (probabilistic data association)."""
-        hit = sum(p for p, _ in hits)
+    def correct(self, sighting: Sighting | None, hit: float) -> None:
+        """Take in the sighting that is most likely of this track; ``hit``: probability that any one is."""
         self._found = _FOUND_FORGETS * self._found + (1.0 - _FOUND_FORGETS) * 5.0 * np.array([hit, 1.0 - hit])
         self.missed_frames += 1
-        if not hits:
+        if sighting is None:
             return
-        states, spreads, weights = [self.state], [self.covariance], [max(0.0, 1.0 - hit)]
-        for p, sighting in hits:
-            state, covariance = self._corrected(sighting)
-            states.append(state)
-            spreads.append(covariance)
-            weights.append(p)
-        share = np.array(weights) / sum(weights)
-        mean = share @ np.array(states)
-        mixed = [p + np.outer(x - mean, x - mean) for x, p in zip(states, spreads, strict=True)]
-        self.state, self.covariance = mean, np.tensordot(share, np.array(mixed), axes=1)
-        p, best = max(hits, key=lambda each: each[0])
-        if p > 0.5:
-            self._recognise(best)
+        self.heading.look(
+            sighting.region.box_xyxy, self.state, self.covariance, self._base_m, self.kind.roof, self.view
+        )
+        self.expect(self._base_m)
+        state, covariance = self._corrected(sighting)
+        mean = hit * state + (1.0 - hit) * self.state
+        mixed = [
+            weight * (p + np.outer(x - mean, x - mean))
+            for weight, x, p in ((hit, state, covariance), (1.0 - hit, self.state, self.covariance))
+        ]
+        self.state, self.covariance = mean, mixed[0] + mixed[1]
+        if hit > _SURE:
+            self._recognise(sighting)
 
     def _corrected(self, sighting: Sighting) -> tuple[Array, Array]:
         """Return state and covariance after a region, by an extended Kalman filter with doubtful edges.
@@ -161,12 +168,10 @@ class Mark:
             self.state[4:] = np.log(likeliest.size_m)
             self.covariance[4:], self.covariance[:, 4:] = 0.0, 0.0
             self.covariance[4:, 4:] = np.diag(likeliest.spread**2)
-        velocity, spread = self.state[2:4], self.covariance[2:4, 2:4]
-        if float(velocity @ np.linalg.solve(spread, velocity)) > _SURELY_MOVES**2:
-            self.heading_rad = float(np.arctan2(velocity[1], velocity[0]))
+        self.heading.travel(self.state[2:4], self.covariance[2:4, 2:4])
 
 
-def begun(identity: int, sighting: Sighting, probability: float, view: SiteView) -> Mark:
+def begun(identity: int, sighting: Sighting, probability: float, view: SiteView, base_m: float) -> Mark:
     """Begin a track at a sighting, with the sizes of its likeliest class."""
     kind = KINDS[int(sighting.log_kinds.argmax())]
     away = sighting.near_m - view.place_m[:2]
@@ -183,13 +188,8 @@ def begun(identity: int, sighting: Sighting, probability: float, view: SiteView)
     covariance[2:4, 2:4] = kind.speed_mps**2 * np.eye(2)
     covariance[4:, 4:] = np.diag(kind.spread**2)
     p = min(max(probability, 1e-9), 1.0 - 1e-9)
-    return Mark(
-        identity,
-        sighting.afloat,
-        state,
-        covariance,
-        float(np.log(p / (1.0 - p))),
-        sighting.log_kinds.copy(),
-        kind,
-        sighting.region.box_xyxy,
-    )
+    log_odds = float(np.log(p / (1.0 - p)))
+    box = sighting.region.box_xyxy
+    mark = Mark(identity, sighting.afloat, state, covariance, log_odds, sighting.log_kinds.copy(), kind, box, view)
+    mark.heading.look(box, state, covariance, base_m, kind.roof, view)
+    return mark

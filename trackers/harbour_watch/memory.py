@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 Picture = NDArray[np.float32]
 
+_OUTLIER = 3.0
+"""Deviations from which a picture counts less."""
+
 
 @njit(cache=True)
 def _predict(left: Picture, slow: Picture, doubt: Picture, noise: Picture, deviation: Picture) -> None:
@@ -26,7 +29,9 @@ def _learn(
     doubt: Picture,
     noise: Picture,
     first: Picture,
+    hidden: NDArray[np.int32],
     drift: float,
+    forgets: float,
     rate: float,
     outlier: float,
 ) -> None:
@@ -34,21 +39,25 @@ def _learn(
 
     ``P = min(P + drift^2 v, P0)``; ``e = left - slow``; ``S = P + v``; ``K = P / S`` times Huber's weight of
     ``e / sqrt(S)``; ``slow += K e``; ``P *= 1 - K``; ``v += rate v (min(e^2 / S, outlier^2) - 1)``. Claimed pixels
-    keep their residual and only grow in doubt.
+    keep their residual; seen again after ``hidden`` pictures, ``P += (P0 - P) (1 - exp(-forgets hidden))``.
     """
     for n in range(left.size):
         v = noise[n]
+        if claimed[n]:
+            hidden[n] += 1
+            continue
         p = min(doubt[n] + drift * drift * v, first[n])
-        if not claimed[n]:
-            e = left[n] - slow[n]
-            s = p + v
-            square = e * e / s
-            weight = 1.0 if square < outlier * outlier else outlier / math.sqrt(square)
-            gain = p / s * weight
-            slow[n] += gain * e
-            p *= 1.0 - gain
-            noise[n] = v * (1.0 + rate * (min(square, outlier * outlier) - 1.0))
-        doubt[n] = p
+        if hidden[n] > 0:
+            p += (first[n] - p) * (1.0 - math.exp(-forgets * hidden[n]))
+            hidden[n] = 0
+        e = left[n] - slow[n]
+        s = p + v
+        square = e * e / s
+        weight = 1.0 if square < outlier * outlier else outlier / math.sqrt(square)
+        gain = p / s * weight
+        slow[n] += gain * e
+        noise[n] = v * (1.0 + rate * (min(square, outlier * outlier) - 1.0))
+        doubt[n] = p * (1.0 - gain)
 
 
 class PixelMemory:
@@ -60,7 +69,7 @@ class PixelMemory:
     """
 
     def __init__(
-        self, first: Picture, noise: Picture, *, remembered_frames: float, noise_frames: float, outlier: float = 3.0
+        self, first: Picture, noise: Picture, *, remembered_frames: float, noise_frames: float, hidden_frames: float
     ) -> None:
         """Begin with no residual.
 
@@ -68,12 +77,13 @@ class PixelMemory:
             first: (N,) variance of the residual before anything is known, counts squared.
             noise: (N,) variance of the noise, counts squared, > 0.
             remembered_frames: time constant of the residual. noise_frames: of the noise.
-            outlier: deviations from which a picture counts less.
+            hidden_frames: in which the residual of a claimed pixel is forgotten.
         """
         self.slow, self.doubt = np.zeros_like(noise), first.copy()
         self.noise, self._floor = noise.copy(), float(np.percentile(noise, 1)) * 0.5
-        self._first, self._outlier = first, outlier
+        self._first, self._forgets = first, 1.0 / hidden_frames
         self._drift, self._rate = 1.0 / remembered_frames, 1.0 / noise_frames
+        self._hidden = np.zeros(noise.shape, np.int32)
         self._deviation = np.empty_like(noise)
 
     def deviation(self, left: Picture) -> Picture:
@@ -95,8 +105,10 @@ class PixelMemory:
             self.doubt,
             self.noise,
             self._first,
+            self._hidden,
             self._drift,
+            self._forgets,
             self._rate,
-            self._outlier,
+            _OUTLIER,
         )
         np.maximum(self.noise, self._floor, out=self.noise)

@@ -25,6 +25,11 @@ _LEAST_NOISE = 0.5
 _MOST_REPLAYED = 120
 _MOVED = 10.0
 """Deviations of a pixel's noise by which it changes when something that belongs there moves, e.g. a moored boat."""
+_MOVES_SHARE = 0.03
+"""Share of pictures on which a pixel changes much, from which something moves there."""
+_SHAKES_PX, _SWINGS_PX, _SWINGS_SHARE = 3, (25, 15), 0.3
+"""How far beyond the places of training moored things move: all of them by a pixel; on the water by half a boat's
+length, and as much more with a smaller share."""
 _MAIN = 4
 """Components that tell water from what has texture in some weather."""
 _FIRST_GUESS = 3.0
@@ -39,6 +44,7 @@ class ModelParameters:
         components: of the low-rank background.
         mean_water_m: height of the mean sea level above the quay, from the survey of the site.
         remembered_frames: time constant of a pixel's slow residual. noise_frames: of its noise.
+        hidden_frames: in which what a pixel showed is forgotten while an object hides it.
         clip: deviations at which a pixel is cut off.
         least_score: deviations from which a box is a region. piece_score: from which a piece is part of it.
     """
@@ -47,6 +53,7 @@ class ModelParameters:
     mean_water_m: float
     remembered_frames: float
     noise_frames: float
+    hidden_frames: float
     clip: float
     least_score: float
     piece_score: float
@@ -74,7 +81,13 @@ class SiteModel:
             first = (_FIRST_GUESS * noise) ** 2
         else:
             first = np.maximum(self.low_rank.spread**2 - noise**2, 0.01 * noise**2)
-        self.memory = PixelMemory(first, noise**2, remembered_frames=p.remembered_frames, noise_frames=p.noise_frames)
+        self.memory = PixelMemory(
+            first,
+            noise**2,
+            remembered_frames=p.remembered_frames,
+            noise_frames=p.noise_frames,
+            hidden_frames=p.hidden_frames,
+        )
         self.watched = _watched(view, volume, self.shape)
         self.px_per_m = _px_per_m(view, self.shape)
         self.detector = Detector(self.px_per_m, self.shape[1], p.least_score, p.piece_score)
@@ -86,8 +99,9 @@ class SiteModel:
 
     def _looks(self) -> Picture:
         """Return the mean picture and what the main causes of change do to it, (K, H, W)."""
-        main = self.low_rank.basis[-len(self.low_rank.deviations) :] if len(self.low_rank.deviations) else []
-        looks = [each * d for each, d in zip(main[:_MAIN], self.low_rank.deviations, strict=False)]
+        deviations = self.low_rank.deviations
+        scene = self.low_rank.basis[len(self.low_rank.basis) - len(deviations) :]
+        looks = [each * d for each, d in zip(scene[:_MAIN], deviations[:_MAIN], strict=True)]
         return np.array([self.low_rank.mean, *looks], np.float32).reshape(-1, *self.shape)
 
     def _replayed(self, left: Picture, p: ModelParameters) -> Clutter:
@@ -113,7 +127,19 @@ class SiteModel:
         ]
         changed = _MOVED * np.sqrt(float(np.median(self.memory.noise)))
         moving = np.mean([np.abs(left[k + 1] - left[k]) > changed for k in range(0, len(left) - 1, every)], axis=0)
-        return Clutter(self.shape, p.least_score, found, moving.reshape(self.shape).astype(np.float32))
+        return Clutter(self.shape, p.least_score, found, self._moored(moving.reshape(self.shape).astype(np.float32)))
+
+    def _moored(self, moving: Picture) -> Picture:
+        """Return the share of pictures (H, W) on which something moored moves, from that on which pixels change much.
+
+        What is moored reaches down to the water; and it swings further on other days.
+        """
+        near = cv2.dilate(moving, np.ones((_SHAKES_PX, _SHAKES_PX), np.uint8))
+        _, labels = cv2.connectedComponents((near > _MOVES_SHARE).astype(np.uint8))
+        moored = near * np.isin(labels, np.unique(labels[self.water & (labels > 0)]))
+        afloat = cv2.blur(cv2.dilate(moored, np.ones(_SWINGS_PX[::-1], np.uint8)), _SWINGS_PX) * self.water
+        wide: Picture = np.maximum(moored, _SWINGS_SHARE * afloat)
+        return wide
 
 
 def reading_of(image_rgb: NDArray[np.uint8], counts: NDArray[np.uint16] | None, use_counts: bool) -> Picture:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from trackers.harbour_watch.association import existence, marginals
 from trackers.harbour_watch.mark import Mark, begun
@@ -20,7 +21,9 @@ _GATE = 4.5
 _MOST_LOG_ODDS = 12.0
 _ALONE, _LEAST_BIRTH = 0.5, 1e-3
 """Least probabilities that a region is of no known track, and of existence, to begin a track with it."""
-_LEAST_PAIR = 1e-3
+_SURELY, _KNOWN_PX = 4.0, 1.5
+"""Log odds of existence, and standard deviation of the place in the picture, of an object whose outline is known."""
+_LEAST_PAIR = 0.1
 _MOST_LOG = 60.0
 
 
@@ -51,33 +54,39 @@ class Tracks:
         self.next_identity = next_identity
         self._view, self._rates = view, rates
 
-    def update(self, sightings: Sequence[Sighting], log_ratios: Array, dt_s: float, level_m: float) -> None:
-        """Predict by ``dt_s``, associate, update, begin and end tracks.
+    def predicted(self, dt_s: float, level_m: float) -> list[Array]:
+        """Predict by ``dt_s`` and return the boxes (4,) of objects that surely are there, and whose place is known."""
+        for mark in self.marks:
+            mark.predict(dt_s, self._rates.survives)
+            mark.expect(level_m if mark.afloat else 0.0)
+        self.marks = [mark for mark in self.marks if np.isfinite(mark.expected_px).all()]
+        return [mark.expected_px for mark in self.marks if mark.log_odds > _SURELY and mark.middle_px() < _KNOWN_PX]
+
+    def update(self, sightings: Sequence[Sighting], log_ratios: Array, log_caps: Array, level_m: float) -> None:
+        """Associate, update, begin and end tracks, once ``predicted``.
 
         Args:
             log_ratios: (M,) log of the scores' density for objects over the density of false regions per pixel.
+            log_caps: (M,) most that one region may add to the log odds of a track.
         """
-        for mark in self.marks:
-            mark.predict(dt_s, self._rates.survives)
-            mark.expect(self._view, level_m)
-        self.marks = [mark for mark in self.marks if np.isfinite(mark.expected_px).all()]
         log_ratios = np.minimum(log_ratios, _MOST_LOG)
         prior = np.array([mark.probability for mark in self.marks], dtype=float)
         detected = np.array([mark.found_share for mark in self.marks], dtype=float)
         births = self._rates.births * np.array([each.m2_per_px for each in sightings]) * np.exp(log_ratios)
-        paired = (prior * detected)[:, None] * np.exp(self._log_densities(sightings) + log_ratios)
+        paired = (prior * detected)[:, None] * np.exp(np.minimum(self._log_densities(sightings) + log_ratios, log_caps))
         pairs, alone = marginals(1.0 - prior * detected, paired, 1.0 + births)
         posterior = existence(prior, detected, pairs)
-        for mark, probability, row in zip(self.marks, posterior, pairs, strict=True):
+        chosen = _one_to_one(pairs)
+        for i, (mark, probability) in enumerate(zip(self.marks, posterior, strict=True)):
             p = min(max(float(probability), 1e-9), 1.0 - 1e-9)
             mark.log_odds = min(max(float(np.log(p / (1.0 - p))), -_MOST_LOG_ODDS), _MOST_LOG_ODDS)
-            hits = [(float(p), each) for p, each in zip(row, sightings, strict=True) if p > _LEAST_PAIR]
-            mark.correct(hits)
+            mark.correct(sightings[chosen[i]] if i in chosen else None, float(pairs[i].sum()))
         self.marks = [mark for mark in self.marks if mark.log_odds > self._rates.removed]
         for j, sighting in enumerate(sightings):
             p = float(alone[j] * births[j] / (1.0 + births[j]))
             if alone[j] > _ALONE and p > _LEAST_BIRTH:
-                self.marks.append(begun(self.next_identity, sighting, p, self._view))
+                base_m = level_m if sighting.afloat else 0.0
+                self.marks.append(begun(self.next_identity, sighting, p, self._view, base_m))
                 self.next_identity += 1
 
     def _log_densities(self, sightings: Sequence[Sighting]) -> Array:
@@ -95,3 +104,13 @@ class Tracks:
             near = (square < _GATE**2) & (afloat == mark.afloat)
             found[i, near] = -0.5 * square[near] - np.log(2 * np.pi) - 0.5 * np.log(np.linalg.det(spread))
         return found
+
+
+def _one_to_one(pairs: Array) -> dict[int, int]:
+    """Return the likeliest detection of each track, each given once.
+
+    Averages over detections would draw the tracks of two cars side by side to the middle between them (H. Blom,
+    E. Bloem, IEEE Trans. Automatic Control 45(2), 2000).
+    """
+    rows, columns = linear_sum_assignment(-np.log(np.maximum(pairs, 1e-12)))
+    return {int(i): int(j) for i, j in zip(rows, columns, strict=True) if pairs[i, j] > _LEAST_PAIR}

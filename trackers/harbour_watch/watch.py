@@ -40,7 +40,8 @@ class Watch:
 
     def update(self, picture: Picture, time_s: float) -> None:
         """Take in a picture (H, W)."""
-        model, dt_s = self._model, _USUAL_STEP_S if self._time_s is None else time_s - self._time_s
+        model = self._model
+        dt_s = _USUAL_STEP_S if self._time_s is None else min(max(time_s - self._time_s, 0.0), _LONGEST_STEP_S)
         self._time_s = time_s
         if self._frame % _LEVEL_EVERY == 0:
             level_m = model.water_level.of(picture)
@@ -52,10 +53,12 @@ class Watch:
         filters = model.detector.filters
         doubtful = model.memory.doubtful().reshape(picture.shape)
         scaled = filters.scaled(filters.filtered(deviation, self._clip), doubtful)
-        regions = model.detector.regions(scaled, deviation, model.watched)
+        known = self.tracks.predicted(dt_s, self.level_m)
+        regions = model.detector.regions(scaled, deviation, model.watched, known)
         self.sightings = place_regions(regions, self._view, model.water, self.level_m)
         ratios = np.array([model.clutter.log_ratio(each.region) for each in self.sightings])
-        self.tracks.update(self.sightings, ratios, min(max(dt_s, 0.0), _LONGEST_STEP_S), self.level_m)
+        caps = np.array([model.clutter.most_log_odds(each.region) for each in self.sightings])
+        self.tracks.update(self.sightings, ratios, caps, self.level_m)
         claimed = self._claimed(picture.shape)
         model.clutter.learn([each.region for each in self.sightings], claimed)
         model.memory.learn(left, claimed.ravel())
@@ -87,4 +90,4 @@ class Watch:
         size_m = mark.size_m
         base_m = self.level_m if mark.afloat else 0.0
         centre_m = np.array([*mark.state[:2], base_m + 0.5 * size_m[2]])
-        return self._view.estimate_of(centre_m, size_m, mark.shown_heading_rad)
+        return self._view.estimate_of(centre_m, size_m, mark.heading.likeliest_rad)

@@ -7,6 +7,7 @@ is high, while the wall stands still: the line's mean row belongs to the mean le
 from __future__ import annotations
 
 from collections import deque
+from typing import Any
 
 import cv2
 import numpy as np
@@ -149,7 +150,7 @@ def _band(columns: NDArray[np.intp], first: NDArray[np.intp], height_px: int) ->
     if len(columns) < 2:
         return np.zeros((0, 0), np.intp), columns[:0]
     kept = np.ones(len(columns), bool)
-    line = first.astype(np.float64)
+    line: NDArray[np.floating[Any]] = first.astype(np.float64)
     for _ in range(_LINE_ROUNDS):
         line = np.polyval(np.polyfit(columns[kept], first[kept], 1), columns)
         kept = first <= line + 0.5
