@@ -18,7 +18,7 @@ from benchmarks.suites.judging import truth_as
 from benchmarks.video import legend, marks
 from benchmarks.video.instant import Instant, draw_steered
 from benchmarks.video.legend import Sign
-from scenarios.harbour.truth import HarbourTruth
+from scenarios.harbour.truth import HarbourMap, HarbourTruth
 from scenarios.scenario import Episode
 from sim.optics import project
 from trackers.types import Estimate
@@ -53,21 +53,20 @@ class HarbourDrawing:
     )
 
     def __init__(self, episode: Episode) -> None:
-        site = episode.map_of()
-        camera = episode.start.camera
-        self._clutter = Clutter(site.clutter)
-        self._zoom = _WIDTH_PX / camera.width_px
-        self._plan = PlanView(site, round(camera.height_px * self._zoom))
+        self._map: HarbourMap = episode.map_of()
+        self._clutter = Clutter(self._map.clutter)
         self._matcher = Matcher()
         self._alarms = _Alarms()
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
         """See ``Drawing``."""
         truth = truth_as(instant.frame.truth, HarbourTruth)
-        size = _WIDTH_PX, round(instant.frame.camera.height_px * self._zoom)
         observed = instant.frame.observation.image_rgb
+        self._zoom = _WIDTH_PX / observed.shape[1]
+        size = _WIDTH_PX, round(observed.shape[0] * self._zoom)
         image = np.asarray(cv2.resize(observed, size, interpolation=cv2.INTER_CUBIC), np.uint8)
-        plan = self._plan.ground()
+        self._plan = PlanView(self._map, size[1])
+        plan = self._plan.ground
         for k in np.flatnonzero(truth.state != "absent"):
             T = truth.T_world_object[k]
             corners = np.pad(_SIDES, ((0, 0), (0, 1))) * truth.size_m[k]

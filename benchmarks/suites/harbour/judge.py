@@ -68,7 +68,7 @@ class HarbourJudge:
         yield from visit_scores(visits, np.isfinite(found), begins, by_region, by_chance, self._interval_s)
         yield from froc_scores(visits, self._reached(shown)[0], chance)
         yield from self._alarms(shown, decided)
-        yield from region_scores(visits, Met(*(each[counted] for each in met)))
+        yield from region_scores(visits, Met._make(each[counted] for each in met))
         yield from measured_scores(visits, decided, self.objects[0].size_m)
 
     def _reached(self, history: History) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -14,7 +14,11 @@ _SEA, _LAND, _QUIET = (36, 48, 62), (62, 60, 56), (150, 156, 166)
 
 
 class PlanView:
-    """The ground of a plan view, and where places of the world lie in it."""
+    """A plan view to draw on.
+
+    Attributes:
+        ground: picture (H, W, 3) of land, sea, the quay's edge and the watched volume.
+    """
 
     def __init__(self, site: HarbourMap, height_px: int) -> None:
         """``height_px``: of the picture; the watched volume fills it but for a margin."""
@@ -22,16 +26,12 @@ class PlanView:
         self._px_per_m = height_px / (depth_m + 2.0 * _MARGIN_M)
         self._top_left_m = site.volume_centre_m[:2] + 0.5 * site.volume_m[:2] + _MARGIN_M
         shape = height_px, round((width_m + 2.0 * _MARGIN_M) * self._px_per_m), 3
-        self._ground = np.full(shape, _SEA, np.uint8)
-        cv2.fillPoly(self._ground, [marks.fixed_point(self.at(site.land_m))], _LAND, cv2.LINE_AA, 4)
-        marks.draw_lines(self._ground, [self.at(site.wall_m)], _QUIET, 1)
+        self.ground = np.full(shape, _SEA, np.uint8)
+        cv2.fillPoly(self.ground, [marks.fixed_point(self.at(site.land_m))], _LAND, cv2.LINE_AA, 4)
+        marks.draw_lines(self.ground, [self.at(site.wall_m)], _QUIET, 1)
         corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * 0.5 * site.volume_m[:2]
-        marks.draw_lines(self._ground, [self.at(site.volume_centre_m[:2] + corners)], _QUIET, 1)
-        marks.draw_text(self._ground, (8, 18), f"{depth_m:g} m x {width_m:g} m", _QUIET, size=13)
-
-    def ground(self) -> NDArray[np.uint8]:
-        """Return a copy of the ground (H, W, 3): land, sea, the quay's edge, the watched volume."""
-        return self._ground.copy()
+        marks.draw_lines(self.ground, [self.at(site.volume_centre_m[:2] + corners)], _QUIET, 1)
+        marks.draw_text(self.ground, (8, 18), f"{depth_m:g} m x {width_m:g} m", _QUIET, size=13)
 
     def at(self, places_m: ArrayLike) -> NDArray[np.float64]:
         """Return places (..., 2) of the world in the picture."""

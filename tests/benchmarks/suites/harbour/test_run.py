@@ -1,0 +1,77 @@
+"""The suite ``harbour`` from the command line: an episode, its report and its video."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.cli import main
+from benchmarks.suites.registry import suite
+
+FAKES = "tests.benchmarks.suites.harbour.fake_watchers"
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("harbour")
+    words = ["--modules", FAKES, "--trackers", "fake_stares", "--preset", "quick", "--seeds", "0:1"]
+    assert main(["bench", "harbour", *words, "--out", str(folder), "--workers", "0"]) == 0
+    return folder
+
+
+def rows_of(out: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (out / "records.jsonl").read_text().splitlines()]
+
+
+def test_rows_are_those_of_metrics(out: Path) -> None:
+    needed = {row for metric in suite("harbour").metrics for row in metric.rows}
+    drawn = {"region_depth_m", "region_width_m", "region_height_m", "frames"}
+    assert {row["metric"] for row in rows_of(out)} <= needed | drawn
+
+
+def test_a_tracker_is_judged_at_its_own_threshold_and_at_all(out: Path) -> None:
+    told = {row["metric"]: row["value"] for row in rows_of(out) if row["event"] is None}
+    hours = told["watched_hours"]
+    assert hours == pytest.approx(60 * 2 / 3600)
+    assert told["false_alarms_per_hour"] * hours == pytest.approx(1.0)
+    alarms = np.array(told["froc_alarms"])
+    assert (alarms[0], alarms[-1]) == (2.0, 0.0)
+
+
+def test_visits_are_those_of_the_preset(out: Path) -> None:
+    found = [row for row in rows_of(out) if row["metric"] in ("found", "found_unseen")]
+    kinds = [row["event"]["kind"] for row in found]
+    # Some may never come into the watched volume, or stay hidden.
+    assert set(kinds) <= {"person", "car", "boat"}
+    assert len(kinds) >= 3
+    assert all(0 <= row["event"]["first_frame"] < 57 for row in found)
+
+
+def test_the_report_has_its_figures_and_one_visit(out: Path) -> None:
+    page = (out / "report.html").read_text()
+    for words in (
+        "How many false alarms does a find cost?",
+        "What contrast does it take?",
+        "What raises false alarms?",
+    ):
+        assert words in page, words
+    (picture,) = (out / "pictures").glob("*.jpg")
+    height, width = cv2.imread(str(picture)).shape[:2]
+    assert width > 2 * height
+
+
+def test_a_video_is_drawn(tmp_path: Path) -> None:
+    file = tmp_path / "x.mp4"
+    words = ["--modules", FAKES, "--preset", "quick", "--seed", "0", "--frames", "5"]
+    assert main(["render", "harbour", *words, "--out", str(file)]) == 0
+    video = cv2.VideoCapture(str(file))
+    shapes = {frame.shape for _ in range(5) for read, frame in [video.read()] if read}
+    assert len(shapes) == 1
+    height, width = shapes.pop()[:2]
+    assert width > 960 + 200
+    assert height > 720
