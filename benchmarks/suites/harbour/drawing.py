@@ -73,13 +73,22 @@ class HarbourDrawing:
             self._draw_box(image, instant, corners @ T[:3, :3].T + T[:3, 3], T[:3, 2] * truth.size_m[k, 2], marks.TRUTH)
             marks.draw_lines(plan, [self._plan.at(corners @ T[:3, :3].T + T[:3, 3])], marks.TRUTH, 1)
         draw_steered(image, instant.frame, self._zoom)
-        if instant.answer is not None and not isinstance(instant.answer, Estimate):
+        if isinstance(instant.answer, Estimate):
+            self._draw_one(image, instant.answer)
+        elif instant.answer is not None:
             answers = answers_of(instant.answer, instant.frame.camera, truth.T_world_camera)
             matches = self._matcher.match(objects_of(truth), answers)
             causes = self._clutter.causes(truth.instance_map, answers.box_xyxy[matches.false])
             words = self._alarms.words(answers.identity[matches.false], causes, truth.agc_step)
             self._draw_tracks(image, plan, instant, answers, matches, words)
         return np.hstack([image, plan])
+
+    def _draw_one(self, image: marks.Image, estimate: Estimate) -> None:
+        """Draw the answer of a tracker that follows one target."""
+        if estimate.box_xyxy is not None:
+            marks.draw_corners(image, estimate.box_xyxy * self._zoom, marks.ESTIMATE)
+        if np.isfinite(estimate.position_px).all():
+            marks.draw_cross(image, estimate.position_px * self._zoom, marks.ESTIMATE)
 
     def _draw_tracks(
         self,

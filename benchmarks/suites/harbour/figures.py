@@ -14,12 +14,23 @@ from benchmarks.run.records import Row
 from benchmarks.scores import pooling
 from benchmarks.scores.statistics import bootstrap_interval
 from benchmarks.suites.harbour.alarms import CAUSES
+from benchmarks.suites.harbour.few_pictures import TAUGHT_BY_FEW
 from benchmarks.suites.harbour.visits import SEEABLE
 from benchmarks.suites.registry import Metric, Plot
+from scenarios import catalog
 
 FROC_ROWS = ("froc_found", "froc_findable", "froc_alarms", "watched_hours")
+AREA = Metric(
+    "froc_area",
+    "mean detection rate over log alarms, 1 to 100 an hour",
+    "fraction",
+    "higher",
+    FROC_ROWS,
+    "froc",
+    alarms_per_hour=(1.0, 100.0),
+)
 _ALARMS = np.geomspace(0.5, 500.0, 61)
-_CONTRASTS = SEEABLE * 2.0 ** np.arange(-2, 8)
+_CONTRASTS = SEEABLE * 2.0 ** np.arange(-2, 12)
 """Ends of the classes of contrast to noise, octaves."""
 
 
@@ -43,6 +54,14 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
         )
         svg = plots.plot_shares(lines, styles, "contrast to noise", "found")
         made.append(Plot("What contrast does it take?", words, svg))
+    lines = {name: curve for name in drawn if (curve := by_pictures(drawn, name)) is not None}
+    if lines:
+        words = (
+            "Detection rate, mean over the logarithm of the false alarms from 1 to 100 an hour, of trackers that get "
+            "so many pictures without intruders. Bands: 95 % bootstrap over seeds."
+        )
+        svg = plots.plot_shares(lines, styles, "pictures without intruders", "area under the FROC curve")
+        made.append(Plot("How many pictures does it take?", words, svg))
     causes = {name: _causes(rows) for name, rows in drawn.items()}
     causes = {name: each for name, each in causes.items() if each}
     if causes:
@@ -66,6 +85,19 @@ def by_contrast(rows: Sequence[Row]) -> curves.Curve | None:
         if pool is not None and pool.seed_count > 0:
             found.append((np.sqrt(low * high), pool.mean, *bootstrap_interval(pool), float(len(mine))))
     return curves.Curve(*np.array(found).T) if found else None
+
+
+def by_pictures(drawn: Mapping[str, Sequence[Row]], tracker: str) -> curves.Curve | None:
+    """Return the area under the FROC curve against the number of pictures; None if it is known for one number."""
+    first = drawn[tracker][0]
+    all_pictures = catalog.scenario(first["scenario"]).presets[first["preset"]].background
+    names = {count: each.name for (of, count), each in TAUGHT_BY_FEW.items() if of == tracker and count < all_pictures}
+    found = []
+    for count, name in sorted({**names, all_pictures: tracker}.items()):
+        pool = pooling.pooled(drawn[name], AREA) if name in drawn else None
+        if pool is not None:
+            found.append((float(count), pool.mean, *bootstrap_interval(pool), float(pool.seed_count)))
+    return curves.Curve(*np.array(found).T) if len(found) > 1 else None
 
 
 def _causes(rows: Sequence[Row]) -> dict[str, tuple[float, float, float]]:

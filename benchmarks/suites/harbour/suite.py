@@ -9,7 +9,8 @@ from benchmarks.scores.cpu_time import CPU_TIME
 from benchmarks.suites.harbour import alarms, found, identity_scores, sizes
 from benchmarks.suites.harbour.alarms import CAUSES
 from benchmarks.suites.harbour.drawing import HarbourDrawing
-from benchmarks.suites.harbour.figures import FROC_ROWS, figures
+from benchmarks.suites.harbour.few_pictures import TAUGHT_BY_FEW
+from benchmarks.suites.harbour.figures import AREA, FROC_ROWS, figures
 from benchmarks.suites.harbour.judge import HarbourJudge
 from benchmarks.suites.harbour.picture import show_visit
 from benchmarks.suites.harbour.sizes import DIMENSIONS
@@ -47,7 +48,7 @@ def _found_metrics() -> tuple[Metric, ...]:
     return (
         _rate("detection_rate", "intruders found that can be seen, chance taken off", rows=found),
         *(_rate(f"detection_rate_{kind}", f"the same, class {kind}", rows=found, kind=kind) for kind in KINDS),
-        _froc("froc_area", "mean detection rate over log alarms, 1 to 100 an hour", 1.0, 100.0),
+        AREA,
         *(_froc(f"detection_rate_at_{n}", f"detection rate at {n} alarms an hour", n) for n in (1, 10, 100)),
         _rate("unseen_detection_rate", "intruders found that nobody could see", rows=("found_unseen",)),
         _rate("chance_rate", "intruders found by chance", "lower"),
@@ -133,6 +134,7 @@ HARBOUR = Suite(
     silence="no track",
     figures=figures,
     picture=show_visit,
+    references=tuple(TAUGHT_BY_FEW.values()),
     controller=None,
     follows_many=True,
     definitions={

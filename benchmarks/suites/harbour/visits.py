@@ -77,9 +77,9 @@ EVENTS = EventWords(
     tests={
         **{f"{kind}s": _is(kind) for kind in ("car", "boat")},
         "people": _is("person"),
-        "contrast to noise 5 to 20": lambda event: bool(SEEABLE <= event["contrast_to_noise"] < 20.0),
-        "contrast to noise 20 to 80": lambda event: bool(20.0 <= event["contrast_to_noise"] < 80.0),
-        "contrast to noise from 80": lambda event: bool(event["contrast_to_noise"] >= 80.0),
+        "contrast to noise 5 to 50": lambda event: bool(SEEABLE <= event["contrast_to_noise"] < 50.0),
+        "contrast to noise 50 to 500": lambda event: bool(50.0 <= event["contrast_to_noise"] < 500.0),
+        "contrast to noise from 500": lambda event: bool(event["contrast_to_noise"] >= 500.0),
         "up to 60 s": lambda event: bool(event["length_frames"] <= 30),
         "longer than 60 s": lambda event: bool(event["length_frames"] > 30),
     },

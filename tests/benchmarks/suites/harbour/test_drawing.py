@@ -14,7 +14,7 @@ from benchmarks.video import marks
 from benchmarks.video.instant import Instant
 from scenarios.harbour.truth import HarbourMap
 from tests.benchmarks.suites.harbour.hand_made import CLUTTER, frame_of, standing, track, truth_of
-from trackers.types import Track
+from trackers.types import Estimate, Track
 
 SITE = HarbourMap(
     volume_m=np.array([90.0, 33.0, 6.0]),
@@ -33,7 +33,7 @@ class Drawn:
         return SITE
 
 
-def drawn(tracks: list[Track], frames: int = 4, *, steps: tuple[int, ...] = ()) -> np.ndarray:
+def drawn(tracks: list[Track] | Estimate, frames: int = 4, *, steps: tuple[int, ...] = ()) -> np.ndarray:
     """Return the last picture of a few frames with a person on the quay."""
     episode: Any = Drawn()
     drawing = HarbourDrawing(episode)
@@ -81,3 +81,9 @@ def test_a_plan_looks_along_the_line_of_sight() -> None:
     assert ground.shape[0] == 720
     sea, land = (ground[int(y), int(x)] for x, y in (plan.at((-40.0, 8.0)), plan.at((20.0, 8.0))))
     assert (sea != land).any()
+
+
+def test_a_follower_of_one_is_drawn_too() -> None:
+    one = Estimate(np.array([120.0, 90.0]), np.array([110.0, 80.0, 130.0, 100.0]))
+    picture = drawn(one, 1)
+    assert of_colour(picture, marks.ESTIMATE) > of_colour(drawn(Estimate(np.full(2, np.nan)), 1), marks.ESTIMATE) + 10

@@ -61,7 +61,9 @@ def test_the_report_has_its_figures_and_one_visit(out: Path) -> None:
     ):
         assert words in page, words
     (picture,) = (out / "pictures").glob("*.jpg")
-    height, width = cv2.imread(str(picture)).shape[:2]
+    sheet = cv2.imread(str(picture))
+    assert sheet is not None
+    height, width = sheet.shape[:2]
     assert width > 2 * height
 
 

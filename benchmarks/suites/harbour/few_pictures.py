@@ -1,0 +1,67 @@
+"""Trackers that get only some of the pictures without intruders: what is learnt from how many?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.run.contestants import Entrant
+from scenarios.loop import Contestant, ManyFromPictures
+from scenarios.scenario import Episode, Scenario
+from trackers import registry
+from trackers.harbour_watch.tracker import HarbourWatch
+from trackers.paper_d.tracker import EigenSwarm
+from trackers.protocols import MultiTracker
+from trackers.types import CameraModel, Observation, Track
+
+COUNTS = (25, 100)
+"""Numbers of pictures; the trackers themselves get all of the preset."""
+
+
+class FewPictures:
+    """A ``MultiTracker`` that passes on ``count`` of the pictures, evenly over time, or all if there are not more."""
+
+    def __init__(self, tracker: MultiTracker, count: int) -> None:
+        self._tracker, self._count = tracker, count
+
+    @property
+    def decides_at(self) -> float:
+        """See ``DecidingTracker``."""
+        return getattr(self._tracker, "decides_at", 0.0)
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        """See ``MultiTracker``."""
+        chosen = np.linspace(0, len(background) - 1, min(self._count, len(background))).round().astype(int)
+        self._tracker.start([background[k] for k in chosen], camera)
+
+    def update(self, observation: Observation) -> Sequence[Track]:
+        """See ``MultiTracker``."""
+        return self._tracker.update(observation)
+
+
+def _entrant(of: str, tracker: Any, count: int) -> Entrant:
+    parameters = tracker.Parameters(**registry.tuned_values(of))
+
+    def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
+        return ManyFromPictures(FewPictures(tracker(parameters, rng), count))
+
+    return Entrant(
+        name=f"{of}_{count}_pictures",
+        role="variant",
+        summary=f"{of} that learns from {count} pictures",
+        suites=("harbour",),
+        reproducible=True,
+        parameters=parameters,
+        module=tracker.__module__,
+        create=create,
+    )
+
+
+TAUGHT_BY_FEW = {
+    (of, count): _entrant(of, tracker, count)
+    for of, tracker in (("eigen_swarm", EigenSwarm), ("harbour_watch", HarbourWatch))
+    for count in COUNTS
+}
+"""By name of the tracker and number of pictures."""
