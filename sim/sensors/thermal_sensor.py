@@ -41,7 +41,7 @@ class ThermalSensor:
         self._patterns: dict[tuple[int, int, int], tuple[NDArray[np.float32], ...]] = {}
         self._tone: NDArray[np.float32] | None = None
         self._latest: ThermalPicture | None = None
-        self._frame = -1
+        self._frame = self._adapted_at = -1
         announce_compilation(count_picture)
 
     def expose(
@@ -55,13 +55,13 @@ class ThermalSensor:
 
         Frames may be left out: the gain control then settles for longer.
         """
-        since, self._frame = frame - self._frame, frame
-        if self._latest is not None and since == 1 and self._is_closed(frame):
+        is_next, self._frame = frame == self._frame + 1, frame
+        if self._latest is not None and is_next and self._is_closed(frame):
             held = self._latest
             settings = ThermalSettings(held.settings.gain, held.settings.tone, is_held=True)
             return ThermalPicture(held.image_rgb, held.counts, radiance[:, 0], settings)
         counts = self._counts(radiance[:, 0], frame)
-        settings = self._adapted(counts, frame, since)
+        settings = self._adapted(counts, frame)
         self._latest = _toned(radiance, counts, settings)
         return self._latest
 
@@ -133,7 +133,7 @@ class ThermalSensor:
         largest = c.largest_gain * BIN_COUNTS / (PER_RADIANCE * _PER_K)
         return right_tone(found, c.plateau, c.linear, largest)
 
-    def _adapted(self, counts: NDArray[np.uint16], frame: int, since: int) -> ThermalSettings:
+    def _adapted(self, counts: NDArray[np.uint16], frame: int) -> ThermalSettings:
         """Let the gain control take its step and return the settings that follow."""
         found = histogram(counts)
         right = self._right_tone(found)
@@ -141,11 +141,12 @@ class ThermalSensor:
         if self._tone is None:
             self._tone = right
         else:
-            share = np.float32(1.0 - np.exp(-max(since, 1) / (self.config.rate_hz * self.config.settling_s)))
-            change = share * (right - self._tone)
-            corrected = int(np.floor(self._corrections(frame))) != int(np.floor(self._corrections(frame - since)))
+            passed_s = max(frame - self._adapted_at, 1) / self.config.rate_hz
+            change = np.float32(1.0 - np.exp(-passed_s / self.config.settling_s)) * (right - self._tone)
+            corrected = int(self._corrections(frame)) != int(self._corrections(self._adapted_at))
             has_stepped = corrected or float(np.abs(change) @ found / found.sum()) > STEP_GREY
             self._tone = self._tone + change
+        self._adapted_at = frame
         return ThermalSettings(_gain(self._tone, found), self._tone, has_stepped=has_stepped)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 WAVELENGTH_M = 1e-6 * np.arange(8.0, 14.5)
-REFRACTIVE_INDEX = np.array([1.291, 1.262, 1.218, 1.153, 1.111, 1.123, 1.148])
+REFRACTIVE_INDEX = np.array([1.291, 1.262, 1.218, 1.153, 1.111, 1.146, 1.210])
 EXTINCTION_INDEX = np.array([0.0343, 0.0399, 0.0508, 0.0968, 0.199, 0.305, 0.370])
 """At ``WAVELENGTH_M``, 25 °C: Hale and Querry, "Optical constants of water in the 200 nm to 200 µm wavelength region",
 Applied Optics 12 (1973)."""
