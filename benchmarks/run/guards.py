@@ -88,6 +88,7 @@ class GuardedContestant(Guard):
 
     Attributes:
         silent_frames: number of frames without an answer about its one target.
+        decides_at: see ``Ending``.
     """
 
     def __init__(
@@ -108,6 +109,7 @@ class GuardedContestant(Guard):
         self._cpu_s: list[float] = []
         self._frames, self._revision_cpu_s = 0, 0.0
         self.silent_frames = 0
+        self.decides_at = 0.0
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
         """See ``Contestant``. A given box is kept as the answer if the contestant fails on it."""
@@ -168,13 +170,12 @@ class GuardedMany(GuardedContestant):
         self._silence, self._check = (), check_tracks
         self._follows = False
         self._gap_method: GapMethod | None = None
-        self._decides_at = 0.0
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
         """See ``Contestant``. The gap method is copied before the first picture: gaps are cut out of what follows."""
         with self.guarded(frame.truth.frame, "threshold"):
             check_probability("decides_at", decides_at := self._contestant.decides_at())
-            self._decides_at = decides_at
+            self.decides_at = decides_at
         with self.guarded(frame.truth.frame, "gap method"):
             self._gap_method = copy.deepcopy(self._contestant.gap_method())
         return super().initialise(frame, start)
@@ -194,9 +195,9 @@ class GuardedMany(GuardedContestant):
         revised, method = self._revised(), self._gap_method
         self._follows = self._follows or any(revised or ())
         if method is None or self.reason is not None:
-            return Ending(self.failed_at_frame, revised, decides_at=self._decides_at)
+            return Ending(self.failed_at_frame, revised, decides_at=self.decides_at)
         bridges = partial(GuardedGapMethod, method, self, self._frames)
-        return Ending(self.failed_at_frame, revised, bridges, self._decides_at)
+        return Ending(self.failed_at_frame, revised, bridges, self.decides_at)
 
     def _revised(self) -> Sequence[Sequence[Track]] | None:
         revised = None

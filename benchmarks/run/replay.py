@@ -21,7 +21,8 @@ def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: 
     for frame in live.frames(frame_count):
         if frame.truth.frame in wanted:
             view = frame.observation.image_rgb if scale == 1 else live.loop.episode.larger_view(scale)
-            yield Instant(frame, live.targets(frame.truth), next(iter(live.loop.answers), None), view)
+            decides_at = live.watchers[0].guard.decides_at if live.watchers else 0.0
+            yield Instant(frame, live.targets(frame.truth), next(iter(live.loop.answers), None), view, decides_at)
 
 
 def made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:

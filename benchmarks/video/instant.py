@@ -29,12 +29,14 @@ class Instant:
         targets: indices of the targets among the objects.
         answer: the tracker's estimate, or its tracks of many targets; None without a tracker.
         larger_view_rgb: (H, W, 3) uint8, the observed frame in its middle.
+        decides_at: confidence from which on tracks are the tracker's decision.
     """
 
     frame: Frame
     targets: tuple[int, ...]
     answer: Answer | None
     larger_view_rgb: NDArray[np.uint8]
+    decides_at: float = 0.0
 
     @property
     def target(self) -> int:

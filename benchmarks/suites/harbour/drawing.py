@@ -77,6 +77,7 @@ class HarbourDrawing:
             self._draw_one(image, instant.answer)
         elif instant.answer is not None:
             answers = answers_of(instant.answer, instant.frame.camera, truth.T_world_camera)
+            answers = answers.only(answers.confidence >= instant.decides_at)
             matches = self._matcher.match(objects_of(truth), answers)
             causes = self._clutter.causes(truth.instance_map, answers.box_xyxy[matches.false])
             words = self._alarms.words(answers.identity[matches.false], causes, truth.agc_step)

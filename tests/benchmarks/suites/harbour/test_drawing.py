@@ -33,13 +33,15 @@ class Drawn:
         return SITE
 
 
-def drawn(tracks: list[Track] | Estimate, frames: int = 4, *, steps: tuple[int, ...] = ()) -> np.ndarray:
+def drawn(
+    tracks: list[Track] | Estimate, frames: int = 4, *, steps: tuple[int, ...] = (), decides_at: float = 0.0
+) -> np.ndarray:
     """Return the last picture of a few frames with a person on the quay."""
     episode: Any = Drawn()
     drawing = HarbourDrawing(episode)
     for k in range(frames):
         frame = frame_of(truth_of([standing("person", (10.0, 3.0), range(frames))], k, agc_step=k in steps))
-        picture = drawing.picture(Instant(frame, (0,), tracks, frame.observation.image_rgb))
+        picture = drawing.picture(Instant(frame, (0,), tracks, frame.observation.image_rgb, decides_at))
     return picture
 
 
@@ -67,6 +69,12 @@ def test_an_alarm_says_why_from_the_fourth_frame_on() -> None:
     stepped = drawn(tracks, 4, steps=(0,))
     assert (stepped != drawn(tracks, 4)).any()
     assert (drawn(tracks, 4, steps=(1,)) == drawn(tracks, 4)).all()
+
+
+def test_what_a_tracker_does_not_decide_for_is_left_out() -> None:
+    unlikely = [track(1, (-30.0, -6.0), confidence=0.2)]
+    assert of_colour(drawn(unlikely, decides_at=0.2), _ALARM) > 10
+    assert of_colour(drawn(unlikely, decides_at=0.3), _ALARM) == 0
 
 
 def test_a_plan_looks_along_the_line_of_sight() -> None:
