@@ -31,6 +31,7 @@ from sim.meshes.thermal_paint import thermal_car, thermal_person
 from sim.motion.gait import part_poses, stride_length_m
 from sim.motion.skeleton import Skeleton, skeleton
 from sim.optics import PinholeCamera
+from sim.thermal.weather import Weather
 from sim.world import Body, World
 
 _NO_PICTURE = np.empty((0, 0), np.int32)
@@ -74,10 +75,10 @@ class Intruders:
         self._world = world
         self.names = tuple(names_of(plan.visits))
         self.kinds = tuple(each.kind for each in plan.visits)
-        mean_air_k = conditions.days[-1].weather.mean_air_k
+        weather = conditions.days[-1].weather
         makers = {"person": self._person, "car": self._car, "boat": self._boat}
         self._all = [
-            makers[visit.kind](visit, name, time_s, mean_air_k, rng)
+            makers[visit.kind](visit, name, time_s, weather, rng)
             for visit, name in zip(plan.visits, self.names, strict=True)
         ]
         self.size_m = np.array([each.size_m for each in self._all])
@@ -90,15 +91,15 @@ class Intruders:
         self._here: set[int] = set()
 
     def _person(
-        self, visit: Visit, name: str, time_s: NDArray[np.float64], mean_air_k: float, rng: np.random.Generator
+        self, visit: Visit, name: str, time_s: NDArray[np.float64], weather: Weather, rng: np.random.Generator
     ) -> _Intruder:
         look = draw_person(rng)
         meshes = list(thermal_person(look, rng).values())
-        bones, clothes = skeleton(look.stature_m, look.build), draw_clothes(mean_air_k, rng)
+        bones, clothes = skeleton(look.stature_m, look.build), draw_clothes(weather, rng)
         return _Intruder(self._bodies(meshes, name, "person"), joined(meshes), person_size_m(look), bones, clothes)
 
     def _car(
-        self, visit: Visit, name: str, time_s: NDArray[np.float64], mean_air_k: float, rng: np.random.Generator
+        self, visit: Visit, name: str, time_s: NDArray[np.float64], weather: Weather, rng: np.random.Generator
     ) -> _Intruder:
         look = draw_car(rng)
         mesh = thermal_car(look.model, look.factors)
@@ -114,7 +115,7 @@ class Intruders:
         )
 
     def _boat(
-        self, visit: Visit, name: str, time_s: NDArray[np.float64], mean_air_k: float, rng: np.random.Generator
+        self, visit: Visit, name: str, time_s: NDArray[np.float64], weather: Weather, rng: np.random.Generator
     ) -> _Intruder:
         length = float(rng.uniform(6.5, 9.5))
         mesh = boat(str(rng.choice(["fisher", "launch"], p=[0.7, 0.3])), length, length * float(rng.uniform(0.3, 0.36)))

@@ -73,7 +73,7 @@ PRESETS = {
         start_h=(20.5, 23.5),
         cloud=(0.9, 1.0),
         wind_mps=(4.0, 9.0),
-        rain_mm_h=(0.5, 3.0),
+        rain_mm_h=(1.0, 4.0),
         swell_m=(0.25, 0.45),
     ),
     "quick": Harbour(

@@ -14,6 +14,7 @@ from sim.meshes.boat import BoatPart
 from sim.meshes.thermal_paint import CarPart, PersonPart
 from sim.thermal.heat import Course, Surface, course, worn_k
 from sim.thermal.materials import MATERIALS
+from sim.thermal.weather import Weather
 
 Kelvins = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """Temperatures of parts in the shade and facing the sun, and their emissivities, each (P,)."""
@@ -81,12 +82,14 @@ class Clothes:
     absorptivity: NDArray[np.float64]
 
 
-def draw_clothes(mean_air_k: float, rng: np.random.Generator) -> Clothes:
-    """Draw clothes: thicker ones on cold days."""
-    coat = float(np.clip((292.0 - mean_air_k) / 12.0, 0.0, 1.0))
+def draw_clothes(weather: Weather, rng: np.random.Generator) -> Clothes:
+    """Draw clothes: thicker ones on cold days, and in rain a coat whose hood some put up."""
+    coat = float(np.clip((292.0 - weather.mean_air_k) / 12.0, 0.0, 1.0))
+    rains = weather.rain_mm_h > 0.0
+    coat, hood = (max(coat, 0.7), 0.8 * float(rng.random() < 0.6)) if rains else (coat, 0.0)
     clo = {
         PersonPart.SKIN: 0.06,
-        PersonPart.HAIR: rng.uniform(0.35, 0.8),
+        PersonPart.HAIR: rng.uniform(0.35, 0.8) + hood,
         PersonPart.TOP: rng.uniform(0.35, 0.6) + coat * rng.uniform(0.4, 0.9),
         PersonPart.LEGS: rng.uniform(0.4, 0.6) + 0.3 * coat,
         PersonPart.SHOES: rng.uniform(1.0, 1.6),
@@ -101,6 +104,9 @@ def person_kelvins(clothes: Clothes, warmth: DayWarmth) -> Kelvins:
     shaded = np.array([worn_k(weather, hour, float(clo)) for clo in clothes.clo])
     # Cloth has hardly any mass: sunlight leaves it at once through convection, radiation, and inwards.
     leaves_wm2k = 5.7 + 3.8 * weather.wind_mps + 6.0 + 1.0 / (0.155 * clothes.clo)
+    # Rain takes its share of what the body gives off, as of any surface, see ``sim.thermal.heat``.
+    air_k, wetting_wm2k = float(weather.air_k(hour)), min(8.0 * weather.rain_mm_h, 40.0)
+    shaded = air_k + (shaded - air_k) * leaves_wm2k / (leaves_wm2k + wetting_wm2k)
     sunlit = shaded + clothes.absorptivity * float(weather.direct_wm2(hour)) / leaves_wm2k
     return shaded, sunlit, np.full(len(shaded), _WORN_EMISSIVITY)
 

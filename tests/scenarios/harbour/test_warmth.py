@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -19,6 +22,7 @@ from scenarios.harbour.warmth import (
     wet_wall,
 )
 from sim.meshes.thermal_paint import CarPart, PersonPart
+from sim.thermal.weather import Weather
 
 
 def rng_of(seed: int) -> np.random.Generator:
@@ -58,17 +62,30 @@ def test_a_car_that_drove_in_has_a_hot_bonnet_and_cools_after_it_stopped() -> No
     assert (warm[3] < 0.35 * warm[1]).all()
 
 
+def in_rain(warmth: DayWarmth, rain_mm_h: float) -> DayWarmth:
+    other = copy.copy(warmth)
+    other.weather = dataclasses.replace(warmth.weather, rain_mm_h=rain_mm_h)
+    return other
+
+
 def test_skin_is_warmer_than_clothes_and_clothes_than_air(warmth: DayWarmth) -> None:
     air_k = float(warmth.weather.air_k(6.5))
-    shaded, sunlit, _ = person_kelvins(draw_clothes(285.0, rng_of(2)), warmth)
+    shaded, sunlit, _ = person_kelvins(draw_clothes(Weather(mean_air_k=285.0), rng_of(2)), warmth)
     assert shaded[PersonPart.SKIN] == shaded.max()
     assert 300.0 < shaded[PersonPart.SKIN] < 306.0
     assert air_k < shaded[PersonPart.TOP] < shaded[PersonPart.SKIN]
     assert shaded[PersonPart.BACKPACK] < shaded[PersonPart.TOP]
     assert (sunlit > shaded + 0.5).all()
-    cold, warm = (person_kelvins(draw_clothes(air, rng_of(2)), warmth)[0][PersonPart.TOP] for air in (278.0, 298.0))
+    cold, warm = (
+        person_kelvins(draw_clothes(Weather(mean_air_k=air), rng_of(2)), warmth)[0][PersonPart.TOP]
+        for air in (278.0, 298.0)
+    )
     # In a coat one shows less.
     assert cold < warm - 0.5
+    clothes = draw_clothes(warmth.weather, rng_of(2))
+    dry, wet = (person_kelvins(clothes, in_rain(warmth, rain))[0] for rain in (0.0, 3.0))
+    assert (wet < dry - 0.1).all()
+    assert (wet > air_k).all()
     feathers = gull_kelvins(warmth)[0]
     assert air_k < feathers[1] < feathers[0] < feathers[2]
 
