@@ -13,7 +13,7 @@ from scenarios.harbour.warmth import DayWarmth, gull_kelvins, wet_wall
 from sim.shaders.thermal import ThermalShader
 from sim.shaders.thermal_sea import Sea
 from sim.thermal.waves import SeaWaves
-from sim.world import World
+from sim.world import Body, World
 
 _SHADOW_REACH_M = 75.0
 _STEP_S = 30.0
@@ -44,7 +44,10 @@ class Thermals:
     ) -> None:
         self._conditions, self._clutter, self._intruders = conditions, clutter, intruders
         self._rate_hz = rate_hz
-        self._wall, self._surfaces = scenery[0], [*scenery[1:], *clutter.surfaces]
+        self._wall = scenery[0]
+        self._alike: dict[tuple[tuple[str, ...], float], list[Body]] = {}
+        for surface in (*scenery[1:], *clutter.surfaces):
+            self._alike.setdefault((surface.materials, surface.sky_view), []).append(surface.body)
         self._kinds = {(name, each.sky_view) for each in (*scenery, *clutter.surfaces) for name in each.materials}
         self._kinds |= intruders.warmth_kinds()
         self.shader = ThermalShader(world, _SHADOW_REACH_M)
@@ -68,8 +71,7 @@ class Thermals:
             self._set_world(step / self._rate_hz, DAYS_BEFORE)
         for k in sorted(here):
             bodies, kelvins = self._intruders.kelvins(step, k, self._warmth[DAYS_BEFORE])
-            for body in bodies:
-                self.shader.set_parts(body, *kelvins)
+            self.shader.set_parts(bodies, *kelvins)
         self._shown = step, here
 
     def show_earlier(self, time_s: float) -> None:
@@ -85,13 +87,11 @@ class Thermals:
         warmth = self._of_day(day)
         warmth.at(hour)
         set_parts = self.shader.set_parts
-        for surface in self._surfaces:
-            set_parts(surface.body, *warmth.of(surface.materials, surface.sky_view))
+        for (materials, sky_view), bodies in self._alike.items():
+            set_parts(bodies, *warmth.of(materials, sky_view))
         dry = warmth.of(self._wall.materials, self._wall.sky_view)
         set_parts(self._wall.body, *wet_wall(dry, warmth.weather.sea_k, self._conditions, time_s))
-        feathers = gull_kelvins(warmth)
-        for gull in self._clutter.gulls:
-            set_parts(gull, *feathers)
+        set_parts(self._clutter.gulls, *gull_kelvins(warmth))
         self.shader.set_air(warmth.weather.air(round(hour / _AIR_STEP_H) * _AIR_STEP_H))
         self.shader.set_sun(*_suns(warmth, hour))
 

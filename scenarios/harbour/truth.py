@@ -69,7 +69,8 @@ def contrasts(
     The ring leaves out pixels of all objects.
 
     Args:
-        radiance: (H, W) in W/(m² sr). instance_map: (H, W) with the ids ``objects`` (N,).
+        radiance: (H, W) in W/(m² sr).
+        instance_map: (H, W) with the ids ``objects`` (N,), the first of which is greater than all that are no object's.
         box_xyxy: (N, 4), NaN for the absent.
     """
     contrast_k, to_noise = np.full(len(objects), np.nan), np.full(len(objects), np.nan)
@@ -83,7 +84,7 @@ def contrasts(
         window = slice(low[1], high[1]), slice(low[0], high[0])
         ids = instance_map[window]
         own = ids == objects[k]
-        around = cv2.dilate(own.astype(np.uint8), kernel).astype(bool) & ~np.isin(ids, objects)
+        around = cv2.dilate(own.astype(np.uint8), kernel).astype(bool) & (ids < objects[0])
         if not own.any() or not around.any():
             continue
         kelvin = apparent_temperature_k(radiance[window])

@@ -77,12 +77,12 @@ class ThermalShader:
 
     def set_parts(
         self,
-        body: Body,
+        bodies: Body | Sequence[Body],
         shaded_k: NDArray[np.float64],
         sunlit_k: NDArray[np.float64],
         emissivity: NDArray[np.float64],
     ) -> None:
-        """Set the temperatures of the first P <= 16 parts of a body, and their emissivity.
+        """Set the temperatures of the first P <= 16 parts of a body, or of several alike, and their emissivity.
 
         Args:
             shaded_k, sunlit_k: (P,), out of the sun and facing it.
@@ -91,12 +91,12 @@ class ThermalShader:
         count = len(shaded_k)
         check("shaded_k", 0 < count <= PARTS, f"1 to {PARTS} parts", count)
         self._make_room()
-        before = self._parts[:, body.index, :count].copy()
-        self._parts[0, body.index, :count] = shaded_k
-        self._parts[1, body.index, :count] = np.asarray(sunlit_k, dtype=float) - shaded_k
-        self._parts[2, body.index, :count] = emissivity
-        if not body.movable and not np.array_equal(before, self._parts[:, body.index, :count]):
-            self._version += 1
+        alike = [bodies] if isinstance(bodies, Body) else bodies
+        parts = np.stack([shaded_k, np.asarray(sunlit_k, dtype=float) - shaded_k, emissivity]).astype(np.float32)
+        index = [body.index for body in alike]
+        if not (self._parts[:, index, :count] == parts[:, None]).all():
+            self._parts[:, index, :count] = parts[:, None]
+            self._version += not all(body.movable for body in alike)
 
     def set_air(self, air: Air) -> None:
         """Set the air and the sky; what reflects little reflects these and a ground as warm as the air."""
