@@ -3,8 +3,8 @@
 ``records.jsonl`` holds one JSON object a line. Every row has these keys:
 
 ======================  ================================================================================
-``suite``               ``frame-out``, ``stereo``, ``fish``, ``follow``; ``paper`` for experiments that measure a
-                        camera and run no tracker
+``suite``               ``frame-out``, ``stereo``, ``fish``, ``harbour``, ``follow``; ``paper`` for experiments that
+                        measure a camera and run no tracker
 ``scenario``, ``preset``  ``road-town-v1``, ``standard`` …; of real tracks ``real`` and the recording's name
 ``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``baseline`` ``blind`` ``oracle``);
                         suite ``paper``: ``none`` and ``measured``; suite ``follow``: the *controller's* role
@@ -39,6 +39,7 @@
                         null if it was hidden again, or the episode ended, before that, and of other events. A
                         change of light is the two seconds from its beginning on.
 ``event``               suite ``fish``: null, or the gap of a fish, see ``suites.fish.links.FishGap``
+``event``               suite ``harbour``: null, or the visit of an intruder, see ``suites.harbour.visits.Visit``
 ``event``               suite ``follow``: null for rows about the whole episode; else the loss that the row is
                         about::
 
@@ -110,6 +111,8 @@ GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while 
 
 Rows of suite ``fish`` are defined in its modules: ``judge.chain_scores``, ``link_scores``, ``gap_scores``, ``motion``,
 ``timelines``; ``_at_once`` marks the immediate answers of a tracker that revises them.
+
+Rows of suite ``harbour`` are defined in its modules: ``found``, ``alarms``, ``sizes``, ``identity_scores``.
 
 Rows of suite ``follow``, formulas in ``metrics.following`` and ``scores.view_time``; about a loss: ``recovery_frames``
 (from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);

@@ -131,6 +131,10 @@ def identity_counts(frames: Sequence[Pairing]) -> IdentityCounts:
         together[frame.targets[rows], frame.tracks[columns]] += 1
         of_target[frame.targets] += 1
         of_track[frame.tracks] += 1
+    # A track that is never on a target is false throughout, with or without a target: thousands need not be paired.
+    met = together.any(axis=0)
+    never = int(of_track[~met].sum())
+    of_track, together, tracks = of_track[met], together[:, met], int(met.sum())
     # A target may have no track and a track no target: each has a partner of its own for that.
     missed = np.zeros((targets + tracks, targets + tracks))
     false = np.zeros_like(missed)
@@ -140,7 +144,7 @@ def identity_counts(frames: Sequence[Pairing]) -> IdentityCounts:
     missed[np.arange(targets), tracks + np.arange(targets)] = of_target
     false[targets + np.arange(tracks), np.arange(tracks)] = of_track
     rows, columns = linear_sum_assignment(missed + false)
-    lost, wrong = int(missed[rows, columns].sum()), int(false[rows, columns].sum())
+    lost, wrong = int(missed[rows, columns].sum()), int(false[rows, columns].sum()) + never
     return IdentityCounts(int(of_target.sum()) - lost, lost, wrong)
 
 

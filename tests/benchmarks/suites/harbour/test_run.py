@@ -11,7 +11,12 @@ import numpy as np
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.suites.harbour.judge import HarbourJudge
+from benchmarks.suites.judging import Ending
 from benchmarks.suites.registry import suite
+from scenarios.harbour.scenario import HARBOUR
+from sim.optics import project
+from trackers.types import Estimate, Track
 
 FAKES = "tests.benchmarks.suites.harbour.fake_watchers"
 
@@ -77,3 +82,30 @@ def test_a_video_is_drawn(tmp_path: Path) -> None:
     height, width = shapes.pop()[:2]
     assert width > 960 + 200
     assert height > 720
+
+
+def test_truth_itself_is_perfect() -> None:
+    episode = HARBOUR.episode("quick", 1)
+    judge = HarbourJudge(episode, HARBOUR)
+    sheet = judge.sheet()
+    for _ in range(episode.frame_count):
+        frame = episode.step()
+        judge.see(frame, None)
+        truth = frame.truth
+        centre_m = truth.T_world_object[:, :3, 3] + 0.5 * truth.size_m[:, 2:] * truth.T_world_object[:, :3, 2]
+        depth_m = project(frame.camera, truth.T_world_camera, centre_m)[1]
+        here = np.flatnonzero(truth.state != "absent")
+        estimates = {k: Estimate(truth.position_px[k], truth.box_xyxy[k], depth_m=float(depth_m[k])) for k in here}
+        sheet.keep(frame, [Track(int(k), estimates[k], truth.kinds[k], truth.size_m[k]) for k in here])
+    episode.close()
+    scores = list(sheet.scores(Ending()))
+    told = {score.metric: score.value for score in scores if score.event is None}
+    assert (told["false_tracks_per_frame"], told["identity_switches"], told["duplicate_rate"]) == (0.0, 0.0, 0.0)
+    assert told["hota"] == pytest.approx(1.0)
+    assert told["gospa_m"] == pytest.approx(0.0, abs=1e-6)
+    of_visits = [score for score in scores if score.event is not None]
+    assert {score.value for score in of_visits if score.metric in ("found", "found_as_in_paper", "kind_right")} == {1.0}
+    errors = [
+        score.value for score in of_visits if score.metric.endswith(("error", "error_m")) or "beyond" in score.metric
+    ]
+    assert np.abs(np.array(errors, float)).max() < 1e-6
