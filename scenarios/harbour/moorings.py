@@ -64,9 +64,10 @@ def draw_moored(rng: np.random.Generator) -> list[Moored]:
             beam = length * rng.uniform(0.31, 0.37)
             place = (WALL_X_M - _FENDER_M - 0.5 * beam, berth.y_m)
             boats.append(Moored(model, length, beam, place, berth.heading_rad, False, int(rng.integers(2**31))))
+    # The wind turns all that swing to the same side.
+    upwind = rng.uniform(-np.pi, np.pi)
     for place in BUOYS_M:
-        length = rng.uniform(4.6, 5.6)
-        heading = rng.uniform(-np.pi, np.pi)
+        length, heading = rng.uniform(4.6, 5.6), upwind + rng.normal(0.0, 0.2)
         model = str(rng.choice(["launch", "yacht"]))
         boats.append(Moored(model, length, 0.36 * length, place, heading, True, int(rng.integers(2**31))))
     return boats
