@@ -27,6 +27,7 @@ class SwarmParameters:
         depth_share: ε, the region's depth as a share of the cloud's.
         density_in, density_out: alpha_in and alpha_out, particles per cubic metre.
         direction_threshold: v_th, the cosine of the greatest angle between duplicates.
+        start_speed_mps: standard deviation of each horizontal velocity of a set that was scattered.
         place_noise_m, velocity_noise_mps: standard deviations of W, a picture.
         patience_pictures: after which a set that still detects is scattered anew.
         most_sets: that may lie on the stack. The paper sets no limit, and then a picture may take any time.
@@ -38,9 +39,10 @@ class SwarmParameters:
     density_in: float = 0.1
     density_out: float = 0.2
     direction_threshold: float = 0.9996
-    place_noise_m: float = tunable(0.5, 0.05, 3.0, log=True)
-    velocity_noise_mps: float = tunable(0.3, 0.02, 2.0, log=True)
-    patience_pictures: int = tunable(5, 1, 30)
+    start_speed_mps: float = tunable(1.8, 0.05, 8.0, log=True)
+    place_noise_m: float = tunable(0.6, 0.05, 3.0, log=True)
+    velocity_noise_mps: float = tunable(0.12, 0.02, 2.0, log=True)
+    patience_pictures: int = tunable(4, 1, 30)
     most_sets: int = 40
     uses_direction: bool = True
     uses_distance: bool = True
@@ -127,9 +129,10 @@ class Swarm:
         self._numbers += 1
 
     def _scattered(self) -> NDArray[np.float64]:
-        """Return states (N, 6) at rest, uniform over the watched volume."""
+        """Return states (N, 6), uniform over the watched volume."""
         count = self._parameters.particles
-        return np.hstack([self._volume.scatter(self._rng, count), np.zeros((count, 3))])
+        velocities_mps = self._rng.normal(0.0, [self._parameters.start_speed_mps] * 2 + [0.0], (count, 3))
+        return np.hstack([self._volume.scatter(self._rng, count), velocities_mps])
 
     def _predict(self, each: ParticleSet, interval_s: float) -> None:
         p = self._parameters

@@ -40,7 +40,7 @@ class EigenSwarmParameters(SwarmParameters):
     """
 
     volume: WatchedVolume = field(default_factory=WatchedVolume)
-    contribution: float = tunable(0.95, 0.5, 0.999)
+    contribution: float = tunable(0.998, 0.9, 0.9999)
     gain: float = 0.6
     few_dimensions: int = 20
     threshold_few: float = 15.0
@@ -56,7 +56,7 @@ class EigenSwarmParameters(SwarmParameters):
 class EigenSwarm:
     """A ``MultiTracker`` of all that is not background. Without pictures of the background it answers nothing.
 
-    Silent is the paper on W, on how long a set detects, on D, on velocities at first (here zero) and on the confidence.
+    Silent is the paper on W, on how long a set detects, on D, on velocities at first and on the confidence.
     The confidence is the mean likelihood of a set's particles before resampling; it alters no answer.
     """
 
