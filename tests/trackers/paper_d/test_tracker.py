@@ -13,7 +13,7 @@ from trackers.paper_d.tracker import EigenSwarm
 from trackers.registry import entry
 from trackers.types import Observation, Track
 
-WALK = [np.array([4.0 - 0.5 * k, 3.0 - 0.7 * k]) for k in range(10)]
+WALK = [np.array([4.0 - 0.5 * k, 3.0 - 0.7 * k]) for k in range(14)]
 QUIET = 5
 
 
@@ -51,7 +51,7 @@ def restarted(saved: Path) -> EigenSwarm:
 def test_a_person_who_walks_is_found_and_followed(harbour: tuple[EigenSwarm, list[Observation]], saved: Path) -> None:
     made = answers(restarted(saved), harbour[1])
     assert made[:QUIET] == [[]] * QUIET
-    for k, place_m in enumerate(WALK[4:], 4):
+    for k, place_m in enumerate(WALK[8:], 8):
         nearest = min(made[QUIET + k], key=lambda track: abs(VIEW.place_of(track.estimate)[1] - place_m[1]))
         bearing = (place_m - VIEW.place_m[:2]) / np.linalg.norm(place_m - VIEW.place_m[:2])
         away_m = VIEW.place_of(nearest.estimate)[:2] - place_m
