@@ -23,6 +23,7 @@ _OF_CLUTTER: dict[str, Cause] = {
     "land": "shadow",
     "building": "shadow",
 }
+PAUSE_S = 60.0
 _GROWN_PX = 2
 """A boat that has moved leaves its old place beside it: boxes are so much larger on each side."""
 _SHARE = 0.1
@@ -60,10 +61,22 @@ class Clutter:
         return int(counts.argmax()) if ids.size else CAUSES.index("other")
 
 
+def raised(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: float) -> NDArray[np.int64]:
+    """Return a number (R,) for each track on nothing, the same as long as its identity (R,) does not pause for longer.
+
+    So that one identity for all that ever moves is not one alarm. ``frame`` (R,) is in order.
+    """
+    order = np.lexsort((frame, identity))
+    another = (np.diff(identity[order]) != 0) | (np.diff(frame[order]) > pause_frames)
+    numbers = np.empty_like(identity)
+    numbers[order] = np.cumsum(np.concatenate([[0], another])) if len(order) else 0
+    return numbers
+
+
 def causes_of_alarms(
     alarms: Streaks,
     frame: NDArray[np.int64],
-    identity: NDArray[np.int64],
+    number: NDArray[np.int64],
     cause: NDArray[np.uint8],
     agc_step: NDArray[np.bool_],
 ) -> list[Cause]:
@@ -71,7 +84,8 @@ def causes_of_alarms(
     (R,) of its track on the frame on which it is raised, the last of its first four running.
 
     Args:
-        frame, identity: (R,) of all tracks on nothing, in order of ``frame``. agc_step: (T,) of each frame.
+        frame, number: (R,) of all tracks on nothing, in order of ``frame``, see ``raised``.
+        agc_step: (T,) of each frame.
     """
     found: list[Cause] = []
     for name, begins in zip(alarms.key.tolist(), alarms.begins.tolist(), strict=True):
@@ -79,12 +93,13 @@ def causes_of_alarms(
             found.append("agc_step")
             continue
         first, end = np.searchsorted(frame, [begins + RUNNING - 1, begins + RUNNING])
-        found.append(CAUSES[int(cause[first:end][identity[first:end] == name][0])])
+        found.append(CAUSES[int(cause[first:end][number[first:end] == name][0])])
     return found
 
 
 def alarm_scores(causes: list[Cause], false_tracks: int, frames: int, hours: float) -> Iterator[Score]:
-    """Yield the false alarms: identities that lie on nothing four frames running, each counted once an episode.
+    """Yield the false alarms: identities that lie on nothing four frames running. One that does so again counts again
+    only after ``PAUSE_S`` = 60 s in which it does not.
 
     ``false_alarms_per_hour``, ``false_alarms_per_hour_CAUSE``: see ``causes_of_alarms``; on land (``shadow``) ground,
     buildings and parked cars. ``false_tracks_per_frame``: tracks on nothing, whether they are alarms or not.

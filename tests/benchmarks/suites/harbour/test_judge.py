@@ -160,6 +160,14 @@ def test_an_alarm_is_an_identity_on_nothing_four_times_running() -> None:
     assert (np.array(told["froc_alarms"]) == (froc.THRESHOLDS <= 0.2)).all()
 
 
+@pytest.mark.parametrize(("back", "alarms"), [(40, 1), (41, 2)])
+def test_an_identity_that_comes_back_after_a_minute_is_another_alarm(back: int, alarms: int) -> None:
+    there = {*range(5, 11), *range(back, back + 5)}
+    told = values(judged([], FRAMES, lambda k: [track(1, (-30.0, 2.0))] if k in there else []))
+    assert told["false_alarms_per_hour"] == pytest.approx(alarms / HOURS)
+    assert told["froc_alarms"][0] == alarms
+
+
 def test_a_ghost_of_who_has_left_is_an_alarm() -> None:
     def stays(k: int) -> list[Track]:
         return [track(1, (10.0, 3.0))] if 20 <= k < 44 else []
