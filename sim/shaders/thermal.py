@@ -117,10 +117,9 @@ class ThermalShader:
             towards_sun: S unit vectors (3,). None at night.
             weights: S numbers; all of them together should be 1.
         """
-        self._suns.set(towards_sun, weights)
+        if self._suns.set(towards_sun, weights):
+            self._kept.clear()
         self._version += 1
-        for kept in self._kept.values():
-            kept.depth_m[:] = _NEVER
 
     def shade(
         self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
@@ -153,7 +152,7 @@ class ThermalShader:
         light = light._replace(air=light.air * np.float32([0.0, 1.0]))
         radiance = np.empty((rows, 1, image.width_px), np.float32)
         finish_rows(self._raster.resolving, seen, np.arange(rows), self.lighting, light, radiance)
-        return mirror_arrays(image, camera.height_px, seen.depth_m[:rows], radiance[:, 0])
+        return mirror_arrays(image, camera, seen.depth_m[:rows], radiance[:, 0])
 
     def _dry_light(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> ThermalArrays:
         """Return ``row_light`` of a world without a sea."""
@@ -196,6 +195,7 @@ class ThermalShader:
             self._kept[key] = KeptPicture(
                 np.full(shape, _NEVER),
                 np.full(shape, -2, np.int32),
+                np.zeros((shape[0], len(self._suns.arrays.weight), shape[1]), np.float32),
                 np.zeros(shape, np.float32),
                 np.zeros(shape, np.float32),
                 np.full(shape[0], -1),

@@ -12,7 +12,7 @@ from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
 from sim.render.runs import find_runs
 from sim.shaders.thermal_sea import SeaArrays, SeaScratch, new_sea_scratch, sea_run
-from sim.shaders.thermal_sun import SunArrays, exposure
+from sim.shaders.thermal_sun import MOST_SUNS, SunArrays, add_up, find_light
 from sim.thermal.radiance import COLDEST_K, TABLE, TABLE_STEP_K
 
 PARTS = 16
@@ -32,12 +32,14 @@ class KeptPicture(NamedTuple):
 
     Attributes:
         depth_m, instance_id: (H, W) what was seen.
-        exposure: (H, W) float32, ``sum_s weight * lit * max(0, n . l)``.
+        light: (H, S, W) float32, ``lit * max(0, n . l)`` of each position of the sun.
+        exposure: (H, W) float32, ``sum_s weight * light``; weights change more often than positions.
         radiance: (H, W) float32. version: (H,) int64, of the temperatures in each row.
     """
 
     depth_m: NDArray[np.float32]
     instance_id: NDArray[np.int32]
+    light: NDArray[np.float32]
     exposure: NDArray[np.float32]
     radiance: NDArray[np.float32]
     version: NDArray[np.int64]
@@ -81,16 +83,18 @@ class ThermalScratch(NamedTuple):
 
     Attributes:
         firsts: of runs (> W,).
+        light: (MOST_SUNS,) float32.
         sea: see there.
     """
 
     firsts: NDArray[np.uint32]
+    light: NDArray[np.float32]
     sea: SeaScratch
 
 
 def new_thermal_scratch(width: int) -> ThermalScratch:
     """Return scratch for rows of ``width`` pixels."""
-    return ThermalScratch(np.empty(width + 1, np.uint32), new_sea_scratch(width))
+    return ThermalScratch(np.empty(width + 1, np.uint32), np.empty(MOST_SUNS, np.float32), new_sea_scratch(width))
 
 
 @row_kernel(error_model="numpy")
@@ -99,8 +103,8 @@ def thermal_row(
 ) -> None:
     """Write the radiance (1, W) of one row.
 
-    All loops but that over runs of the sea and the sky are over whole rows: runs are short, and their calls would cost
-    more than needless pixels.
+    Loops are over whole rows, or spans between runs of the sea: other runs are short, and their calls would cost more
+    than needless pixels.
     """
     kept, out, ids, depth_m = light.kept, radiance[0], surfaces.instance_id, surfaces.depth_m
     runs, lasts = find_runs(ids, scratch.firsts), False
@@ -108,27 +112,34 @@ def thermal_row(
         body = ids[scratch.firsts[run]]
         lasts |= body == SKY or light.moves[body]
     is_same = _is_same(kept.depth_m[row], kept.instance_id[row], depth_m, ids)
-    if is_same and not lasts and kept.version[row] == light.version:
+    is_current = kept.version[row] == light.version
+    if is_same and is_current and not lasts:
         _copy_row(kept.radiance[row], out)
         return
     if not is_same:
-        _expose_row(light, row, surfaces)
-    _body_row(
-        light.shaded_k,
-        light.warmth_k,
-        light.emissivity,
-        light.planck,
-        light.around,
-        kept.exposure[row],
-        surfaces.colour,
-        ids,
-        surfaces.normal[2],
-        out,
-    )
-    for run in range(runs):
-        first, last = np.uint64(scratch.firsts[run]), np.uint64(scratch.firsts[run + np.uint64(1)])
-        if ids[first] == light.sea.body:
-            sea_run(light.sea, light.ray, light.camera_m, light.pixel_rad, row, first, last, depth_m, scratch.sea, out)
+        _expose_row(light, row, surfaces, scratch.light)
+    if not is_same or not is_current:
+        add_up(kept.light[row], light.sun.weight, kept.exposure[row])
+    start, width = np.uint64(0), np.uint64(out.shape[0])
+    for run in range(runs + np.uint64(1)):
+        first = np.uint64(scratch.firsts[run])
+        if first < width and ids[first] != light.sea.body:
+            continue
+        _body_span(
+            light.shaded_k,
+            light.warmth_k,
+            light.emissivity,
+            light.planck,
+            light.around,
+            kept.exposure[row, start:first],
+            surfaces.colour[start:first],
+            ids[start:first],
+            surfaces.normal[2, start:first],
+            out[start:first],
+        )
+        if first < width:
+            start = np.uint64(scratch.firsts[run + np.uint64(1)])
+            sea_run(light.sea, light.ray, light.camera_m, light.pixel_rad, row, first, start, depth_m, scratch.sea, out)
     _air_row(light.ray, light.air, row, depth_m, out)
     for run in range(runs):
         first, last = np.uint64(scratch.firsts[run]), np.uint64(scratch.firsts[run + np.uint64(1)])
@@ -159,7 +170,7 @@ def _is_same(
 
 
 @row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-def _body_row(
+def _body_span(
     shaded_k: NDArray[np.float32],
     warmth_k: NDArray[np.float32],
     emissivity: NDArray[np.float32],
@@ -228,8 +239,8 @@ def _air_row(
 
 
 @row_kernel(error_model="numpy")
-def _expose_row(light: ThermalArrays, row: int, surfaces: SurfaceRow) -> None:
-    """Find the sun on the pixels that show something else than before."""
+def _expose_row(light: ThermalArrays, row: int, surfaces: SurfaceRow, found: NDArray[np.float32]) -> None:
+    """Find the sun on the pixels that show something else than before; ``found`` is scratch."""
     kept, ray, camera_m, normal = light.kept, light.ray, light.camera_m, surfaces.normal
     depth_m, instance_id = kept.depth_m[row], kept.instance_id[row]
     y = np.float32(row) + _HALF
@@ -244,5 +255,8 @@ def _expose_row(light: ThermalArrays, row: int, surfaces: SurfaceRow) -> None:
         px = camera_m[0] + z * (ray[0, 0] * x + ray[0, 1] * y + ray[0, 2])
         py = camera_m[1] + z * (ray[1, 0] * x + ray[1, 1] * y + ray[1, 2])
         pz = camera_m[2] + z * (ray[2, 0] * x + ray[2, 1] * y + ray[2, 2])
-        share = exposure(light.sun, px, py, pz, normal[0, column], normal[1, column], normal[2, column])
-        kept.exposure[row, column] = share
+        suns = found[: light.sun.weight.shape[0]]
+        nx, ny, nz = normal[0, column], normal[1, column], normal[2, column]
+        find_light(light.sun, px, py, pz, nx, ny, nz, light.moves[body], suns)
+        for s in range(suns.shape[0]):
+            kept.light[row, s, column] = suns[s]

@@ -1,7 +1,7 @@
 """What level water mirrors: the world as it is seen from the camera's image below the water.
 
 The image of a camera in a plane sees through each pixel of the plane what that pixel mirrors. It looks up, so that row
-r of the picture is row H - r of its own. A picture of half the size is enough, as waves blur it.
+r of the picture is row H - r of its own. A picture of a third of the size is enough, as waves blur it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sim.optics import PinholeCamera, ray_of_pixel
 from sim.render.compilation import row_kernel
 
-_SHRINK = 2
+_SHRINK = 3
 _HALF, _ONE, _TWO, _ZERO = np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(0.0)
 _TAP = np.float32(1.2)
 _MIDDLE_WEIGHT = np.float32(0.305)
@@ -28,6 +28,7 @@ eighth of the way beyond the water.
 """
 _FARTHEST_M = np.float32(1e6)
 CELL = 8
+_PROBE_STEP_PX = 32
 _LEVEL_WITHIN_M = 0.05
 
 
@@ -40,7 +41,7 @@ class MirrorArrays(NamedTuple):
         radiance: (h, w) float32, without air.
         shows: (h / CELL, w / CELL) bool, the cells that may show more than sky, in which waves may stir it.
         focal_px: of the mirrored picture. scale: its size over the picture's.
-        height_px: of the picture.
+        across, down: (x, y) of the picture is at ``(across + scale x, down - scale y)``.
     """
 
     depth_m: NDArray[np.float32]
@@ -48,18 +49,19 @@ class MirrorArrays(NamedTuple):
     shows: NDArray[np.bool_]
     focal_px: np.float32
     scale: np.float32
-    height_px: np.float32
+    across: np.float32
+    down: np.float32
 
 
 NO_MIRROR = MirrorArrays(
-    np.empty((0, 0), np.float32), np.empty((0, 0), np.float32), np.empty((0, 0), np.bool_), _ONE, _ONE, _ONE
+    np.empty((0, 0), np.float32), np.empty((0, 0), np.float32), np.empty((0, 0), np.bool_), _ONE, _ONE, _ONE, _ONE
 )
 
 
 def image_of(
     camera: PinholeCamera, T_world_camera: NDArray[np.float64], level_m: float
 ) -> tuple[PinholeCamera, NDArray[np.float64]]:
-    """Return a camera's image in the plane z = ``level_m``, with half its resolution, and its pose (4, 4)."""
+    """Return a camera's image in the plane z = ``level_m``, with a third of its resolution, and its pose (4, 4)."""
     small = PinholeCamera(camera.width_px // _SHRINK, camera.height_px // _SHRINK, camera.focal_px / _SHRINK)
     T = T_world_camera.copy()
     T[2] *= -1.0
@@ -75,27 +77,29 @@ def rows_mirrored(
     """Return how many rows of the image's picture, from the top, may be seen in level water.
 
     Args:
-        depth_m: (H, W) of the picture; every ``CELL``-th column is looked at.
+        depth_m: (H, W) of the picture; every 32nd column is looked at.
     """
     upward = T_world_camera[2, :3] @ ray_of_pixel(camera)
-    columns = np.arange(_HALF, camera.width_px, CELL)
+    columns = np.arange(_HALF, camera.width_px, _PROBE_STEP_PX)
     rise = upward[0] * columns + (upward[1] * np.arange(_HALF, camera.height_px)[:, None] + upward[2])
-    height_m = T_world_camera[2, 3] + depth_m[:, ::CELL] * rise
+    height_m = T_world_camera[2, 3] + depth_m[:, ::_PROBE_STEP_PX] * rise
     rows = np.flatnonzero((np.abs(height_m - level_m) < _LEVEL_WITHIN_M).any(axis=1))
     if not len(rows):
         return 0
     stirred = int(camera.focal_px * _FARTHEST_STIR)
-    return min((camera.height_px - int(rows[0]) + stirred) // _SHRINK + 1, camera.height_px // _SHRINK)
+    return min((camera.height_px - int(rows[0]) + stirred) // _SHRINK + 2, camera.height_px // _SHRINK)
 
 
 def mirror_arrays(
-    camera: PinholeCamera, height_px: int, depth_m: NDArray[np.float32], radiance: NDArray[np.float32]
+    image: PinholeCamera, camera: PinholeCamera, depth_m: NDArray[np.float32], radiance: NDArray[np.float32]
 ) -> MirrorArrays:
-    """Return the upper rows (h, w) of a picture of ``camera``, the image of one whose pictures have ``height_px``."""
+    """Return the upper rows (h, w) of a picture of the image of a camera."""
     shows = np.zeros((-(-len(depth_m) // CELL), -(-depth_m.shape[1] // CELL)), np.bool_)
-    _find_shown(depth_m, int(np.ceil(camera.focal_px * _FARTHEST_STIR / CELL)), shows)
-    focal, scale = np.float32(camera.focal_px), np.float32(1.0 / _SHRINK)
-    return MirrorArrays(depth_m, radiance, shows, focal, scale, np.float32(height_px))
+    _find_shown(depth_m, int(np.ceil(image.focal_px * _FARTHEST_STIR / CELL)), shows)
+    scale = 1.0 / _SHRINK
+    across, down = image.centre_px + scale * camera.centre_px * (-1.0, 1.0)
+    numbers = (np.float32(each) for each in (image.focal_px, scale, across, down))
+    return MirrorArrays(depth_m, radiance, shows, *numbers)
 
 
 @njit(cache=True)
@@ -114,8 +118,8 @@ def _find_shown(depth_m: NDArray[np.float32], stirred: int, shows: NDArray[np.bo
 def may_show(mirror: MirrorArrays, x: np.float32, y: np.float32) -> bool:
     """Return whether water at pixel coordinates (x, y) may mirror more than sky."""
     height, width = mirror.shows.shape
-    i = np.int32((mirror.height_px - y) * mirror.scale) // np.int32(CELL)
-    j = np.int32(x * mirror.scale) // np.int32(CELL)
+    i = np.int32(mirror.down - y * mirror.scale) // np.int32(CELL)
+    j = np.int32(mirror.across + x * mirror.scale) // np.int32(CELL)
     return 0 <= i < height and 0 <= j < width and mirror.shows[i, j]
 
 
@@ -140,8 +144,8 @@ def mirrored(
         share: that water reflects. sky: reflected radiance where it mirrors the sky.
     """
     height, width = mirror.depth_m.shape
-    column = min(max(np.int32(x * mirror.scale), np.int32(0)), np.int32(width - 1))
-    row = (mirror.height_px - y) * mirror.scale
+    column = min(max(np.int32(mirror.across + x * mirror.scale), np.int32(0)), np.int32(width - 1))
+    row = mirror.down - y * mirror.scale
     level = np.int32(min(max(row, _ZERO), np.float32(height - 1)))
     straight_m = min(mirror.depth_m[level, column], _FARTHEST_M)
     is_hit = depth_m < straight_m < _FARTHEST_M

@@ -245,7 +245,7 @@ def _reflect_run(
             or may_show(sea.mirror, start + np.float32(np.int32(last)), y)
         ):
             continue
-        # The mirrored picture has half the pixels: neighbours share a look-up.
+        # The mirrored picture has fewer pixels: neighbours share a look-up.
         for k in range(block, last, np.uint64(2)):
             slope = column[k] / _PER_SLOPE - _STEEP
             share = _ONE - emitted[k] / sea.black

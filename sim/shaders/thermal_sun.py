@@ -14,6 +14,7 @@ from sim.render.shadow_map import ShadowCaster
 from sim.world import World
 
 _TEXELS = 1024
+MOST_SUNS = 8
 _BIAS = np.float32(1.5)
 _ONE, _HALF, _ZERO = np.float32(1.0), np.float32(0.5), np.float32(0.0)
 
@@ -25,6 +26,7 @@ class SunArrays(NamedTuple):
         towards: (S, 3) float32 unit vectors. weight: (S,) float32, of each position.
         in_map: (S, 3, 4) float32, from the world to column, row and height of a shadow map.
         height_m: (S, N, N) float32. texel_m: (S,) float32, sides of texels.
+        strongest: index of the greatest weight.
     """
 
     towards: NDArray[np.float32]
@@ -32,6 +34,7 @@ class SunArrays(NamedTuple):
     in_map: NDArray[np.float32]
     height_m: NDArray[np.float32]
     texel_m: NDArray[np.float32]
+    strongest: int
 
 
 class Suns:
@@ -53,14 +56,21 @@ class Suns:
         self._maps: dict[tuple[float, ...], tuple[NDArray[np.float32], NDArray[np.float32], float]] = {}
         self.arrays = _arrays({})
 
-    def set(self, towards_sun: Sequence[NDArray[np.float64]], weights: Sequence[float]) -> None:
-        """Set S positions (3,) and their weights. A position that stays keeps its shadow map."""
+    def set(self, towards_sun: Sequence[NDArray[np.float64]], weights: Sequence[float]) -> bool:
+        """Set S positions (3,) and their weights; return whether positions have changed.
+
+        A position that stays keeps its shadow map.
+        """
+        check("towards_sun", len(towards_sun) <= MOST_SUNS, f"at most {MOST_SUNS} positions", len(towards_sun))
         check("weights", len(weights) == len(towards_sun), f"{len(towards_sun)} numbers", len(weights))
         directions = [tuple(float(x) for x in each) for each in towards_sun]
-        if directions != list(self._maps):
+        is_new = directions != list(self._maps)
+        if is_new:
             self._maps = {each: self._maps.get(each) or self._shadows(each) for each in directions}
             self.arrays = _arrays(self._maps)
-        self.arrays = self.arrays._replace(weight=np.array(weights, np.float32))
+        strongest = max(range(len(weights)), key=lambda s: weights[s], default=-1)
+        self.arrays = self.arrays._replace(weight=np.array(weights, np.float32), strongest=strongest)
+        return is_new
 
     def _shadows(self, towards_sun: tuple[float, ...]) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
         """Return ``in_map``, heights and texel."""
@@ -79,11 +89,12 @@ def _arrays(maps: dict[tuple[float, ...], tuple[NDArray[np.float32], NDArray[np.
         np.array([each[0] for each in maps.values()], np.float32).reshape(-1, 3, 4),
         np.array([each[1] for each in maps.values()], np.float32).reshape(-1, _TEXELS, _TEXELS),
         np.array([each[2] for each in maps.values()], np.float32),
+        -1,
     )
 
 
-@row_kernel(error_model="numpy")
-def exposure(
+@row_kernel(forceinline=True, error_model="numpy")
+def find_light(
     sun: SunArrays,
     x: np.float32,
     y: np.float32,
@@ -91,19 +102,39 @@ def exposure(
     nx: np.float32,
     ny: np.float32,
     nz: np.float32,
-) -> np.float32:
-    """Return ``sum_s weight * lit * max(0, n . l)`` of a place (x, y, z) on a surface with this normal."""
-    total = _ZERO
-    for s in range(sun.weight.shape[0]):
+    moves: bool,
+    light: NDArray[np.float32],
+) -> None:
+    """Write ``lit * max(0, n . l)`` (S,) of a place (x, y, z) on a surface with this normal.
+
+    What moves does not remember: the position of greatest weight counts for all.
+    """
+    for s in range(light.shape[0]):
+        if moves and s != sun.strongest:
+            continue
         cosine = nx * sun.towards[s, 0] + ny * sun.towards[s, 1] + nz * sun.towards[s, 2]
+        light[s] = _ZERO
         if cosine > _ZERO:
             # Places are lifted off their surface by more than a texel: no surface shades itself.
             lift = _BIAS * sun.texel_m[s]
-            total += sun.weight[s] * cosine * _lit(sun, s, x + lift * nx, y + lift * ny, z + lift * nz)
-    return total
+            light[s] = cosine * _lit(sun, s, x + lift * nx, y + lift * ny, z + lift * nz)
+    if moves:
+        for s in range(light.shape[0]):
+            light[s] = light[sun.strongest]
 
 
-@row_kernel(error_model="numpy")
+@row_kernel()
+def add_up(light: NDArray[np.float32], weight: NDArray[np.float32], exposure: NDArray[np.float32]) -> None:
+    """Write the weighted sum (W,) of the light (S, W) of all positions."""
+    for k in range(exposure.shape[0]):
+        exposure[k] = _ZERO
+    for s in range(weight.shape[0]):
+        share, line = weight[s], light[s]
+        for k in range(exposure.shape[0]):
+            exposure[k] += share * line[k]
+
+
+@row_kernel(forceinline=True, error_model="numpy")
 def _lit(sun: SunArrays, s: int, x: np.float32, y: np.float32, z: np.float32) -> np.float32:
     """Return the bilinear share of the four texels around a place that are not higher; 1 outside the map."""
     rows = sun.in_map[s]

@@ -163,14 +163,15 @@ def test_pictures_in_sequence_equal_those_of_a_new_shader():
     front = Waterfront(Weather(cloud=0.1), np.random.default_rng(0), boats=3, people=3)
     front.set_hour(9.0)
     renderer = create_renderer("raster", front.world)
-    for k in range(8):
-        if k == 5:
-            front.set_hour(9.2)
+    # Nothing changes but what moves; then the sun, the air and temperatures do, and it becomes night.
+    hours = [9.0] * 4 + [9.2] * 2 + [2.0] * 2
+    for k, hour in enumerate(hours):
+        front.set_hour(hour)
         front.move_to(2.0 * k)
         fresh = ThermalShader(front.world, 120.0)
         kept, front.shader = front.shader, fresh
         fresh.sea = kept.sea
-        front.set_hour(9.2 if k >= 5 else 9.0)
+        front.set_hour(hour)
         front.shader = kept
         gbuffer = renderer.gbuffer(CAMERA, overview())
         whole, again = (each.shade(gbuffer, CAMERA, overview()) for each in (fresh, kept))

