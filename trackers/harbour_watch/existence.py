@@ -23,14 +23,16 @@ _STRONG = 6.0
 _STRONG_REGIONS = 0.05
 """Strong false regions a picture, anywhere: pictures without objects are minutes apart, and between them sun and cloud
 change more than from picture to picture; so this is not learnt."""
-_LEAST_RESIDENT = 1e-4
-"""Least share of pictures on which something that belongs there is taken to move."""
+_LEAST_RESIDENT = 0.01
+"""Regions of something moored that are expected anywhere, as if one picture more had shown them."""
+_KERNEL, _KERNEL_LOG = 0.7, 0.5
+"""Spread of such a region's place in units of its sides, and of the logarithms of these: it varies from day to day."""
+_MOORED_SHARE = 0.2
+"""Share of its pixels, on which something moored moves, from which a region shows that."""
 _NEUTRAL_SHARE = 0.05
 """Share of pictures on which it moves from which on a region says nothing."""
 _RESIDENT_PX2 = 300.0
 """Area in which it moves about: a small boat's in the picture."""
-_RARE = 0.02
-"""Share of pictures on which any pixel may change much, e.g. by a cloud."""
 _OBJECT_TAIL = 12.0
 """Decay of the scores of objects above the least one, deviations: broad, from just visible to very hot."""
 
@@ -50,9 +52,9 @@ class Clutter:
         Args:
             shape: of the picture.
             pictures: the regions found on each picture without objects.
-            moving: (H, W) share of these pictures on which a pixel changed much.
+            moving: (H, W) share of these pictures on which something moored moved at a pixel.
         """
-        self._moving = cv2.integral(moving)
+        self._residents, self._pictures = _residents(pictures, moving), len(pictures)
         cells = np.zeros((-(-shape[0] // _CELL_PX), -(-shape[1] // _CELL_PX)), np.float32)
         weak = [each for regions in pictures for each in regions if each.score < least_score + _STRONG]
         for region in weak:
@@ -99,12 +101,31 @@ class Clutter:
         return float(np.log(_NEUTRAL_SHARE / self._resident(region)))
 
     def _resident(self, region: Region) -> float:
-        """Return the mean share of pictures without objects on which the region's pixels changed much."""
-        h, w = self._moving.shape
-        x0, y0, x1, y1 = np.clip(np.round(region.box_xyxy), 0, [w - 1, h - 1, w - 1, h - 1]).astype(int)
-        total = self._moving[y1, x1] - self._moving[y0, x1] - self._moving[y1, x0] + self._moving[y0, x0]
-        share = float(total) / max((x1 - x0) * (y1 - y0), 1)
-        return min(max(share - _RARE, _LEAST_RESIDENT), 1.0 - _LEAST_RESIDENT)
+        """Return the expected number of regions like this one, of what is moored, on a picture without objects.
+
+        Normal kernels about the regions of training: places in units of the sides, and the logarithms of these.
+        """
+        middle, sides = _middle_and_sides(region)
+        off = np.hstack([(self._residents[:, :2] - middle) / (_KERNEL * sides), self._residents[:, 2:] - np.log(sides)])
+        off[:, 2:] /= _KERNEL_LOG
+        alike = float(np.exp(-0.5 * np.einsum("mi,mi->m", off, off)).sum())
+        return min((alike + _LEAST_RESIDENT) / (self._pictures + 1.0), 1.0 - _LEAST_RESIDENT)
+
+
+def _residents(pictures: Sequence[Sequence[Region]], moving: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return middles and logarithms of sides (M, 4) of the regions that show something moored."""
+    found = [np.zeros((0, 4))]
+    for region in (each for regions in pictures for each in regions):
+        x0, y0, x1, y1 = np.maximum(np.round(region.box_xyxy), 0).astype(int)
+        if np.mean(moving[y0 : y1 + 1, x0 : x1 + 1] > 0) > _MOORED_SHARE:
+            middle, sides = _middle_and_sides(region)
+            found.append(np.concatenate([middle, np.log(sides)])[None])
+    return np.vstack(found)
+
+
+def _middle_and_sides(region: Region) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    box = region.box_xyxy
+    return 0.5 * (box[:2] + box[2:]), np.maximum(box[2:] - box[:2], 1.0)
 
 
 def _blurred(cells: NDArray[np.float32]) -> NDArray[np.float32]:

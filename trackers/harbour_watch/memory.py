@@ -15,10 +15,25 @@ _OUTLIER = 3.0
 
 
 @njit(cache=True)
-def _predict(left: Picture, slow: Picture, doubt: Picture, noise: Picture, deviation: Picture) -> None:
-    """``deviation = (left - slow) / sqrt(doubt + noise)`` per pixel (N,); variances in counts squared."""
+def _predict(
+    left: Picture,
+    slow: Picture,
+    doubt: Picture,
+    noise: Picture,
+    first: Picture,
+    hidden: NDArray[np.int32],
+    forgets: float,
+    deviation: Picture,
+) -> None:
+    """``deviation = (left - slow) / sqrt(P + noise)`` per pixel (N,), ``P = doubt``; variances in counts squared.
+
+    Of a pixel that has been hidden: ``P = doubt + (P0 - doubt) (1 - exp(-forgets hidden))``.
+    """
     for n in range(left.size):
-        deviation[n] = (left[n] - slow[n]) / math.sqrt(doubt[n] + noise[n])
+        p = doubt[n]
+        if hidden[n] > 0:
+            p += (first[n] - p) * (1.0 - math.exp(-forgets * hidden[n]))
+        deviation[n] = (left[n] - slow[n]) / math.sqrt(p + noise[n])
 
 
 @njit(cache=True)
@@ -88,7 +103,7 @@ class PixelMemory:
 
     def deviation(self, left: Picture) -> Picture:
         """Return how many standard deviations (N,) a picture less its low-rank background is off."""
-        _predict(left, self.slow, self.doubt, self.noise, self._deviation)
+        _predict(left, self.slow, self.doubt, self.noise, self._first, self._hidden, self._forgets, self._deviation)
         return self._deviation
 
     def doubtful(self) -> Picture:

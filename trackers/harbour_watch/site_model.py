@@ -27,9 +27,6 @@ _MOVED = 10.0
 """Deviations of a pixel's noise by which it changes when something that belongs there moves, e.g. a moored boat."""
 _MOVES_SHARE = 0.03
 """Share of pictures on which a pixel changes much, from which something moves there."""
-_SHAKES_PX, _SWINGS_PX, _SWINGS_SHARE = 3, (25, 15), 0.3
-"""How far beyond the places of training moored things move: all of them by a pixel; on the water by half a boat's
-length, and as much more with a smaller share."""
 _MAIN = 4
 """Components that tell water from what has texture in some weather."""
 _FIRST_GUESS = 3.0
@@ -122,8 +119,7 @@ class SiteModel:
             deviation = self.memory.deviation(left[(k - 1) * every]).reshape(self.shape)
             filters.learn_slow(filters.scaled(filters.filtered(deviation, p.clip), all_doubt), rate)
         found = [
-            self.detector.regions(filters.scaled(filters.filtered(step, p.clip)), step, self.watched)
-            for step in steps[::2]
+            self.detector.regions(filters.scaled(filters.filtered(step, p.clip)), step, self.watched) for step in steps
         ]
         changed = _MOVED * np.sqrt(float(np.median(self.memory.noise)))
         moving = np.mean([np.abs(left[k + 1] - left[k]) > changed for k in range(0, len(left) - 1, every)], axis=0)
@@ -132,14 +128,11 @@ class SiteModel:
     def _moored(self, moving: Picture) -> Picture:
         """Return the share of pictures (H, W) on which something moored moves, from that on which pixels change much.
 
-        What is moored reaches down to the water; and it swings further on other days.
+        What is moored reaches down to the water.
         """
-        near = cv2.dilate(moving, np.ones((_SHAKES_PX, _SHAKES_PX), np.uint8))
-        _, labels = cv2.connectedComponents((near > _MOVES_SHARE).astype(np.uint8))
-        moored = near * np.isin(labels, np.unique(labels[self.water & (labels > 0)]))
-        afloat = cv2.blur(cv2.dilate(moored, np.ones(_SWINGS_PX[::-1], np.uint8)), _SWINGS_PX) * self.water
-        wide: Picture = np.maximum(moored, _SWINGS_SHARE * afloat)
-        return wide
+        _, labels = cv2.connectedComponents((moving > _MOVES_SHARE).astype(np.uint8))
+        moored: Picture = moving * np.isin(labels, np.unique(labels[self.water & (labels > 0)]))
+        return moored
 
 
 def reading_of(image_rgb: NDArray[np.uint8], counts: NDArray[np.uint16] | None, use_counts: bool) -> Picture:

@@ -21,6 +21,8 @@ _GATE = 4.5
 _MOST_LOG_ODDS = 12.0
 _ALONE, _LEAST_BIRTH = 0.5, 1e-3
 """Least probabilities that a region is of no known track, and of existence, to begin a track with it."""
+_LEAST_LOG_DENSITY = -8.0
+"""Log density per pixel from which a region is what a track expects, however doubtful that is: no other begins there."""
 _SURELY, _KNOWN_PX = 4.0, 1.5
 """Log odds of existence, and standard deviation of the place in the picture, of an object whose outline is known."""
 _LEAST_PAIR = 0.1
@@ -73,10 +75,12 @@ class Tracks:
         prior = np.array([mark.probability for mark in self.marks], dtype=float)
         detected = np.array([mark.found_share for mark in self.marks], dtype=float)
         births = self._rates.births * np.array([each.m2_per_px for each in sightings]) * np.exp(log_ratios)
-        paired = (prior * detected)[:, None] * np.exp(np.minimum(self._log_densities(sightings) + log_ratios, log_caps))
+        log_densities = self._log_densities(sightings)
+        paired = (prior * detected)[:, None] * np.exp(np.minimum(log_densities + log_ratios, log_caps))
         pairs, alone = marginals(1.0 - prior * detected, paired, 1.0 + births)
         posterior = existence(prior, detected, pairs)
         chosen = _one_to_one(pairs)
+        expected = log_densities.max(axis=0, initial=-np.inf) > _LEAST_LOG_DENSITY
         for i, (mark, probability) in enumerate(zip(self.marks, posterior, strict=True)):
             p = min(max(float(probability), 1e-9), 1.0 - 1e-9)
             mark.log_odds = min(max(float(np.log(p / (1.0 - p))), -_MOST_LOG_ODDS), _MOST_LOG_ODDS)
@@ -84,7 +88,7 @@ class Tracks:
         self.marks = [mark for mark in self.marks if mark.log_odds > self._rates.removed]
         for j, sighting in enumerate(sightings):
             p = float(alone[j] * births[j] / (1.0 + births[j]))
-            if alone[j] > _ALONE and p > _LEAST_BIRTH:
+            if not expected[j] and alone[j] > _ALONE and p > _LEAST_BIRTH:
                 base_m = level_m if sighting.afloat else 0.0
                 self.marks.append(begun(self.next_identity, sighting, p, self._view, base_m))
                 self.next_identity += 1

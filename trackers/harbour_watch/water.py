@@ -28,7 +28,7 @@ _LARGEST_GAP = 0.25
 _UNSURE_PX, _SEARCHED_PX, _BELOW_PX = 4, 24, 12
 """Rows by which the band's base lies below the edge of the water's area, that are searched upwards from there, and that
 surely show water below."""
-_LINE_ROUNDS = 8
+_LINE_ROUNDS, _BOATS_WEIGHT = 20, 0.1
 _FASTEST_PX = 2
 _LEAST_SHARE_OF_COLUMNS, _LEAST_PEAK = 0.06, 0.3
 """Share of columns that must agree, and that share of the most agreed height which a higher one must have."""
@@ -144,18 +144,15 @@ class WaterLevel:
 def _band(columns: NDArray[np.intp], first: NDArray[np.intp], height_px: int) -> tuple[NDArray, NDArray]:
     """Return the rows (R, C), from the water upwards, and columns (C,) in which a straight wall's foot is searched.
 
-    The water's upper edge at ``first`` (C,) is that of low tide, and lower where boats lie: the base is the straight
-    line along its highest parts, some rows lower.
+    The water's upper edge at ``first`` (C,) is that of low tide, and lower where boats lie: the base is a straight line
+    along its highest parts, by asymmetric least squares (W. Newey, J. Powell, Econometrica 55(4), 1987), a bit lower.
     """
     if len(columns) < 2:
         return np.zeros((0, 0), np.intp), columns[:0]
-    kept = np.ones(len(columns), bool)
-    line: NDArray[np.floating[Any]] = first.astype(np.float64)
+    line: NDArray[np.floating[Any]] = np.full(len(columns), float(first.min()))
     for _ in range(_LINE_ROUNDS):
-        line = np.polyval(np.polyfit(columns[kept], first[kept], 1), columns)
-        kept = first <= line + 0.5
-        if kept.sum() < 2:
-            return np.zeros((0, 0), np.intp), columns[:0]
+        weights = np.where(first > line + 0.5, _BOATS_WEIGHT, 1.0)
+        line = np.polyval(np.polyfit(columns, first, 1, w=weights), columns)
     base = np.round(line).astype(np.intp) + _UNSURE_PX
     inside = (base >= _SEARCHED_PX) & (base < height_px - _BELOW_PX)
     return base[inside] - np.arange(_SEARCHED_PX)[:, None], columns[inside]
