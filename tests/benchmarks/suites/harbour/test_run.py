@@ -12,6 +12,7 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.suites.harbour.judge import HarbourJudge
+from benchmarks.suites.harbour.sizes import MEAN_SIZE_M
 from benchmarks.suites.judging import Ending
 from benchmarks.suites.registry import suite
 from scenarios.harbour.scenario import HARBOUR
@@ -82,6 +83,20 @@ def test_a_video_is_drawn(tmp_path: Path) -> None:
     height, width = shapes.pop()[:2]
     assert width > 960 + 200
     assert height > 720
+
+
+def test_the_mean_sizes_are_the_scene_s() -> None:
+    truths = []
+    for seed in (0, 1):
+        episode = HARBOUR.episode("standard", seed)
+        truths.append(episode.step().truth)
+        episode.close()
+    # Standard deviations over the same 40 seeds as the means.
+    spread_m = {"person": (0.05, 0.06, 0.14), "car": (0.5, 0.15, 0.3), "boat": (0.86, 0.3, 1.2)}
+    for kind, mean_m in MEAN_SIZE_M.items():
+        sizes_m = np.concatenate([truth.size_m[np.array(truth.kinds) == kind] for truth in truths])
+        error_m = np.array(spread_m[kind]) / np.sqrt(len(sizes_m))
+        assert (np.abs(sizes_m.mean(axis=0) - mean_m) < 3.0 * error_m).all(), kind
 
 
 def test_truth_itself_is_perfect() -> None:
