@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 _PAD_PX = 3
 _NOISE = 1.5
 """Deviations that are taken off: less is noise."""
-_FRACTION = 0.3
-"""Share of a profile's high values at which its edge lies: a head covers a third of the shoulders' width."""
+_FRACTION = 0.25
+"""Share of a profile's high values at which its edge lies: a head is narrower than shoulders, and legs are colder."""
 _HIGH = 80.0
 """Percentile of the profile that stands for the body."""
 

@@ -22,7 +22,7 @@ _MOST_LOG_ODDS = 12.0
 _ALONE, _LEAST_BIRTH = 0.5, 1e-3
 """Least probabilities that a region is of no known track, and of existence, to begin a track with it."""
 _LEAST_LOG_DENSITY = -8.0
-"""Log density per pixel from which a region is what a track expects, however doubtful that is: no other begins there."""
+"""Log density per pixel from which a region is what a track expects, if doubtful: no other begins there."""
 _SURELY, _KNOWN_PX = 4.0, 1.5
 """Log odds of existence, and standard deviation of the place in the picture, of an object whose outline is known."""
 _LEAST_PAIR = 0.1

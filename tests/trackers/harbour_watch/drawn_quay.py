@@ -18,7 +18,7 @@ _C, _S = np.cos(_DOWN), np.sin(_DOWN)
 T_WORLD_CAMERA = np.array([[0.0, -_S, _C, -100.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -_C, -_S, 20.0], [0.0, 0.0, 0.0, 1.0]])
 VIEW = SiteView(CAMERA, T_WORLD_CAMERA)
 COUNTS_PER_K = 40.0
-NOISE_K, WAVE_K = 0.07, 0.3
+NOISE_K, WAVE_K, PATTERN_K = 0.07, 0.3, 0.15
 WALL_X_M = -10.0
 STEP_S = 2.0
 
@@ -39,8 +39,9 @@ class Quay:
         self._rng = np.random.default_rng(seed)
         self._noise_k, self._wave_k = noise_k, wave_k
         h, w = CAMERA.height_px, CAMERA.width_px
-        texture = [cv2.GaussianBlur(self._rng.normal(size=(h, w)), (0, 0), s) * s for s in (2.0, 2.0, 8.0)]
-        self._land_k, self._sunlit_k, self._cloud_k = texture
+        texture = [cv2.GaussianBlur(self._rng.normal(size=(h, w)), (0, 0), s) * s for s in (2.0, 2.0)]
+        self._land_k, self._sunlit_k = texture
+        self._pattern_k = self._rng.normal(0.0, PATTERN_K, (h, w))
 
     def picture(self, time_s: float, *, tide_m: float, sun: float, intruders: Sequence[Intruder] = ()) -> Observation:
         """Return what the camera sees; ``sun`` 0 to 1 warms the land unevenly."""
@@ -51,10 +52,10 @@ class Quay:
         kelvin[top:foot] = 287.0 + 2.0 * sun
         waves = cv2.GaussianBlur(self._rng.normal(size=(h, w)), (0, 0), 1.2) * 4.0
         kelvin[foot:] = 284.0 + self._wave_k * waves[foot:]
-        self._draw(kelvin, Intruder((-25.0, 6.0, -1.8 + tide_m), (5.0, 2.0, 1.5), 5.0 + sun))
+        self._draw(kelvin, Intruder((-16.0, 6.0, -1.8 + tide_m), (5.0, 2.0, 1.5), 5.0 + sun))
         for intruder in intruders:
             self._draw(kelvin, intruder)
-        kelvin = cv2.GaussianBlur(kelvin, (0, 0), 0.6) + self._rng.normal(0.0, self._noise_k, (h, w))
+        kelvin = cv2.GaussianBlur(kelvin, (0, 0), 0.6) + self._pattern_k + self._rng.normal(0.0, self._noise_k, (h, w))
         counts = np.clip((kelvin - 260.0) * COUNTS_PER_K + 2000.0, 0, 16383).round().astype(np.uint16)
         grey = np.clip((kelvin - 280.0) * 12.0, 0, 255).astype(np.uint8)
         image_rgb = np.broadcast_to(grey[..., None], (h, w, 3))
