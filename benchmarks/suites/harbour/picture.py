@@ -23,8 +23,8 @@ _AFTER_FRAMES = (3, 30)
 """Frames from its first one to those that are shown, or to its last one."""
 _CELL_WIDTH_PX = 900
 _CAPTION = (
-    "the earliest visit of 8 frames or more that can be seen, on its fourth frame and a minute after its first. Left "
-    "the thermal picture with 3-D boxes, right all of it from above, the camera below. Blue: intruders. Orange: tracks "
+    "the earliest arrival that can be seen and stays for 8 frames, on its fourth frame and a minute after its first. "
+    "Left the thermal picture with 3-D boxes, right all of it from above, the camera below. Blue: intruders. Orange: tracks "
     "on one. Red: false alarms and their causes. Grey: neither right nor wrong."
 )
 
@@ -34,7 +34,8 @@ def show_visit(
 ) -> None:
     """Keep a picture of one visit in the result folder, a line for each of the trackers ``shown``.
 
-    A rule chooses it: of the first seed that has one the earliest visit of 8 frames that can be seen.
+    A rule chooses it: of the first seed that has one the earliest visit of 8 frames that begins after the first frame
+    and can be seen.
     """
     keep_event_picture(directory, condition, trackers, shown, _first_visit(trackers[shown[0]]), _sheet)
 
@@ -42,7 +43,7 @@ def show_visit(
 def _first_visit(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:
     """Return seed and attributes of the visit to show."""
     visits = [(row["seed"], row["event"]) for row in rows if row["metric"] == "found"]
-    long = [each for each in visits if each[1]["length_frames"] >= _LONG_FRAMES]
+    long = [each for each in visits if each[1]["first_frame"] > 0 and each[1]["length_frames"] >= _LONG_FRAMES]
     return min(long, key=lambda each: (each[0], each[1]["first_frame"], each[1]["index"]), default=None)
 
 
