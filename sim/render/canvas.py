@@ -31,7 +31,7 @@ class Canvas:
         self._triangle = np.empty((0, 0), np.int32)
         self._table = new_triangle_table(0)
         self._projected = np.empty((0, 4))
-        self._view: NDArray[np.float64] | None = None
+        self._view = np.empty((0, 0))
         self._poses = np.empty((0, 4, 4))
         self._rested = np.empty(0, np.int64)
         self._in_layer = np.empty(0, np.bool_)
@@ -55,7 +55,7 @@ class Canvas:
         Returns:
             arrays that the next call overwrites.
         """
-        if not self._fits(scene, shape) or self._view is None or not np.array_equal(view, self._view):
+        if not self._fits(scene, shape) or not np.array_equal(view, self._view):
             self._forget_layer(view, poses)
             self._draw_all(scene, textures)
         else:

@@ -186,10 +186,10 @@ def _break_ties(
     """Give pixels of a row to a triangle that is as near as the kept one of a body with a higher index; return whether
     there are any.
     """
-    ties = 0
+    ties = np.int32(0)
     for column in range(np.uint64(first), np.uint64(last)):
         ties += np.int32(base + per_column * np.float32(np.int32(column)) == nearness[column])
-    if ties == 0:
+    if ties == np.int32(0):
         return False
     drawn = False
     for column in range(np.uint64(first), np.uint64(last)):

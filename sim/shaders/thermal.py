@@ -27,6 +27,7 @@ from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, ray_of_pixel
 from sim.render.raster import Raster
 from sim.render.row_stages import RowStage, finish_rows, light_picture
+from sim.shaders.thermal_glitter import NO_GLITTER, glitter_arrays
 from sim.shaders.thermal_kernels import (
     PARTS,
     SKY_CELLS,
@@ -36,7 +37,8 @@ from sim.shaders.thermal_kernels import (
     thermal_row,
 )
 from sim.shaders.thermal_mirror import NO_MIRROR, MirrorArrays, image_of, mirror_arrays, rows_mirrored
-from sim.shaders.thermal_sea import NO_SEA, Sea, radiance_table, sea_arrays
+from sim.shaders.thermal_sea import NO_SEA, Sea, sea_arrays
+from sim.shaders.thermal_sea_tables import radiance_table
 from sim.shaders.thermal_sun import Suns
 from sim.thermal.radiance import TABLE, band_radiance
 from sim.thermal.sky import Air, sky_radiance
@@ -114,7 +116,7 @@ class ThermalShader:
         """Set the positions of the sun that surfaces remember.
 
         Args:
-            towards_sun: S unit vectors (3,). None at night.
+            towards_sun: S unit vectors (3,), the latest one first: it glitters on the sea. None at night.
             weights: S numbers; all of them together should be 1.
         """
         if self._suns.set(towards_sun, weights):
@@ -135,7 +137,9 @@ class ThermalShader:
         if self.sea is None:
             return light
         mirror = self._mirror(self.sea, depth_m, camera, T_world_camera)
-        return light._replace(sea=sea_arrays(self.sea, self._sea_table(self.sea), mirror))
+        suns = self._suns.arrays.towards
+        sun = glitter_arrays(suns[0], self._air) if len(suns) else NO_GLITTER
+        return light._replace(sea=sea_arrays(self.sea, self._sea_table(self.sea), mirror, sun))
 
     def _mirror(
         self, sea: Sea, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
@@ -149,7 +153,7 @@ class ThermalShader:
         seen = self._raster.visible(image, T_world_image)
         light = self._dry_light(image, T_world_image)
         # The way there is nearly that to the water, for which the picture itself accounts.
-        light = light._replace(air=light.air * np.float32([0.0, 1.0]))
+        light = light._replace(air=light.air * np.array([0.0, 1.0], np.float32))
         radiance = np.empty((rows, 1, image.width_px), np.float32)
         finish_rows(self._raster.resolving, seen, np.arange(rows), self.lighting, light, radiance)
         return mirror_arrays(image, camera, seen.depth_m[:rows], radiance[:, 0])

@@ -1,9 +1,4 @@
-"""The sea in a thermal picture: what its facets emit and reflect of the sky, waves by waves.
-
-A facet with slope s along the line of sight, seen at the grazing angle g, is seen at ``g + s`` and mirrors the sky at
-the elevation ``g + 2 s``. Both are averaged over the slopes of waves that are too fine to be seen, weighted by what of
-each facet faces the camera, ``1 + s / tan g``, and tabulated over ``sin g`` and s.
-"""
+"""The sea in a thermal picture: what its facets emit and reflect, waves by waves; see ``thermal_sea_tables``."""
 
 from __future__ import annotations
 
@@ -11,30 +6,21 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
+from sim.shaders.thermal_glitter import NO_GLITTER, GlitterArrays, glitter, may_glitter
 from sim.shaders.thermal_mirror import CELL, NO_MIRROR, MirrorArrays, may_show, mirrored
+from sim.shaders.thermal_sea_tables import FIRST, LEAST_SINE, SINES, SLOPES, STEEPEST, levels_of
 from sim.thermal.radiance import band_radiance
-from sim.thermal.sky import Air, sky_radiance
-from sim.thermal.water import reflectance
 from sim.thermal.waves import CELLS, LEVELS, TILE_M, SeaWaves
 from sim.world import Body
 
-SINES, SLOPES, STEEPEST = 96, 64, 0.6
-"""Cells of the table, and the greatest slope in it."""
-_QUADRATURE = 9
-_LEAST_SINE = np.float32(0.01)
 _HALF, _ONE, _ZERO = np.float32(0.5), np.float32(1.0), np.float32(0.0)
 _PER_CELL = np.float32(CELLS / TILE_M)
-_FIRST = np.cumsum([0] + [(CELLS >> level) ** 2 for level in range(LEVELS)]).astype(np.uint32)
-"""First cell of each level."""
 _STEEP, _PER_SLOPE = np.float32(STEEPEST), np.float32((SLOPES - 1) / (2 * STEEPEST))
 _PER_SINE = np.float32(SINES - 1)
-_COSINES = np.linspace(0.0, 1.0, 1025)
-_REFLECTED = reflectance(_COSINES)
-_REALS, _WHOLES = 6, 2
+_REALS, _WHOLES = 8, 2
 _BLOCK = np.uint64(2 * CELL)
 """Pixels of a row that are looked up in one cell of the mirror."""
 
@@ -62,7 +48,7 @@ class SeaArrays(NamedTuple):
         slopes: (cells of all levels, 2), from the finest level on; a cell is the mean of four of the level before.
         radiance: (SINES * SLOPES, 2): what facets emit, and what they reflect of the sky.
         black: radiance of a black body as warm as the water. fine_slope: see ``SeaState``.
-        mirror: what else they reflect.
+        mirror, sun: what else they reflect.
     """
 
     body: int
@@ -71,6 +57,7 @@ class SeaArrays(NamedTuple):
     black: np.float32
     fine_slope: np.float32
     mirror: MirrorArrays
+    sun: GlitterArrays
 
 
 class SeaScratch(NamedTuple):
@@ -90,41 +77,14 @@ def new_sea_scratch(width: int) -> SeaScratch:
 
 
 NO_SEA = SeaArrays(
-    -2, np.zeros((_FIRST[-1], 2), np.float32), np.zeros((SINES * SLOPES, 2), np.float32), _ONE, _ONE, NO_MIRROR
+    -2,
+    np.zeros((FIRST[-1], 2), np.float32),
+    np.zeros((SINES * SLOPES, 2), np.float32),
+    _ONE,
+    _ONE,
+    NO_MIRROR,
+    NO_GLITTER,
 )
-
-
-def radiance_table(air: Air, temperature_k: float, fine_slope: float) -> NDArray[np.float32]:
-    """Return ``SeaArrays.radiance``."""
-    sine = np.linspace(0.0, 1.0, SINES)[:, None, None]
-    slope = np.linspace(-STEEPEST, STEEPEST, SLOPES)[:, None]
-    nodes, weights = np.polynomial.hermite_e.hermegauss(_QUADRATURE)
-    grazing = np.arcsin(np.maximum(sine, _LEAST_SINE))
-    tilt = np.arctan(slope + fine_slope * nodes)
-    facing = weights * np.maximum(np.sin(grazing + tilt), 1e-4) / np.cos(tilt)
-    share = np.interp(np.sin(grazing + tilt), _COSINES, _REFLECTED)
-    # A facet that mirrors something below the horizon mirrors more of the sea, which looks like the sky's edge.
-    mirrored = sky_radiance(air, np.maximum(np.sin(grazing + 2 * tilt), 0.0))
-    emitted = (1.0 - share) * band_radiance(temperature_k)
-    total = facing.sum(-1)
-    both = [(facing * each).sum(-1) / total for each in (emitted, share * mirrored)]
-    return np.stack(both, axis=-1).reshape(-1, 2).astype(np.float32)
-
-
-@njit(cache=True)
-def levels_of(slopes: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return ``SeaArrays.slopes`` of the finest ones (CELLS, CELLS, 2)."""
-    levels = np.empty((_FIRST[-1], 2), np.float32)
-    levels[: CELLS * CELLS] = slopes.reshape(-1, 2)
-    for level in range(1, LEVELS):
-        side, fine, own = CELLS >> level, _FIRST[level - 1], _FIRST[level]
-        for i in range(side):
-            for j in range(side):
-                at = fine + 4 * i * side + 2 * j
-                for c in range(2):
-                    four = levels[at, c] + levels[at + 1, c] + levels[at + 2 * side, c] + levels[at + 2 * side + 1, c]
-                    levels[own + i * side + j, c] = np.float32(0.25) * four
-    return levels
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
@@ -152,12 +112,17 @@ def sea_run(
     level = _level(ray, np.float32(np.int32(middle)), y, depth_m[middle], pixel_rad)
     _place_run(ray, camera_m, np.float32(np.int32(first)), y, level, depth_m[first:last], scratch, count)
     side = np.uint32(CELLS >> level)
-    _slope_run(sea.slopes[_FIRST[level] :], side, scratch, count)
+    _slope_run(sea.slopes[FIRST[level] :], side, scratch, count)
     _look_up_run(sea.radiance, scratch, radiance[first:last])
-    emitted = scratch.real[2]
+    real, emitted, half = scratch.real, scratch.real[7], count >> np.uint64(1)
     _reflect_run(sea, np.float32(np.int32(first)), y, depth_m[first:last], scratch, radiance[first:last])
     for k in range(count):
         radiance[first + k] += emitted[k]
+    if may_glitter(sea.sun, real[2, half], real[3, half], real[4, half] / _PER_SINE, sea.fine_slope):
+        for k in range(count):
+            slope = real[5, k] / _PER_SLOPE - _STEEP
+            sine = real[4, k] / _PER_SINE
+            radiance[first + k] += glitter(sea.sun, real[2, k], real[3, k], sine, slope, real[6, k], sea.fine_slope)
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
@@ -198,9 +163,9 @@ def _place_run(
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _slope_run(slopes: NDArray[np.float32], side: np.uint32, scratch: SeaScratch, count: np.uint64) -> None:
-    """Write the slope along the line of sight, as a column of the table."""
+    """Write the slope along the line of sight, as a column of the table, and the one across."""
     real, whole, mask, one = scratch.real, scratch.whole, side - np.uint32(1), np.uint32(1)
-    fu, fv, along_x, along_y, column = real[0], real[1], real[2], real[3], real[5]
+    fu, fv, along_x, along_y, column, across = real[0], real[1], real[2], real[3], real[5], real[6]
     for k in range(count):
         j0, i0 = whole[0, k] & mask, (whole[1, k] & mask) * side
         j1, i1 = (whole[0, k] + one) & mask, ((whole[1, k] + one) & mask) * side
@@ -208,13 +173,14 @@ def _slope_run(slopes: NDArray[np.float32], side: np.uint32, scratch: SeaScratch
         sx = _mix(slopes[a, 0], slopes[b, 0], slopes[c, 0], slopes[d, 0], fu[k], fv[k])
         sy = _mix(slopes[a, 1], slopes[b, 1], slopes[c, 1], slopes[d, 1], fu[k], fv[k])
         slope = sx * along_x[k] + sy * along_y[k]
+        across[k] = sy * along_x[k] - sx * along_y[k]
         column[k] = (min(max(slope, -_STEEP), _STEEP) + _STEEP) * _PER_SLOPE
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _look_up_run(table: NDArray[np.float32], scratch: SeaScratch, radiance: NDArray[np.float32]) -> None:
     """Write what is reflected of the sky at the places in the table, and what is emitted to the scratch."""
-    emitted, place, column = scratch.real[2], scratch.real[4], scratch.real[5]
+    emitted, place, column = scratch.real[7], scratch.real[4], scratch.real[5]
     one, pitch = np.uint32(1), np.uint32(SLOPES)
     for k in range(radiance.shape[0]):
         m = min(np.int32(place[k]), np.int32(SINES - 2))
@@ -236,7 +202,7 @@ def _reflect_run(
     radiance: NDArray[np.float32],
 ) -> None:
     """Replace the sky's reflection (K,) by that of what stands before it."""
-    emitted, column = scratch.real[2], scratch.real[5]
+    emitted, column = scratch.real[7], scratch.real[5]
     count = np.uint64(radiance.shape[0])
     for block in range(np.uint64(0), count, _BLOCK):
         last = min(block + _BLOCK, count)
@@ -271,7 +237,7 @@ def _level(ray: NDArray[np.float32], x: np.float32, y: np.float32, depth_m: np.f
     dy = ray[1, 0] * x + ray[1, 1] * y + ray[1, 2]
     dz = ray[2, 0] * x + ray[2, 1] * y + ray[2, 2]
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
-    cells = depth_m * length * pixel_rad / max(-dz / length, _LEAST_SINE) * _PER_CELL
+    cells = depth_m * length * pixel_rad / max(-dz / length, LEAST_SINE) * _PER_CELL
     level = 0
     while level < LEVELS - 1 and cells > 1.5:
         cells *= 0.5
@@ -279,7 +245,7 @@ def _level(ray: NDArray[np.float32], x: np.float32, y: np.float32, depth_m: np.f
     return level
 
 
-def sea_arrays(sea: Sea, table: NDArray[np.float32], mirror: MirrorArrays) -> SeaArrays:
+def sea_arrays(sea: Sea, table: NDArray[np.float32], mirror: MirrorArrays, sun: GlitterArrays) -> SeaArrays:
     """Return a sea as it is now; ``table`` is that of its temperature and sky."""
     return SeaArrays(
         sea.body.index,
@@ -288,4 +254,5 @@ def sea_arrays(sea: Sea, table: NDArray[np.float32], mirror: MirrorArrays) -> Se
         np.float32(band_radiance(sea.temperature_k)),
         np.float32(sea.waves.state.fine_slope),
         mirror,
+        sun,
     )

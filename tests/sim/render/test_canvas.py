@@ -71,7 +71,7 @@ MOVES = st.lists(
 
 
 @given(st.lists(st.tuples(MOVES, st.sampled_from([0, 0, 0, 0, 0, 1])), min_size=6, max_size=14))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_pictures_in_sequence_equal_pictures_drawn_whole(world, steps):
     raster = Raster(world)
     for moves, view in steps:

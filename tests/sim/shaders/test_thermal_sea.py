@@ -5,14 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.constants import Boltzmann, Planck, speed_of_light
+from scipy.integrate import quad
 
 from sim.optics import PinholeCamera, project, ray_of_pixel
 from sim.render.protocol import create_renderer
 from sim.shaders.thermal import ThermalShader
+from sim.shaders.thermal_glitter import glitter, glitter_arrays, may_glitter
 from sim.shaders.thermal_mirror import image_of, mirror_arrays
-from sim.shaders.thermal_sea import SINES, SLOPES, STEEPEST, Sea, levels_of, radiance_table
+from sim.shaders.thermal_sea import Sea
+from sim.shaders.thermal_sea_tables import SINES, SLOPES, STEEPEST, levels_of, radiance_table
 from sim.thermal.radiance import band_radiance
-from sim.thermal.sky import Air, sky_radiance
+from sim.thermal.sky import Air, air_mass, sky_radiance
 from sim.thermal.water import reflectance
 from sim.thermal.waves import CELLS, LEVELS, SeaState, SeaWaves
 from sim.world import World
@@ -129,3 +133,36 @@ def test_the_image_of_a_camera_sees_mirrored_points_in_mirrored_rows():
     np.testing.assert_allclose(found[:, 0], arrays.across + arrays.scale * straight[:, 0], atol=1e-4)
     np.testing.assert_allclose(found[:, 1], arrays.down - arrays.scale * straight[:, 1], atol=1e-4)
     assert np.linalg.det(T_world_image[:3, :3]) == pytest.approx(1.0)
+
+
+def test_the_sun_glitters_where_facets_mirror_it():
+    # Facets are drawn one by one: those that mirror the sun's disc, blown up to 3 degrees, show it.
+    rng, fine, disc = np.random.default_rng(4), 0.1, np.radians(3.0)
+    towards = np.array([0.8, 0.15, 0.6])
+    towards /= np.linalg.norm(towards)
+    sun = glitter_arrays(towards.astype(np.float32), AIR)
+    outside = quad(_planck_of_sun, 8e-6, 14e-6)[0] * 6.8e-5
+    passed = (1 - AIR.zenith_emissivity) ** float(air_mass(towards[2]))
+    assert float(sun.irradiance) == pytest.approx(outside * passed, rel=1e-3)
+    grazing = np.radians(25.0)
+    view = np.array([-np.cos(grazing), 0.0, np.sin(grazing)])
+    slopes = rng.normal((0.02, -0.03), fine, (400_000, 2))
+    normals = np.column_stack([-slopes, np.ones(len(slopes))])
+    tilt = 1.0 / np.linalg.norm(normals, axis=1)
+    facing = (normals @ view) * tilt
+    mirrored = 2.0 * facing[:, None] * normals * tilt[:, None] - view
+    hits = mirrored @ towards > np.cos(disc)
+    disc_radiance = float(sun.irradiance) / (2 * np.pi * (1 - np.cos(disc)))
+    shown = np.where(hits, facing / tilt * reflectance(np.clip(facing, 0, 1)), 0.0)
+    wanted = disc_radiance * shown.mean() / np.sin(grazing)
+    one, zero = np.float32(1), np.float32(0)
+    found = glitter(sun, one, zero, *(np.float32(x) for x in (np.sin(grazing), 0.02, -0.03, fine)))
+    assert found == pytest.approx(wanted, rel=0.05)
+    assert may_glitter(sun, one, zero, np.float32(np.sin(grazing)), np.float32(fine))
+    assert not may_glitter(sun, zero, one, np.float32(np.sin(grazing)), np.float32(fine))
+    assert glitter_arrays(-towards.astype(np.float32), AIR).irradiance == 0
+
+
+def _planck_of_sun(wavelength_m: float) -> float:
+    photon = Planck * speed_of_light / (wavelength_m * Boltzmann * 5772.0)
+    return 2 * Planck * speed_of_light**2 / wavelength_m**5 / np.expm1(photon)
