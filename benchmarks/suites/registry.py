@@ -66,8 +66,7 @@ class Metric:
     """One metric of a suite, as it stands in ``summary.json``.
 
     Attributes:
-        name: in the summary.
-        summary: one line of definition.
+        name: in the summary. summary: one line of definition.
         unit: ``fraction``, ``m``, ``px``, ``frames`` …
         better: better direction. rows: metrics of its rows; () = rows of its own name.
         statistic: how rows become one number, see ``benchmarks.scores.pooling``.
@@ -122,8 +121,7 @@ class EventWords:
     """A suite's description of its events, the parts of an episode with rows of their own.
 
     Attributes:
-        name: in the plural, in words.
-        key: column of the event's attributes in rows.
+        name: in the plural, in words. key: column of the event's attributes in rows.
         tests: groups of events in comparisons of two trackers: name in words -> test of an event's attributes.
         compared: metrics of single events in comparisons.
         describe: returns one line about all events of a condition: numbers and kinds.
@@ -169,8 +167,7 @@ class Suite:
         headline: metrics of the leaderboard on the terminal; the first one ranks.
         compared: metrics of the comparison of ours with each other contestant.
         tuned_for: objective of tuning: the sum of these metrics times these factors.
-        events: parts of an episode with rows of their own.
-        silence: score of a frame without an answer, in words.
+        events: parts of an episode with rows of their own. silence: score of a frame without an answer, in words.
         figures: draws the report's plots from rows by tracker, in the given styles.
         picture: writes a picture of the trackers ``shown`` for the report.
         facts: table of the report about the episodes themselves.

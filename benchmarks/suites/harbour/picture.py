@@ -24,8 +24,8 @@ _AFTER_FRAMES = (3, 30)
 _CELL_WIDTH_PX = 900
 _CAPTION = (
     "the earliest arrival that can be seen and stays for 8 frames, on its fourth frame and a minute after its first. "
-    "Left the thermal picture with 3-D boxes, right all of it from above, the camera below. Blue: intruders. Orange: tracks "
-    "on one. Red: false alarms and their causes. Grey: neither right nor wrong."
+    "Left the thermal picture with 3-D boxes, right all of it from above, the camera below. Blue: intruders. Orange: "
+    "tracks on one. Red: false alarms and their causes. Grey: neither right nor wrong."
 )
 
 
