@@ -38,8 +38,7 @@
                         ``back_frame`` is the first frame after an occlusion on which half of the target is seen;
                         null if it was hidden again, or the episode ended, before that, and of other events. A
                         change of light is the two seconds from its beginning on.
-``event``               suite ``fish``: null, or the gap of a fish, see ``suites.fish.links.FishGap``
-``event``               suite ``harbour``: null, or the visit of an intruder, see ``suites.harbour.visits.Visit``
+``event``               suites ``fish`` and ``harbour``: null, or ``fish.links.FishGap`` or ``harbour.visits.Visit``
 ``event``               suite ``follow``: null for rows about the whole episode; else the loss that the row is
                         about::
 
@@ -110,9 +109,7 @@ pair whose right picture is not lost, over pixels that both cameras see:
 GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is there).
 
 Rows of suite ``fish`` are defined in its modules: ``judge.chain_scores``, ``link_scores``, ``gap_scores``, ``motion``,
-``timelines``; ``_at_once`` marks the immediate answers of a tracker that revises them.
-
-Rows of suite ``harbour`` are defined in its modules: ``found``, ``alarms``, ``sizes``, ``identity_scores``.
+``timelines``; ``_at_once`` marks immediate answers; of suite ``harbour``: ``found``, ``alarms``, ``sizes`` ….
 
 Rows of suite ``follow``, formulas in ``metrics.following`` and ``scores.view_time``; about a loss: ``recovery_frames``
 (from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
