@@ -147,7 +147,7 @@ class Bench:
         """
         linked = self.link == "prompt" or wanted.judges_controllers
         check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(self.link))
-        presets = names(self.preset) or (wanted.quick_preset if self.quick else wanted.preset,)
+        presets = names(self.preset) or ((wanted.quick_preset,) if self.quick else ())
         asked = (names(self.scenario), presets, names(self.trackers), names(self.controllers))
         chosen = parties(wanted, *asked, variants=not self.quick)
         experiments = [

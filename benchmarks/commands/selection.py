@@ -44,7 +44,7 @@ def parties(
     Args:
         scenarios, trackers, steering: users' names; () = all scenarios of the suite, the scenario's trackers, and all
             controllers where they are contestants.
-        presets: names, at least one. variants: whether ablations are included by default.
+        presets: names; () = each scenario's default. variants: whether ablations are included by default.
 
     Raises:
         ValueError: for scenarios that the suite does not have.
@@ -77,6 +77,8 @@ def _scenes(suite: Suite, scenarios: Sequence[str], presets: Sequence[str]) -> d
         if name not in scenes:
             raise ValueError(f"scenario: expected one of {', '.join(scenes)}; got {name!r}")
     chosen = [scene for scenario, scene in scenes.items() if scenario in (given or scenes)]
+    if not presets:
+        return {scene: (scene.preset or suite.preset,) for scene in chosen}
     shares = _shared(presets, [catalog.scenario(scene.scenario).presets.__contains__ for scene in chosen])
     return {scene: share for scene, share in zip(chosen, shares, strict=True) if share}
 

@@ -147,12 +147,14 @@ class Scene:
         scenario: catalogue id without version.
         trackers_of: name of the suite whose trackers take part; "" = its own. trackers: default ones; () = all.
         drawing: makes the drawing of an episode; None: another suite's, or the larger view.
+        preset: default one; "" = the suite's.
     """
 
     scenario: str
     trackers_of: str = ""
     trackers: tuple[str, ...] = ()
     drawing: Callable[[Episode], Drawing] | None = None
+    preset: str = ""
 
 
 @dataclass(frozen=True, slots=True)

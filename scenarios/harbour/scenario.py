@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from scenarios.harbour.episode import TARGET, HarbourEpisode
 from scenarios.harbour.head import HEAD
 from scenarios.harbour.presets import PRESETS, Harbour
 from scenarios.scenario import RendererName, preset_of
 from scenarios.truth import TruthExtent
-from sim.checks import check
 from sim.rng import episode_seed
 from trackers.types import Carrier
 
@@ -39,20 +38,18 @@ class HarbourScenario:
 
         Args:
             seed: any whole number >= 0; 10,000 to 19,999 is the test split.
-            closed_loop: whether commands steer the second camera, which follows the first of ``patrols``; None = as in
-                the preset.
+            closed_loop: whether commands steer the second camera, which follows the first of ``patrols``, of whom there
+                then is at least one; None = as in the preset.
             truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
 
         Raises:
-            ValueError: for an unknown preset or renderer, a negative seed, or a closed loop without ``patrols``.
+            ValueError: for an unknown preset or renderer, or a negative seed.
         """
         configuration = preset_of(self, preset)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         if looped:
-            patrols = configuration.patrols
-            check(
-                "patrols", patrols > 0, "at least 1, whom the second camera follows from the first picture on", patrols
-            )
+            # A camera that follows needs someone to follow from the first picture on.
+            configuration = replace(configuration, patrols=max(configuration.patrols, 1))
         return HarbourEpisode(configuration, episode_seed(seed, self.id, 0), renderer, looped, truth)
 
 

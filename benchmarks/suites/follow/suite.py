@@ -23,6 +23,7 @@ FOLLOW = Suite(
         Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf")),
         Scene("stereo-follow", "stereo", ("stereo_people", "stereo_wb_shutter_gain")),
         Scene("fish-tank", "fish", ("shoal_chain", "ca_kalman")),
+        Scene("harbour", "harbour", ("harbour_watch", "eigen_swarm"), preset="patrol"),
     ),
     preset="standard",
     quick_preset="quick",

@@ -22,7 +22,7 @@ STANDARD = ("standard",)
 
 def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
     chosen = parties(FOLLOW, (), STANDARD, (), (), variants=True)
-    assert [party.scenario for party in chosen] == ["road-town-v1", "stereo-follow-v1", "fish-tank-v1"]
+    assert [party.scenario for party in chosen] == ["road-town-v1", "stereo-follow-v1", "fish-tank-v1", "harbour-v1"]
     for party in chosen:
         roles = [entrants()[name].role for name in party.trackers]
         assert roles == ["ours", "as-written"]
@@ -52,6 +52,12 @@ def test_presets_go_where_they_are_known() -> None:
     assert chosen("quick", "paper-b1", "hard") == [(people, ("quick", "hard")), (sheets, ("paper-b1",))]
     # What no scenario has is refused by the first one's.
     assert chosen("nix", "paper-b1") == [(people, ("nix",)), (sheets, ("paper-b1",))]
+
+
+def test_without_presets_each_scenario_has_its_default() -> None:
+    presets = {party.scenario: party.presets for party in parties(FOLLOW, (), (), (), (), variants=True)}
+    assert presets["road-town-v1"] == presets["fish-tank-v1"] == ("standard",)
+    assert presets["harbour-v1"] == ("patrol",)
 
 
 def test_what_nobody_knows_is_kept_to_be_refused() -> None:

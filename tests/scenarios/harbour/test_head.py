@@ -106,6 +106,11 @@ def test_a_head_obeys_within_its_limits() -> None:
     assert np.linalg.det(R) > 0.99
 
 
-def test_without_someone_to_follow_there_is_no_closed_loop() -> None:
-    with pytest.raises(ValueError, match=r"^patrols: expected at least 1, whom the second camera follows"):
-        HARBOUR.episode("paper-d", 0, closed_loop=True)
+def test_in_closed_loop_there_is_always_someone_to_follow() -> None:
+    preset = dataclasses.replace(PRESETS["standard"], frame_count=80)
+    followed, apart = (HARBOUR.episode(preset, 1, closed_loop=looped) for looped in (True, False))
+    target = followed._intruders.names.index(TARGET)
+    assert followed._intruders.present[:, target].all()
+    assert not apart._intruders.present[:, apart._intruders.names.index(TARGET)].all()
+    followed.close()
+    apart.close()
