@@ -17,10 +17,10 @@ HEAD = Carrier(
     "around",
 )
 """Limits are those of a surveillance head with a motor zoom."""
-LENS = PinholeCamera.from_field_of_view(384, 288, float(np.deg2rad(12.0)))
-"""Of its camera at zoom 1: at 100 m it sees 21 m, and a person 30 pixels tall."""
+LENS = PinholeCamera.from_field_of_view(384, 288, float(np.deg2rad(5.0)))
+"""Of its camera at zoom 1: at 100 m it sees 9 m, and a person 75 pixels tall."""
 PLACE_M = (CAMERA_M[0], CAMERA_M[1] - 0.8, CAMERA_M[2] - 0.5)
-_LOWEST_RAD, _HIGHEST_RAD, _WIDEST_PAN_RAD, _ZOOM = -0.9, 0.1, 0.9, (1.0, 4.0)
+_LOWEST_RAD, _HIGHEST_RAD, _WIDEST_PAN_RAD, _ZOOM = -0.9, 0.1, 0.9, (0.5, 3.0)
 
 
 class Head:

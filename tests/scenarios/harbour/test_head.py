@@ -48,7 +48,7 @@ def test_commands_keep_the_target_in_the_second_camera_and_its_truth_is_that_cam
     assert frame.steered is truth
     check_truth(truth)
     assert truth.state[target] == "in"
-    assert np.abs(truth.position_px[target] - camera.centre_px).max() < 60
+    assert np.abs(truth.position_px[target] - camera.centre_px).max() < 120
     # Both cameras see the same place.
     for seen, by in ((truth, camera), (frame.truth, frame.camera)):
         place = seen.T_world_object[target, :3, 3] + 0.5 * seen.size_m[target, 2] * seen.T_world_object[target, :3, 2]
@@ -99,7 +99,7 @@ def test_a_head_obeys_within_its_limits() -> None:
         head.obey(CameraCommand(pan_rad_s=9.0, tilt_rad_s=-9.0, zoom_per_s=9.0))
     assert head.pan_rad < 1.0
     assert head.tilt_rad > -1.0
-    assert head.camera.focal_px == pytest.approx(4.0 * LENS.focal_px)
+    assert head.camera.focal_px == pytest.approx(3.0 * LENS.focal_px)
     assert [axis.name for axis in HEAD.axes] == ["pan_rad_s", "tilt_rad_s", "zoom_per_s"]
     R = head.T_world_camera[:3, :3]
     np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
