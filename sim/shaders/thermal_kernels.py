@@ -107,13 +107,13 @@ def thermal_row(
     than needless pixels.
     """
     kept, out, ids, depth_m = light.kept, radiance[0], surfaces.instance_id, surfaces.depth_m
-    runs, lasts = find_runs(ids, scratch.firsts), False
+    runs, varies = find_runs(ids, scratch.firsts), False
     for run in range(runs):
         body = ids[scratch.firsts[run]]
-        lasts |= body == SKY or light.moves[body]
+        varies |= body == SKY or light.moves[body]
     is_same = _is_same(kept.depth_m[row], kept.instance_id[row], depth_m, ids)
     is_current = kept.version[row] == light.version
-    if is_same and is_current and not lasts:
+    if is_same and is_current and not varies:
         _copy_row(kept.radiance[row], out)
         return
     if not is_same:
