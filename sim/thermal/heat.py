@@ -85,7 +85,7 @@ def course(surfaces: Sequence[Surface], weather: Weather, first_hour: float, las
     """
     check("last_hour", last_hour > first_hour, f"a number > first_hour = {first_hour:g}", last_hour)
     before = round(_SPIN_UP_H / STEP_H)
-    hours: NDArray[np.float64] = first_hour + STEP_H * (
+    hours = np.asarray(first_hour + STEP_H * (np.arange(steps) - before), dtype=np.float64)
         np.arange(before + int((last_hour - first_hour) / STEP_H) + 2) - before
     )
     balance = Balance(surfaces, weather, hours)
