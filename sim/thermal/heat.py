@@ -85,9 +85,8 @@ def course(surfaces: Sequence[Surface], weather: Weather, first_hour: float, las
     """
     check("last_hour", last_hour > first_hour, f"a number > first_hour = {first_hour:g}", last_hour)
     before = round(_SPIN_UP_H / STEP_H)
+    steps = before + int((last_hour - first_hour) / STEP_H) + 2
     hours = np.asarray(first_hour + STEP_H * (np.arange(steps) - before), dtype=np.float64)
-        np.arange(before + int((last_hour - first_hour) / STEP_H) + 2) - before
-    )
     balance = Balance(surfaces, weather, hours)
     kelvin = np.empty((len(hours), 2, len(surfaces)))
     kelvin[0] = weather.mean_air_k
