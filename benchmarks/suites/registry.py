@@ -54,9 +54,7 @@ Statistic = Literal[
     "froc",
 ]
 Condition = tuple[str, str, str, str, str]
-"""Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link where controllers are
-contestants.
-"""
+"""Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link if controllers compete."""
 Name = Literal["tracker", "controller"]
 EventTest = Callable[[dict[str, Any]], bool]
 
