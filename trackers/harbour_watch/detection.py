@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.harbour_watch.boxes import BoxFilters
-from trackers.harbour_watch.edges import refined
+from trackers.harbour_watch.edges import refined, side_by_side
 
 Picture = NDArray[np.float32]
 
@@ -70,14 +70,19 @@ class Detector:
         peaks = np.argwhere((best >= self._least) & (best == cv2.dilate(best, np.ones((5, 3), np.uint8))))
         if not len(peaks):
             return []
+        owner = _owners(best.shape, known)
         labels, pieces = self._pieces(strength[_PIECE], known)
         found: list[Region] = []
         for i, j in peaks[np.argsort(-best[tuple(peaks.T)], kind="stable")]:
             k = int(strength[:, i, j].argmax())
-            region = self._region(scaled[k, i, j], k, i, j, labels, pieces)
+            region, whose = self._region(scaled[k, i, j], k, i, j, labels, pieces, owner)
             if not any(_shared(region.box_xyxy, other.box_xyxy) > _SAME for other in found):
-                found.append(replace(region, box_xyxy=refined(deviation, region.box_xyxy)))
-            if len(found) == _MOST_REGIONS:
+                alone = deviation if not known else np.where(owner == whose, deviation, np.float32(0.0))
+                boxes = [refined(alone, region.box_xyxy)]
+                if whose < 0:
+                    boxes = side_by_side(alone, boxes[0], float(self._px_per_m[i]))
+                found += [replace(region, box_xyxy=box) for box in boxes]
+            if len(found) >= _MOST_REGIONS:
                 break
         return found
 
@@ -97,19 +102,38 @@ class Detector:
         return labels, stats
 
     def _region(
-        self, value: float, k: int, i: int, j: int, labels: NDArray[np.int32], pieces: NDArray[np.int32]
-    ) -> Region:
-        """Return the region of a peak: the pieces under its box, or the box itself if there are none."""
+        self,
+        value: float,
+        k: int,
+        i: int,
+        j: int,
+        labels: NDArray[np.int32],
+        pieces: NDArray[np.int32],
+        owner: NDArray[np.int16],
+    ) -> tuple[Region, int]:
+        """Return the region of a peak, the pieces under its box, or the box itself if there are none; and its owner."""
         half, tall = int(self.filters.half_px[k, i]), int(self.filters.tall_px[k, i])
         x0, y0, x1, y1 = max(0, j - half), max(0, i + 1 - tall), min(labels.shape[1], j + half + 1), i + 1
         under = np.bincount(labels[y0:y1, x0:x1].ravel(), minlength=len(pieces))[: len(pieces)]
         under[0] = 0
         hit = np.flatnonzero(under >= 2)
-        box = np.array([x0, y0, x1, y1], float)
+        box, whose = np.array([x0, y0, x1, y1], float), int(owner[(y0 + y1) // 2, j])
         if len(hit):
             left, top, wide, high, _ = pieces[hit].T
+            owners = owner[top + high // 2, left + wide // 2]
+            whose = int(owners[under[hit].argmax()])
+            left, top, wide, high = (each[owners == whose] for each in (left, top, wide, high))
             box = np.array([left.min(), top.min(), (left + wide).max(), (top + high).max()], float)
-        return Region(box, float(abs(value)), 1 if value > 0 else -1, int(under.sum()))
+        return Region(box, float(abs(value)), 1 if value > 0 else -1, int(under.sum())), whose
+
+
+def _owners(shape: tuple[int, ...], known: Sequence[NDArray[np.float64]]) -> NDArray[np.int16]:
+    """Return the index (H, W) of the known box in which a pixel lies; -1 outside."""
+    owner = np.full(shape, -1, np.int16)
+    for k, box in enumerate(known):
+        x0, y0, x1, y1 = np.clip(np.round(box), -10, max(shape) + 10).astype(int).tolist()
+        cv2.rectangle(owner, (x0 - 1, y0 - 1), (x1, y1), k, cv2.FILLED)
+    return owner
 
 
 def _shared(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:

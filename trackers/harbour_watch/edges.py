@@ -8,8 +8,15 @@ from numpy.typing import NDArray
 _PAD_PX = 3
 _NOISE = 1.5
 """Deviations that are taken off: less is noise."""
-_FRACTION = 0.25
-"""Share of a profile's high values at which its edge lies: a head is narrower than shoulders, and legs are colder."""
+_ACROSS, _UPRIGHT, _LOW = 0.25, 0.15, 0.3
+"""Share of the high values of a profile at which an edge lies: of the columns, and of the rows of a body that is higher
+than wide, whose head is narrow and whose legs are cold, and of others."""
+_TWO_M, _TALL = (0.75, 1.7), 0.7
+"""Widths of two people side by side, from shoulder in shoulder to an arm's length apart; least height by width."""
+_ONE_M = 0.3
+"""Least width of each."""
+_VALLEY = 0.6
+"""Depth of the profile between them, by the lower of both."""
 _HIGH = 80.0
 """Percentile of the profile that stands for the body."""
 
@@ -28,16 +35,41 @@ def refined(deviation: NDArray[np.float32], box_xyxy: NDArray[np.float64]) -> ND
     if strong.size < 4:
         return box_xyxy
     part = np.maximum(np.minimum(part, np.median(strong)) - _NOISE, 0.0)
-    columns, rows = _ends(part.sum(axis=0)), _ends(part.sum(axis=1))
+    along = _UPRIGHT if box_xyxy[3] - box_xyxy[1] > box_xyxy[2] - box_xyxy[0] else _LOW
+    columns, rows = _ends(part.sum(axis=0), _ACROSS), _ends(part.sum(axis=1), along)
     if columns is None or rows is None:
         return box_xyxy
     return np.array([x0 + columns[0], y0 + rows[0], x0 + columns[1], y0 + rows[1]])
 
 
-def _ends(profile: NDArray[np.float32]) -> tuple[float, float] | None:
+def side_by_side(
+    deviation: NDArray[np.float32], box_xyxy: NDArray[np.float64], px_per_m: float
+) -> list[NDArray[np.float64]]:
+    """Return the boxes (4,) of two people who walk side by side, or the one box.
+
+    A region as wide as two people is parted where the profile of its columns has a valley.
+    """
+    x0, y0, x1, y1 = np.round(box_xyxy).astype(int)
+    x0, y0 = max(x0, 0), max(y0, 0)
+    low, high = (round(each * px_per_m) for each in _TWO_M)
+    if not (low <= x1 - x0 <= high and y1 - y0 >= _TALL * (x1 - x0)):
+        return [box_xyxy]
+    part = np.abs(deviation[y0:y1, x0:x1])
+    profile = np.maximum(part - _NOISE, 0.0).sum(axis=0)
+    third = len(profile) // 4
+    at = third + int(profile[third : len(profile) - third].argmin())
+    if not 0 < at < len(profile) - 1 or profile[at] > _VALLEY * min(profile[:at].max(), profile[at + 1 :].max()):
+        return [box_xyxy]
+    middle, least = x0 + at + 0.5, _ONE_M * px_per_m
+    if min(middle - box_xyxy[0], box_xyxy[2] - middle) < least:
+        return [box_xyxy]
+    return [np.array([box_xyxy[0], y0, middle - 0.5, y1]), np.array([middle + 0.5, y0, box_xyxy[2], y1])]
+
+
+def _ends(profile: NDArray[np.float32], share: float) -> tuple[float, float] | None:
     """Return where a profile (N,) rises and falls through a share of its high values; pixel n covers [n, n + 1)."""
     high = profile[profile > 0.1 * profile.max()]
-    level = _FRACTION * float(np.percentile(high, _HIGH)) if len(high) else 0.0
+    level = share * float(np.percentile(high, _HIGH)) if len(high) else 0.0
     above = np.flatnonzero(profile >= level)
     if level <= 0.0 or not len(above):
         return None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.harbour_watch.box_model import STATE, linearised
-from trackers.harbour_watch.classes import BIRD, KINDS, Kind
+from trackers.harbour_watch.classes import BIRD, BOAT, CAR, KINDS, Kind
 from trackers.harbour_watch.heading import Heading
 from trackers.harbour_watch.sightings import Sighting
 from trackers.site.view import SiteView
@@ -24,6 +24,9 @@ _ALIKE = 3.0
 _OUTLIER = 2.0
 """Deviations from which an edge counts less: feet behind a car, a head before a warm wall."""
 _MIDDLE = np.array([[0.5, 0.0, 0.5, 0.0], [0.0, 0.5, 0.0, 0.5]])
+_STILL_MPS, _RESTS, _AT_REST_MPS2 = 0.25, 4, 0.03
+"""Speed below which a car or boat stands, after how many pictures it is taken to stay, and its acceleration then."""
+_PARKS = (CAR, BOAT)
 _SURE = 0.5
 """Probability from which a region tells a track's heading and class."""
 _KIND_FORGETS = 0.95
@@ -43,6 +46,7 @@ class Mark:
         log_kinds: (4,) log likelihoods of ``KINDS``. kind: the one whose sizes were its prior.
         heading: which way it points.
         seen_px: (4,) its last region. view: of the camera. missed_frames: pictures since then.
+        still_frames: pictures in a row on which it stood still.
     """
 
     identity: int
@@ -56,6 +60,7 @@ class Mark:
     view: SiteView
     heading: Heading = field(default_factory=Heading)
     missed_frames: int = 0
+    still_frames: int = 0
     expected_px: Array = field(default_factory=lambda: np.zeros(4))
     _jacobian: Array = field(default_factory=lambda: np.zeros((4, STATE)))
     _base_m: float = 0.0
@@ -89,7 +94,9 @@ class Mark:
         motion[[0, 1], [2, 3]] = dt_s
         pushed[[0, 1], [0, 1]], pushed[[2, 3], [0, 1]] = 0.5 * dt_s**2, dt_s
         self.state = motion @ self.state
-        self.covariance = motion @ self.covariance @ motion.T + self.kind.acceleration_mps2**2 * pushed @ pushed.T
+        is_parked = self.kind in _PARKS and self.still_frames >= _RESTS
+        acceleration = _AT_REST_MPS2 if is_parked else self.kind.acceleration_mps2
+        self.covariance = motion @ self.covariance @ motion.T + acceleration**2 * pushed @ pushed.T
         self.heading.turn()
         p = self.probability * survives
         self.log_odds = float(np.log(p / (1.0 - p)))
@@ -100,9 +107,12 @@ class Mark:
         NaN behind the camera.
         """
         self._base_m = base_m
-        self.expected_px, self._jacobian = linearised(
-            self.state, self.heading.likeliest_rad, base_m, self.kind.roof, self.view
-        )
+        box, jacobian = linearised(self.state, self.heading.likeliest_rad, base_m, self.kind.roof, self.view)
+        sides = np.tile([self.view.camera.width_px, self.view.camera.height_px], 2)
+        inside = (box > 0.0) & (box < sides)
+        # The picture's border cuts the region off: that edge tells nothing.
+        self.expected_px = np.clip(box, 0.0, sides)
+        self._jacobian = jacobian * inside[:, None]
 
     def expected_middle(self) -> tuple[Array, Array]:
         """Return the expected middle (2,) of a region and its covariance (2, 2), pixels."""
@@ -128,6 +138,7 @@ class Mark:
         self._found = _FOUND_FORGETS * self._found + (1.0 - _FOUND_FORGETS) * 5.0 * np.array([hit, 1.0 - hit])
         self.missed_frames += 1
         if sighting is None:
+            self.still_frames = 0
             return
         self.heading.look(
             sighting.region.box_xyxy, self.state, self.covariance, self._base_m, self.kind.roof, self.view
@@ -140,6 +151,8 @@ class Mark:
             for weight, x, p in ((hit, state, covariance), (1.0 - hit, self.state, self.covariance))
         ]
         self.state, self.covariance = mean, mixed[0] + mixed[1]
+        is_still = float(np.hypot(*self.state[2:4])) < _STILL_MPS
+        self.still_frames = self.still_frames + 1 if is_still else 0
         if hit > _SURE:
             self._recognise(sighting)
 

@@ -20,7 +20,7 @@ def body(x0, y0, x1, y1, sign=1.0):
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("shift", [0.0, 0.25, 0.5, 0.75])
 def test_edges_are_found_within_a_pixel_however_the_body_lies(shift, sign):
-    """A sharp body is found larger by half a pixel at each side: the share is that of bodies that fade at their ends."""
+    """A sharp body is found half a pixel larger at each side: the share is that of bodies that fade at their ends."""
     true = np.array([30.0 + shift, 20.0 + shift, 36.5 + shift, 33.5 + shift])
     found = refined(body(*true, sign), np.round(np.add(true, (-1.0, -1.0, 2.0, 1.0))))
     outside = (found - true) * [-1.0, -1.0, 1.0, 1.0]
