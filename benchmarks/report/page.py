@@ -139,6 +139,8 @@ def _section(
     notes = {"blind": WHAT_BLIND_MEANS, "oracle": scores.oracles}
     styles = line_styles(ranked)
     drawn = {name: rows for name, rows in contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
+    # A suite's own references are there for its figures, whatever their role.
+    own = {name: contestants[name] for each in scores.references if (name := each.name) in contestants}
     return Section(
         name="-".join(filter(None, condition)),
         title=f"{scenario} · {preset} · {steering_words(condition)} · {renderer}",
@@ -152,7 +154,7 @@ def _section(
         everything=everything,
         facts=None if scores.facts is None else facts_table(scores.facts, contestants),
         ours=next((name for name, role in ranked if role == "ours"), None),
-        plots=(*scores.figures(drawn, styles), *_speed_plot(summary, styles)),
+        plots=(*scores.figures(drawn | own, styles), *_speed_plot(summary, styles)),
         legend=tuple((name, role, styles[name]) for name, role in ranked if role in _DRAWN_ROLES),
         pictures=tuple(picture for picture in pictures if picture.condition == condition),
     )

@@ -34,8 +34,13 @@ _CONTRASTS = SEEABLE * 2.0 ** np.arange(-2, 12)
 """Ends of the classes of contrast to noise, octaves."""
 
 
-def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    """Return the FROC curves, detection by contrast to noise, and false alarms by cause."""
+def figures(contestants: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
+    """Return the FROC curves, detection by contrast to noise and by number of pictures, and false alarms by cause.
+
+    Trackers that learn from few pictures stand in the figure about these alone.
+    """
+    few = {each.name for each in TAUGHT_BY_FEW.values()}
+    drawn = {name: rows for name, rows in contestants.items() if name not in few}
     made = []
     lines = {name: curve for name, rows in drawn.items() if (curve := froc_curve(rows)) is not None}
     if lines:
@@ -54,7 +59,7 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
         )
         svg = plots.plot_shares(lines, styles, "contrast to noise", "found")
         made.append(Plot("What contrast does it take?", words, svg))
-    lines = {name: curve for name in drawn if (curve := by_pictures(drawn, name)) is not None}
+    lines = {name: curve for name in drawn if (curve := by_pictures(contestants, name)) is not None}
     if lines:
         words = (
             "Detection rate, mean over the logarithm of the false alarms from 1 to 100 an hour, of trackers that get "

@@ -92,7 +92,8 @@ def test_most_alarms_by_moored_boats() -> None:
 def test_both_methods_have_their_figures(tmp_path: Path) -> None:
     both = [row for name in EXPERIMENT.trackers for row in rows(PRINTED, {}, name)]
     found = [
-        row | {"metric": "found", "event": row["event"] | {"contrast_to_noise": 30.0, "length_frames": 3}}
+        row
+        | {"metric": "found", "event": row["event"] | {"contrast_to_noise": 30.0, "first_frame": 5, "length_frames": 3}}
         for row in both
     ]
     plots = EXPERIMENT.show(tmp_path, [row | {"versions": {}} for row in [*both, *found]], range(1), "raster")

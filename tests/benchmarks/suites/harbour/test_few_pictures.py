@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.report.palette import line_styles
 from benchmarks.scores import froc
 from benchmarks.suites.harbour.few_pictures import COUNTS, TAUGHT_BY_FEW, FewPictures
-from benchmarks.suites.harbour.figures import by_pictures
+from benchmarks.suites.harbour.figures import by_pictures, figures
 from scenarios.loop import ManyFromPictures
 from tests.benchmarks.suites.harbour.hand_made import frame_of, truth_of
 from trackers import registry
@@ -71,3 +72,6 @@ def test_the_figure_has_a_point_for_each_number() -> None:
     assert (curve.x.tolist(), curve.y.tolist()) == ([25.0, 400.0], [0.2, 0.8])
     assert by_pictures(drawn, "harbour_watch") is None
     assert by_pictures(drawn, "eigen_swarm_25_pictures") is None
+    styles = line_styles([("eigen_swarm", "as-written"), ("harbour_watch", "ours")])
+    titles = [plot.title for plot in figures(drawn, styles)]
+    assert titles == ["How many false alarms does a find cost?", "How many pictures does it take?"]
