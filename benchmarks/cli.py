@@ -26,6 +26,7 @@ _COMMANDS = {
     "tune": ("benchmarks.commands.tune", "Tune"),
     "learn-colours": ("benchmarks.commands.learn_colours", "LearnColours"),
     "learn-swims": ("benchmarks.commands.learn_swims", "LearnSwims"),
+    "learn-harbour": ("benchmarks.commands.learn_harbour", "LearnHarbour"),
 }
 """Sub-command → module and the frozen dataclass whose fields are its options."""
 
@@ -42,6 +43,7 @@ _SUMMARIES = {
     "tune": "search parameters of trackers and controllers on development seeds",
     "learn-colours": "learn colour models of road, building and other from development towns",
     "learn-swims": "learn from simulated swims what gap methods ship",
+    "learn-harbour": "learn from episodes of the harbour what its baselines ship",
 }
 _STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
 _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}

@@ -53,6 +53,7 @@ _MODULES = (
     "trackers.harbour_watch.tracker",
     "trackers.paper_d.tracker",
     "trackers.baselines.ground_foreground",
+    "trackers.blind.harbour_blind",
 )
 """Modules that define trackers. Add yours here."""
 

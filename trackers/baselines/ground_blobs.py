@@ -11,10 +11,6 @@ from numpy.typing import NDArray
 from trackers.registry import tunable
 from trackers.site.survey import Site
 
-_LIKELY_HEIGHT_M, _HEIGHT_FACTOR = 1.7, 2.0
-"""People, cars and small boats are about as high; half or twice of that is one standard deviation away."""
-_LEAST_WIDTH_M, _GREATEST_WIDTH_M = 0.3, 8.0
-
 
 @dataclass(frozen=True)
 class BlobParameters:
@@ -42,7 +38,6 @@ class Blob:
         box_xyxy: (4,) in the picture.
         size_m: (3,) its width, twice, and its height.
         strength: root of the sum of squared contrasts to noise over its pixels, >= 0.
-        plausible: in (0, 1], how well the size fits what may come.
     """
 
     place_m: NDArray[np.float64]
@@ -50,7 +45,6 @@ class Blob:
     box_xyxy: NDArray[np.float64]
     size_m: NDArray[np.float64]
     strength: float
-    plausible: float
 
 
 def blobs_of(
@@ -91,9 +85,6 @@ def _standing(box_xywh: NDArray[np.float64], strength: float, site: Site) -> Blo
     width_m, height_m = np.array([width_px, height_px]) * depth_m / site.view.camera.focal_px
     steps_m = (feet_m[1:, :2] - feet_m[0, :2]).T
     covariance_m2 = steps_m @ steps_m.T + (0.25 * width_m) ** 2 * np.eye(2)
-    off = np.log(height_m / _LIKELY_HEIGHT_M) / np.log(_HEIGHT_FACTOR)
-    off_width = np.log(width_m / np.clip(width_m, _LEAST_WIDTH_M, _GREATEST_WIDTH_M)) / np.log(_HEIGHT_FACTOR)
-    plausible = float(np.exp(-0.5 * min(off**2 + off_width**2, 50.0)))
     box_xyxy = np.array([x, y, x + width_px, y + height_px])
     size_m = np.array([width_m, width_m, height_m])
-    return Blob(feet_m[0, :2], covariance_m2, box_xyxy, size_m, strength, plausible)
+    return Blob(feet_m[0, :2], covariance_m2, box_xyxy, size_m, strength)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.baselines.ground_blobs import BlobParameters, blobs_of
-from trackers.baselines.ground_linker import GroundLinker, LinkParameters
+from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters
 from trackers.registry import register, tunable
 from trackers.site.survey import Site, survey
 from trackers.site.volume import WatchedVolume
@@ -53,7 +53,12 @@ class _Foreground:
 
     The contrast of a blob is measured in the noise of each pixel: the median absolute deviation over the pictures of
     the background. It ranks the answers and finds nothing.
+
+    Attributes:
+        decides_at: see ``DecidingTracker``: more likely an intruder than not.
     """
+
+    decides_at = 0.5
 
     def __init__(self, parameters: ForegroundParameters, rng: np.random.Generator) -> None:
         self._parameters, self._rng = parameters, rng
@@ -68,6 +73,11 @@ class _Foreground:
         size = (camera.height_px, camera.width_px)
         greys = [np.ascontiguousarray(each.image_rgb[..., 0]) for each in background]
         self._begin([grey for grey in greys if grey.shape == size], survey(self._parameters.volume, camera, background))
+
+    @property
+    def evidence(self) -> NDArray[np.float64]:
+        """(N, 8) for the N tracks of the latest answer, see ``ground_linker.evidence_of``."""
+        return np.empty((0, len(EVIDENCE))) if self._linker is None else self._linker.evidence
 
     def _begin(self, greys: Sequence[Grey], site: Site | None) -> None:
         self._method = self._subtractor(greys)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from trackers.baselines.ground_blobs import Blob
@@ -17,6 +20,19 @@ _GATE = 13.8
 """Squared Mahalanobis distance that a blob of the object exceeds once in a thousand (chi-square, two dimensions)."""
 _FORBIDDEN = 1e6
 _LEAST_INTERVAL_S, _LONGEST_INTERVAL_S = 0.01, 60.0
+_USUAL_HEIGHT_M, _USUAL_WIDTH_M = 1.7, 0.8
+CONFIDENCE_FILE = "ground_confidence.json"
+EVIDENCE = (
+    "constant",
+    "log_strength",
+    "log_height",
+    "log_height_2",
+    "log_width",
+    "log_width_2",
+    "log_hits",
+    "log_moved",
+)
+"""What the confidence of a track is a logistic regression on, see ``evidence_of``."""
 
 
 @dataclass(frozen=True)
@@ -28,16 +44,12 @@ class LinkParameters:
         acceleration_mps2: of white acceleration.
         most_missed: pictures in a row without a blob after which a track ends.
         least_hits: blobs from which on a track is answered.
-        sure_strength: contrast to noise of a blob at which half of its confidence is reached.
-        hit_doubt: factor of the doubt of a track at each further blob.
     """
 
     start_speed_mps: float = tunable(1.5, 0.3, 8.0, log=True)
     acceleration_mps2: float = tunable(0.3, 0.02, 3.0, log=True)
-    most_missed: int = tunable(3, 0, 30)
+    most_missed: int = tunable(15, 0, 60)
     least_hits: int = tunable(2, 1, 5)
-    sure_strength: float = tunable(20.0, 2.0, 200.0, log=True)
-    hit_doubt: float = tunable(0.8, 0.3, 0.97)
 
 
 class _Target:
@@ -50,6 +62,7 @@ class _Target:
         self.P[:2, :2] = blob.covariance_m2
         self.P[2:, 2:] = start_speed_mps**2 * np.eye(2)
         self.hits, self.missed = 1, 0
+        self.first_m = blob.place_m
 
     def predict(self, interval_s: float, acceleration_mps2: float) -> None:
         F = np.eye(4) + interval_s * np.eye(4, k=2)
@@ -65,17 +78,40 @@ class _Target:
         self.blob, self.hits, self.missed = blob, self.hits + 1, 0
 
 
+def evidence_of(blob: Blob, hits: int, moved_m: float) -> NDArray[np.float64]:
+    """Return the evidence (8,) for a track, in the order of ``EVIDENCE``.
+
+    Contrast to noise, height and width for a person at that distance, age in blobs, and the way that it has come since
+    its first one: moored boats and shadows change where they are.
+    """
+    height, width = np.log(blob.size_m[2] / _USUAL_HEIGHT_M), np.log(blob.size_m[0] / _USUAL_WIDTH_M)
+    strength = np.log(max(blob.strength, 1.0))
+    return np.array([1.0, strength, height, height**2, width, width**2, np.log(hits), np.log1p(moved_m)])
+
+
+def learnt_weights() -> NDArray[np.float64]:
+    """Return the weights (8,) of ``EVIDENCE``, learnt on development seeds."""
+    stored = json.loads(resources.files("trackers.baselines").joinpath(CONFIDENCE_FILE).read_text())
+    return np.array([stored["weights"][name] for name in EVIDENCE])
+
+
 class GroundLinker:
-    """Tracks of objects on the ground plane."""
+    """Tracks of objects on the ground plane.
+
+    Attributes:
+        evidence: (N, 8) of the N tracks of the latest answer.
+    """
 
     def __init__(self, parameters: LinkParameters, view: SiteView) -> None:
         self._parameters, self._view = parameters, view
+        self._weights = learnt_weights()
+        self.evidence = np.empty((0, len(EVIDENCE)))
         self._targets: list[_Target] = []
         self._identities = 0
         self._time_s: float | None = None
 
     def follow(self, blobs: Sequence[Blob], time_s: float) -> list[Track]:
-        """Return the tracks on a picture with these blobs."""
+        """Return the tracks on a picture with these blobs, each with a blob of its own."""
         p = self._parameters
         interval_s = 0.0 if self._time_s is None else time_s - self._time_s
         self._time_s = time_s
@@ -87,8 +123,12 @@ class GroundLinker:
             if k not in taken:
                 self._targets.append(_Target(self._identities, blob, p.start_speed_mps))
                 self._identities += 1
-        tracks = [self._track(each) for each in self._targets if each.hits >= p.least_hits]
-        return [track for track in tracks if track is not None]
+        shown = [each for each in self._targets if each.missed == 0 and each.hits >= p.least_hits]
+        moved_m = [float(np.hypot(*(each.state[:2] - each.first_m))) for each in shown]
+        rows = [evidence_of(each.blob, each.hits, moved) for each, moved in zip(shown, moved_m, strict=True)]
+        self.evidence = np.array(rows).reshape(-1, len(EVIDENCE))
+        confidences = 1.0 / (1.0 + np.exp(-np.clip(self.evidence @ self._weights, -700.0, 700.0)))
+        return [self._track(each, float(sure)) for each, sure in zip(shown, confidences, strict=True)]
 
     def _assign(self, blobs: Sequence[Blob]) -> set[int]:
         """Correct the targets by the blobs that continue them, and return these: the least sum of distances."""
@@ -109,15 +149,12 @@ class GroundLinker:
                 taken.add(int(j))
         return taken
 
-    def _track(self, target: _Target) -> Track | None:
-        """Return the track of a target at its filtered place; None if that is behind the camera."""
-        p, blob = self._parameters, target.blob
+    def _track(self, target: _Target, confidence: float) -> Track:
+        """Return the track of a target at its filtered place, or where its blob is if that is behind the camera."""
+        blob = target.blob
         centre_m = np.array([*target.state[:2], 0.5 * blob.size_m[2]])
-        px, depth_m = self._view.project(centre_m[None])
-        if not np.isfinite(px).all():
-            return None
+        px, depth_m = self._view.project(np.stack([centre_m, [*blob.place_m, centre_m[2]]]))
+        k = 0 if np.isfinite(px[0]).all() else 1
         half_px = 0.5 * (blob.box_xyxy[2:] - blob.box_xyxy[:2])
-        estimate = Estimate(px[0], np.concatenate([px[0] - half_px, px[0] + half_px]), depth_m=float(depth_m[0]))
-        seen = blob.strength / (blob.strength + p.sure_strength)
-        confidence = seen * blob.plausible * (1.0 - p.hit_doubt**target.hits) * 0.5**target.missed
-        return Track(target.identity, estimate, size_m=blob.size_m, confidence=float(confidence))
+        estimate = Estimate(px[k], np.concatenate([px[k] - half_px, px[k] + half_px]), depth_m=float(depth_m[k]))
+        return Track(target.identity, estimate, size_m=blob.size_m, confidence=confidence)

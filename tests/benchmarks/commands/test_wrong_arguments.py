@@ -18,7 +18,19 @@ pytestmark = pytest.mark.usefixtures("fake_suite")
 
 @pytest.mark.parametrize(
     "command",
-    ["list", "bench", "compare", "paper", "render", "report", "speed", "tune", "learn-colours", "learn-swims"],
+    [
+        "list",
+        "bench",
+        "compare",
+        "paper",
+        "render",
+        "report",
+        "speed",
+        "tune",
+        "learn-colours",
+        "learn-swims",
+        "learn-harbour",
+    ],
 )
 def test_help_says_something_of_every_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:

@@ -51,14 +51,6 @@ def test_the_strength_is_that_of_a_matched_filter() -> None:
     assert blob.strength == pytest.approx(5.0 * np.sqrt(area))
 
 
-def test_what_has_the_size_of_a_person_is_more_plausible_than_a_speck_or_a_house() -> None:
-    [person], [speck] = found(box_of((0.0, 0.0), 0.6, 1.7)), found(box_of((0.0, 0.0), 0.5, 0.4), least_area_px=2)
-    [house] = found(box_of((0.0, 0.0), 11.0, 8.0), greatest_share=1.0)
-    assert person.plausible > 0.9
-    assert speck.plausible < 0.3
-    assert house.plausible < 0.2
-
-
 def test_what_stands_outside_the_volume_or_above_the_horizon_is_left_out() -> None:
     assert found(box_of((60.0, 0.0), 1.0, 1.7)) == []
     assert found(np.array([50, 0, 60, 3])) == []

@@ -7,19 +7,17 @@ import pytest
 
 from tests.trackers.drawn_harbour import VIEW
 from trackers.baselines.ground_blobs import Blob
-from trackers.baselines.ground_linker import GroundLinker, LinkParameters
+from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, evidence_of, learnt_weights
 from trackers.estimate_check import check_tracks
 
 COVARIANCE_M2 = np.diag([0.6, 0.15]) ** 2
-PARAMETERS = LinkParameters(
-    start_speed_mps=1.5, acceleration_mps2=0.3, most_missed=3, least_hits=2, sure_strength=20.0, hit_doubt=0.8
-)
+PARAMETERS = LinkParameters(start_speed_mps=1.5, acceleration_mps2=0.3, most_missed=3, least_hits=2)
 
 
 def blob(x_m: float, y_m: float, strength: float = 50.0) -> Blob:
     [px], _ = VIEW.project(np.array([[x_m, y_m, 0.0]]))
     box_xyxy = np.array([px[0] - 2, px[1] - 13, px[0] + 2, px[1]])
-    return Blob(np.array([x_m, y_m]), COVARIANCE_M2, box_xyxy, np.array([0.5, 0.5, 1.7]), strength, 1.0)
+    return Blob(np.array([x_m, y_m]), COVARIANCE_M2, box_xyxy, np.array([0.5, 0.5, 1.7]), strength)
 
 
 def test_two_people_who_pass_each_other_keep_their_identities() -> None:
@@ -57,14 +55,13 @@ def test_a_track_waits_for_its_object_and_then_ends() -> None:
     assert linker.follow([blob(0, 0)], 0.0) == []
     [first] = linker.follow([blob(0, 0.5)], 2.0)
     for k in range(3):
-        [waiting] = linker.follow([], 4.0 + 2.0 * k)
-        assert waiting.identity == first.identity
-    assert waiting.confidence is not None
-    assert first.confidence is not None
-    assert waiting.confidence < 0.2 * first.confidence
-    assert linker.follow([], 10.0) == []
-    linker.follow([blob(0, 0)], 12.0)
-    [new] = linker.follow([blob(0, 0)], 14.0)
+        assert linker.follow([], 4.0 + 2.0 * k) == []
+    [back] = linker.follow([blob(0, 2.5)], 10.0)
+    assert back.identity == first.identity
+    for k in range(4):
+        linker.follow([], 12.0 + 2.0 * k)
+    linker.follow([blob(0, 0)], 20.0)
+    [new] = linker.follow([blob(0, 0)], 22.0)
     assert new.identity != first.identity
 
 
@@ -74,18 +71,25 @@ def test_an_object_far_away_is_another_one() -> None:
         linker.follow([blob(0, 0)], 2.0 * k)
     linker.follow([blob(0, 15)], 8.0)
     identities = [each.identity for each in linker.follow([blob(0, 15)], 10.0)]
-    assert identities == [0, 1]
+    assert identities == [1]
 
 
-def test_confidence_grows_with_strength_and_age() -> None:
-    def confidence(strength: float, pictures: int) -> float:
-        linker = GroundLinker(PARAMETERS, VIEW)
-        for k in range(pictures):
-            tracks = linker.follow([blob(0, 0, strength)], 2.0 * k)
-        assert tracks[0].confidence is not None
-        return tracks[0].confidence
+def test_the_confidence_is_the_regression_on_the_evidence() -> None:
+    linker = GroundLinker(PARAMETERS, VIEW)
+    for k in range(5):
+        tracks = linker.follow([blob(0, 1.5 * k), blob(9, -9, strength=9.0)], 2.0 * k)
+    assert linker.evidence.shape == (2, len(EVIDENCE))
+    for track, row in zip(tracks, linker.evidence, strict=True):
+        assert track.confidence == pytest.approx(1.0 / (1.0 + np.exp(-row @ learnt_weights())))
+    moved, stayed = linker.evidence
+    np.testing.assert_allclose(moved[:-1], [1.0, np.log(50), 0.0, 0.0, np.log(0.625), np.log(0.625) ** 2, np.log(5)])
+    assert moved[-1] == pytest.approx(np.log1p(6.0), abs=0.2)
+    assert stayed[-1] == pytest.approx(0.0, abs=1e-6)
 
-    assert confidence(10, 3) < confidence(40, 3) < confidence(40, 9)
+
+def test_evidence_is_finite_for_a_speck() -> None:
+    speck = blob(0, 0, strength=0.0)
+    assert np.isfinite(evidence_of(speck, 1, 0.0)).all()
 
 
 @pytest.mark.parametrize("time_s", [[0.0, 0.0, 0.0], [0.0, -50.0, 1e7]])

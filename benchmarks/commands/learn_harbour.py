@@ -1,0 +1,31 @@
+"""``frameout learn-harbour``: learn from episodes of the harbour what its baselines and its blind contestant ship."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from benchmarks.commands.arguments import SEEDS, development_seeds
+from benchmarks.papers.learn_harbour import CONFIDENCE_PATH, PLACES_PATH, PRESETS, episode_samples, learn_harbour
+from benchmarks.papers.learn_swims import write
+
+
+@dataclass(frozen=True)
+class LearnHarbour:
+    """Learn how the tracks of intruders look and where these often are, and write it to the files of the baselines and
+    the blind contestant.
+
+    Attributes:
+        seeds: episodes A to B - 1 of each preset, below 10,000.
+    """
+
+    seeds: Annotated[str, SEEDS] = "0:2"
+    resumes = False
+
+    def run(self) -> int:
+        """Learn; return the exit status."""
+        command = f"frameout learn-harbour --seeds {self.seeds}"
+        samples = [episode_samples(preset, seed) for preset in PRESETS for seed in development_seeds(self.seeds)]
+        for path, content in zip((CONFIDENCE_PATH, PLACES_PATH), learn_harbour(samples), strict=True):
+            print(write(path, content, command))
+        return 0

@@ -1,0 +1,61 @@
+"""``harbour_blind`` sees nothing and alarms now and then."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tests.trackers.drawn_harbour import CAMERA, VIEW, DrawnHarbour
+from trackers.blind.harbour_blind import HarbourBlind
+from trackers.estimate_check import check_tracks
+from trackers.registry import entry
+from trackers.site.volume import WatchedVolume, place
+from trackers.types import Observation, Track
+
+VOLUME = place(WatchedVolume(), CAMERA, VIEW.T_world_camera)
+FRAMES = 900
+
+
+def answers(shown: list[Observation], **changes: float) -> list[list[Track]]:
+    tracker: HarbourBlind = entry("harbour_blind").create(np.random.default_rng(3), **changes)
+    tracker.start((), CAMERA)
+    made = [tracker.update(picture) for picture in shown]
+    for tracks in made:
+        check_tracks(tracks)
+    return made
+
+
+def without_pictures(count: int) -> list[Observation]:
+    drawn = DrawnHarbour(0).picture()
+    empty = np.empty((0, 0, 3), np.uint8)
+    return [replace(drawn, image_rgb=empty, time_s=2.0 * k) for k in range(count)]
+
+
+def test_alarms_come_as_often_as_they_should_and_last() -> None:
+    made = answers(without_pictures(FRAMES), alarms_per_hour=200.0, pictures=10)
+    identities, pictures = np.unique([track.identity for tracks in made for track in tracks], return_counts=True)
+    expected = 200.0 * FRAMES * 2.0 / 3600.0
+    # Poisson: within five standard deviations.
+    assert abs(len(identities) - expected) < 5 * np.sqrt(expected)
+    assert (pictures[:-10] == 10).all()
+
+
+def test_alarms_lie_inside_the_watched_volume_and_stay_where_they_are() -> None:
+    made = answers(without_pictures(FRAMES))
+    places_m = {}
+    for tracks in made:
+        for track in tracks:
+            place_m = places_m.setdefault(track.identity, VIEW.place_of(track.estimate))
+            np.testing.assert_allclose(VIEW.place_of(track.estimate), place_m)
+    assert VOLUME.contains(np.array(list(places_m.values()))).all()
+
+
+def test_it_does_not_look_at_pictures() -> None:
+    blank = without_pictures(60)
+    drawn = [
+        replace(each, image_rgb=picture.image_rgb)
+        for each, picture in zip(blank, DrawnHarbour(5).pictures(60), strict=True)
+    ]
+    for one, two in zip(answers(blank), answers(drawn), strict=True):
+        assert [(each.identity, each.confidence) for each in one] == [(each.identity, each.confidence) for each in two]
