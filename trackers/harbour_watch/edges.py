@@ -11,7 +11,7 @@ _NOISE = 1.5
 _ACROSS, _UPRIGHT, _LOW = 0.25, 0.15, 0.3
 """Share of the high values of a profile at which an edge lies: of the columns, and of the rows of a body that is higher
 than wide, whose head is narrow and whose legs are cold, and of others."""
-_TWO_M, _TALL = (0.75, 1.7), 0.7
+_TWO_M, _TALL = (0.75, 1.5), 0.7
 """Widths of two people side by side, from shoulder in shoulder to an arm's length apart; least height by width."""
 _ONE_M = 0.3
 """Least width of each."""

@@ -25,12 +25,14 @@ _LEAST_LAND = 0.1
 """Share of the picture below which what is not water is a boat at the picture's border."""
 _LARGEST_GAP = 0.25
 """Share of the picture's width that moored boats may cover in one piece."""
-_UNSURE_PX, _SEARCHED_PX, _BELOW_PX = 4, 24, 12
-"""Rows by which the band's base lies below the edge of the water's area, that are searched upwards from there, and that
-surely show water below."""
+_UNSURE_PX, _BELOW_PX, _LEAST_ABOVE_PX = 9, 12, 40
+"""Rows by which the base lies below the edge of the water's area, that surely show water below the base, and that the
+picture has above it."""
+_SEARCHED = 1.3
+"""Wall's heights above that edge that are searched: it lies between the levels of low tide and of the mean."""
 _LINE_ROUNDS, _BOATS_WEIGHT = 20, 0.1
 _FASTEST_PX = 2
-_LEAST_SHARE_OF_COLUMNS, _LEAST_PEAK = 0.06, 0.3
+_LEAST_SHARE_OF_COLUMNS, _LEAST_PEAK = 0.06, 0.6
 """Share of columns that must agree, and that share of the most agreed height which a higher one must have."""
 _LEAST_PICTURES, _MEDIAN_OF = 20, 5
 _OTHER = 5.0
@@ -38,31 +40,48 @@ _OTHER = 5.0
 
 
 def water_of(looks: Picture) -> NDArray[np.bool_]:
-    """Return where a site shows water, (H, W): its largest part without texture, with the boats in it.
+    """Return where a site shows water, (H, W): what looks like its largest part without texture, and the boats in it.
 
-    The pixels' fixed pattern is white: smoothing takes it away, but not a surface's texture.
+    The pixels' fixed pattern is white: smoothing takes it away, but not a surface's texture. Water that mirrors a wall
+    has texture, yet it looks more like other water than like land.
 
     Args:
         looks: (K, H, W) the mean picture and how it varies, counts.
     """
+    nowhere = np.zeros(looks.shape[1:], bool)
     fine, coarse = np.zeros(looks.shape[1:], np.float32), np.zeros(looks.shape[1:], np.float32)
     for look in looks:
         fine += _local_variance(look)
         coarse += _local_variance(cv2.GaussianBlur(look, (0, 0), _SMOOTHING_PX))
-    uniform = (coarse < (_TEXTURED / (2.0 * np.sqrt(np.pi) * _SMOOTHING_PX)) ** 2 * fine).astype(np.uint8)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(uniform, connectivity=4)
-    if count < 2:
-        return np.zeros(uniform.shape, bool)
-    largest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    if stats[largest, cv2.CC_STAT_AREA] < _LEAST_SHARE * uniform.size:
-        return np.zeros(uniform.shape, bool)
-    gap = int(_LARGEST_GAP * uniform.shape[1]) | 1
-    padded = cv2.copyMakeBorder((labels == largest).astype(np.uint8), gap, gap, gap, gap, cv2.BORDER_REPLICATE)
-    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
-    land = 1 - closed[gap:-gap, gap:-gap]
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(np.ascontiguousarray(land))
-    island = stats[:, cv2.CC_STAT_AREA] < _LEAST_LAND * uniform.size
-    return (land == 0) | island[labels]
+    uniform = coarse < (_TEXTURED / (2.0 * np.sqrt(np.pi) * _SMOOTHING_PX)) ** 2 * fine
+    opened = cv2.morphologyEx(uniform.astype(np.uint8), cv2.MORPH_OPEN, np.ones((_WINDOW_PX, _WINDOW_PX), np.uint8))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
+    if len(stats) < 2 or opened.all():
+        return nowhere
+    seed = labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
+    if seed.mean() < _LEAST_SHARE:
+        return nowhere
+    like = _nearer(looks, seed, opened == 0)
+    gap = int(_LARGEST_GAP * like.shape[1]) | 1
+    padded = cv2.copyMakeBorder(like, gap, gap, gap, gap, cv2.BORDER_REPLICATE)
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))[gap:-gap, gap:-gap]
+    _, labels = cv2.connectedComponents(np.ascontiguousarray(closed))
+    sea = labels == np.bincount(labels[seed]).argmax()
+    _, labels, stats, _ = cv2.connectedComponentsWithStats((~sea).astype(np.uint8))
+    island = stats[:, cv2.CC_STAT_AREA] < _LEAST_LAND * sea.size
+    found: NDArray[np.bool_] = sea | island[labels]
+    return found
+
+
+def _nearer(looks: Picture, water: NDArray[np.bool_], land: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Return where looks (K, H, W) are less than half as far from those of water as those of land are, (H, W)."""
+    of_water, of_land = (np.median(looks[:, where], axis=1)[:, None, None] for where in (water, land))
+    scale = np.median(np.abs(looks - of_land), axis=(1, 2), keepdims=True) + 1e-3
+    smooth = np.array([cv2.GaussianBlur(look, (0, 0), 1.0) for look in looks])
+    away = (((smooth - of_water) / scale) ** 2).sum(axis=0)
+    near = away < 0.25 * (((of_land - of_water) / scale) ** 2).sum()
+    opened: NDArray[np.uint8] = cv2.morphologyEx(near.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    return opened
 
 
 def _local_variance(look: Picture) -> Picture:
@@ -87,8 +106,9 @@ class WaterLevel:
         columns = np.flatnonzero(water.any(axis=0) & (first > 0))
         self._view, self._noise, self.mean_m = view, noise, mean_m
         self._mean_rise_px = 0.0
-        self._rows, self._columns = _band(columns, first[columns], len(water))
+        self._base, self._columns = _base(columns, first[columns], len(water))
         self._px_per_m = self._upright_px_per_m(0.0) if len(self._columns) else 1.0
+        self._rows = self._base - np.arange(max(round(-_SEARCHED * mean_m * self._px_per_m), 2) + _UNSURE_PX)[:, None]
         self._last: deque[float] = deque(maxlen=_MEDIAN_OF)
 
     def settle(self, pictures: Picture) -> None:
@@ -118,14 +138,14 @@ class WaterLevel:
         below = water.copy()
         if len(self._columns):
             half_wall_px = -0.5 * self.mean_m * self._px_per_m
-            rows = np.round(self._rows[0] - self._mean_rise_px - half_wall_px).astype(int)
+            rows = np.round(self._base - self._mean_rise_px - half_wall_px).astype(int)
             below[:, self._columns] |= np.arange(len(water))[:, None] >= rows
         return below
 
     def _upright_px_per_m(self, rise_px: float) -> float:
         """Return the pixels of a metre of the wall where the mean level is ``rise_px`` above the band's base."""
         middle = len(self._columns) // 2
-        px = np.array([[self._columns[middle] + 0.5, self._rows[0, middle] - rise_px]])
+        px = np.array([[self._columns[middle] + 0.5, self._base[middle] - rise_px]])
         foot_m = self._view.on_plane(px, self.mean_m)
         above, _ = self._view.project(np.add(foot_m, (0.0, 0.0, 1.0)))
         px_per_m = float(px[0, 1] - above[0, 1])
@@ -134,28 +154,28 @@ class WaterLevel:
     def _ends(self, picture: Picture) -> NDArray[np.float64]:
         """Return the share of columns whose water ends at each row above the base (R,), over three rows."""
         band = cv2.blur(picture, (3, 1))[self._rows, self._columns]
-        water = np.median(picture[self._rows[0] + np.arange(_BELOW_PX)[:, None], self._columns], axis=0)
+        water = np.median(picture[self._base + np.arange(_BELOW_PX)[:, None], self._columns], axis=0)
         other = np.abs(band - water) > _OTHER * self._noise[self._rows, self._columns]
         end = np.where(other.any(axis=0), other.argmax(axis=0), 0)
-        share = np.bincount(end[end > _UNSURE_PX], minlength=len(band)) / len(self._columns)
+        share = np.bincount(end[end > 1], minlength=len(band)) / len(self._columns)
         return np.convolve(share, [0.5, 1.0, 0.5], "same")
 
 
-def _band(columns: NDArray[np.intp], first: NDArray[np.intp], height_px: int) -> tuple[NDArray, NDArray]:
-    """Return the rows (R, C), from the water upwards, and columns (C,) in which a straight wall's foot is searched.
+def _base(columns: NDArray[np.intp], first: NDArray[np.intp], height_px: int) -> tuple[NDArray, NDArray]:
+    """Return rows (C,) and columns (C,) of surely water below a straight wall, from which its foot is searched upwards.
 
-    The water's upper edge at ``first`` (C,) is that of low tide, and lower where boats lie: the base is a straight line
-    along its highest parts, by asymmetric least squares (W. Newey, J. Powell, Econometrica 55(4), 1987), a bit lower.
+    The water's upper edge at ``first`` (C,) is lower where boats lie: the base is a straight line along its highest
+    parts, by asymmetric least squares (W. Newey, J. Powell, Econometrica 55(4), 1987), a bit lower.
     """
     if len(columns) < 2:
-        return np.zeros((0, 0), np.intp), columns[:0]
+        return np.zeros(0, np.intp), columns[:0]
     line: NDArray[np.floating[Any]] = np.full(len(columns), float(first.min()))
     for _ in range(_LINE_ROUNDS):
         weights = np.where(first > line + 0.5, _BOATS_WEIGHT, 1.0)
         line = np.polyval(np.polyfit(columns, first, 1, w=weights), columns)
     base = np.round(line).astype(np.intp) + _UNSURE_PX
-    inside = (base >= _SEARCHED_PX) & (base < height_px - _BELOW_PX)
-    return base[inside] - np.arange(_SEARCHED_PX)[:, None], columns[inside]
+    inside = (base >= _LEAST_ABOVE_PX) & (base < height_px - _BELOW_PX)
+    return base[inside], columns[inside]
 
 
 def _smoothest(shares: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -14,7 +14,7 @@ MEAN_M = -1.8
 
 @pytest.fixture(scope="module")
 def site():
-    quay = Quay(5)
+    quay = Quay(5, wave_k=0.1)
     pictures = np.array([each.counts for each in quay.background(60)], np.float32)
     h, w = pictures.shape[1:]
     model = learn(pictures.reshape(60, -1), 4, np.full(h * w, 6.0, np.float32))
