@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 _PAD_PX = 3
 _NOISE = 1.5
 """Deviations that are taken off: less is noise."""
-_ACROSS, _UPRIGHT, _LOW = 0.25, 0.15, 0.3
+_ACROSS, _UPRIGHT, _LOW = 0.25, 0.15, 0.4
 """Share of the high values of a profile at which an edge lies: of the columns, and of the rows of a body that is higher
 than wide, whose head is narrow and whose legs are cold, and of others."""
 _TWO_M, _TALL = (0.75, 1.5), 0.7

@@ -26,7 +26,7 @@ _OUTLIER = 2.0
 _MIDDLE = np.array([[0.5, 0.0, 0.5, 0.0], [0.0, 0.5, 0.0, 0.5]])
 _STILL_MPS, _RESTS, _AT_REST_MPS2 = 0.25, 4, 0.03
 """Speed below which a car or boat stands, after how many pictures it is taken to stay, and its acceleration then."""
-_PARKS = (CAR, BOAT)
+_PARKS, _SETTLES = (CAR, BOAT), 15
 _SURE = 0.5
 """Probability from which a region tells a track's heading and class."""
 _KIND_FORGETS = 0.95
@@ -87,6 +87,11 @@ class Mark:
     def found_share(self) -> float:
         """Expected probability that a picture shows a region of it."""
         return max(_LEAST_FOUND, float(self._found[0] / self._found.sum()))
+
+    @property
+    def _is_settled(self) -> bool:
+        """Whether it is parked for long: it cools, and regions of its parts say no more what it is."""
+        return self.kind in _PARKS and self.still_frames >= _SETTLES
 
     def predict(self, dt_s: float, survives: float) -> None:
         """Move by ``dt_s`` at constant velocity with white acceleration."""
@@ -167,6 +172,8 @@ class Mark:
         across = self.covariance @ self._jacobian.T
         gain = np.linalg.solve(self._innovation(doubt), across.T).T
         gain[4:] = np.linalg.solve(self._innovation(doubt * _ALIKE), across[4:].T).T
+        if self._is_settled:
+            gain[4:] = 0.0
         kept = np.eye(STATE) - gain @ self._jacobian
         covariance = kept @ self.covariance @ kept.T + gain @ np.diag(doubt * self._noise()) @ gain.T
         return self.state + gain @ off, covariance
@@ -174,6 +181,8 @@ class Mark:
     def _recognise(self, sighting: Sighting) -> None:
         """Learn the class and the heading from the region that is most likely of this track."""
         self.seen_px, self.missed_frames = sighting.region.box_xyxy, 0
+        if self._is_settled:
+            return
         self.log_kinds = _KIND_FORGETS * self.log_kinds + sighting.log_kinds
         likeliest = KINDS[int(self.log_kinds.argmax())]
         if likeliest is not self.kind:

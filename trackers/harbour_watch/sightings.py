@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,17 +40,31 @@ def place_regions(
     """Return the sightings of regions; those that meet neither plane before the camera are left out."""
     placed = []
     for region in regions:
-        x0, y0, x1, y1 = region.box_xyxy
-        foot = np.array([0.5 * (x0 + x1), y1])
-        row = min(max(int(y1 - 0.5), 0), water.shape[0] - 1)
-        column = min(max(int(foot[0]), 0), water.shape[1] - 1)
-        afloat = bool(water[row, column])
-        points = view.on_plane(foot + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, -1.0]]), level_m if afloat else 0.0)
-        if not np.isfinite(points).all():
-            continue
-        _, depth_m = view.project(points[:1])
-        px_per_m = view.camera.focal_px / float(depth_m[0])
-        area = abs(float(np.linalg.det(points[1:, :2] - points[0, :2])))
-        kinds = log_likelihoods((x1 - x0) / px_per_m, (y1 - y0) / px_per_m, afloat)
-        placed.append(Sighting(region, points[0, :2], afloat, kinds, area))
+        sightings = [_placed(each, view, water, level_m) for each in (region, _without_mirror(region))]
+        whole, above = sightings
+        if whole is not None:
+            # Water mirrors what floats: its image below makes a region about twice as high as the object.
+            is_mirrored = whole.afloat and above is not None and above.log_kinds.max() > whole.log_kinds.max()
+            placed.append(above if is_mirrored and above is not None else whole)
     return placed
+
+
+def _without_mirror(region: Region) -> Region:
+    x0, y0, x1, y1 = region.box_xyxy
+    return replace(region, box_xyxy=np.array([x0, y0, x1, 0.5 * (y0 + y1)]))
+
+
+def _placed(region: Region, view: SiteView, water: NDArray[np.bool_], level_m: float) -> Sighting | None:
+    x0, y0, x1, y1 = region.box_xyxy
+    foot = np.array([0.5 * (x0 + x1), y1])
+    row = min(max(int(y1 - 0.5), 0), water.shape[0] - 1)
+    column = min(max(int(foot[0]), 0), water.shape[1] - 1)
+    afloat = bool(water[row, column])
+    points = view.on_plane(foot + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, -1.0]]), level_m if afloat else 0.0)
+    if not np.isfinite(points).all():
+        return None
+    _, depth_m = view.project(points[:1])
+    px_per_m = view.camera.focal_px / float(depth_m[0])
+    area = abs(float(np.linalg.det(points[1:, :2] - points[0, :2])))
+    kinds = log_likelihoods((x1 - x0) / px_per_m, (y1 - y0) / px_per_m, afloat)
+    return Sighting(region, points[0, :2], afloat, kinds, area)

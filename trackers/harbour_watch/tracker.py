@@ -34,7 +34,7 @@ class WatchParameters:
     components: int = tunable(16, 2, 40)
     remembered_frames: float = tunable(60.0, 10.0, 600.0, log=True)
     noise_frames: float = tunable(80.0, 20.0, 400.0, log=True)
-    hidden_frames: float = tunable(2000.0, 100.0, 6000.0, log=True)
+    hidden_frames: float = tunable(6000.0, 100.0, 20000.0, log=True)
     least_score: float = tunable(4.5, 3.5, 7.0)
     piece_score: float = tunable(3.5, 2.0, 6.0)
     clip: float = tunable(6.0, 3.0, 20.0, log=True)
