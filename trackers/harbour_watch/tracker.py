@@ -51,9 +51,14 @@ class WatchParameters:
     suites=("harbour",),
 )
 class HarbourWatch:
-    """A ``MultiTracker`` of people, cars and boats on a quay and the water before it."""
+    """A ``MultiTracker`` of people, cars and boats on a quay and the water before it.
+
+    Attributes:
+        decides_at: see ``DecidingTracker``; the probability at which its settings were chosen, on development seeds.
+    """
 
     Parameters = WatchParameters
+    decides_at = 0.9
 
     def __init__(self, parameters: WatchParameters, rng: np.random.Generator) -> None:
         self._p = parameters
