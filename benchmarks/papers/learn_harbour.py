@@ -36,13 +36,14 @@ class EpisodeSamples(NamedTuple):
     """What one episode teaches.
 
     Attributes:
-        evidence: (R, 8) of the baselines' tracks, each once a frame.
+        tracker: (R,) place in ``BASELINES``. evidence: (R, 10) of their tracks, each once a frame.
         found: (R,) whether the track lies on an intruder.
         weight: (R,) one over the root of its identity's frames: a moored boat is one error, however long it lies there.
         stays: (S, 6) places and sizes of intruders on frames on which they are judged, see ``PLACE_COLUMNS``.
         intruder: (S,) number of the intruder. frame: (S,).
     """
 
+    tracker: NDArray[np.int64]
     evidence: Array
     found: NDArray[np.bool_]
     weight: Array
@@ -53,10 +54,13 @@ class EpisodeSamples(NamedTuple):
 
 def learn_harbour(samples: Sequence[EpisodeSamples]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the contents of both files: the weights of the evidence, and the places of intruders."""
-    evidence, found, weight = (np.concatenate([each[k] for each in samples]) for k in range(3))
-    fitted = fit_weights(evidence, found, weight)
-    places = often_visited(samples)
-    return {"weights": dict(zip(EVIDENCE, fitted.round(4).tolist(), strict=True))}, {"places": places.round(2).tolist()}
+    tracker, evidence, found, weight = (np.concatenate([each[k] for each in samples]) for k in range(4))
+    weights = {}
+    for k, name in enumerate(BASELINES):
+        mine = tracker == k
+        fitted = fit_weights(evidence[mine], found[mine], weight[mine])
+        weights[name] = dict(zip(EVIDENCE, fitted.round(4).tolist(), strict=True))
+    return {"weights": weights}, {"places": often_visited(samples).round(2).tolist()}
 
 
 def episode_samples(preset: str, seed: int) -> EpisodeSamples:
@@ -71,7 +75,8 @@ def episode_samples(preset: str, seed: int) -> EpisodeSamples:
     volume = place(WatchedVolume(), start.camera, pose.T_world_camera)
     camera = PinholeCamera(start.camera.width_px, start.camera.height_px, start.camera.focal_px)
     matchers = [Matcher() for _ in trackers]
-    evidence, found, identity, stays, intruder, frames = [], [], [], [], [], []
+    whose, evidence, found, identity = [], [], [], []
+    stays, intruder, frames = [], [], []
     for frame in range(HARBOUR.presets[preset].frame_count):
         taken = episode.step()
         assert isinstance(taken.truth, HarbourTruth)
@@ -86,12 +91,14 @@ def episode_samples(preset: str, seed: int) -> EpisodeSamples:
             answers = answers_of(tracks, camera, taken.truth.T_world_camera)
             matches = matcher.match(objects, answers)
             told = ~matches.excused
+            whose.append(np.full(int(told.sum()), k))
             evidence.append(tracker.evidence[told])
             found.append(matches.target[told] >= 0)
             identity.append(answers.identity[told] * len(trackers) + k)
     names, times = np.unique(np.concatenate(identity), return_inverse=True)
     weight = 1.0 / np.sqrt(np.bincount(times, minlength=len(names))[times])
     return EpisodeSamples(
+        np.concatenate(whose),
         np.concatenate(evidence),
         np.concatenate(found),
         weight,
@@ -102,14 +109,17 @@ def episode_samples(preset: str, seed: int) -> EpisodeSamples:
 
 
 def fit_weights(evidence: Array, found: NDArray[np.bool_], weight: Array) -> Array:
-    """Return the weights (8,) of a logistic regression, by maximum likelihood with a slight ridge on scaled evidence.
+    """Return the weights (E,) of a logistic regression, by maximum likelihood with a slight ridge on scaled evidence.
+
+    Intruders together weigh as much as all others together.
 
     Args:
-        evidence: (R, 8), the first column constant. found: (R,). weight: (R,) of the rows.
+        evidence: (R, E), the first column constant. found: (R,), some of both. weight: (R,) of the rows.
     """
     scale = np.maximum(evidence.std(axis=0), 1e-9)
     scale[0] = 1.0
-    scaled, sign, share = evidence / scale, np.where(found, 1.0, -1.0), weight / weight.sum()
+    share = 0.5 * weight / np.where(found, weight[found].sum(), weight[~found].sum())
+    scaled, sign = evidence / scale, np.where(found, 1.0, -1.0)
 
     def loss(w: Array) -> tuple[float, Array]:
         margin = sign * (scaled @ w)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.baselines.ground_blobs import BlobParameters, blobs_of
-from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters
+from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, learnt_weights
 from trackers.registry import register, tunable
 from trackers.site.survey import Site, survey
 from trackers.site.volume import WatchedVolume
@@ -55,9 +55,11 @@ class _Foreground:
     the background. It ranks the answers and finds nothing.
 
     Attributes:
-        decides_at: see ``DecidingTracker``: more likely an intruder than not.
+        name: under which its confidences are stored.
+        decides_at: see ``DecidingTracker``. Confidences are those of as many intruders as others.
     """
 
+    name: str
     decides_at = 0.5
 
     def __init__(self, parameters: ForegroundParameters, rng: np.random.Generator) -> None:
@@ -76,7 +78,7 @@ class _Foreground:
 
     @property
     def evidence(self) -> NDArray[np.float64]:
-        """(N, 8) for the N tracks of the latest answer, see ``ground_linker.evidence_of``."""
+        """(N, 10) for the N tracks of the latest answer, see ``ground_linker.evidence_of``."""
         return np.empty((0, len(EVIDENCE))) if self._linker is None else self._linker.evidence
 
     def _begin(self, greys: Sequence[Grey], site: Site | None) -> None:
@@ -95,7 +97,7 @@ class _Foreground:
         if self._site is None:
             return []
         if self._linker is None:
-            self._linker = GroundLinker(p, self._site.view)
+            self._linker = GroundLinker(p, self._site.view, learnt_weights(self.name))
         noise = _LEAST_NOISE if self._noise is None else self._noise
         contrast = cv2.absdiff(grey, background).astype(np.float32) / noise
         return self._linker.follow(blobs_of(foreground, contrast, self._site, p), observation.time_s)
@@ -154,6 +156,7 @@ class Mog2Parameters(ForegroundParameters):
 class HarbourMog2(_Foreground):
     """Zivkovic, Improved adaptive Gaussian mixture model for background subtraction, ICPR 2004, as in OpenCV."""
 
+    name = "harbour_mog2"
     Parameters = Mog2Parameters
     _parameters: Mog2Parameters
 
@@ -180,6 +183,7 @@ class KnnParameters(ForegroundParameters):
 class HarbourKnn(_Foreground):
     """Zivkovic and van der Heijden, Efficient adaptive density estimation per image pixel, 2006, as in OpenCV."""
 
+    name = "harbour_knn"
     Parameters = KnnParameters
     _parameters: KnnParameters
 
@@ -237,6 +241,7 @@ class _Median:
 class HarbourMedian(_Foreground):
     """The plainest background: what each pixel showed most of the time."""
 
+    name = "harbour_median"
     Parameters = MedianParameters
     _parameters: MedianParameters
 

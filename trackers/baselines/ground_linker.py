@@ -25,12 +25,8 @@ CONFIDENCE_FILE = "ground_confidence.json"
 EVIDENCE = (
     "constant",
     "log_strength",
-    "log_height",
-    "log_height_2",
-    "log_width",
-    "log_width_2",
-    "log_hits",
-    "log_moved",
+    *("log_height", "log_height_2", "too_high_2", "log_width", "log_width_2", "too_wide_2"),
+    *("log_hits", "log_moved"),
 )
 """What the confidence of a track is a logistic regression on, see ``evidence_of``."""
 
@@ -79,32 +75,34 @@ class _Target:
 
 
 def evidence_of(blob: Blob, hits: int, moved_m: float) -> NDArray[np.float64]:
-    """Return the evidence (8,) for a track, in the order of ``EVIDENCE``.
+    """Return the evidence (10,) for a track, in the order of ``EVIDENCE``.
 
-    Contrast to noise, height and width for a person at that distance, age in blobs, and the way that it has come since
-    its first one: moored boats and shadows change where they are.
+    Contrast to noise, height and width beside those of a person, age in blobs, and the way that it has come since its
+    first one: moored boats and shadows change where they are.
     """
     height, width = np.log(blob.size_m[2] / _USUAL_HEIGHT_M), np.log(blob.size_m[0] / _USUAL_WIDTH_M)
     strength = np.log(max(blob.strength, 1.0))
-    return np.array([1.0, strength, height, height**2, width, width**2, np.log(hits), np.log1p(moved_m)])
+    heights = height, height**2, max(height, 0.0) ** 2
+    widths = width, width**2, max(width, 0.0) ** 2
+    return np.array([1.0, strength, *heights, *widths, np.log(hits), np.log1p(moved_m)])
 
 
-def learnt_weights() -> NDArray[np.float64]:
-    """Return the weights (8,) of ``EVIDENCE``, learnt on development seeds."""
+def learnt_weights(tracker: str) -> NDArray[np.float64]:
+    """Return the weights (10,) of ``EVIDENCE`` for a tracker, learnt on development seeds."""
     stored = json.loads(resources.files("trackers.baselines").joinpath(CONFIDENCE_FILE).read_text())
-    return np.array([stored["weights"][name] for name in EVIDENCE])
+    return np.array([stored["weights"][tracker][name] for name in EVIDENCE])
 
 
 class GroundLinker:
     """Tracks of objects on the ground plane.
 
     Attributes:
-        evidence: (N, 8) of the N tracks of the latest answer.
+        evidence: (N, 10) of the N tracks of the latest answer.
     """
 
-    def __init__(self, parameters: LinkParameters, view: SiteView) -> None:
-        self._parameters, self._view = parameters, view
-        self._weights = learnt_weights()
+    def __init__(self, parameters: LinkParameters, view: SiteView, weights: NDArray[np.float64]) -> None:
+        """``weights``: (10,) of the evidence."""
+        self._parameters, self._view, self._weights = parameters, view, weights
         self.evidence = np.empty((0, len(EVIDENCE)))
         self._targets: list[_Target] = []
         self._identities = 0

@@ -7,11 +7,12 @@ import pytest
 
 from tests.trackers.drawn_harbour import VIEW
 from trackers.baselines.ground_blobs import Blob
-from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, evidence_of, learnt_weights
+from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, evidence_of
 from trackers.estimate_check import check_tracks
 
 COVARIANCE_M2 = np.diag([0.6, 0.15]) ** 2
 PARAMETERS = LinkParameters(start_speed_mps=1.5, acceleration_mps2=0.3, most_missed=3, least_hits=2)
+WEIGHTS = np.linspace(-0.4, 0.5, len(EVIDENCE))
 
 
 def blob(x_m: float, y_m: float, strength: float = 50.0) -> Blob:
@@ -21,7 +22,7 @@ def blob(x_m: float, y_m: float, strength: float = 50.0) -> Blob:
 
 
 def test_two_people_who_pass_each_other_keep_their_identities() -> None:
-    linker, rng = GroundLinker(PARAMETERS, VIEW), np.random.default_rng(0)
+    linker, rng = GroundLinker(PARAMETERS, VIEW, WEIGHTS), np.random.default_rng(0)
     met = []
     for k in range(20):
         places_m = [(0.0, -12 + 1.2 * k), (3.0, 12 - 1.2 * k)]
@@ -39,7 +40,7 @@ def test_two_people_who_pass_each_other_keep_their_identities() -> None:
 
 
 def test_the_filter_is_nearer_to_the_truth_than_the_blobs() -> None:
-    linker, rng = GroundLinker(PARAMETERS, VIEW), np.random.default_rng(1)
+    linker, rng = GroundLinker(PARAMETERS, VIEW, WEIGHTS), np.random.default_rng(1)
     errors_m = []
     for k in range(60):
         true_m = np.array([-10 + 0.3 * k, -9 + 0.3 * k])
@@ -51,7 +52,7 @@ def test_the_filter_is_nearer_to_the_truth_than_the_blobs() -> None:
 
 
 def test_a_track_waits_for_its_object_and_then_ends() -> None:
-    linker = GroundLinker(PARAMETERS, VIEW)
+    linker = GroundLinker(PARAMETERS, VIEW, WEIGHTS)
     assert linker.follow([blob(0, 0)], 0.0) == []
     [first] = linker.follow([blob(0, 0.5)], 2.0)
     for k in range(3):
@@ -66,7 +67,7 @@ def test_a_track_waits_for_its_object_and_then_ends() -> None:
 
 
 def test_an_object_far_away_is_another_one() -> None:
-    linker = GroundLinker(PARAMETERS, VIEW)
+    linker = GroundLinker(PARAMETERS, VIEW, WEIGHTS)
     for k in range(4):
         linker.follow([blob(0, 0)], 2.0 * k)
     linker.follow([blob(0, 15)], 8.0)
@@ -75,14 +76,15 @@ def test_an_object_far_away_is_another_one() -> None:
 
 
 def test_the_confidence_is_the_regression_on_the_evidence() -> None:
-    linker = GroundLinker(PARAMETERS, VIEW)
+    linker = GroundLinker(PARAMETERS, VIEW, WEIGHTS)
     for k in range(5):
         tracks = linker.follow([blob(0, 1.5 * k), blob(9, -9, strength=9.0)], 2.0 * k)
     assert linker.evidence.shape == (2, len(EVIDENCE))
     for track, row in zip(tracks, linker.evidence, strict=True):
-        assert track.confidence == pytest.approx(1.0 / (1.0 + np.exp(-row @ learnt_weights())))
+        assert track.confidence == pytest.approx(1.0 / (1.0 + np.exp(-row @ WEIGHTS)))
     moved, stayed = linker.evidence
-    np.testing.assert_allclose(moved[:-1], [1.0, np.log(50), 0.0, 0.0, np.log(0.625), np.log(0.625) ** 2, np.log(5)])
+    width = np.log(0.5 / 0.8)
+    np.testing.assert_allclose(moved[:-1], [1.0, np.log(50), 0, 0, 0, width, width**2, 0, np.log(5)])
     assert moved[-1] == pytest.approx(np.log1p(6.0), abs=0.2)
     assert stayed[-1] == pytest.approx(0.0, abs=1e-6)
 
@@ -94,6 +96,6 @@ def test_evidence_is_finite_for_a_speck() -> None:
 
 @pytest.mark.parametrize("time_s", [[0.0, 0.0, 0.0], [0.0, -50.0, 1e7]])
 def test_odd_times_break_nothing(time_s: list[float]) -> None:
-    linker = GroundLinker(PARAMETERS, VIEW)
+    linker = GroundLinker(PARAMETERS, VIEW, WEIGHTS)
     for each in time_s:
         check_tracks(linker.follow([blob(0, 0), blob(1, 1)], each))
