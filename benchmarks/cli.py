@@ -26,7 +26,7 @@ _COMMANDS = {
     "tune": ("benchmarks.commands.tune", "Tune"),
     "learn-colours": ("benchmarks.commands.learn_colours", "LearnColours"),
     "learn-swims": ("benchmarks.commands.learn_swims", "LearnSwims"),
-    "learn-harbour": ("benchmarks.commands.learn_harbour", "LearnHarbour"),
+    "learn-alarms": ("benchmarks.commands.learn_alarms", "LearnAlarms"),
 }
 """Sub-command → module and the frozen dataclass whose fields are its options."""
 
@@ -43,7 +43,7 @@ _SUMMARIES = {
     "tune": "search parameters of trackers and controllers on development seeds",
     "learn-colours": "learn colour models of road, building and other from development towns",
     "learn-swims": "learn from simulated swims what gap methods ship",
-    "learn-harbour": "learn from episodes of the harbour what its baselines ship",
+    "learn-alarms": "learn from episodes what baselines that raise alarms ship",
 }
 _STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
 _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}

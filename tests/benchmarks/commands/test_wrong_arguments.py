@@ -29,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("fake_suite")
         "tune",
         "learn-colours",
         "learn-swims",
-        "learn-harbour",
+        "learn-alarms",
     ],
 )
 def test_help_says_something_of_every_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -60,7 +60,7 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (["bench", "--out", "/proc/nix"], "out: expected a folder that can be written, got '/proc/nix'"),
         (["report"], "directory: expected a value, got none"),
         (["report", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
-        (["paper", "Z9"], "experiment: expected one of A2, A3, B1, B2, B3, C; got 'Z9'"),
+        (["paper", "Z9"], "experiment: expected one of A2, A3, B1, B2, B3, C, D; got 'Z9'"),
         (["paper", "A2", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
         (["render", "nix"], "scenario: expected one of road-town-v1.*; got 'nix'"),
         (["render", "--preset", "nix"], "preset: expected one of .*; got 'nix'"),

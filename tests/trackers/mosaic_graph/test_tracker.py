@@ -171,6 +171,6 @@ def test_exactly_one_tracker_of_each_suite_is_ours() -> None:
     # Other tests register trackers of their own in the same process.
     own = {n: e for n, e in registry.entries().items() if e.tracker.__module__.startswith("trackers.")}
     ours = {suite: name for name, entry in own.items() if entry.role == "ours" for suite in entry.suites or ("",)}
-    expected = {"": "mosaic_graph_pf", "stereo": "stereo_people", "fish": "shoal_chain"}
+    expected = {"": "mosaic_graph_pf", "stereo": "stereo_people", "fish": "shoal_chain", "harbour": "harbour_watch"}
     assert ours == expected, "named by none: the default suite's"
     assert [entry.role for entry in own.values()].count("ours") == len(ours)

@@ -52,7 +52,7 @@ class EpisodeSamples(NamedTuple):
     frame: NDArray[np.int64]
 
 
-def learn_harbour(samples: Sequence[EpisodeSamples]) -> tuple[dict[str, Any], dict[str, Any]]:
+def learn_alarms(samples: Sequence[EpisodeSamples]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the contents of both files: the weights of the evidence, and the places of intruders."""
     tracker, evidence, found, weight = (np.concatenate([each[k] for each in samples]) for k in range(4))
     weights = {}

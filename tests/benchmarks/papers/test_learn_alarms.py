@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.papers.learn_harbour import (
+from benchmarks.papers.learn_alarms import (
     BASELINES,
     CONFIDENCE_PATH,
     PLACES_PATH,
     EpisodeSamples,
     fit_weights,
-    learn_harbour,
+    learn_alarms,
     often_visited,
 )
 from trackers.baselines.ground_linker import EVIDENCE
@@ -61,7 +61,7 @@ def test_places_are_ranked_by_the_intruders_who_stayed_there() -> None:
 def test_what_is_shipped_was_learnt_by_the_command_on_development_seeds(path: Path, key: str) -> None:
     shipped = json.loads(path.read_text())
     assert set(shipped) == {key, "command"}
-    assert shipped["command"].startswith("frameout learn-harbour --seeds ")
+    assert shipped["command"].startswith("frameout learn-alarms --seeds ")
     low, _, high = shipped["command"].rpartition(" ")[2].partition(":")
     assert 0 <= int(low) < int(high) <= 10_000
 
@@ -74,6 +74,6 @@ def test_contents_are_numbers_that_the_trackers_load() -> None:
         found=np.arange(60) % 2 == 0,
         weight=np.ones(60),
     )
-    weights, places = learn_harbour([one])
+    weights, places = learn_alarms([one])
     assert {name: set(each) for name, each in weights["weights"].items()} == {name: set(EVIDENCE) for name in BASELINES}
     assert np.array(json.loads(json.dumps(places))["places"]).shape == (1, len(PLACE_COLUMNS))

@@ -1,4 +1,4 @@
-"""``frameout learn-harbour``: learn from episodes of the harbour what its baselines and its blind contestant ship."""
+"""``frameout learn-alarms``: learn from episodes of the harbour what its baselines and its blind contestant ship."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from benchmarks.commands.arguments import SEEDS, development_seeds
-from benchmarks.papers.learn_harbour import CONFIDENCE_PATH, PLACES_PATH, PRESETS, episode_samples, learn_harbour
+from benchmarks.papers.learn_alarms import CONFIDENCE_PATH, PLACES_PATH, PRESETS, episode_samples, learn_alarms
 from benchmarks.papers.learn_swims import write
 
 
 @dataclass(frozen=True)
-class LearnHarbour:
+class LearnAlarms:
     """Learn how the tracks of intruders look and where these often are, and write it to the files of the baselines and
     the blind contestant.
 
@@ -24,8 +24,8 @@ class LearnHarbour:
 
     def run(self) -> int:
         """Learn; return the exit status."""
-        command = f"frameout learn-harbour --seeds {self.seeds}"
+        command = f"frameout learn-alarms --seeds {self.seeds}"
         samples = [episode_samples(preset, seed) for preset in PRESETS for seed in development_seeds(self.seeds)]
-        for path, content in zip((CONFIDENCE_PATH, PLACES_PATH), learn_harbour(samples), strict=True):
+        for path, content in zip((CONFIDENCE_PATH, PLACES_PATH), learn_alarms(samples), strict=True):
             print(write(path, content, command))
         return 0
