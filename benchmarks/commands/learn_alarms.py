@@ -1,4 +1,4 @@
-"""``frameout learn-alarms``: learn from episodes of the harbour what its baselines and its blind contestant ship."""
+"""``frameout learn-alarms``: learn from episodes what baselines and the blind contestant of intruders ship."""
 
 from __future__ import annotations
 

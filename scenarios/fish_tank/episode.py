@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from scenarios.camera_rig import SingleCamera
 from scenarios.fish_tank.fish import Fish, Sighted
-from scenarios.fish_tank.head import LENS, Head
+from scenarios.fish_tank.head import LENS, MOUNT
 from scenarios.fish_tank.light import room_lights
 from scenarios.fish_tank.presets import FishTank
 from scenarios.fish_tank.shoal import swim
 from scenarios.fish_tank.tank import VOLUME_M, build_tank
 from scenarios.fish_tank.truth import FishTruth
+from scenarios.pan_tilt_zoom import Head
 from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
 from scenarios.truth import TruthExtent, without_pixels
@@ -74,7 +75,7 @@ class FishTankEpisode(Stage):
             world, self._camera, frame_count=preset.frame_count, rate_hz=preset.rate_hz, closed_loop=closed_loop
         )
         self._T_world_camera = look_down_pose(np.array([0.0, 0.0, _HEIGHT_M]), 0.5 * np.pi, 0.0, 0.0)
-        self._head = Head(preset.rate_hz)
+        self._head = Head(MOUNT, preset.rate_hz)
         self._head_exits = Exits(LENS, preset.fish)
         self._move_to(0)
         first = self._seen_by(self._view, self._T_world_camera)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
-from numpy.typing import NDArray
 
+from scenarios.pan_tilt_zoom import Mount
 from sim.optics import PinholeCamera
-from trackers.types import CameraCommand, Carrier, CommandAxis
+from trackers.types import Carrier, CommandAxis
 
 HEAD = Carrier(
     "tank-head",
@@ -18,45 +16,14 @@ HEAD = Carrier(
 """Limits are those of a small servo head with a motor zoom."""
 LENS = PinholeCamera.from_field_of_view(320, 240, float(np.deg2rad(15.0)))
 """Of its camera at zoom 1: it then sees two fifths of the tank's length."""
-_PLACE_M = (0.0, -0.5, 0.85)
-_LOWEST_RAD, _HIGHEST_RAD, _WIDEST_PAN_RAD, _ZOOM = -1.4, -0.5, 1.3, (1.0, 3.0)
-
-
-class Head:
-    """Turns and zooms as commanded, within its limits of angle, rate and change of rate.
-
-    Attributes:
-        pan_rad: counter-clockwise from world +y. tilt_rad: negative below the horizon. zoom: times the focal length.
-    """
-
-    def __init__(self, rate_hz: float) -> None:
-        self._interval_s = 1.0 / rate_hz
-        self._rates = np.zeros(len(HEAD.axes))
-        self.pan_rad, self.tilt_rad, self.zoom = 0.0, -float(np.arctan2(_PLACE_M[2], -_PLACE_M[1])), 1.0
-
-    def obey(self, command: CameraCommand) -> None:
-        """Obey ``pan_rad_s``, ``tilt_rad_s`` and ``zoom_per_s`` of a command for one frame."""
-        for k, axis in enumerate(HEAD.axes):
-            wanted = np.clip(getattr(command, axis.name), -axis.limit, axis.limit)
-            step = axis.slew_per_s * self._interval_s
-            self._rates[k] += np.clip(wanted - self._rates[k], -step, step)
-        pan, tilt, zoom = self._rates * self._interval_s
-        self.pan_rad = float(np.clip(self.pan_rad + pan, -_WIDEST_PAN_RAD, _WIDEST_PAN_RAD))
-        self.tilt_rad = float(np.clip(self.tilt_rad + tilt, _LOWEST_RAD, _HIGHEST_RAD))
-        self.zoom = float(np.clip(self.zoom * np.exp(zoom), *_ZOOM))
-
-    @property
-    def camera(self) -> PinholeCamera:
-        """The camera at the present zoom."""
-        return replace(LENS, focal_px=LENS.focal_px * self.zoom)
-
-    @property
-    def T_world_camera(self) -> NDArray[np.float64]:
-        """Pose (4, 4)."""
-        c, s, ct, st = np.cos(self.pan_rad), np.sin(self.pan_rad), np.cos(self.tilt_rad), np.sin(self.tilt_rad)
-        ahead = np.array([-s * ct, c * ct, st])
-        right = np.array([c, s, 0.0])
-        T = np.eye(4)
-        T[:3, :3] = np.stack([right, np.cross(ahead, right), ahead], axis=1)
-        T[:3, 3] = _PLACE_M
-        return T
+MOUNT = Mount(
+    HEAD,
+    LENS,
+    place_m=(0.0, -0.5, 0.85),
+    aim_m=(0.0, 0.0, 0.0),
+    ahead=(0.0, 1.0),
+    left=(-1.0, 0.0),
+    widest_pan_rad=1.3,
+    tilt_rad=(-1.4, -0.5),
+    zoom=(1.0, 3.0),
+)

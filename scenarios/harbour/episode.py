@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scenarios.camera_rig import SingleCamera
 from scenarios.harbour.clutter import Afloat, Clutter
 from scenarios.harbour.conditions import DAYS_BEFORE, background_times, draw_conditions
-from scenarios.harbour.head import Head
+from scenarios.harbour.head import MOUNT
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import (
     AIM_M,
@@ -27,6 +27,7 @@ from scenarios.harbour.presets import Harbour
 from scenarios.harbour.scenery import SPAN_M, build_scenery
 from scenarios.harbour.thermals import Thermals
 from scenarios.harbour.truth import HarbourMap, HarbourTruth, contrasts
+from scenarios.pan_tilt_zoom import Head
 from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
 from scenarios.truth import TruthExtent, without_pixels
@@ -77,7 +78,7 @@ class HarbourEpisode(Stage):
         self._T_world_camera = overview_pose()
         self._ego = EgoPose(_surveyed(self._T_world_camera, generator(seed, "survey")))
         self._background: tuple[Observation, ...] | None = None
-        self._head = Head(preset.rate_hz)
+        self._head = Head(MOUNT, preset.rate_hz)
         self._head_exits = Exits(self._head.camera, len(self._intruders.names))
 
     @property

@@ -104,5 +104,7 @@ PRESETS = {
         cars=2,
         boats=1,
         patrols=1,
+        # An env takes these at each reset.
+        background=100,
     ),
 }

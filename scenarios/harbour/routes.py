@@ -182,21 +182,6 @@ def out_of_bay(bay_y_m: float, side: float) -> tuple[Points, Points]:
     return back, np.array([turned, (LANE_X_M, side * border_y_m(LANE_X_M))])
 
 
-def onto_apron(bay_y_m: float, side: float, stop_m: tuple[float, float]) -> Points:
-    """Return a car's way through an open bay to a place on the apron."""
-    return rounded(
-        [
-            (LANE_X_M, side * border_y_m(LANE_X_M)),
-            (LANE_X_M, bay_y_m + side * 6.5),
-            (LANE_X_M - 0.5, bay_y_m + side * 1.0),
-            (PARKING_X_M + 4.5, bay_y_m),
-            (APRON_END_M - 1.0, bay_y_m),
-            (stop_m[0] + 5.0, stop_m[1]),
-            stop_m,
-        ]
-    )
-
-
 def past(x_m: float, side: float) -> Points:
     """Return a boat's way along the fairway, from a side to the other."""
     border = border_y_m(x_m, beyond_m=9.0)

@@ -16,9 +16,6 @@ from sim.meshes.thermal_paint import KELVIN_PER_LEVEL, NO_VARIATION, blotches, v
 
 Picture = NDArray[np.uint8]
 
-_UPRIGHT_UV = np.array([(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)])
-"""Of a plate's corners in the order of ``add_plate``."""
-
 
 class ShedPart(IntEnum):
     """Parts of a shed; the roof is a body of its own, with the one part 0."""

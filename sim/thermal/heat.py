@@ -170,12 +170,3 @@ def worn_k(weather: Weather, hour: float, insulation_clo: float, *, skin_k: floa
         excess += 0.95 * (around - STEFAN_BOLTZMANN * kelvin**4)
         kelvin += excess / (1.0 / resistance + convection + 4.0 * 0.95 * STEFAN_BOLTZMANN * kelvin**3)
     return kelvin
-
-
-def drawn_towards_k(now_k: float, goal_k: float, passed_s: float, time_constant_s: float) -> float:
-    """Return the temperature of something that warms up or cools down: ``goal + (now - goal) exp(-t / tau)``.
-
-    An engine under its bonnet warms up in about 600 s and cools in 3,000 s, tyres and brakes in 1,500 s.
-    """
-    check("time_constant_s", time_constant_s > 0, "a number > 0", time_constant_s)
-    return goal_k + (now_k - goal_k) * float(np.exp(-passed_s / time_constant_s))

@@ -195,7 +195,7 @@ def test_the_gain_is_the_slope_of_grey_over_kelvin(seen: Any, captures: list[Cap
         near = [np.abs(kelvin - each) < 0.05 for each in (low, high)]
         grey = frame.observation.image_rgb[..., 0].ravel().astype(float)
         slope = (grey[near[1]].mean() - grey[near[0]].mean()) / (high - low)
-        assert truth_of(frame).agc_gain == pytest.approx(slope, rel=0.35)
+        assert truth_of(frame).agc_gain == pytest.approx(slope, rel=0.06)
 
 
 def test_every_id_in_the_map_is_of_an_object_or_told_by_the_map(seen: Any) -> None:

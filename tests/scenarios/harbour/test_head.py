@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from scenarios.harbour.episode import TARGET, HarbourEpisode
-from scenarios.harbour.head import HEAD, LENS, Head
+from scenarios.harbour.head import HEAD, LENS, MOUNT
 from scenarios.harbour.presets import PRESETS
 from scenarios.harbour.scenario import HARBOUR
+from scenarios.pan_tilt_zoom import Head
 from scenarios.truth import check_truth
 from scenarios.visibility import states_of
 from sim.optics import project
@@ -89,7 +90,7 @@ def test_the_overview_is_the_same_whether_a_second_camera_is_steered_or_not(epis
 
 
 def test_a_head_obeys_within_its_limits() -> None:
-    head = Head(5.0)
+    head = Head(MOUNT, 5.0)
     pan, tilt = head.pan_rad, head.tilt_rad
     head.obey(CameraCommand(pan_rad_s=9.0, tilt_rad_s=0.1, zoom_per_s=0.2))
     assert head.pan_rad == pytest.approx(pan + 0.8 / 5.0)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from sim.thermal.heat import STEP_H, Balance, Surface, course, drawn_towards_k, wet_bulb_k, worn_k
+from sim.thermal.heat import STEP_H, Balance, Surface, course, wet_bulb_k, worn_k
 from sim.thermal.materials import MATERIALS, Material
 from sim.thermal.weather import STEFAN_BOLTZMANN, Weather
 
@@ -101,15 +101,6 @@ def test_clothes_pass_on_what_the_skin_gives():
     kelvin, around = outside[1], 0.5 * (float(DAY.sky_wm2(6.0)) + STEFAN_BOLTZMANN * air_k**4)
     given_off = (5.7 + 3.8 * 3.0) * (kelvin - air_k) + 0.95 * (STEFAN_BOLTZMANN * kelvin**4 - around)
     assert (306.0 - kelvin) / (0.155 * 0.6) == pytest.approx(given_off, rel=1e-9)
-
-
-def test_engines_warm_up_and_cool_down_exponentially():
-    assert drawn_towards_k(290.0, 350.0, 0.0, 600.0) == 290.0
-    assert drawn_towards_k(290.0, 350.0, 600.0, 600.0) == pytest.approx(350.0 - 60.0 / np.e)
-    twice = drawn_towards_k(drawn_towards_k(350.0, 290.0, 100.0, 3000.0), 290.0, 200.0, 3000.0)
-    assert twice == pytest.approx(drawn_towards_k(350.0, 290.0, 300.0, 3000.0))
-    with pytest.raises(ValueError, match=r"^time_constant_s: expected a number > 0, got 0"):
-        drawn_towards_k(290.0, 350.0, 1.0, 0.0)
 
 
 def test_the_wet_bulb_is_that_of_the_paper():
