@@ -32,8 +32,8 @@ class KeptPicture(NamedTuple):
 
     Attributes:
         depth_m, instance_id: (H, W) what was seen.
-        light: (H, S, W) float32, ``lit * max(0, n . l)`` of each position of the sun.
-        exposure: (H, W) float32, ``sum_s weight * light``; weights change more often than positions.
+        light: (H, S, W) float32 by ``find_light``.
+        exposure: (H, W) float32, ``sum_s weight * light``; weights change more often than the light.
         radiance: (H, W) float32. version: (H,) int64, of the temperatures in each row.
     """
 

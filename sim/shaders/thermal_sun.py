@@ -57,9 +57,10 @@ class Suns:
         self.arrays = _arrays({})
 
     def set(self, towards_sun: Sequence[NDArray[np.float64]], weights: Sequence[float]) -> bool:
-        """Set S positions (3,) and their weights; return whether positions have changed.
+        """Set S positions (3,) and their weights; return whether ``find_light`` now finds another light anywhere.
 
-        A position that stays keeps its shadow map.
+        It does when positions change, and when another one becomes the strongest: what moves takes its light. A
+        position that stays keeps its shadow map.
         """
         check("towards_sun", len(towards_sun) <= MOST_SUNS, f"at most {MOST_SUNS} positions", len(towards_sun))
         check("weights", len(weights) == len(towards_sun), f"{len(towards_sun)} numbers", len(weights))
@@ -69,6 +70,7 @@ class Suns:
             self._maps = {each: self._maps.get(each) or self._shadows(each) for each in directions}
             self.arrays = _arrays(self._maps)
         strongest = max(range(len(weights)), key=lambda s: weights[s], default=-1)
+        is_new |= strongest != self.arrays.strongest
         self.arrays = self.arrays._replace(weight=np.array(weights, np.float32), strongest=strongest)
         return is_new
 

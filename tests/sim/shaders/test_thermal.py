@@ -159,6 +159,47 @@ def test_movers_cast_no_thermal_shadow():
     yard.world.close()
 
 
+@pytest.mark.parametrize("weights", [[0.7, 0.3], [0.4, 0.6]])
+def test_weights_that_change_light_what_stands_still_anew(yard, weights):
+    """What can move has the light of the strongest sun, also while it stands; the others that of all of them."""
+    box_m = box((6.0, 6.0, 9.0), plain(0))
+    mover = yard.world.add(box_m, _beside(12.0), name="car", category="vehicle", movable=True)
+    fresh = ThermalShader(yard.world, 60.0, AIR)
+    suns = [np.array([-0.6, 0.0, 0.8]), np.array([0.0, 0.6, 0.8])]
+    for shader in (yard.shader, fresh):
+        for body in (yard.ground, yard.block, mover):
+            shader.set_parts(body, *np.repeat([[290.0], [310.0], [1.0]], 2, axis=1))
+    yard.shader.set_sun(suns, [0.8, 0.2])
+    before, ids, _ = yard.seen()
+    yard.shader.set_sun(suns, weights)
+    again = yard.seen()[0]
+    fresh.set_sun(suns, weights)
+    yard.shader = fresh
+    assert yard.seen()[0].tobytes() == again.tobytes()
+    moves = ids == mover.index
+    assert moves.sum() > 300
+    # Only where the strongest has changed is its light another one.
+    assert (again[moves] != before[moves]).any() == (weights[0] < weights[1])
+    assert (again[ids == yard.block.index] != before[ids == yard.block.index]).mean() > 0.3
+
+
+def test_a_camera_at_rest_finds_the_sun_only_on_what_moved(yard):
+    mover = yard.world.add(box((6.0, 6.0, 9.0), plain(0)), _beside(12.0), name="car", category="vehicle", movable=True)
+    suns = [np.array([-0.6, 0.0, 0.8]), np.array([0.0, 0.6, 0.8])]
+    yard.shader.set_sun(suns, [0.8, 0.2])
+    _, before, _ = yard.seen()
+    kept = yard.shader.row_light(np.empty((0, 0)), CAMERA, overview()).kept
+    kept.light[:] = -9.0
+    yard.shader.set_sun(suns, [0.6, 0.4])
+    yard.world.move(mover, _beside(13.0))
+    _, after, _ = yard.seen()
+    again = yard.shader.row_light(np.empty((0, 0)), CAMERA, overview()).kept
+    found = (again.light > -9.0).all(axis=1)
+    near = (before == mover.index) | (after == mover.index)
+    assert 100 < found.sum() <= near.sum()
+    assert not found[~near].any()
+
+
 def test_pictures_in_sequence_equal_those_of_a_new_shader():
     front = Waterfront(Weather(cloud=0.1), np.random.default_rng(0), boats=3, people=3)
     front.set_hour(9.0)
@@ -202,6 +243,12 @@ def test_impossible_parts_are_refused(yard):
 
 def _sensor() -> ThermalSensor:
     return ThermalSensor(ThermalConfig(), np.random.default_rng(3))
+
+
+def _beside(y_m: float) -> NDArray[np.float64]:
+    T = np.eye(4)
+    T[1, 3] = y_m
+    return T
 
 
 def _raised(z_m: float) -> NDArray[np.float64]:
