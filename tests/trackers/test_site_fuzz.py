@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
-from tests.trackers.drawn_harbour import VIEW
+from tests.trackers.drawn_harbour import CAMERA, VIEW, DrawnHarbour
 from tests.trackers.hostile import hostile_sequence
 from trackers.estimate_check import check_tracks
 from trackers.registry import entry
@@ -32,3 +33,21 @@ def test_no_picture_and_no_background_makes_a_tracker_raise(name: str, seed: int
     tracker.start(observations[:FRAMES], observations[0].camera)
     for observation in observations[FRAMES:]:
         check_tracks(tracker.update(observation))
+
+
+def resized(observation: Observation, factor: float, camera_too: bool) -> Observation:
+    """Return a picture at another size, and with the camera of that size if ``camera_too``."""
+    image_rgb = cv2.resize(observation.image_rgb, None, fx=factor, fy=factor)
+    height_px, width_px = image_rgb.shape[:2]
+    camera = replace(CAMERA, width_px=width_px, height_px=height_px) if camera_too else CAMERA
+    return replace(observation, image_rgb=image_rgb, camera=camera)
+
+
+@pytest.mark.parametrize("camera_too", [True, False])
+@pytest.mark.parametrize("name", NAMES)
+def test_pictures_of_another_size_make_no_tracker_raise(name: str, camera_too: bool) -> None:
+    harbour, tracker = DrawnHarbour(0), entry(name).create(np.random.default_rng(0))
+    tracker.start(harbour.pictures(20), CAMERA)
+    for factor in (1.0, 2.0, 0.5, 1.0, 0.51, 3.0, 1.0):
+        for picture in harbour.pictures(2):
+            check_tracks(tracker.update(resized(picture, factor, camera_too)))

@@ -84,13 +84,17 @@ class _Foreground:
     def _begin(self, greys: Sequence[Grey], site: Site | None) -> None:
         self._method = self._subtractor(greys)
         self._noise = noise_of(greys) if greys else None
+        self._size = greys[0].shape if greys else None
         self._site = site
         self._linker: GroundLinker | None = None
 
     def update(self, observation: Observation) -> list[Track]:
-        """See ``MultiTracker``."""
+        """See ``MultiTracker``. A picture of another size than the first one learnt has no answer."""
         p, camera = self._parameters, observation.camera
         grey = np.ascontiguousarray(observation.image_rgb[..., 0])
+        self._size = grey.shape if self._size is None else self._size
+        if grey.shape != self._size:
+            return []
         if self._site is None:
             self._site = survey(p.volume, camera, [observation])
         foreground, background = self._method.apply(grey)

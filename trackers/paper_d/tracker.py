@@ -69,14 +69,14 @@ class EigenSwarm:
 
     def __init__(self, parameters: EigenSwarmParameters, rng: np.random.Generator) -> None:
         self._parameters, self._rng = parameters, rng
-        self._begin(None, None)
+        self._begin(None, None, (0, 0))
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """See ``MultiTracker``."""
         size = (camera.height_px, camera.width_px)
         greys = [each.image_rgb[..., 0] for each in background if each.image_rgb.shape[:2] == size]
         spaces = learn(greys, self._parameters.contribution) if len(greys) > 1 else None
-        self._begin(spaces, survey(self._parameters.volume, camera, background))
+        self._begin(spaces, survey(self._parameters.volume, camera, background), size)
 
     def save_background(self, path: Path) -> Path:
         """Write what ``start`` learnt, and the camera's calibration with it, and return the path.
@@ -99,17 +99,17 @@ class EigenSwarm:
         site = Site(SiteView(camera, T_world_camera), place(self._parameters.volume, camera, T_world_camera))
         arrays = load_model(path, _KIND, site.view)
         rows, columns = int(arrays.pop("rows")), int(arrays.pop("columns"))
-        self._begin(BlockEigenspaces(rows, columns, **arrays), site)
+        self._begin(BlockEigenspaces(rows, columns, **arrays), site, (camera.height_px, camera.width_px))
 
-    def _begin(self, spaces: BlockEigenspaces | None, site: Site | None) -> None:
-        self._spaces, self._site = spaces, site
+    def _begin(self, spaces: BlockEigenspaces | None, site: Site | None, size: tuple[int, int]) -> None:
+        self._spaces, self._site, self._size = spaces, site, size
         self._swarm: Swarm | None = None
         self._time_s = 0.0
 
     def update(self, observation: Observation) -> list[Track]:
-        """See ``MultiTracker``."""
+        """See ``MultiTracker``. A picture of another size than those of the background has no answer."""
         p, spaces, camera = self._parameters, self._spaces, observation.camera
-        if spaces is None or observation.image_rgb.shape[:2] != (camera.height_px, camera.width_px):
+        if spaces is None or observation.image_rgb.shape[:2] != self._size:
             return []
         if self._site is None:
             self._site = survey(p.volume, camera, [observation])
