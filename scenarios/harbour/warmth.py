@@ -12,7 +12,7 @@ from scenarios.harbour.conditions import Conditions, Day
 from scenarios.harbour.scenery import LAMP, VENT, WALL_BANDS, WALL_FOOT_M, WALL_TOP_M
 from sim.meshes.boat import BoatPart
 from sim.meshes.thermal_paint import CarPart, PersonPart
-from sim.thermal.heat import Course, Surface, course, worn_k
+from sim.thermal.heat import Course, Surface, course, shade_light_wm2, worn_k
 from sim.thermal.materials import MATERIALS
 from sim.thermal.weather import Weather
 
@@ -26,6 +26,8 @@ _DRYING_H = 2.5
 _MEMORY_H = np.arange(0.0, 13.01, 0.2)
 """How long ago the tide is looked up; longer than from one high water to the next."""
 _WORN_EMISSIVITY = 0.96
+_UPRIGHT_VIEW = 0.5
+"""Share of sky that who walks, or flies low, sees; the rest is ground."""
 
 
 class DayWarmth:
@@ -105,9 +107,10 @@ def person_kelvins(clothes: Clothes, warmth: DayWarmth) -> Kelvins:
     # Cloth has hardly any mass: sunlight leaves it at once through convection, radiation, and inwards.
     leaves_wm2k = 5.7 + 3.8 * weather.wind_mps + 6.0 + 1.0 / (0.155 * clothes.clo)
     # Rain takes its share of what the body gives off, as of any surface, see ``sim.thermal.heat``.
-    air_k, wetting_wm2k = float(weather.air_k(hour)), min(8.0 * weather.rain_mm_h, 40.0)
-    shaded = air_k + (shaded - air_k) * leaves_wm2k / (leaves_wm2k + wetting_wm2k)
-    sunlit = shaded + clothes.absorptivity * float(weather.direct_wm2(hour)) / leaves_wm2k
+    air_k, all_wm2k = float(weather.air_k(hour)), leaves_wm2k + min(8.0 * weather.rain_mm_h, 40.0)
+    light_wm2 = float(shade_light_wm2(weather, hour, _UPRIGHT_VIEW))
+    shaded = air_k + ((shaded - air_k) * leaves_wm2k + clothes.absorptivity * light_wm2) / all_wm2k
+    sunlit = shaded + clothes.absorptivity * float(weather.direct_wm2(hour)) / all_wm2k
     return shaded, sunlit, np.full(len(shaded), _WORN_EMISSIVITY)
 
 
@@ -115,7 +118,9 @@ def gull_kelvins(warmth: DayWarmth) -> Kelvins:
     """Return the temperatures of a gull's body, wings and head: down keeps it as warm as a well clothed person."""
     weather, hour = warmth.weather, warmth.hour
     shaded = np.array([worn_k(weather, hour, clo, skin_k=312.0) for clo in (1.6, 2.5, 0.7)])
-    sunlit = shaded + 0.3 * float(weather.direct_wm2(hour)) / (14.0 + 3.8 * weather.wind_mps)
+    k_per_wm2 = 0.3 / (14.0 + 3.8 * weather.wind_mps)
+    shaded += k_per_wm2 * float(shade_light_wm2(weather, hour, _UPRIGHT_VIEW))
+    sunlit = shaded + k_per_wm2 * float(weather.direct_wm2(hour))
     return shaded, sunlit, np.full(3, 0.97)
 
 

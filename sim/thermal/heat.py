@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sim.checks import check, check_within
 from sim.thermal.materials import Material
@@ -110,9 +110,8 @@ class Balance:
         coupling = np.array([each.coupling_w_m2k for each in made_of])
         view = np.array([each.sky_view for each in surfaces])
         # Columns are hours from here on.
-        air_k, direct, diffuse = (each(hours)[:, None] for each in (w.air_k, w.direct_wm2, w.diffuse_wm2))
-        level = direct * np.maximum(w.towards_sun(hours)[:, 2:], 0.0) + diffuse
-        light = view * diffuse + (1.0 - view) * _GROUND_ALBEDO * level
+        air_k, direct = (each(hours)[:, None] for each in (w.air_k, w.direct_wm2))
+        light = shade_light_wm2(w, hours[:, None], view)
         sunlight = np.stack([light, light + direct], axis=1)
         long_wave = view * w.sky_wm2(hours)[:, None] + (1.0 - view) * STEFAN_BOLTZMANN * air_k**4
         convection = 5.7 + 3.8 * w.wind_mps
@@ -133,6 +132,19 @@ class Balance:
         """Return the temperatures (2, N) a step later, at the k-th hour: Euler's implicit step, linearised."""
         stiffness = self._conductance + 4.0 * self.emissivity * STEFAN_BOLTZMANN * kelvin**3
         return np.asarray(kelvin + self.inflow_wm2(kelvin, k) / (self._capacity / step_s + stiffness))
+
+
+def shade_light_wm2(weather: Weather, hour: ArrayLike, sky_view: ArrayLike) -> NDArray[np.float64]:
+    """Return the sunlight (...) that falls from the sky and from lit ground on a surface in the shade.
+
+    ``v D + (1 - v) 0.2 (S z + D)``, see above.
+
+    Args:
+        hour, sky_view: (...), of shapes that go together.
+    """
+    view, diffuse = np.asarray(sky_view), weather.diffuse_wm2(hour)
+    level = weather.direct_wm2(hour) * np.maximum(weather.towards_sun(hour)[..., 2], 0.0) + diffuse
+    return np.asarray(view * diffuse + (1.0 - view) * _GROUND_ALBEDO * level)
 
 
 def wet_bulb_k(air_k: float, vapour_hpa: float) -> float:

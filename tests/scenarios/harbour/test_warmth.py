@@ -90,6 +90,32 @@ def test_skin_is_warmer_than_clothes_and_clothes_than_air(warmth: DayWarmth) -> 
     assert air_k < feathers[1] < feathers[0] < feathers[2]
 
 
+def under(warmth: DayWarmth, hour: float, **weather: float) -> DayWarmth:
+    other = copy.copy(warmth)
+    other.hour, other.weather = hour, Weather(**weather)
+    return other
+
+
+def test_people_and_gulls_take_up_the_light_that_shade_gets(warmth: DayWarmth) -> None:
+    """Against the balance of their own surface without mass: what light brings, leaves by its conductances."""
+    clothes, calm = draw_clothes(Weather(), rng_of(2)), {"wind_mps": 1.0, "cloud": 0.5, "swing_k": 0.0}
+    noon, night = under(warmth, 12.0, **calm), under(warmth, 0.0, **calm)
+    weather = noon.weather
+    # Of half a sky, and of ground that throws back a fifth of all that falls on it.
+    sky, sun = float(weather.diffuse_wm2(12.0)), float(weather.direct_wm2(12.0))
+    light = 0.5 * sky + 0.5 * 0.2 * (sky + sun * float(weather.towards_sun(12.0)[2]))
+    assert light > 100.0
+    leaves = 5.7 + 3.8 + 6.0 + 1.0 / (0.155 * clothes.clo)
+    (shaded, sunlit, _), (dark, moonlit, _) = (person_kelvins(clothes, each) for each in (noon, night))
+    np.testing.assert_allclose(shaded - dark, clothes.absorptivity * light / leaves)
+    np.testing.assert_allclose(sunlit - dark, clothes.absorptivity * (light + sun) / leaves)
+    np.testing.assert_array_equal(dark, moonlit)
+    (shaded, sunlit, _), (dark, moonlit, _) = (gull_kelvins(each) for each in (noon, night))
+    np.testing.assert_allclose(shaded - dark, 0.3 * light / 17.8)
+    np.testing.assert_allclose(sunlit - dark, 0.3 * (light + sun) / 17.8)
+    np.testing.assert_array_equal(dark, moonlit)
+
+
 def test_what_is_heated_from_within_is_warmer_than_air_and_lamps_only_burn_at_night(warmth: DayWarmth) -> None:
     air_k = float(warmth.weather.air_k(6.5))
     shaded, sunlit, _ = warmth.of((VENT, LAMP), 0.5)
