@@ -2,7 +2,7 @@
 
 Confidences are compared with a fixed grid of thresholds, the same for all trackers and episodes, so that episodes add
 up and are resampled together. ``counts`` (..., 2 K) hold for K thresholds, the lowest first, the share found, then the
-false alarms an hour; both fall with the threshold.
+false alarms an hour. Neither has to fall with the threshold: a higher one may break one long alarm into several.
 """
 
 from __future__ import annotations
@@ -24,25 +24,21 @@ def reached(levels: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def found_at(counts: NDArray[np.float64], alarms_per_hour: float) -> NDArray[np.float64]:
     """Return the largest share (...) found at any threshold with at most so many alarms; 0 where all have more."""
-    best, alarms = _best(counts)
-    first = (alarms > alarms_per_hour).sum(axis=-1, keepdims=True)
-    padded = np.concatenate([best, np.zeros_like(best[..., :1])], axis=-1)
-    return np.take_along_axis(padded, first, axis=-1)[..., 0]
+    share, alarms = _split(counts)
+    return np.asarray(np.where(alarms <= alarms_per_hour, share, 0.0).max(axis=-1))
 
 
 def area(counts: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
     """Return the mean (...) of ``found_at`` over the logarithm of the alarms from ``low`` > 0 to ``high`` an hour."""
-    best, alarms = _best(counts)
-    ends = np.log(np.clip(alarms, low, high))
-    starts = np.concatenate([np.full_like(ends[..., :1], np.log(high)), ends[..., :-1]], axis=-1)
-    return np.asarray((best * (starts - ends)).sum(axis=-1) / np.log(high / low))
+    share, alarms = _split(counts)
+    order = alarms.argsort(axis=-1)
+    best = np.maximum.accumulate(np.take_along_axis(share, order, -1), axis=-1)
+    starts = np.log(np.clip(np.take_along_axis(alarms, order, -1), low, high))
+    ends = np.concatenate([starts[..., 1:], np.full_like(starts[..., :1], np.log(high))], axis=-1)
+    return np.asarray((best * (ends - starts)).sum(axis=-1) / np.log(high / low))
 
 
-def _best(counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the largest share at each threshold or a higher one, and the alarms, both (..., K).
-
-    A share of nothing to find, NaN, counts as 0.
-    """
+def _split(counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return shares and alarms (..., K); a share below 0, or of nothing to find, NaN, counts as 0."""
     share, alarms = np.split(counts, 2, axis=-1)
-    falling = np.maximum(np.nan_to_num(share), 0.0)[..., ::-1]
-    return np.maximum.accumulate(falling, axis=-1)[..., ::-1], alarms
+    return np.maximum(np.nan_to_num(share), 0.0), alarms

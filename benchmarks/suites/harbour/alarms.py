@@ -67,7 +67,7 @@ def raised(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: 
     So that one identity for all that ever moves is not one alarm. ``frame`` (R,) is in order.
     """
     order = np.lexsort((frame, identity))
-    another = (np.diff(identity[order]) != 0) | (np.diff(frame[order]) > pause_frames)
+    another = _is_another(frame[order], identity[order], pause_frames)
     numbers = np.empty_like(identity)
     numbers[order] = np.cumsum(np.concatenate([[0], another])) if len(order) else 0
     return numbers
@@ -112,8 +112,37 @@ def alarm_scores(causes: list[Cause], false_tracks: int, frames: int, hours: flo
     yield Score("watched_hours", hours)
 
 
-def froc_alarms(alarms: Streaks) -> Iterator[Score]:
+def froc_alarms(
+    frame: NDArray[np.int64], identity: NDArray[np.int64], confidence: NDArray[np.float64], pause_frames: float
+) -> Iterator[Score]:
     """Yield ``froc_alarms`` (*series* over ``scores.froc.THRESHOLDS``): alarms as if only tracks with such confidence
-    were answered.
+    were answered, so that the pause after which an identity is another alarm is one of such tracks.
+
+    Arrays are (R,), of all tracks on nothing.
     """
-    yield Score("froc_alarms", froc.reached(alarms.level).tolist())
+    order = np.lexsort((frame, identity))
+    frame, identity, confidence = frame[order], identity[order], confidence[order]
+    alarms: list[float] = []
+    for threshold in froc.THRESHOLDS:
+        kept = confidence >= threshold
+        if alarms and kept.all():
+            alarms.append(alarms[-1])
+            continue
+        frame, identity, confidence = frame[kept], identity[kept], confidence[kept]
+        alarms.append(float(_count_alarms(frame, identity, pause_frames)))
+    yield Score("froc_alarms", alarms)
+
+
+def _count_alarms(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: float) -> int:
+    """Return the number of alarms of tracks on nothing (R,), in order of identities and then of frames."""
+    last = RUNNING - 1
+    if len(frame) <= last:
+        return 0
+    number = np.concatenate([[0], np.cumsum(_is_another(frame, identity, pause_frames))])
+    runs = number[last:][(identity[:-last] == identity[last:]) & (frame[last:] - frame[:-last] == last)]
+    return int(np.count_nonzero(np.diff(runs)) + (len(runs) > 0))
+
+
+def _is_another(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: float) -> NDArray[np.bool_]:
+    """Return (R - 1,) whether a track begins another alarm than the one before, see ``raised``."""
+    return np.asarray((np.diff(identity) != 0) | (np.diff(frame) > pause_frames))

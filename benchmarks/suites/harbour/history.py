@@ -68,6 +68,10 @@ class History(NamedTuple):
         false = np.bincount(self.identity[self.false], minlength=self.names)
         return np.asarray((2 * false > told)[self.identity])
 
+    def false_tracks(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        """Return frames, identities and confidences (F,) of the tracks that lie on nothing."""
+        return self.frame[self.false], self.identity[self.false], self.confidence[self.false]
+
 
 def confident(objects: Sequence[Objects], frames: Sequence[Answered], least: float) -> list[Answered]:
     """Return the frames as if only tracks with a confidence of at least ``least`` had been answered."""

@@ -16,7 +16,7 @@ from benchmarks.suites.harbour.history import Answered, History, Met, confident,
 from benchmarks.suites.harbour.identity_scores import identity_scores
 from benchmarks.suites.harbour.matching import Matcher
 from benchmarks.suites.harbour.sizes import measured_scores, region_scores
-from benchmarks.suites.harbour.streaks import Streaks, highest, streaks
+from benchmarks.suites.harbour.streaks import highest, streaks
 from benchmarks.suites.harbour.visits import Visit, find_visits
 from benchmarks.suites.judging import Ending, Score, truth_as
 from scenarios.harbour.truth import HarbourTruth
@@ -82,18 +82,14 @@ class HarbourJudge:
         return highest(target, own.level, self._count), -highest(target, -own.begins.astype(float), self._count)
 
     def _alarms(self, shown: History, decided: History) -> Iterator[Score]:
-        frame, number, alarms = self._raised(decided)
+        pause_frames = PAUSE_S / self._interval_s
+        frame, identity, confidence = decided.false_tracks()
+        number = raised(frame, identity, pause_frames)
+        alarms = streaks(frame, number, confidence)
         causes = causes_of_alarms(alarms, frame, number, decided.cause, np.array(self._agc_step))
         frames = len(self.objects)
         yield from alarm_scores(causes, len(frame), frames, frames * self._interval_s / _HOUR_S)
-        yield from froc_alarms(self._raised(shown)[2])
-
-    def _raised(self, history: History) -> tuple[NDArray[np.int64], NDArray[np.int64], Streaks]:
-        """Return frame and number of the tracks on nothing, see ``raised``, and the alarms."""
-        false = history.false
-        frame = history.frame[false]
-        number = raised(frame, history.identity[false], PAUSE_S / self._interval_s)
-        return frame, number, streaks(frame, number, history.confidence[false])
+        yield from froc_alarms(*shown.false_tracks(), pause_frames)
 
     @property
     def _count(self) -> int:

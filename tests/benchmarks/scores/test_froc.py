@@ -66,6 +66,17 @@ def test_without_a_threshold_under_the_limit_nothing_is_found() -> None:
     assert value(AREA, rows([], [])) == 0.0
 
 
+def test_alarms_need_not_fall_with_the_threshold() -> None:
+    """One alarm of unlike confidences may be several at a higher threshold; then the lower one is the better."""
+    alarms = np.where(froc.THRESHOLDS <= 0.3, 4.0, np.where(froc.THRESHOLDS <= 0.6, 20.0, 2.0))
+    of = rows([0.9, 0.6, 0.3, 0.1], [])
+    of[2]["value"] = alarms.tolist()
+    # Above 0.6 one of four is found, up to 0.3 three, and up to 0.1 all.
+    for rate, expected in ((1.0, 0.0), (2.0, 0.25), (3.9, 0.25), (4.0, 1.0), (30.0, 1.0)):
+        assert value(Metric("at", "", "fraction", "higher", ROWS, "froc", alarms_per_hour=(rate,)), of) == expected
+    assert value(AREA, of) == pytest.approx((0.25 * np.log(2.0) + np.log(25.0)) / np.log(100.0))
+
+
 def test_episodes_add_up_before_the_curve_is_made() -> None:
     # One threshold holds for both: 30 alarms in 2 hours, half of the targets.
     of = [*rows([0.9], [0.9] * 30, seed=0), *rows([], [], seed=1, targets=1)]
@@ -78,6 +89,7 @@ def test_episodes_add_up_before_the_curve_is_made() -> None:
 def test_area_is_the_mean_of_points_on_the_curve(seed: int) -> None:
     rng = np.random.default_rng(seed)
     of = rows(rng.random(20).tolist(), (0.8 * rng.random(300)).tolist(), targets=25, hours=2.0)
+    of[2]["value"] = (np.array(of[2]["value"]) + rng.integers(0, 40, K)).tolist()
     at = np.exp(np.linspace(0.0, np.log(100.0), 501)[1:] - 0.5 * np.log(100.0) / 500)
     pool = pooling.pooled(of, AREA)
     assert pool is not None

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.scores import froc
-from tests.benchmarks.suites.harbour.hand_made import LAND, Intruder, judged, of_visits, standing, track, values
+from tests.benchmarks.suites.harbour.hand_made import Intruder, judged, of_visits, standing, track, values
 from trackers.types import Estimate, Track
 
 FRAMES = 90
@@ -146,60 +146,6 @@ def test_who_is_outside_or_hidden_is_neither_right_nor_wrong() -> None:
     assert (told["false_alarms_per_hour"], told["false_tracks_per_frame"]) == (0.0, 0.0)
     # The one who is judged for three frames only is no visit, but counts frame by frame.
     assert (told["mota"], told["identity_right_frames"]) == (1.0, 3.0)
-
-
-def test_an_alarm_is_an_identity_on_nothing_four_times_running() -> None:
-    def alarms(k: int) -> list[Track]:
-        short = [track(1, (-30.0, 2.0), confidence=0.9)] if k % 4 else []
-        return short + ([track(2, (-30.0, -2.0), confidence=0.2 + 0.05 * (k == 50))] if k < 80 else [])
-
-    told = values(judged([], FRAMES, alarms))
-    assert told["false_alarms_per_hour"] == pytest.approx(1 / HOURS)
-    assert told["false_tracks_per_frame"] == pytest.approx((FRAMES - 23 + 80) / FRAMES)
-    # Four frames running of 0.2: one of 0.25 is not enough for a higher threshold.
-    assert (np.array(told["froc_alarms"]) == (froc.THRESHOLDS <= 0.2)).all()
-
-
-@pytest.mark.parametrize(("back", "alarms"), [(40, 1), (41, 2)])
-def test_an_identity_that_comes_back_after_a_minute_is_another_alarm(back: int, alarms: int) -> None:
-    there = {*range(5, 11), *range(back, back + 5)}
-    told = values(judged([], FRAMES, lambda k: [track(1, (-30.0, 2.0))] if k in there else []))
-    assert told["false_alarms_per_hour"] == pytest.approx(alarms / HOURS)
-    assert told["froc_alarms"][0] == alarms
-
-
-def test_a_ghost_of_who_has_left_is_an_alarm() -> None:
-    def stays(k: int) -> list[Track]:
-        return [track(1, (10.0, 3.0))] if 20 <= k < 44 else []
-
-    assert values(judged([PERSON], FRAMES, stays))["false_alarms_per_hour"] == pytest.approx(1 / HOURS)
-    leaves = judged([PERSON], FRAMES, lambda k: stays(k) if k < 43 else [])
-    assert values(leaves)["false_alarms_per_hour"] == 0.0
-
-
-@pytest.mark.parametrize(
-    ("at_m", "steps", "cause"),
-    [
-        ((-30.0, 2.0), (), "wave"),
-        ((10.0, 18.0), (), "tide"),
-        ((10.0, -16.0), (), "bird"),
-        ((10.0, 18.0), (30,), "agc_step"),
-        ((10.0, 18.0), (29,), "agc_step"),
-        ((10.0, 18.0), (28, 31, 32, 33), "tide"),
-    ],
-)
-def test_alarms_have_causes(at_m: tuple[float, float], steps: tuple[int, ...], cause: str) -> None:
-    told = values(judged([], FRAMES, lambda k: [track(5, at_m)] if k >= 30 else [], steps=steps))
-    counts = {name: value * HOURS for name, value in told.items() if name.startswith("false_alarms_per_hour_")}
-    assert {name: value for name, value in counts.items() if value} == {
-        f"false_alarms_per_hour_{cause}": pytest.approx(1.0)
-    }
-
-
-def test_on_land_it_is_shadow_and_beside_the_picture_something_else() -> None:
-    for place, cause in (((10.0, -2.0), "shadow"), ((10.0, -60.0), "other")):
-        told = values(judged([], FRAMES, stands(place, 0, FRAMES), clutter=LAND))
-        assert told[f"false_alarms_per_hour_{cause}"] == pytest.approx(1 / HOURS)
 
 
 def test_alarms_everywhere_find_no_more_than_by_chance() -> None:
