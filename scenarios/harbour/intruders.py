@@ -191,8 +191,12 @@ class Intruders:
         """Return the materials and shares of sky of all cars and boats."""
         return {(name, each.sky_view) for each in self._all for name in each.materials}
 
+    def is_heated(self, k: int) -> bool:
+        """Return whether one of them has parts that an engine heats."""
+        return self._all[k].heated_k is not None
+
     def kelvins(self, frame: int, k: int, warmth: DayWarmth) -> tuple[list[Body], Kelvins]:
-        """Return the bodies of one of them, and the temperatures of its parts."""
+        """Return the bodies of one of them, and the temperatures of its parts on a frame."""
         one = self._all[k]
         if one.clothes is not None:
             return one.bodies, person_kelvins(one.clothes, warmth)

@@ -17,7 +17,8 @@ from sim.world import Body, World
 
 _SHADOW_REACH_M = 75.0
 _STEP_S = 30.0
-"""Temperatures are set anew this often; meanwhile none changes by more than the noise of a pixel."""
+"""Temperatures are set anew this often, but those of what an engine heats on every frame. Meanwhile no other changes by
+more than the noise of a pixel, and what never moves is not drawn anew."""
 _AIR_STEP_H = 1.0 / 6.0
 """Air and sky change in steps of this length."""
 _SUN_STEP_H = 1.0 / 6.0
@@ -60,18 +61,20 @@ class Thermals:
         self._shown: tuple[int, frozenset[int]] | None = None
 
     def show_frame(self, frame: int) -> None:
-        """Set all to a frame of the episode; temperatures are those of the latest ``_STEP_S``."""
+        """Set all to a frame of the episode; temperatures are those of the latest ``_STEP_S``, and the heat of engines
+        that of the frame.
+        """
         every = max(round(_STEP_S * self._rate_hz), 1)
         step = frame // every * every
         here = frozenset(np.flatnonzero(self._intruders.present[frame]).tolist())
         self._seas[DAYS_BEFORE].waves.time_s = frame / self._rate_hz
-        if (step, here) == self._shown:
-            return
+        is_new = (step, here) != self._shown
         if self._shown is None or self._shown[0] != step:
             self._set_world(step / self._rate_hz, DAYS_BEFORE)
         for k in sorted(here):
-            bodies, kelvins = self._intruders.kelvins(step, k, self._warmth[DAYS_BEFORE])
-            self.shader.set_parts(bodies, *kelvins)
+            if is_new or self._intruders.is_heated(k):
+                bodies, kelvins = self._intruders.kelvins(frame, k, self._warmth[DAYS_BEFORE])
+                self.shader.set_parts(bodies, *kelvins)
         self._shown = step, here
 
     def show_earlier(self, time_s: float) -> None:
