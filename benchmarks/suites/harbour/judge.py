@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 
@@ -57,7 +58,7 @@ class HarbourJudge:
         ``shown``: all that the tracker answers. ``decided``: those with a confidence of at least ``decides_at``.
         """
         visits = self._visits
-        chance = chance_levels(shown, self._judged, *self._places, generator(len(self.objects), "chance"))
+        chance = chance_levels(shown, self._judged, *self._places, self._own_generator())
         found, begins = self._reached(decided)
         met = decided.met
         pair = met.target * decided.names + met.identity
@@ -90,6 +91,10 @@ class HarbourJudge:
         frames = len(self.objects)
         yield from alarm_scores(causes, len(frame), frames, frames * self._interval_s / _HOUR_S)
         yield from froc_alarms(*shown.false_tracks(), pause_frames)
+
+    def _own_generator(self) -> np.random.Generator:
+        """Return the same generator for all contestants of an episode; its intruders' sizes stand for its seed."""
+        return generator(zlib.crc32(self.objects[0].size_m.tobytes()), "chance")
 
     @property
     def _count(self) -> int:

@@ -172,6 +172,17 @@ def test_chance_is_taken_off_as_for_guesses() -> None:
     assert (told["froc_found"][0], told["froc_findable"][0]) == (pytest.approx(-chance), pytest.approx(1 - chance))
 
 
+def test_every_episode_has_its_own_shifts() -> None:
+    """Episodes of equal length differ in the draws, and the contestants of one do not."""
+    rates = []
+    for height_m in (1.80, 1.81, 1.82, 1.83, 1.80):
+        person = standing("person", (10.0, 3.0), range(20, 40), size_m=(0.4, 0.5, height_m))
+        scores = judged([person], FRAMES, lambda k: [track(1, (10.0, 3.0))] if 50 <= k < 80 else [])
+        rates += of_visits(scores, "chance_rate").values()
+    assert rates[0] == rates[-1]
+    assert len(set(rates)) > 2
+
+
 def test_a_perfect_tracker_has_nothing_by_chance() -> None:
     people = [PERSON, standing("person", (10.0, 3.0), range(60, 80))]
     scores = judged(people, FRAMES, lambda k: [track(k // 50, (10.0, 3.0))] if 20 <= k < 40 or 60 <= k < 80 else [])
