@@ -48,7 +48,6 @@ class Clutter:
     Attributes:
         sea: the body of the sea.
         surfaces: bodies with materials. gulls: bodies of flying and of resting ones.
-        labels: instance id -> what it is.
     """
 
     def __init__(self, world: World, plan: Plan, conditions: Conditions, rng: np.random.Generator) -> None:
@@ -92,15 +91,14 @@ class Clutter:
             car = _car(world, AWAY, True, rng)
             self.surfaces.append(car)
             self._earlier.append((car.body, pose, stood))
-        self.labels = {body.index: _LABELS[body.category] for body in world.bodies if body.category in _LABELS}
 
     def afloat(self, time_s: NDArray[np.float64], *, before: bool) -> Afloat:
         """Return all that floats or flies at ascending times (F,), of the days before or of the episode."""
         conditions = self._conditions
         days = [conditions.days[conditions.day_at(each)] for each in time_s.tolist()]
         waves_m = np.array([day.waves.significant_m for day in days])
-        wind_mps = np.array([day.weather.wind_mps for day in days])
-        rides = tuple(ride(each, time_s, conditions.tide, waves_m, wind_mps) for each in self._moored)
+        wind_mps, wind_rad = np.array([(day.weather.wind_mps, day.weather.wind_rad) for day in days]).T
+        rides = tuple(ride(each, time_s, conditions.tide, waves_m, wind_mps, wind_rad) for each in self._moored)
         gulls = birds(time_s, conditions.tide, np.random.default_rng(int(self._gull_rng[int(before)])))
         return Afloat(conditions.tide.level_m(time_s), rides, gulls)
 
@@ -122,17 +120,6 @@ class Clutter:
         move(self._resting, afloat.gulls.resting[k])
         for body, pose, stood in self._earlier:
             self._world.move(body, pose if day < DAYS_BEFORE and stood[day] else AWAY)
-
-
-_LABELS = {
-    "sea": "sea",
-    "moored": "moored",
-    "rope": "rope",
-    "bird": "bird",
-    "parked": "parked",
-    "land": "land",
-    "building": "building",
-}
 
 
 def _parked_heading(rng: np.random.Generator) -> float:

@@ -27,7 +27,7 @@ class Moored:
 
     Attributes:
         model, length_m, beam_m: see ``sim.meshes.boat.boat``.
-        anchor_m: (2,) middle of the berth, or the buoy. heading_rad: at the berth, or the mean at the buoy.
+        anchor_m: (2,) middle of the berth, or the buoy. heading_rad: at the berth, or at the buoy off the wind's eye.
         swings: about a buoy.
         seed: of its motion.
     """
@@ -64,10 +64,8 @@ def draw_moored(rng: np.random.Generator) -> list[Moored]:
             beam = length * rng.uniform(0.31, 0.37)
             place = (WALL_X_M - _FENDER_M - 0.5 * beam, berth.y_m)
             boats.append(Moored(model, length, beam, place, berth.heading_rad, False, int(rng.integers(2**31))))
-    # The wind turns all that swing to the same side.
-    upwind = rng.uniform(-np.pi, np.pi)
     for place in BUOYS_M:
-        length, heading = rng.uniform(4.6, 5.6), upwind + rng.normal(0.0, 0.2)
+        length, heading = rng.uniform(4.6, 5.6), rng.normal(0.0, 0.2)
         model = str(rng.choice(["launch", "yacht"]))
         boats.append(Moored(model, length, 0.36 * length, place, heading, True, int(rng.integers(2**31))))
     return boats
@@ -107,15 +105,23 @@ def ride(
     tide: Tide,
     wave_height_m: NDArray[np.float64],
     wind_mps: NDArray[np.float64],
+    wind_rad: NDArray[np.float64],
 ) -> Ride:
-    """Return the boat and its ropes at times (F,), in waves (F,) and wind (F,)."""
+    """Return the boat and its ropes at times (F,), in waves (F,) and wind (F,).
+
+    Args:
+        wind_rad: where it blows to: all that swing lie there of their buoys, bow to the wind.
+    """
     rng = np.random.default_rng(moored.seed)
     level_m = tide.level_m(time_s)
     rocked = rocking(time_s, wave_height_m, moored.length_m, rng)
     push = 0.3 + wind_mps / 8.0
     if moored.swings:
-        heading = moored.heading_rad + push * (
-            0.35 * sway(time_s, (90.0, 400.0), rng) + 0.25 * sway(time_s, (1500.0, 9000.0), rng)
+        heading = (
+            wind_rad
+            + np.pi
+            + moored.heading_rad
+            + push * (0.35 * sway(time_s, (90.0, 400.0), rng) + 0.25 * sway(time_s, (1500.0, 9000.0), rng))
         )
         reach = 2.2 + 0.5 * moored.length_m
         place = np.column_stack(

@@ -12,7 +12,7 @@ from scenarios.harbour.moorings import SEGMENTS, Moored, Ride, draw_moored, mesh
 from scenarios.harbour.sea import Tide, draw_tide, float_poses, rocking, sway
 
 TIME_S = 2.0 * np.arange(2100)
-CALM = np.full(len(TIME_S), 0.05), np.full(len(TIME_S), 2.0)
+CALM = np.full(len(TIME_S), 0.05), np.full(len(TIME_S), 2.0), np.full(len(TIME_S), 0.7)
 
 
 def rng_of(seed: int) -> np.random.Generator:
@@ -85,6 +85,25 @@ def test_moored_boats_rise_with_the_tide_swing_and_stay_off_the_wall(moored: lis
             np.testing.assert_allclose(away, away[0], rtol=1e-9)
 
 
+@pytest.mark.parametrize("wind_mps", [0.5, 7.0])
+def test_boats_at_buoys_lie_downwind_of_them_with_the_bow_to_the_wind(moored: list[Moored], wind_mps: float) -> None:
+    still, tide = np.zeros(len(TIME_S)), draw_tide(rng_of(5))
+    # It turns once from day to day, half way.
+    blows_to = np.where(TIME_S < 2100.0, 0.4, 2.6)
+    for boat in moored:
+        moving = ride(boat, TIME_S, tide, still, still + wind_mps, blows_to).T_world_boat
+        for part in (TIME_S < 2100.0, TIME_S >= 2100.0):
+            # At a quay the wind's direction changes nothing.
+            other = ride(boat, TIME_S, tide, still, still + wind_mps, blows_to + 1.0).T_world_boat
+            assert np.array_equal(moving, other) == (not boat.swings)
+            if boat.swings:
+                away = (moving[part, :2, 3] - boat.anchor_m).mean(axis=0)
+                off = np.angle(np.exp(1j * (np.arctan2(away[1], away[0]) - blows_to[part][0])))
+                assert abs(off) < 0.75
+                bow = moving[part, :2, 0].mean(axis=0)
+                assert bow @ away < -0.98 * np.linalg.norm(bow) * np.linalg.norm(away)
+
+
 def rope_points(moving: Ride, k: int) -> tuple[np.ndarray, np.ndarray]:
     """Return starts and directions (F, SEGMENTS, 3) of the segments of a boat's k-th rope."""
     T = moving.T_world_rope[:, k * SEGMENTS : (k + 1) * SEGMENTS]
@@ -114,7 +133,7 @@ def test_ropes_slacken_as_the_water_rises() -> None:
     still = np.zeros(2)
     sags = []
     for k in range(boat.rope_count):
-        start, _ = rope_points(ride(boat, time_s, tide, still, still), k)
+        start, _ = rope_points(ride(boat, time_s, tide, still, still, still), k)
         middle, ends = start[:, SEGMENTS // 2], 0.5 * (start[:, 0] + 2 * start[:, -1] - start[:, -2])
         sags.append(ends[:, 2] - middle[:, 2])
     low, high = np.mean(sags, axis=0)
