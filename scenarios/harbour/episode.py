@@ -45,7 +45,7 @@ TARGET = "person-0"
 _SURVEY_RAD, _SURVEY_M = np.deg2rad(0.02), 0.05
 """Standard deviations of the surveyed pose of the camera."""
 _BACKGROUND_FROM = 4000
-"""Number of the sensor's first frame of the days before: later than any of the episode's, so that no noise repeats."""
+"""Number of the sensor's first frame of the days before, or a later one: no noise of the episode's own repeats."""
 
 
 class HarbourEpisode(Stage):
@@ -127,10 +127,11 @@ class HarbourEpisode(Stage):
         camera = self._overview(self.world)
         self._intruders.take_out()
         pictures = []
+        first = max(_BACKGROUND_FROM, self.frame_count)
         for k, each in enumerate(time_s.tolist()):
             self._clutter.move_to(afloat, k, self._conditions.day_at(each))
             self._thermals.show_earlier(each)
-            frame = _BACKGROUND_FROM + round((each - time_s[0]) * self.rate_hz)
+            frame = first + round((each - time_s[0]) * self.rate_hz)
             seen = camera.take(self._shader, self._T_world_camera, frame).picture
             pictures.append(self._observed(seen, each))
         self._move_to(max(self._frame, 0))

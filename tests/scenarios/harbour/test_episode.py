@@ -227,6 +227,24 @@ def test_the_days_before_are_without_intruders_and_differ(seen: Any, captures: l
     assert (taken[0].instance_id != taken[1].instance_id).mean() > 0.002
 
 
+def test_no_noise_of_a_long_episode_comes_again_on_the_days_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken: list[int] = []
+    own = SingleCamera.take
+
+    def recorded(self: SingleCamera, shader: Any, T: Any, frame: int) -> Capture[Any]:
+        taken.append(frame)
+        return own(self, shader, T, frame)
+
+    monkeypatch.setattr(SingleCamera, "take", recorded)
+    for count in (100, 4200):
+        episode = HARBOUR.episode(dataclasses.replace(SMALL, frame_count=count, background=2), SEED)
+        assert len(episode.start.background) == len(taken) == 2
+        # 36 hours at one picture each two seconds lie between the two.
+        assert taken == [max(count, 4000), max(count, 4000) + 64800]
+        episode.close()
+        taken.clear()
+
+
 def test_both_renderers_show_the_same(seen: Any) -> None:
     episode = HARBOUR.episode(SMALL, SEED, renderer="pybullet")
     frame = episode.step()
