@@ -48,7 +48,7 @@ class Objects:
         present: (N,) whether it is in the world. watched: (N,) present, its centre inside the watched volume.
         seen: (N,) watched, and some of it is seen. judged: (N,) watched, in the picture and at least half of it seen.
         contrast_to_noise: (N,) 0 where nothing of it is seen.
-        ahead: (N, 2) horizontal unit vector from the camera to it.
+        ahead: (N, 2) horizontal unit vector from the camera to it. distance_m: (N,) to it along that.
     """
 
     place_m: NDArray[np.float64]
@@ -60,6 +60,7 @@ class Objects:
     judged: NDArray[np.bool_]
     contrast_to_noise: NDArray[np.float64]
     ahead: NDArray[np.float64]
+    distance_m: NDArray[np.float64]
 
 
 def answers_of(tracks: Sequence[Track], camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> Answers:
@@ -87,6 +88,7 @@ def objects_of(truth: HarbourTruth) -> Objects:
     """Return the intruders of a frame's truth."""
     place_m = truth.T_world_object[:, :3, 3] + 0.5 * truth.size_m[:, 2:] * truth.T_world_object[:, :3, 2]
     sight_m = place_m[:, :2] - truth.T_world_camera[:2, 3]
+    distance_m = np.linalg.norm(sight_m, axis=1)
     present = truth.state != "absent"
     watched = present & truth.watched
     mostly = np.isin(truth.state, ("in", "partial")) & (truth.visible_fraction >= MOSTLY_SEEN)
@@ -99,5 +101,6 @@ def objects_of(truth: HarbourTruth) -> Objects:
         seen=watched & (truth.visible_fraction > 0) & (truth.state != "out"),
         judged=watched & mostly,
         contrast_to_noise=np.nan_to_num(truth.contrast_to_noise),
-        ahead=sight_m / np.linalg.norm(sight_m, axis=1, keepdims=True),
+        ahead=sight_m / distance_m[:, None],
+        distance_m=distance_m,
     )

@@ -70,7 +70,8 @@ class HarbourJudge:
         yield from froc_scores(visits, self._reached(shown)[0], chance)
         yield from self._alarms(shown, decided)
         yield from region_scores(visits, Met._make(each[counted] for each in met))
-        yield from measured_scores(visits, decided, self.objects[0].size_m)
+        distance_m = np.array([each.distance_m for each in self.objects])
+        yield from measured_scores(visits, decided, self.objects[0].size_m, distance_m)
 
     def _reached(self, history: History) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return for each intruder (N,) the highest threshold at which it is found, and the first frame on which it

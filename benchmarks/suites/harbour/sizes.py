@@ -18,17 +18,23 @@ MEAN_SIZE_M = {"person": (0.36, 0.53, 1.73), "car": (4.79, 1.99, 1.70), "boat": 
 and the scene, and measures nothing.
 """
 
+AT_100_M = (85.0, 115.0)
+"""Distances from the camera over the ground at which sizes are those at 100 m."""
 
-def measured_scores(visits: Sequence[Visit], history: History, size_m: NDArray[np.float64]) -> Iterator[Score]:
+
+def measured_scores(
+    visits: Sequence[Visit], history: History, size_m: NDArray[np.float64], distance_m: NDArray[np.float64]
+) -> Iterator[Score]:
     """Yield errors of the one track on each intruder, a row a visit.
 
     ``position_error_m``: mean distance over the ground of the two centres, at most 3 m, since beyond it is not on it.
     ``kind_right``: share of its frames with a class in which that is right. ``depth_error``, ``width_error``,
-    ``height_error``: of the median of its sizes, the difference from the true one relative to that;
-    ``depth_error_of_mean`` …: the same of the mean size of its class.
+    ``height_error``: of the median of its sizes, the difference from the true one relative to that.
+    ``depth_error_at_100_m`` …: the same of its sizes while the intruder is 85 to 115 m away from the camera over the
+    ground; ``depth_error_of_mean`` …: for the same intruders that of the mean size of their class.
 
     Args:
-        size_m: (N, 3) true sizes.
+        size_m: (N, 3) true sizes. distance_m: (T, N) from the camera over the ground.
     """
     for visit in visits:
         mine = history.first & (history.target == visit.index)
@@ -38,14 +44,20 @@ def measured_scores(visits: Sequence[Visit], history: History, size_m: NDArray[n
         named = history.kind[mine][history.kind[mine] != ""]
         if len(named):
             yield Score("kind_right", float((named == visit.kind).mean()), float(len(named)), visit)
-        sizes_m = history.size_m[mine]
-        sizes_m = sizes_m[np.isfinite(sizes_m).all(axis=1)]
-        if len(sizes_m) == 0:
-            continue
-        values = zip(DIMENSIONS, np.median(sizes_m, axis=0), size_m[visit.index], MEAN_SIZE_M[visit.kind], strict=True)
-        for name, said_m, true_m, mean_m in values:
-            yield Score(f"{name}_error", float(abs(said_m / true_m - 1.0)), 1.0, visit)
-            yield Score(f"{name}_error_of_mean", float(abs(mean_m / true_m - 1.0)), 1.0, visit)
+        said = mine & np.isfinite(history.size_m).all(axis=1)
+        away_m = distance_m[history.frame, visit.index]
+        near = said & (away_m >= AT_100_M[0]) & (away_m <= AT_100_M[1])
+        true_m = size_m[visit.index]
+        if said.any():
+            yield from _errors("error", np.median(history.size_m[said], axis=0), true_m, visit)
+        if near.any():
+            yield from _errors("error_at_100_m", np.median(history.size_m[near], axis=0), true_m, visit)
+            yield from _errors("error_of_mean", np.array(MEAN_SIZE_M[visit.kind]), true_m, visit)
+
+
+def _errors(suffix: str, said_m: NDArray[np.float64], true_m: NDArray[np.float64], visit: Visit) -> Iterator[Score]:
+    for name, error in zip(DIMENSIONS, np.abs(said_m / true_m - 1.0), strict=True):
+        yield Score(f"{name}_{suffix}", float(error), 1.0, visit)
 
 
 def region_scores(visits: Sequence[Visit], met: Met) -> Iterator[Score]:

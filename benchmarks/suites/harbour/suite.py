@@ -71,12 +71,14 @@ def _alarm_metrics() -> tuple[Metric, ...]:
 
 def _size_metrics() -> Iterator[Metric]:
     for name in DIMENSIONS:
-        error, both = (f"{name}_error",), (f"{name}_error", f"{name}_error_of_mean")
+        error, near = (f"{name}_error",), (f"{name}_error_at_100_m",)
         yield _rate(f"{name}_error", f"error of the {name}", "lower", error, "median")
         for kind in KINDS:
             words = f"error of a {kind}'s {name}"
             yield _rate(f"{name}_error_{kind}", words, "lower", error, "median", kind)
-            less = f"{words} minus that of the mean {name} of the class"
+            yield _rate(f"{name}_error_at_100_m_{kind}", f"{words}, 85 to 115 m away", "lower", near, "median", kind)
+            less = f"the same minus that of the mean {name} of the class"
+            both = *near, f"{name}_error_of_mean"
             yield _rate(f"{name}_error_to_mean_{kind}", less, "lower", both, "difference of medians", kind)
 
 
@@ -150,8 +152,7 @@ HARBOUR = Suite(
         sizes.measured_scores: (
             "position_error_m",
             "kind_right",
-            *(f"{name}_error" for name in DIMENSIONS),
-            *(f"{name}_error_of_mean" for name in DIMENSIONS),
+            *(f"{name}_{error}" for error in ("error", "error_at_100_m", "error_of_mean") for name in DIMENSIONS),
         ),
         sizes.region_scores: ("beyond_m",),
         identity_scores.identity_scores: (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.scores import froc
-from tests.benchmarks.suites.harbour.hand_made import Intruder, judged, of_visits, standing, track, values
+from tests.benchmarks.suites.harbour.hand_made import judged, of_visits, standing, track, values
 from trackers.types import Estimate, Track
 
 FRAMES = 90
@@ -189,26 +189,6 @@ def test_a_perfect_tracker_has_nothing_by_chance() -> None:
     assert of_visits(scores, "found") == {"person-0": 1.0, "person-1": 1.0}
     assert set(of_visits(scores, "chance_rate").values()) == {0.0}
     assert values(scores)["hota"] == pytest.approx(1.0)
-
-
-def test_sizes_are_medians_of_a_visit_beside_the_mean_of_the_class() -> None:
-    big = Intruder("car", dict.fromkeys(range(20, 40), (10.0, 3.0)), size_m=(5.0, 2.0, 1.5))
-
-    def answer(k: int) -> list[Track]:
-        width = {0: 1.0, 1: 1.8, 2: 9.0}[k % 3]
-        return (
-            [track(1, (10.0, 3.0), "car", size_m=(4.0, width, 1.5), named="car" if k % 2 else None)]
-            if 20 <= k < 38
-            else []
-        )
-
-    scores = judged([big], FRAMES, answer)
-    name = "car-0"
-    assert of_visits(scores, "region_width_m") == {name: 1.8}
-    assert of_visits(scores, "width_error") == {name: pytest.approx(0.1)}
-    assert of_visits(scores, "depth_error") == {name: pytest.approx(0.2)}
-    assert of_visits(scores, "height_error") == {name: pytest.approx(0.0)}
-    assert of_visits(scores, "kind_right") == {name: 1.0}
 
 
 def test_a_thousand_tracks() -> None:
