@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scenarios.harbour.clutter import AWAY, CAR_PAINTS, HULLS
 from scenarios.harbour.conditions import Conditions
-from scenarios.harbour.plan import Plan, Visit, draw_car, draw_person, names_of
+from scenarios.harbour.plan import SIZE_FACTORS, Plan, Visit, draw_car, draw_person, names_of
 from scenarios.harbour.sea import float_poses, rocking
 from scenarios.harbour.warmth import (
     BOAT_VIEW,
@@ -36,6 +36,8 @@ from sim.world import Body, World
 
 _NO_PICTURE = np.empty((0, 0), np.int32)
 _LEAST_SPEED_MPS = 0.05
+_BOAT_M = (8.0, 2.64)
+"""Length and beam of a boat of middle size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +119,8 @@ class Intruders:
     def _boat(
         self, visit: Visit, name: str, time_s: NDArray[np.float64], weather: Weather, rng: np.random.Generator
     ) -> _Intruder:
-        length = float(rng.uniform(6.5, 9.5))
-        mesh = boat(str(rng.choice(["fisher", "launch"], p=[0.7, 0.3])), length, length * float(rng.uniform(0.3, 0.36)))
+        length, beam = np.array(_BOAT_M) * rng.uniform(*SIZE_FACTORS, 2)
+        mesh = boat(str(rng.choice(["fisher", "launch"], p=[0.7, 0.3])), float(length), float(beam))
         dry = mesh.vertices_m.copy()
         dry[:, 2] = np.maximum(dry[:, 2], 0.0)
         above = TexturedMesh(dry, mesh.normals, mesh.uv, mesh.faces, mesh.texture)

@@ -19,6 +19,8 @@ _USUAL_CARS = 5
 _GET_OUT_S, _GET_IN_S = (6.0, 14.0), (10.0, 25.0)
 """From the car's stop to its driver at its door; from the driver's getting in to the start."""
 _BOAT_OFF_WALL_M = 0.6
+SIZE_FACTORS = (0.8, 1.2)
+"""True sizes of people, cars and boats vary by these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,10 +235,10 @@ def _sails(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
 
 
 def draw_person(rng: np.random.Generator) -> PersonLook:
-    """Draw a person by size and cut; statures vary by 13 % about 1.72 m, and girths by 17 %."""
+    """Draw a person by size and cut; statures differ from 1.72 m by up to 20 %, girths from those of that stature."""
     return PersonLook(
-        stature_m=float(rng.uniform(1.5, 1.95)),
-        build=float(rng.uniform(0.86, 1.2)),
+        stature_m=1.72 * float(rng.uniform(*SIZE_FACTORS)),
+        build=float(rng.uniform(*SIZE_FACTORS)),
         hair_style=rng.choice(["short", "long"]),
         sleeves=rng.choice(["long", "short"], p=[0.75, 0.25]),
         legwear=rng.choice(["trousers", "shorts"], p=[0.85, 0.15]),
@@ -245,9 +247,9 @@ def draw_person(rng: np.random.Generator) -> PersonLook:
 
 
 def draw_car(rng: np.random.Generator) -> CarLook:
-    """Draw a car; its sizes differ from its model's by up to 12 %, models from each other by more."""
+    """Draw a car; its sizes differ from its model's by up to 20 %, models from each other by more."""
     model = str(rng.choice(list(VEHICLES)))
-    length, width, height = (float(each) for each in rng.uniform(0.88, 1.12, 3))
+    length, width, height = (float(each) for each in rng.uniform(*SIZE_FACTORS, 3))
     return CarLook(model, (length, width, height))
 
 

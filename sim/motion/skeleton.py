@@ -27,9 +27,9 @@ A part's frame has its origin in the joint that it hangs from (the pelvis: betwe
 stands upright with hanging arms, x ahead, y left and z up. Hands belong to the forearms, the neck to the head.
 """
 
-STATURE_M = (1.5, 1.95)
+STATURE_M = (1.37, 2.07)
 """Least and greatest stature."""
-BUILD = (0.85, 1.2)
+BUILD = (0.8, 1.2)
 """Least and greatest factor of girths."""
 
 

@@ -9,6 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from scenarios.harbour import routes
+from scenarios.harbour.conditions import draw_conditions
+from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import (
     BERTHS,
     BUOYS_M,
@@ -25,6 +27,7 @@ from scenarios.harbour.plan import Plan, Visit, draw_car, draw_person, draw_plan
 from scenarios.harbour.presets import PRESETS
 from sim.meshes.person import person_size_m
 from sim.meshes.thermal_paint import thermal_car
+from sim.world import World
 
 SEEDS = range(12)
 
@@ -199,14 +202,30 @@ def test_cars_come_along_the_lane_from_outside_the_picture() -> None:
         assert abs(way[0, 1]) - 5.9 > 0.2493 * (LANE_X_M + 100.0)
 
 
-def test_true_sizes_vary() -> None:
+def test_true_sizes_vary_by_a_fifth_to_either_side() -> None:
     rng = rng_of(3)
-    people = np.array([person_size_m(draw_person(rng)) for _ in range(60)])
-    looks = [draw_car(rng) for _ in range(60)]
-    cars = np.array([thermal_car(look.model, look.factors).size_m for look in looks])
-    for heights, least in ((people[:, 2], 0.11), (cars[:, 0], 0.17), (cars[:, 2], 0.17)):
-        assert heights.max() / heights.mean() > 1.0 + least
-        assert heights.min() / heights.mean() < 1.0 - least
+    people = [draw_person(rng) for _ in range(200)]
+    statures_m = np.array([person_size_m(each)[2] for each in people])
+    np.testing.assert_allclose(statures_m, [each.stature_m for each in people], rtol=0.012)
+    looks = [draw_car(rng) for _ in range(200)]
+    factors = [
+        thermal_car(each.model, each.factors).size_m / thermal_car(each.model, (1, 1, 1)).size_m for each in looks
+    ]
+    preset = dataclasses.replace(PRESETS["quick"], people=1, cars=0, boats=4)
+    boats_m = []
+    for seed in range(20):
+        world = World()
+        plan, conditions = draw_plan(preset, rng_of(seed)), draw_conditions(preset, rng_of(seed))
+        coming = Intruders(world, plan, conditions, np.array([0.0, 2.0]), rng_of(seed))
+        boats_m += [size for kind, size in zip(coming.kinds, coming.size_m, strict=True) if kind == "boat"]
+        world.close()
+    # A launch's engine hangs behind its stern.
+    lengths_m = np.array([each[0] - 0.42 * (each[2] < 3.0) for each in boats_m])
+    shares = [statures_m / 1.72, np.array([each.build for each in people]), *np.transpose(factors)]
+    shares += [lengths_m / 8.0, np.array(boats_m)[:, 1] / 2.64]
+    for share in shares:
+        assert 0.785 < share.min() < 0.825
+        assert 1.175 < share.max() < 1.215
 
 
 @pytest.mark.parametrize(

@@ -21,11 +21,11 @@ PLAIN = PersonLook()
 DRESSED = PersonLook(
     stature_m=1.9, build=1.2, hair_style="long", cap_rgb=(20, 60, 40), legwear="shorts", backpack_rgb=(150, 80, 30)
 )
-SLIGHT = PersonLook(stature_m=1.5, build=0.85, hair_style="long")
+SLIGHT = PersonLook(stature_m=1.37, build=0.8, hair_style="long")
 looks = st.builds(
     PersonLook,
-    stature_m=st.floats(1.5, 1.95),
-    build=st.floats(0.85, 1.2),
+    stature_m=st.floats(1.37, 2.07),
+    build=st.floats(0.8, 1.2),
     hair_style=st.sampled_from(["short", "long"]),
     cap_rgb=st.sampled_from([None, (20, 60, 40)]),
     legwear=st.sampled_from(["trousers", "shorts"]),

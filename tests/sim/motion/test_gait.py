@@ -21,7 +21,7 @@ MIRROR = np.diag([1.0, -1.0, 1.0, 1.0])
 OTHER_SIDE = [PART[name.replace("left", "*").replace("right", "left").replace("*", "right")] for name in PART_NAMES]
 PHASES_RAD = 2.0 * np.pi * np.arange(48) / 48
 
-bones = st.builds(skeleton, st.floats(1.5, 1.95), st.floats(0.85, 1.2))
+bones = st.builds(skeleton, st.floats(1.37, 2.07), st.floats(0.8, 1.2))
 phases = st.floats(-20.0, 20.0)
 speeds = st.one_of(st.just(0.0), st.floats(0.0, 2.5), st.floats(0.0, 1e-6))
 
@@ -62,7 +62,7 @@ def test_parts_hang_together_at_their_joints(body, phase_rad, speed_mps, yaw_rad
 
 
 @pytest.mark.parametrize("speed_mps", [0.0, 0.05, 0.5, 1.0, 1.4, 2.2])
-@pytest.mark.parametrize("stature_m", [1.5, 1.75, 1.95])
+@pytest.mark.parametrize("stature_m", [1.37, 1.75, 2.07])
 def test_soles_are_on_the_ground_and_never_under_it(stature_m, speed_mps):
     body = skeleton(stature_m, 1.0)
     sole = sole_m(body)
