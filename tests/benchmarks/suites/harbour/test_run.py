@@ -11,14 +11,21 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from benchmarks.cli import main
 from benchmarks.suites.harbour.judge import HarbourJudge
 from benchmarks.suites.harbour.sizes import MEAN_SIZE_M
 from benchmarks.suites.judging import Ending
 from benchmarks.suites.registry import suite
+from scenarios.harbour.conditions import draw_conditions
+from scenarios.harbour.intruders import Intruders
+from scenarios.harbour.plan import draw_plan
+from scenarios.harbour.presets import PRESETS
 from scenarios.harbour.scenario import HARBOUR
 from sim.optics import project
+from sim.rng import episode_seed, generator
+from sim.world import World
 from trackers.types import Estimate, Track
 
 FAKES = "tests.benchmarks.suites.harbour.fake_watchers"
@@ -96,17 +103,18 @@ def test_a_video_is_drawn(tmp_path: Path) -> None:
 
 
 def test_the_mean_sizes_are_the_scene_s() -> None:
-    truths = []
-    for seed in (0, 1):
-        episode = HARBOUR.episode("standard", seed)
-        truths.append(episode.step().truth)
-        episode.close()
-    # Standard deviations over the same 40 seeds as the means.
-    spread_m = {"person": (0.05, 0.06, 0.14), "car": (0.5, 0.15, 0.3), "boat": (0.86, 0.3, 1.2)}
+    standard = PRESETS["standard"]
+    found: dict[str, list[NDArray[np.float64]]] = {kind: [] for kind in MEAN_SIZE_M}
+    for index in range(40):
+        seed, world = episode_seed(index, HARBOUR.id, 0), World()
+        plan = draw_plan(standard, generator(seed, "plan"))
+        conditions = draw_conditions(standard, generator(seed, "conditions"))
+        coming = Intruders(world, plan, conditions, np.zeros(1), generator(seed, "looks"))
+        for kind, size_m in zip(coming.kinds, coming.size_m, strict=True):
+            found[kind].append(size_m)
+        world.close()
     for kind, mean_m in MEAN_SIZE_M.items():
-        sizes_m = np.concatenate([truth.size_m[np.array(truth.kinds) == kind] for truth in truths])
-        error_m = np.array(spread_m[kind]) / np.sqrt(len(sizes_m))
-        assert (np.abs(sizes_m.mean(axis=0) - mean_m) < 3.0 * error_m).all(), kind
+        np.testing.assert_allclose(np.mean(found[kind], axis=0), mean_m, atol=0.006)
 
 
 def test_truth_itself_is_perfect() -> None:
