@@ -102,6 +102,15 @@ def _beside() -> Iterator[Claim]:
         tracker=_WRITTEN,
         minus=_OURS,
     )
+    yield Claim(
+        "detection_rate_at_a_tenth",
+        f"detection rate with at most a tenth of the false alarms that {_WRITTEN} raises, minus what that finds",
+        "not in the paper; ours is to find more",
+        "more than",
+        0.0,
+        tracker=_OURS,
+        minus=_WRITTEN,
+    )
 
 
 EXPERIMENT = HarbourExperiment(

@@ -22,8 +22,10 @@ def reached(levels: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray((np.asarray(levels)[:, None] >= THRESHOLDS).sum(axis=0), dtype=float)
 
 
-def found_at(counts: NDArray[np.float64], alarms_per_hour: float) -> NDArray[np.float64]:
-    """Return the largest share (...) found at any threshold with at most so many alarms; 0 where all have more."""
+def found_at(counts: NDArray[np.float64], alarms_per_hour: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the largest share (...) found at any threshold with at most so many alarms, one number or (..., 1); 0
+    where all have more.
+    """
     share, alarms = _split(counts)
     return np.asarray(np.where(alarms <= alarms_per_hour, share, 0.0).max(axis=-1))
 

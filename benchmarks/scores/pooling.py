@@ -24,6 +24,7 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
         froc: see ``scores.froc``: the share found, of the sums of what was found and what was to find at each
             threshold, with at most so many false alarms an hour; over a range of them its mean on a log axis. The last
             two kinds of row are the alarms at each threshold and the hours watched.
+        froc at a tenth: of a pair alone, see ``at_a_tenth``.
         geometric mean: root of the product of the means of two kinds of row.
         ratio of means: the mean of the first kind of row over that of the second.
         precision, recall, f: of the mean curves, at the confidence at which F is greatest.
@@ -37,11 +38,11 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
         grid: possible values of medians, ``values`` of all compared trackers; None = of these rows.
 
     Returns:
-        None without a row of the metric.
+        None without a row of the metric, and for a metric of pairs.
     """
     seeds = np.unique([row["seed"] for row in rows])
     chosen = [_chosen(rows, name, metric.kind) for name in metric.rows]
-    if not all(chosen):
+    if not all(chosen) or metric.statistic == OF_A_PAIR:
         return None
     if metric.statistic in OF_MEDIANS:
         grid = values(rows, metric) if grid is None else grid
@@ -72,6 +73,38 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
     return _collect(seeds, [_mean_parts(some) for some in chosen], finish)
 
 
+def at_a_tenth(
+    first: Sequence[Row], second: Sequence[Row], metric: Metric
+) -> tuple[PooledRatios | None, PooledRatios | None]:
+    """Return the sums of two trackers, on the seeds that both ran on, for the statistic ``froc at a tenth``.
+
+    The first one's is the share found, see ``froc``, at any threshold with at most a tenth of the false alarms an hour
+    that the second one raises where it decides; the second one's is what that finds there. None without rows.
+
+    Args:
+        metric: its rows are those of ``froc``, then the false alarms an hour, and what is found, where it decides.
+    """
+    both = set(np.intersect1d([row["seed"] for row in first], [row["seed"] for row in second]).tolist())
+
+    def chosen(rows: Sequence[Row], name: str) -> list[Row]:
+        return [row for row in _chosen(rows, name, metric.kind) if row["seed"] in both]
+
+    *curve, rate, decided = metric.rows
+    raised = chosen(second, rate)
+
+    def sums(rows: Sequence[Row], finish: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> PooledRatios | None:
+        (found, findable, alarms, hours), own = (chosen(rows, name) for name in curve), chosen(rows, decided)
+        if not (found and own and raised):
+            return None
+        points = [_sum_parts(found, findable), _sum_parts(alarms, hours)]
+        return _collect(np.array(sorted(both)), [*points, _mean_parts(raised), _mean_parts(own)], finish)
+
+    return (
+        sums(first, lambda ratios: froc.found_at(ratios[..., :-2], 0.1 * ratios[..., -2:-1])),
+        sums(second, lambda ratios: ratios[..., -1]),
+    )
+
+
 def values(rows: Sequence[Row], metric: Metric) -> NDArray[np.float64]:
     """Return the distinct values (K,) of a metric's rows, sorted."""
     return np.unique([row["value"] for name in metric.rows for row in _chosen(rows, name, metric.kind)])
@@ -79,6 +112,7 @@ def values(rows: Sequence[Row], metric: Metric) -> NDArray[np.float64]:
 
 OF_MEDIANS = ("median", "difference of medians")
 """Statistics whose pools have a grid of values."""
+OF_A_PAIR = "froc at a tenth"
 _COUNTED = {
     "precision of counts": ((1.0, 0.0, 0.0), (1.0, 1.0, 0.0)),
     "recall of counts": ((1.0, 0.0, 0.0), (1.0, 0.0, 1.0)),

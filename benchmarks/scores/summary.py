@@ -154,15 +154,16 @@ def _compare_along(
 
 def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> statistics.Comparison | None:
     """Return the paired comparison in one metric, None where one of the two has no rows of it."""
-    grid = None
-    if metric.statistic in pooling.OF_MEDIANS:
-        grid = np.union1d(pooling.values(first, metric), pooling.values(second, metric))
-    pools = [pooling.pooled(rows, metric, grid) for rows in (first, second)]
-    if pools[0] is None or pools[1] is None:
+    if metric.statistic == pooling.OF_A_PAIR:
+        mine, others = pooling.at_a_tenth(first, second, metric)
+    else:
+        grid = None
+        if metric.statistic in pooling.OF_MEDIANS:
+            grid = np.union1d(pooling.values(first, metric), pooling.values(second, metric))
+        mine, others = (pooling.pooled(rows, metric, grid) for rows in (first, second))
+    if mine is None or others is None or len(np.intersect1d(mine.seeds, others.seeds)) == 0:
         return None
-    if len(np.intersect1d(pools[0].seeds, pools[1].seeds)) == 0:
-        return None
-    comparison = statistics.compare(pools[0], pools[1])
+    comparison = statistics.compare(mine, others)
     return comparison if np.isfinite(comparison.difference) else None
 
 

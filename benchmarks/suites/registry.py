@@ -52,6 +52,7 @@ Statistic = Literal[
     "restricted mean",
     "difference of medians",
     "froc",
+    "froc at a tenth",
 ]
 Condition = tuple[str, str, str, str, str]
 """Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link if controllers compete."""

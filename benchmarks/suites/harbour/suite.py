@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Literal
 
 from benchmarks.scores.cpu_time import CPU_TIME
@@ -26,6 +27,14 @@ _CAUSE_WORDS = {
     "shadow": "on land, by shadows and the like",
     "other": "by anything else",
 }
+_TENTH = Metric(
+    "detection_rate_at_a_tenth",
+    "of pairs: detection rate with a tenth of the other's false alarms, minus what that finds with all of them",
+    "fraction",
+    "higher",
+    (*FROC_ROWS, "false_alarms_per_hour", "found"),
+    "froc at a tenth",
+)
 
 
 def _rate(
@@ -50,6 +59,7 @@ def _found_metrics() -> tuple[Metric, ...]:
         *(_rate(f"detection_rate_{kind}", f"the same, class {kind}", rows=found, kind=kind) for kind in KINDS),
         AREA,
         *(_froc(f"detection_rate_at_{n}", f"detection rate at {n} alarms an hour", n) for n in (1, 10, 100)),
+        _TENTH,
         _rate("unseen_detection_rate", "intruders found that nobody could see", rows=("found_unseen",)),
         _rate("chance_rate", "intruders found by chance", "lower"),
         _rate("paper_detection_rate", "intruders found, counted as in paper D", rows=region),
@@ -122,6 +132,7 @@ HARBOUR = Suite(
         "detection_rate",
         "detection_rate_at_1",
         "detection_rate_at_10",
+        "detection_rate_at_a_tenth",
         "false_alarms_per_hour",
         "position_error_m",
         "width_error",
@@ -132,7 +143,7 @@ HARBOUR = Suite(
         "gospa_m",
     ),
     tuned_for={"froc_area": 1.0},
-    events=EVENTS,
+    events=replace(EVENTS, episodes=(AREA, _TENTH)),
     silence="no track",
     figures=figures,
     picture=show_visit,

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from benchmarks.papers.d import EXPERIMENT
 from benchmarks.papers.repeat import findings
+from benchmarks.scores import froc
 from scenarios import catalog
 from trackers import registry
 
@@ -87,6 +89,26 @@ def test_most_alarms_by_moored_boats() -> None:
         of += [of[0] | {"metric": name, "value": value, "event": None} for name, value in alarms.items()]
         (share,) = (each for each in findings(EXPERIMENT, of) if each.claim.metric == "tide_share")
         assert (share.mean, share.agrees) == (tide / 100.0, agrees)
+
+
+@pytest.mark.parametrize(("sure", "agrees"), [(0.9, True), (0.5, False)])
+def test_ours_is_to_find_more_with_a_tenth_of_the_alarms(sure: float, agrees: bool) -> None:
+    """Eigen swarm finds one of two with 50 alarms an hour, ours both, and from 0.7 on with 5 alarms."""
+    of = []
+    for tracker, found, alarms in ((WRITTEN, [1.0, 0.0], 50.0), (OURS, [1.0, 1.0], 8.0)):
+        heading = rows({"person": 0, "car": 0, "boat": 0}, {}, tracker)[0] | {"event": None}
+        surest = np.where(sure >= froc.THRESHOLDS, sum(found), 0.0)
+        told = {
+            "froc_found": surest.tolist(),
+            "froc_findable": np.full(len(froc.THRESHOLDS), 2.0).tolist(),
+            "froc_alarms": np.where(froc.THRESHOLDS < 0.7, alarms, 5.0).tolist(),
+            "watched_hours": 1.0,
+            "false_alarms_per_hour": alarms,
+        }
+        of += [heading | {"metric": name, "value": value} for name, value in told.items()]
+        of += [heading | {"metric": "found", "value": value, "event": {"kind": "person"}} for value in found]
+    (held,) = (each for each in findings(EXPERIMENT, of) if each.claim.metric == "detection_rate_at_a_tenth")
+    assert (held.mean, held.agrees) == (pytest.approx(0.5 if agrees else -0.5), agrees)
 
 
 def test_both_methods_have_their_figures(tmp_path: Path) -> None:

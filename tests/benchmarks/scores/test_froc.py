@@ -110,3 +110,47 @@ def test_two_trackers_are_compared_by_pairs() -> None:
     assert found is not None
     assert found.ci_low > 0
     assert found.difference == pytest.approx(value(AREA, first) - value(AREA, second))
+
+
+def decided(found: list[float], alarms: float, *, seed: int = 0, hours: float = 1.0) -> list[Row]:
+    """Return the rows of an episode with what a tracker finds and raises where it decides."""
+    ending = {"suite": "fish", "seed": seed, "event": None}
+    told = [{"metric": "found", "value": each, "weight": 1.0, **ending} for each in found]
+    return [*told, {"metric": "false_alarms_per_hour", "value": alarms, "weight": hours, **ending}]
+
+
+TENTH = Metric("tenth", "", "fraction", "higher", (*ROWS, "false_alarms_per_hour", "found"), "froc at a tenth")
+
+
+def test_one_tracker_with_a_tenth_of_the_alarms_of_another() -> None:
+    """The other finds half of four with 40 alarms where it decides, and all of them with 50."""
+    other = [*rows([0.9, 0.6, 0.2, 0.2], [0.7] * 40 + [0.3] * 10), *decided([1.0, 1.0, 0.0, 0.0], 40.0)]
+    for alarms, expected in ((4, 0.25), (5, -0.25)):
+        # Three of four are found with 4 alarms; with one more only that of 0.9 is left at less than 5.
+        mine = [*rows([0.9, 0.6, 0.6, 0.1], [0.7] * alarms + [0.3] * 40), *decided([0.0] * 4, 0.0)]
+        found = paired(mine, other, TENTH)
+        assert found is not None
+        assert found.difference == pytest.approx(expected)
+        assert found.ci_low == found.ci_high == pytest.approx(expected)
+    assert pooling.pooled(mine, TENTH) is None
+
+
+def test_a_tenth_is_one_of_all_alarms_on_the_seeds_of_both() -> None:
+    """Hours weigh: 60 alarms in 3 hours are 20 an hour, and 2 of one's own allowed."""
+    other = [
+        *(row for seed in (0, 1) for row in rows([0.5], [], seed=seed, hours=1.0 + seed)),
+        *decided([1.0], 60.0, seed=0, hours=1.0),
+        *decided([0.0], 0.0, seed=1, hours=2.0),
+    ]
+    for alarms, expected in ((6, 0.5), (7, -0.5)):
+        mine = [
+            *rows([0.9], [0.9] * alarms, seed=0),
+            *rows([0.9], [], seed=1, hours=2.0),
+            *rows([0.9], [0.9] * 100, seed=2),
+            *(row for seed in range(3) for row in decided([0.0], 0.0, seed=seed)),
+        ]
+        found = paired(mine, other, TENTH)
+        assert found is not None
+        assert (found.difference, found.n) == (pytest.approx(expected), 2)
+    assert paired(mine, [row | {"seed": 9} for row in other], TENTH) is None
+    assert paired(mine, [row for row in other if row["metric"] != "found"], TENTH) is None
