@@ -1,4 +1,4 @@
-"""Waves of the sea as slopes on a periodic tile, and the heave of what floats on it.
+"""Waves of the sea as slopes on a periodic tile.
 
 The surface is a sum of plane waves with the wave vectors of a square tile,
 
@@ -24,8 +24,6 @@ CELLS = 128
 LEVELS = 4
 """Of slopes: each next one has half as many cells a side, for water further away."""
 _GRAVITY_MPS2 = 9.81
-_FLOATED_ON_M = 4.0
-"""Boats ride on waves longer than this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +73,7 @@ class SeaWaves:
         k = np.hypot(kx, ky)
         # Nyquist's rows have no negative partner; the mean level is the tide's.
         usable = (k > 0) & (np.abs(kx) < kx.max()) & (np.abs(ky) < ky.max())
-        wave = np.where(usable, k, 1.0)
-        variance = _wind_sea(state, wave, kx, ky) + _swell(state, wave, kx, ky)
+        variance = _wind_sea(state, np.where(usable, k, np.inf), kx, ky) + _swell(state, kx, ky)
         deviates = rng.normal(size=(2, CELLS, CELLS))
         amplitude = np.where(usable, np.sqrt(variance) * (deviates[0] + 1j * deviates[1]), 0.0)
         frequencies, self._which = np.unique(np.round(np.sqrt(_GRAVITY_MPS2 * k), 12), return_inverse=True)
@@ -88,9 +85,6 @@ class SeaWaves:
             (slope * amplitude).astype(np.complex64),
             (slope * mirrored).astype(np.complex64),
         )
-        long = usable & (k < 2 * np.pi / _FLOATED_ON_M) & (np.abs(amplitude) > 1e-9)
-        self._long_vector = np.stack([kx[long], ky[long]], axis=-1)
-        self._long_amplitude, self._long_which = amplitude[long], self._which.reshape(k.shape)[long]
 
     def slopes(self) -> NDArray[np.float32]:
         """Return the slopes dh/dx and dh/dy (CELLS, CELLS, 2) now, rows along y; cell (i, j) is at
@@ -100,12 +94,6 @@ class SeaWaves:
         field = ifft2(self._forward * turned + self._backward * turned.conj(), overwrite_x=True)
         return field.view(np.float32).reshape(CELLS, CELLS, 2)
 
-    def heave(self, places_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return height (N,) above the tide and slope (N, 2) at places (N, 2), of waves long enough to lift a boat."""
-        running = self._long_amplitude * self._turned()[self._long_which]
-        wave = running * np.exp(1j * (np.asarray(places_m, dtype=float) @ self._long_vector.T))
-        return wave.sum(-1).real, ((1j * wave) @ self._long_vector).real
-
     def _turned(self) -> NDArray[np.complex128]:
         """Return ``exp(-i w t)`` of each frequency: many wave vectors have the same."""
         return np.exp(-1j * np.fmod(self._frequencies * self.time_s, 2.0 * np.pi))
@@ -114,16 +102,14 @@ class SeaWaves:
 def _wind_sea(
     state: SeaState, k: NDArray[np.float64], kx: NDArray[np.float64], ky: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the variance of each component's real and imaginary part."""
+    """Return the variance of each component's real and imaginary part; those of infinite k have none."""
     peak = 2.0 * np.pi / state.peak_m
     along = (kx * np.cos(state.wind_rad) + ky * np.sin(state.wind_rad)) / k
     spectrum = k**-4.0 * np.exp(-1.25 * (peak / k) ** 2) * np.where(along > 0, along**2, 0.0)
     return _of_height(spectrum, state.wind_wave_m)
 
 
-def _swell(
-    state: SeaState, k: NDArray[np.float64], kx: NDArray[np.float64], ky: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _swell(state: SeaState, kx: NDArray[np.float64], ky: NDArray[np.float64]) -> NDArray[np.float64]:
     """As ``_wind_sea``."""
     peak = 2.0 * np.pi / state.swell_length_m
     away = (kx - peak * np.cos(state.swell_rad)) ** 2 + (ky - peak * np.sin(state.swell_rad)) ** 2

@@ -112,8 +112,7 @@ class Waterfront:
         self.world.move(self.sea, self.tide(rise_m))
         for k, boat in enumerate(self.boats):
             x, y = WALL_X_M - 3.5 - 4.0 * (k % 2), -14.0 + 7.0 * k
-            height, _ = self.waves.heave(np.array([[x, y]]))
-            self.world.move(boat, _at(x, y, SEA_LEVEL_M + rise_m - 0.6 + float(height[0])))
+            self.world.move(boat, _at(x, y, SEA_LEVEL_M + rise_m - 0.6 + 0.03 * np.sin(1.7 * time_s + k)))
         for k, person in enumerate(self.people):
             x, y = -10.0 + 9.0 * k, -15.0 + (1.3 * time_s + 11.0 * k) % 30.0
             self.world.move(person, pose_on_ground(x, y, 0.3 * k))
