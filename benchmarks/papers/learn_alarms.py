@@ -36,7 +36,7 @@ class EpisodeSamples(NamedTuple):
     """What one episode teaches.
 
     Attributes:
-        tracker: (R,) place in ``BASELINES``. evidence: (R, 10) of their tracks, each once a frame.
+        tracker: (R,) place in ``BASELINES``. evidence: (R, 11) of their tracks, each once a frame.
         found: (R,) whether the track lies on an intruder.
         weight: (R,) one over the root of its identity's frames: a moored boat is one error, however long it lies there.
         stays: (S, 6) places and sizes of intruders on frames on which they are judged, see ``PLACE_COLUMNS``.

@@ -1,4 +1,4 @@
-"""Blobs of a foreground mask as upright objects that stand on the ground, with their sizes in metres."""
+"""Blobs of a foreground mask as upright objects on a quay or the water before it, with their sizes in metres."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.registry import tunable
+from trackers.site.quay import Quay
 from trackers.site.survey import Site
 
 
@@ -30,13 +31,13 @@ class BlobParameters:
 
 @dataclass(frozen=True, eq=False)
 class Blob:
-    """An object that stands on the ground.
+    """An object on the quay or the water.
 
     Attributes:
-        place_m: (2,) on the plane z = 0, below the middle of the blob.
+        place_m: (3,) middle of its base, half its width behind the foot of the blob.
         covariance_m2: (2, 2) of the place: a pixel in each direction, and the object's own width.
         box_xyxy: (4,) in the picture.
-        size_m: (3,) its width, twice, and its height.
+        size_m: (3,) its width, twice, since its depth is not seen, and its height.
         strength: root of the sum of squared contrasts to noise over its pixels, >= 0.
     """
 
@@ -48,7 +49,11 @@ class Blob:
 
 
 def blobs_of(
-    foreground: NDArray[np.uint8], contrast: NDArray[np.float32], site: Site, parameters: BlobParameters
+    foreground: NDArray[np.uint8],
+    contrast: NDArray[np.float32],
+    site: Site,
+    quay: Quay,
+    parameters: BlobParameters,
 ) -> list[Blob]:
     """Return the objects of a mask whose feet stand inside the watched volume, seen from above.
 
@@ -68,17 +73,17 @@ def blobs_of(
     found = []
     for label in range(1, count):
         if stats[label, cv2.CC_STAT_AREA] >= p.least_area_px:
-            blob = _standing(stats[label, : cv2.CC_STAT_AREA].astype(float), float(np.sqrt(power[label])), site)
+            blob = _standing(stats[label, : cv2.CC_STAT_AREA].astype(float), float(np.sqrt(power[label])), site, quay)
             if blob is not None:
                 found.append(blob)
     return found
 
 
-def _standing(box_xywh: NDArray[np.float64], strength: float, site: Site) -> Blob | None:
-    """Return a box (4,) in the picture as an object on the ground; None if it stands outside the watched volume."""
+def _standing(box_xywh: NDArray[np.float64], strength: float, site: Site, quay: Quay) -> Blob | None:
+    """Return a box (4,) in the picture as an object; None if it stands outside the watched volume."""
     x, y, width_px, height_px = box_xywh
     foot = np.array([x + 0.5 * width_px, y + height_px])
-    feet_m = site.view.on_plane(foot + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), 0.0)
+    feet_m = quay.stood_on(site.view, foot + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
     if not (np.isfinite(feet_m).all() and site.volume.contains(feet_m[:1])[0]):
         return None
     depth_m = float(site.view.project(feet_m[:1])[1][0])
@@ -87,4 +92,7 @@ def _standing(box_xywh: NDArray[np.float64], strength: float, site: Site) -> Blo
     covariance_m2 = steps_m @ steps_m.T + (0.25 * width_m) ** 2 * np.eye(2)
     box_xyxy = np.array([x, y, x + width_px, y + height_px])
     size_m = np.array([width_m, width_m, height_m])
-    return Blob(feet_m[0, :2], covariance_m2, box_xyxy, size_m, strength)
+    ahead = feet_m[0] - site.view.place_m
+    ahead[2] = 0.0
+    place_m = feet_m[0] + 0.5 * width_m * ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+    return Blob(place_m, covariance_m2, box_xyxy, size_m, strength)

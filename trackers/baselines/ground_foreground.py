@@ -1,7 +1,7 @@
 """``harbour_mog2``, ``harbour_knn`` and ``harbour_median``: what differs from a background, standing on the ground.
 
 What an engineer would try first on a thermal camera at rest: a background subtractor, morphology, blobs projected onto
-the ground plane z = 0 by the camera's calibration, and one linker for all three.
+the quay and the water by the camera's calibration and the site's survey, and one linker for all three.
 """
 
 from __future__ import annotations
@@ -17,22 +17,21 @@ from numpy.typing import NDArray
 from trackers.baselines.ground_blobs import BlobParameters, blobs_of
 from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, learnt_weights
 from trackers.registry import register, tunable
+from trackers.site.quay import Quay
+from trackers.site.reading import Picture, noise_of, reading_of
 from trackers.site.survey import Site, survey
 from trackers.site.volume import WatchedVolume
 from trackers.types import CameraModel, Observation, Track
 
-Grey = NDArray[np.uint8]
-
-_LEAST_NOISE = 1.0
-"""Grey levels; rounding and the camera's noise."""
 _NORMAL_MAD = 1.4826
-_NOISE_SAMPLES = 60
+_MIDDLE_LEVEL = 128.0
+"""Level of the picture's median in 8 bits."""
 
 
 class Subtractor(Protocol):
     """A method of background subtraction."""
 
-    def apply(self, grey: Grey) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    def apply(self, levels: Picture) -> tuple[NDArray[np.uint8], Picture]:
         """Take in a picture (H, W); return its foreground (H, W), not 0 where something is, and the background."""
         ...
 
@@ -43,16 +42,23 @@ class ForegroundParameters(BlobParameters, LinkParameters):
 
     Attributes:
         volume: that is watched.
+        quay: survey of the site.
+        use_counts: False reads the picture after automatic gain control instead.
+        levels_per_noise: levels of the method to one standard deviation of the camera's noise.
     """
 
     volume: WatchedVolume = field(default_factory=WatchedVolume)
+    quay: Quay = field(default_factory=Quay)
+    use_counts: bool = True
+    levels_per_noise: float = tunable(1.0, 0.5, 8.0, log=True)
 
 
 class _Foreground:
     """A ``MultiTracker`` of what a subtractor takes for foreground.
 
-    The contrast of a blob is measured in the noise of each pixel: the median absolute deviation over the pictures of
-    the background. It ranks the answers and finds nothing.
+    A picture is read as levels: what it is above its median, in units of the camera's noise. The median takes away what
+    the camera's drift and gain control add to all pixels. The contrast of a blob is measured in the noise of each pixel
+    from one picture of the background to the next. It ranks the answers and finds nothing.
 
     Attributes:
         name: under which its confidences are stored.
@@ -66,81 +72,91 @@ class _Foreground:
         self._parameters, self._rng = parameters, rng
         self._begin((), None)
 
-    def _subtractor(self, samples: Sequence[Grey]) -> Subtractor:
-        """Return the method, which has learnt from pictures of the background, possibly none."""
+    def _subtractor(self, samples: Sequence[Picture]) -> Subtractor:
+        """Return the method, which has learnt from pictures of the background."""
         raise NotImplementedError
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """See ``MultiTracker``."""
-        size = (camera.height_px, camera.width_px)
-        greys = [np.ascontiguousarray(each.image_rgb[..., 0]) for each in background]
-        self._begin([grey for grey in greys if grey.shape == size], survey(self._parameters.volume, camera, background))
+        p, size = self._parameters, (camera.height_px, camera.width_px)
+        shown = [reading_of(each, p.use_counts) for each in background]
+        self._begin([each for each in shown if each.shape == size], survey(p.volume, camera, background))
 
     @property
     def evidence(self) -> NDArray[np.float64]:
-        """(N, 10) for the N tracks of the latest answer, see ``ground_linker.evidence_of``."""
+        """(N, 11) for the N tracks of the latest answer, see ``ground_linker.evidence_of``."""
         return np.empty((0, len(EVIDENCE))) if self._linker is None else self._linker.evidence
 
-    def _begin(self, greys: Sequence[Grey], site: Site | None) -> None:
-        self._method = self._subtractor(greys)
-        self._noise = noise_of(greys) if greys else None
-        self._size = greys[0].shape if greys else None
+    def _begin(self, pictures: Sequence[Picture], site: Site | None) -> None:
+        self._method: Subtractor | None = None
+        if pictures:
+            self._learn(pictures)
         self._site = site
         self._linker: GroundLinker | None = None
+
+    def _learn(self, pictures: Sequence[Picture]) -> None:
+        noise = noise_of(np.array(pictures))
+        self._unit = float(np.median(noise)) / self._parameters.levels_per_noise
+        self._noise = noise / self._unit
+        self._method = self._subtractor([self._levels(each) for each in pictures])
+
+    def _levels(self, picture: Picture) -> Picture:
+        levels: Picture = (picture - np.median(picture)) / np.float32(self._unit)
+        return levels
 
     def update(self, observation: Observation) -> list[Track]:
         """See ``MultiTracker``. A picture of another size than the first one learnt has no answer."""
         p, camera = self._parameters, observation.camera
-        grey = np.ascontiguousarray(observation.image_rgb[..., 0])
-        self._size = grey.shape if self._size is None else self._size
-        if grey.shape != self._size:
+        picture = reading_of(observation, p.use_counts)
+        if self._method is None:
+            self._learn([picture])
+        assert self._method is not None
+        if picture.shape != self._noise.shape:
             return []
         if self._site is None:
             self._site = survey(p.volume, camera, [observation])
-        foreground, background = self._method.apply(grey)
+        levels = self._levels(picture)
+        foreground, background = self._method.apply(levels)
         if self._site is None:
             return []
         if self._linker is None:
             self._linker = GroundLinker(p, self._site.view, learnt_weights(self.name))
-        noise = _LEAST_NOISE if self._noise is None else self._noise
-        contrast = cv2.absdiff(grey, background).astype(np.float32) / noise
-        return self._linker.follow(blobs_of(foreground, contrast, self._site, p), observation.time_s)
+        contrast = np.abs(levels - background) / self._noise
+        return self._linker.follow(blobs_of(foreground, contrast, self._site, p.quay, p), observation.time_s)
 
 
-def noise_of(greys: Sequence[Grey]) -> NDArray[np.float32]:
-    """Return the noise (H, W) of each pixel over pictures (H, W): 1.48 times the median absolute deviation."""
-    samples = np.stack([greys[k] for k in np.linspace(0, len(greys) - 1, _NOISE_SAMPLES).astype(int)], axis=-1)
-    return median_and_noise(samples)[1]
-
-
-def median_and_noise(samples: NDArray[np.uint8]) -> tuple[Grey, NDArray[np.float32]]:
+def median_and_noise(samples: Picture, least: float) -> tuple[Picture, Picture]:
     """Return the median (H, W) of samples (H, W, N), the upper one of two, and their robust standard deviation (H, W).
 
-    The latter is 1.48 times the median absolute deviation, at least 1 grey level.
+    The latter is 1.48 times the median absolute deviation, at least ``least``.
     """
     half = samples.shape[-1] // 2
     middle = np.partition(samples, half, axis=-1)[..., half]
-    beside = middle[..., None]
-    away = np.partition(np.maximum(samples, beside) - np.minimum(samples, beside), half, axis=-1)
-    return middle, np.maximum(_NORMAL_MAD * away[..., half], _LEAST_NOISE).astype(np.float32)
+    away = np.partition(np.abs(samples - middle[..., None]), half, axis=-1)[..., half]
+    return middle, np.maximum(_NORMAL_MAD * away, least).astype(np.float32)
 
 
 class _OfOpenCV:
-    """MOG2 or KNN, which learn from every picture."""
+    """MOG2 or KNN, which learn from every picture; OpenCV's KNN takes no more than 8 bits."""
 
-    def __init__(self, method: cv2.BackgroundSubtractor, samples: Sequence[Grey], rng: np.random.Generator) -> None:
-        self._method, self._rng = method, rng
-        for grey in samples:
-            self._take_in(grey)
+    def __init__(
+        self, method: cv2.BackgroundSubtractor, samples: Sequence[Picture], rng: np.random.Generator, in_8_bits: bool
+    ) -> None:
+        self._method, self._rng, self._in_8_bits = method, rng, in_8_bits
+        for levels in samples:
+            self._take_in(levels)
 
-    def _take_in(self, grey: Grey) -> NDArray[np.uint8]:
+    def _take_in(self, levels: Picture) -> NDArray[np.uint8]:
         # KNN draws the samples that it renews from OpenCV's own generator, which all of a process share.
         cv2.setRNGSeed(int(self._rng.integers(1 << 31)))
-        foreground: NDArray[np.uint8] = self._method.apply(grey)
+        shifted = levels + np.float32(_MIDDLE_LEVEL)
+        taken = np.clip(np.round(shifted), 0, 255).astype(np.uint8) if self._in_8_bits else shifted
+        foreground: NDArray[np.uint8] = self._method.apply(taken)
         return foreground
 
-    def apply(self, grey: Grey) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        return self._take_in(grey), self._method.getBackgroundImage()
+    def apply(self, levels: Picture) -> tuple[NDArray[np.uint8], Picture]:
+        foreground = self._take_in(levels)
+        return foreground, self._method.getBackgroundImage().astype(np.float32) - np.float32(_MIDDLE_LEVEL)
 
 
 @dataclass(frozen=True)
@@ -164,10 +180,10 @@ class HarbourMog2(_Foreground):
     Parameters = Mog2Parameters
     _parameters: Mog2Parameters
 
-    def _subtractor(self, samples: Sequence[Grey]) -> Subtractor:
+    def _subtractor(self, samples: Sequence[Picture]) -> Subtractor:
         p = self._parameters
         method = cv2.createBackgroundSubtractorMOG2(p.history, p.threshold, detectShadows=False)
-        return _OfOpenCV(method, samples, self._rng)
+        return _OfOpenCV(method, samples, self._rng, in_8_bits=False)
 
 
 @dataclass(frozen=True)
@@ -191,10 +207,10 @@ class HarbourKnn(_Foreground):
     Parameters = KnnParameters
     _parameters: KnnParameters
 
-    def _subtractor(self, samples: Sequence[Grey]) -> Subtractor:
+    def _subtractor(self, samples: Sequence[Picture]) -> Subtractor:
         p = self._parameters
         method = cv2.createBackgroundSubtractorKNN(p.history, p.threshold, detectShadows=False)
-        return _OfOpenCV(method, samples, self._rng)
+        return _OfOpenCV(method, samples, self._rng, in_8_bits=True)
 
 
 @dataclass(frozen=True)
@@ -215,24 +231,19 @@ class MedianParameters(ForegroundParameters):
 class _Median:
     """The median of each pixel over samples that are slowly renewed, and its noise."""
 
-    def __init__(self, parameters: MedianParameters, greys: Sequence[Grey]) -> None:
+    def __init__(self, parameters: MedianParameters, pictures: Sequence[Picture]) -> None:
         self._parameters = parameters
-        count = min(parameters.samples, len(greys))
-        self._samples = [greys[k] for k in np.linspace(0, len(greys) - 1, count).astype(int)]
+        count = min(parameters.samples, len(pictures))
+        self._samples = [pictures[k] for k in np.linspace(0, len(pictures) - 1, count).astype(int)]
         self._pictures = 0
-        if self._samples:
-            self._learn()
 
-    def _learn(self) -> None:
-        self._middle, self._noise = median_and_noise(np.stack(self._samples, axis=-1))
-
-    def apply(self, grey: Grey) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    def apply(self, levels: Picture) -> tuple[NDArray[np.uint8], Picture]:
         p = self._parameters
-        if not self._samples or self._pictures % p.renew_pictures == 0:
-            self._samples = [*self._samples[-(p.samples - 1) :], grey]
-            self._learn()
+        if self._pictures % p.renew_pictures == 0:
+            self._samples = [*self._samples[-(p.samples - 1) :], levels]
+            self._middle, self._noise = median_and_noise(np.stack(self._samples, axis=-1), p.levels_per_noise)
         self._pictures += 1
-        foreground = cv2.absdiff(grey, self._middle) > p.threshold * self._noise
+        foreground = np.abs(levels - self._middle) > p.threshold * self._noise
         return foreground.astype(np.uint8), self._middle
 
 
@@ -249,5 +260,5 @@ class HarbourMedian(_Foreground):
     Parameters = MedianParameters
     _parameters: MedianParameters
 
-    def _subtractor(self, samples: Sequence[Grey]) -> Subtractor:
+    def _subtractor(self, samples: Sequence[Picture]) -> Subtractor:
         return _Median(self._parameters, samples)

@@ -26,7 +26,7 @@ EVIDENCE = (
     "constant",
     "log_strength",
     *("log_height", "log_height_2", "too_high_2", "log_width", "log_width_2", "too_wide_2"),
-    *("log_hits", "log_moved"),
+    *("log_hits", "log_moved", "afloat"),
 )
 """What the confidence of a track is a logistic regression on, see ``evidence_of``."""
 
@@ -53,12 +53,12 @@ class _Target:
 
     def __init__(self, identity: int, blob: Blob, start_speed_mps: float) -> None:
         self.identity, self.blob = identity, blob
-        self.state = np.concatenate([blob.place_m, np.zeros(2)])
+        self.state = np.concatenate([blob.place_m[:2], np.zeros(2)])
         self.P = np.zeros((4, 4))
         self.P[:2, :2] = blob.covariance_m2
         self.P[2:, 2:] = start_speed_mps**2 * np.eye(2)
         self.hits, self.missed = 1, 0
-        self.first_m = blob.place_m
+        self.first_m = blob.place_m[:2]
 
     def predict(self, interval_s: float, acceleration_mps2: float) -> None:
         F = np.eye(4) + interval_s * np.eye(4, k=2)
@@ -68,40 +68,40 @@ class _Target:
 
     def correct(self, blob: Blob) -> None:
         gain = self.P[:, :2] @ np.linalg.inv(self.P[:2, :2] + blob.covariance_m2)
-        self.state = self.state + gain @ (blob.place_m - self.state[:2])
+        self.state = self.state + gain @ (blob.place_m[:2] - self.state[:2])
         self.P = self.P - gain @ self.P[:2]
         self.P = 0.5 * (self.P + self.P.T)
         self.blob, self.hits, self.missed = blob, self.hits + 1, 0
 
 
 def evidence_of(blob: Blob, hits: int, moved_m: float) -> NDArray[np.float64]:
-    """Return the evidence (10,) for a track, in the order of ``EVIDENCE``.
+    """Return the evidence (11,) for a track, in the order of ``EVIDENCE``.
 
-    Contrast to noise, height and width beside those of a person, age in blobs, and the way that it has come since its
-    first one: moored boats and shadows change where they are.
+    Contrast to noise, height and width beside those of a person, age in blobs, the way that it has come since its first
+    one, since moored boats and shadows change where they are, and whether it stands lower than the quay.
     """
     height, width = np.log(blob.size_m[2] / _USUAL_HEIGHT_M), np.log(blob.size_m[0] / _USUAL_WIDTH_M)
     strength = np.log(max(blob.strength, 1.0))
     heights = height, height**2, max(height, 0.0) ** 2
     widths = width, width**2, max(width, 0.0) ** 2
-    return np.array([1.0, strength, *heights, *widths, np.log(hits), np.log1p(moved_m)])
+    return np.array([1.0, strength, *heights, *widths, np.log(hits), np.log1p(moved_m), float(blob.place_m[2] < 0.0)])
 
 
 def learnt_weights(tracker: str) -> NDArray[np.float64]:
-    """Return the weights (10,) of ``EVIDENCE`` for a tracker, learnt on development seeds."""
+    """Return the weights (11,) of ``EVIDENCE`` for a tracker, learnt on development seeds."""
     stored = json.loads(resources.files("trackers.baselines").joinpath(CONFIDENCE_FILE).read_text())
     return np.array([stored["weights"][tracker][name] for name in EVIDENCE])
 
 
 class GroundLinker:
-    """Tracks of objects on the ground plane.
+    """Tracks of objects over the ground.
 
     Attributes:
-        evidence: (N, 10) of the N tracks of the latest answer.
+        evidence: (N, 11) of the N tracks of the latest answer.
     """
 
     def __init__(self, parameters: LinkParameters, view: SiteView, weights: NDArray[np.float64]) -> None:
-        """``weights``: (10,) of the evidence."""
+        """``weights``: (11,) of the evidence."""
         self._parameters, self._view, self._weights = parameters, view, weights
         self.evidence = np.empty((0, len(EVIDENCE)))
         self._targets: list[_Target] = []
@@ -131,13 +131,13 @@ class GroundLinker:
     def _assign(self, blobs: Sequence[Blob]) -> set[int]:
         """Correct the targets by the blobs that continue them, and return these: the least sum of distances."""
         cost = np.full((len(self._targets), len(blobs)), _FORBIDDEN)
-        for i, target in enumerate(self._targets):
-            for j, blob in enumerate(blobs):
-                S = target.P[:2, :2] + blob.covariance_m2
-                off_m = blob.place_m - target.state[:2]
-                distance = float(off_m @ np.linalg.solve(S, off_m))
-                if distance < _GATE:
-                    cost[i, j] = distance + np.log(np.linalg.det(S))
+        if cost.size:
+            P = np.array([target.P[:2, :2] for target in self._targets])
+            state_m = np.array([target.state[:2] for target in self._targets])
+            S = P[:, None] + np.array([blob.covariance_m2 for blob in blobs])
+            off_m = np.array([blob.place_m[:2] for blob in blobs]) - state_m[:, None]
+            distance = (off_m * np.linalg.solve(S, off_m[..., None])[..., 0]).sum(axis=-1)
+            cost = np.where(distance < _GATE, distance + np.log(np.linalg.det(S)), cost)
         taken = set()
         for target in self._targets:
             target.missed += 1
@@ -150,8 +150,8 @@ class GroundLinker:
     def _track(self, target: _Target, confidence: float) -> Track:
         """Return the track of a target at its filtered place, or where its blob is if that is behind the camera."""
         blob = target.blob
-        centre_m = np.array([*target.state[:2], 0.5 * blob.size_m[2]])
-        px, depth_m = self._view.project(np.stack([centre_m, [*blob.place_m, centre_m[2]]]))
+        centre_m = np.array([*target.state[:2], blob.place_m[2] + 0.5 * blob.size_m[2]])
+        px, depth_m = self._view.project(np.stack([centre_m, [*blob.place_m[:2], centre_m[2]]]))
         k = 0 if np.isfinite(px[0]).all() else 1
         half_px = 0.5 * (blob.box_xyxy[2:] - blob.box_xyxy[:2])
         estimate = Estimate(px[k], np.concatenate([px[k] - half_px, px[k] + half_px]), depth_m=float(depth_m[k]))

@@ -14,14 +14,10 @@ from trackers.harbour_watch.existence import Clutter
 from trackers.harbour_watch.low_rank import learn
 from trackers.harbour_watch.memory import PixelMemory
 from trackers.harbour_watch.water import WaterLevel, water_of
+from trackers.site.reading import Picture, noise_of
 from trackers.site.view import SiteView
 from trackers.site.volume import WatchedVolume, place
 
-Picture = NDArray[np.float32]
-
-_MEDIAN_TO_SIGMA = 1.4826
-_LEAST_NOISE = 0.5
-"""Counts; a picture is rounded to whole ones."""
 _MOST_REPLAYED = 120
 _MOVED = 10.0
 """Deviations of a pixel's noise by which it changes when something that belongs there moves, e.g. a moored boat."""
@@ -68,12 +64,12 @@ class SiteModel:
         """``pictures`` (T, H, W), T >= 1, counts in order of time."""
         self.shape = pictures.shape[1:]
         flat = pictures.reshape(len(pictures), -1)
-        self.low_rank = learn(flat, p.components, _noise(pictures))
+        self.low_rank = learn(flat, p.components, noise_of(pictures).ravel())
         left, coefficients = np.empty_like(flat), None
         for k, picture in enumerate(flat):
             coefficients = self.low_rank.coefficients(picture, coefficients)
             left[k] = picture - self.low_rank.explained(coefficients)
-        noise = _noise(left.reshape(pictures.shape))
+        noise = noise_of(left.reshape(pictures.shape)).ravel()
         if len(pictures) == 1:
             first = (_FIRST_GUESS * noise) ** 2
         else:
@@ -133,29 +129,6 @@ class SiteModel:
         _, labels = cv2.connectedComponents((moving > _MOVES_SHARE).astype(np.uint8))
         moored: Picture = moving * np.isin(labels, np.unique(labels[self.water & (labels > 0)]))
         return moored
-
-
-def reading_of(image_rgb: NDArray[np.uint8], counts: NDArray[np.uint16] | None, use_counts: bool) -> Picture:
-    """Return the counts (H, W), or the 8 bits if there are none or they are not wanted."""
-    if counts is not None and use_counts and counts.shape == image_rgb.shape[:2]:
-        return counts.astype(np.float32)
-    grey: Picture = image_rgb[..., 0].astype(np.float32)
-    return grey
-
-
-def _noise(pictures: Picture) -> Picture:
-    """Return the standard deviation (N,) of each pixel from one picture (T, H, W) to the next."""
-    if len(pictures) == 1:
-        fine = pictures[0] - cv2.medianBlur(pictures[0], 3)
-        sigma = _MEDIAN_TO_SIGMA * float(np.median(np.abs(fine))) * 1.5
-        return np.full(fine.size, max(sigma, _LEAST_NOISE), np.float32)
-    steps = np.diff(pictures.reshape(len(pictures), -1), axis=0)
-    steps -= np.median(steps[:, ::7], axis=1)[:, None]
-    np.abs(steps, out=steps)
-    sigma = _MEDIAN_TO_SIGMA / np.sqrt(2.0) * np.partition(steps, len(steps) // 2, axis=0)[len(steps) // 2]
-    smooth = cv2.blur((sigma**2).reshape(pictures.shape[1:]), (3, 3)).ravel()
-    noise: Picture = np.sqrt(np.maximum(smooth, _LEAST_NOISE**2)).astype(np.float32)
-    return noise
 
 
 def _px_per_m(view: SiteView, shape: tuple[int, int]) -> NDArray[np.float64]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from trackers.harbour_watch.site_model import ModelParameters, Picture, SiteModel, reading_of
+from trackers.harbour_watch.site_model import ModelParameters, SiteModel
 from trackers.harbour_watch.watch import Watch
 from trackers.registry import register, register_variant, tunable
+from trackers.site.quay import Quay
+from trackers.site.reading import Picture, reading_of
 from trackers.site.view import SiteView
 from trackers.site.volume import WatchedVolume
 from trackers.types import CameraModel, EgoPose, Observation, Track
@@ -27,7 +29,7 @@ class WatchParameters:
         clip: deviations at which one pixel is cut off.
         claims: probability of existence from which a track's pixels are not learnt; above 1 = never.
         shown: least probability of existence of a track that is answered.
-        mean_water_m: mean sea level against the quay, from the site's survey.
+        quay: survey of the site. Of it the mean water level is used; where water is seen is learnt.
         use_counts: False reads the picture after automatic gain control instead.
     """
 
@@ -40,7 +42,7 @@ class WatchParameters:
     clip: float = tunable(6.0, 3.0, 20.0, log=True)
     claims: float = 0.9
     shown: float = 0.01
-    mean_water_m: float = -1.8
+    quay: Quay = field(default_factory=Quay)
     use_counts: bool = True
 
 
@@ -73,7 +75,7 @@ class HarbourWatch:
         """See ``MultiTracker``. Without a measured pose nothing can be placed and there is no track."""
         if observation.ego is None:
             return []
-        picture = reading_of(observation.image_rgb, observation.counts, self._p.use_counts)
+        picture = reading_of(observation, self._p.use_counts)
         if self._watch is None or self._shape != picture.shape:
             self._watch = self._begun(observation, observation.ego, picture)
             self._shape = picture.shape
@@ -82,12 +84,12 @@ class HarbourWatch:
 
     def _begun(self, observation: Observation, ego: EgoPose, picture: Picture) -> Watch:
         """Learn from the background pictures that have the size of ``picture``, or from it alone."""
-        shown = [reading_of(each.image_rgb, each.counts, self._p.use_counts) for each in self._background]
+        shown = [reading_of(each, self._p.use_counts) for each in self._background]
         alike = [each for each in shown if each.shape == picture.shape] or [picture]
         view, p = SiteView(observation.camera, ego.T_world_camera), self._p
         parameters = ModelParameters(
             components=p.components,
-            mean_water_m=p.mean_water_m,
+            mean_water_m=p.quay.mean_water_m,
             remembered_frames=p.remembered_frames,
             noise_frames=p.noise_frames,
             hidden_frames=p.hidden_frames,

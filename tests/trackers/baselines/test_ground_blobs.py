@@ -8,16 +8,18 @@ from numpy.typing import NDArray
 
 from tests.trackers.drawn_harbour import CAMERA, VIEW
 from trackers.baselines.ground_blobs import Blob, BlobParameters, blobs_of
+from trackers.site.quay import Quay
 from trackers.site.survey import Site
 from trackers.site.volume import WatchedVolume, place
 
 SITE = Site(VIEW, place(WatchedVolume(), CAMERA, VIEW.T_world_camera))
+QUAY = Quay()
 SHAPE = (CAMERA.height_px, CAMERA.width_px)
 
 
-def box_of(place_m: tuple[float, float], width_m: float, height_m: float) -> NDArray[np.int64]:
-    """Return the box in the picture of a flat thing that stands at a place."""
-    corners_m = np.array([[*place_m, 0.0], [*place_m, height_m]]) + np.array(
+def box_of(place_m: tuple[float, float], width_m: float, height_m: float, base_m: float = 0.0) -> NDArray[np.int64]:
+    """Return the box in the picture of a flat thing that stands at a place, at the height ``base_m``."""
+    corners_m = np.array([[*place_m, base_m], [*place_m, base_m + height_m]]) + np.array(
         [[0, width_m / 2, 0], [0, -width_m / 2, 0]]
     )
     px, _ = VIEW.project(corners_m)
@@ -29,19 +31,24 @@ def found(*boxes: NDArray[np.int64], contrast: float = 8.0, **changes: float) ->
     for x0, y0, x1, y1 in boxes:
         foreground[y0:y1, x0:x1] = 255
     parameters = BlobParameters(**changes)  # type: ignore[arg-type]
-    return blobs_of(foreground, np.full(SHAPE, contrast, np.float32) * (foreground > 0), SITE, parameters)
+    return blobs_of(foreground, np.full(SHAPE, contrast, np.float32) * (foreground > 0), SITE, QUAY, parameters)
 
 
-@pytest.mark.parametrize("place_m", [(0.0, 0.0), (-20.0, 4.0), (30.0, -5.0)])
-def test_a_blob_stands_where_its_feet_are_with_its_size(place_m: tuple[float, float]) -> None:
-    [blob] = found(box_of(place_m, 1.2, 1.7))
-    # Half a pixel is 0.4 m along the line of sight here, and 0.09 m across it.
-    assert abs(blob.place_m[0] - place_m[0]) < 1.0
+@pytest.mark.parametrize(
+    ("place_m", "base_m"), [((0.0, 0.0), 0.0), ((-10.0, 4.0), 0.0), ((30.0, -5.0), 0.0), ((-24.0, 4.0), -1.8)]
+)
+def test_a_blob_stands_half_its_width_behind_its_foot_with_its_size(
+    place_m: tuple[float, float], base_m: float
+) -> None:
+    [blob] = found(box_of(place_m, 1.2, 1.7, base_m))
+    # Half a pixel is up to 0.7 m along the line of sight here, and 0.09 m across it.
+    assert abs(blob.place_m[0] - place_m[0] - 0.6) < 0.7
     assert abs(blob.place_m[1] - place_m[1]) < 0.1
+    assert blob.place_m[2] == pytest.approx(base_m)
     np.testing.assert_allclose(blob.size_m, [1.2, 1.2, 1.7], atol=0.2)
     away_m = np.sqrt(np.diag(blob.covariance_m2))
     assert 3 * away_m[1] > abs(blob.place_m[1] - place_m[1])
-    assert 3 * away_m[0] > abs(blob.place_m[0] - place_m[0])
+    assert 3 * away_m[0] > abs(blob.place_m[0] - place_m[0] - 0.6)
 
 
 def test_the_strength_is_that_of_a_matched_filter() -> None:

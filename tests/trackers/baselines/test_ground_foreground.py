@@ -49,12 +49,12 @@ def test_the_same_pictures_give_the_same_answers_though_opencv_draws_numbers_of_
 
 @pytest.mark.parametrize("count", [1, 4, 7, 60])
 def test_median_and_noise_are_those_of_numpy(count: int) -> None:
-    samples = np.random.default_rng(count).integers(0, 40, (9, 11, count), dtype=np.uint8)
-    middle, noise = median_and_noise(samples)
+    samples = np.random.default_rng(count).normal(0, 10, (9, 11, count)).astype(np.float32)
+    middle, noise = median_and_noise(samples, 1.5)
     ordered = np.sort(samples, axis=-1)
     np.testing.assert_array_equal(middle, ordered[..., count // 2])
-    away = np.sort(np.abs(samples.astype(int) - ordered[..., count // 2][..., None]), axis=-1)[..., count // 2]
-    np.testing.assert_allclose(noise, np.maximum(1.4826 * away, 1.0), rtol=1e-6)
+    away = np.sort(np.abs(samples - ordered[..., count // 2][..., None]), axis=-1)[..., count // 2]
+    np.testing.assert_allclose(noise, np.maximum(1.4826 * away, 1.5), rtol=1e-6)
 
 
 def test_the_median_is_renewed_and_a_short_stay_does_not_enter_it() -> None:

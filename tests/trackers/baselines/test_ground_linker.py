@@ -15,10 +15,10 @@ PARAMETERS = LinkParameters(start_speed_mps=1.5, acceleration_mps2=0.3, most_mis
 WEIGHTS = np.linspace(-0.4, 0.5, len(EVIDENCE))
 
 
-def blob(x_m: float, y_m: float, strength: float = 50.0) -> Blob:
-    [px], _ = VIEW.project(np.array([[x_m, y_m, 0.0]]))
+def blob(x_m: float, y_m: float, strength: float = 50.0, base_m: float = 0.0) -> Blob:
+    [px], _ = VIEW.project(np.array([[x_m, y_m, base_m]]))
     box_xyxy = np.array([px[0] - 2, px[1] - 13, px[0] + 2, px[1]])
-    return Blob(np.array([x_m, y_m]), COVARIANCE_M2, box_xyxy, np.array([0.5, 0.5, 1.7]), strength)
+    return Blob(np.array([x_m, y_m, base_m]), COVARIANCE_M2, box_xyxy, np.array([0.5, 0.5, 1.7]), strength)
 
 
 def test_two_people_who_pass_each_other_keep_their_identities() -> None:
@@ -75,6 +75,13 @@ def test_an_object_far_away_is_another_one() -> None:
     assert identities == [1]
 
 
+def test_what_floats_is_told_where_it_floats() -> None:
+    linker = GroundLinker(PARAMETERS, VIEW, WEIGHTS)
+    for k in range(3):
+        tracks = linker.follow([blob(-30.0, 2.0, base_m=-1.8)], 2.0 * k)
+    np.testing.assert_allclose(VIEW.place_of(tracks[0].estimate), [-30.0, 2.0, -1.8 + 0.85], atol=1e-6)
+
+
 def test_the_confidence_is_the_regression_on_the_evidence() -> None:
     linker = GroundLinker(PARAMETERS, VIEW, WEIGHTS)
     for k in range(5):
@@ -84,9 +91,10 @@ def test_the_confidence_is_the_regression_on_the_evidence() -> None:
         assert track.confidence == pytest.approx(1.0 / (1.0 + np.exp(-row @ WEIGHTS)))
     moved, stayed = linker.evidence
     width = np.log(0.5 / 0.8)
-    np.testing.assert_allclose(moved[:-1], [1.0, np.log(50), 0, 0, 0, width, width**2, 0, np.log(5)])
-    assert moved[-1] == pytest.approx(np.log1p(6.0), abs=0.2)
-    assert stayed[-1] == pytest.approx(0.0, abs=1e-6)
+    np.testing.assert_allclose(moved[:9], [1.0, np.log(50), 0, 0, 0, width, width**2, 0, np.log(5)])
+    assert moved[9] == pytest.approx(np.log1p(6.0), abs=0.2)
+    assert stayed[9] == pytest.approx(0.0, abs=1e-6)
+    assert (moved[10], evidence_of(blob(-30.0, 0.0, base_m=-1.8), 1, 0.0)[10]) == (0.0, 1.0)
 
 
 def test_evidence_is_finite_for_a_speck() -> None:

@@ -1,0 +1,53 @@
+"""What stands on a quay, before its wall and on the water."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.trackers.drawn_harbour import CAMERA, VIEW, looking
+from trackers.site.quay import Quay
+from trackers.site.view import SiteView
+
+QUAY = Quay(edge_m=(-15.0, 3.0), seaward=(-1.0, 0.0), mean_water_m=-1.8)
+
+
+@pytest.mark.parametrize(
+    "point_m",
+    [
+        (0.0, 4.0, 0.0),
+        (-14.9, -4.0, 0.0),
+        (-15.0, 2.0, -0.5),
+        (-15.0, 2.0, -1.7),
+        (-15.1, 0.0, -1.8),
+        (-40.0, 1.0, -1.8),
+    ],
+)
+def test_points_of_quay_wall_and_water_are_found_where_they_are_seen(point_m: tuple[float, float, float]) -> None:
+    px, _ = VIEW.project(np.array([point_m]))
+    np.testing.assert_allclose(QUAY.stood_on(VIEW, px), [point_m], atol=1e-6)
+
+
+def test_the_water_beyond_the_edge_is_seen_from_the_land() -> None:
+    view = SiteView(CAMERA, looking(np.array([60.0, 0.0, 20.0]), np.array([-20.0, 0.0, 0.0])))
+    for point_m in ((-10.0, 1.0, 0.0), (-60.0, 1.0, -1.8)):
+        px, _ = view.project(np.array([point_m]))
+        np.testing.assert_allclose(QUAY.stood_on(view, px), [point_m], atol=1e-6)
+
+
+def test_above_the_horizon_there_is_nothing_to_stand_on() -> None:
+    assert np.isnan(QUAY.stood_on(VIEW, np.array([[96.0, -200.0]]))).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"mean_water_m": 0.0}, "mean_water_m: expected a finite number of metres < 0, got 0.0"),
+        ({"mean_water_m": float("nan")}, "mean_water_m"),
+        ({"seaward": (1.0, 1.0)}, "seaward: expected a vector of length 1"),
+        ({"edge_m": (float("inf"), 0.0)}, "edge_m: expected finite numbers"),
+    ],
+)
+def test_no_survey_is_refused_by_name(changes: dict, named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        Quay(**changes)
