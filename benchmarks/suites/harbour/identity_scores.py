@@ -1,4 +1,4 @@
-"""Scores of whole tracks: HOTA, ID and CLEAR scores, GOSPA, duplicates."""
+"""Scores of whole tracks: HOTA, ID and CLEAR scores, GOSPA."""
 
 from __future__ import annotations
 
@@ -17,20 +17,14 @@ ZERO_M = 6.0
 GOSPA_CUTOFF_M = 3.0
 
 
-def identity_scores(
-    objects: Sequence[Objects], frames: Sequence[Answered], matched: int, twice: int
-) -> Iterator[Score]:
+def identity_scores(objects: Sequence[Objects], frames: Sequence[Answered]) -> Iterator[Score]:
     """Yield the scores of whole tracks, over the frames on which intruders are judged; what is neither right nor wrong
     is left out.
 
     ``hota``, ``mota`` and the frames of ``idf1``: ``identity_right_frames``, ``identity_false_frames``,
     ``identity_missed_frames``, see ``benchmarks.scores.identities``; similarity 0 at 6 m over the ground.
     ``identity_switches``: CLEAR's, of an episode. ``gospa_m``: mean over frames, see ``benchmarks.scores.gospa``, of
-    order 1 with a cut-off of 3 m over the ground. ``duplicate_rate``: of the frames of intruders with a track those
-    with another one.
-
-    Args:
-        matched, twice: number of frames of intruders with a track, and with another one.
+    order 1 with a cut-off of 3 m over the ground.
     """
     pairs = [_paired(there, each) for there, each in zip(objects, frames, strict=True)]
     gospa_m = [gospa(ZERO_M * (1.0 - each.similarity), GOSPA_CUTOFF_M) for each in pairs]
@@ -43,8 +37,6 @@ def identity_scores(
     yield Score("identity_false_frames", float(identities.false))
     yield Score("identity_missed_frames", float(identities.missed))
     yield Score("gospa_m", sum(gospa_m) / len(gospa_m), float(len(gospa_m)))
-    if matched:
-        yield Score("duplicate_rate", twice / matched, float(matched))
 
 
 def _paired(objects: Objects, answered: Answered) -> Pairing:

@@ -141,5 +141,4 @@ class HarbourSheet:
         history = rows_of(objects, decided)
         shown = history if decides_at <= 0 else rows_of(objects, self._frames)
         yield from self._judge.scores(shown, history, decides_at)
-        twice = np.unique(np.stack([history.frame, history.target])[:, (history.target >= 0) & ~history.first], axis=1)
-        yield from identity_scores(objects, decided, int(history.first.sum()), twice.shape[1])
+        yield from identity_scores(objects, decided)

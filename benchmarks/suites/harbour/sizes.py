@@ -28,8 +28,9 @@ def measured_scores(
     """Yield errors of the one track on each intruder, a row a visit.
 
     ``position_error_m``: mean distance over the ground of the two centres, at most 3 m, since beyond it is not on it.
-    ``kind_right``: share of its frames with a class in which that is right. ``depth_error``, ``width_error``,
-    ``height_error``: of the median of its sizes, the difference from the true one relative to that.
+    ``duplicate_rate``: share of its frames on which another track is on the same intruder. ``kind_right``: share of its
+    frames with a class in which that is right. ``depth_error``, ``width_error``, ``height_error``: of the median of its
+    sizes, the difference from the true one relative to that.
     ``depth_error_at_100_m`` …: the same of its sizes while the intruder is 85 to 115 m away from the camera over the
     ground; ``depth_error_of_mean`` …: for the same intruders that of the mean size of their class.
 
@@ -37,10 +38,13 @@ def measured_scores(
         size_m: (N, 3) true sizes. distance_m: (T, N) from the camera over the ground.
     """
     for visit in visits:
-        mine = history.first & (history.target == visit.index)
+        on_it = history.target == visit.index
+        mine = history.first & on_it
         if not mine.any():
             continue
-        yield Score("position_error_m", float(history.error_m[mine].mean()), float(mine.sum()), visit)
+        count = float(mine.sum())
+        yield Score("position_error_m", float(history.error_m[mine].mean()), count, visit)
+        yield Score("duplicate_rate", len(np.unique(history.frame[on_it & ~mine])) / count, count, visit)
         named = history.kind[mine][history.kind[mine] != ""]
         if len(named):
             yield Score("kind_right", float((named == visit.kind).mean()), float(len(named)), visit)

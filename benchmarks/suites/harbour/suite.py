@@ -162,6 +162,7 @@ HARBOUR = Suite(
         alarms.froc_alarms: ("froc_alarms",),
         sizes.measured_scores: (
             "position_error_m",
+            "duplicate_rate",
             "kind_right",
             *(f"{name}_{error}" for error in ("error", "error_at_100_m", "error_of_mean") for name in DIMENSIONS),
         ),
@@ -172,7 +173,6 @@ HARBOUR = Suite(
             "identity_switches",
             *_IDENTITY_ROWS,
             "gospa_m",
-            "duplicate_rate",
         ),
     },
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -16,6 +17,8 @@ from benchmarks.suites.registry import EventTest, EventWords, Metric
 KINDS = ("person", "car", "boat")
 SEEABLE = 5.0
 """Least contrast to noise of what can be told from noise without doubt: the criterion of Rose (1948)."""
+_CONTRASTS = (SEEABLE, 150.0, 300.0, 1000.0, np.inf)
+"""Ends of the groups of contrast to noise: people have 75 to 950, mostly 150 to 300, cars and boats up to 5000."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,23 +74,35 @@ def _is(kind: str) -> EventTest:
     return lambda event: bool(event["kind"] == kind)
 
 
+def _within(low: float, high: float) -> EventTest:
+    return lambda event: bool(low <= event["contrast_to_noise"] < high)
+
+
 EVENTS = EventWords(
     name="visits",
     key="event",
     tests={
         **{f"{kind}s": _is(kind) for kind in ("car", "boat")},
         "people": _is("person"),
-        "contrast to noise 5 to 50": lambda event: bool(SEEABLE <= event["contrast_to_noise"] < 50.0),
-        "contrast to noise 50 to 500": lambda event: bool(50.0 <= event["contrast_to_noise"] < 500.0),
-        "contrast to noise from 500": lambda event: bool(event["contrast_to_noise"] >= 500.0),
+        **{
+            f"contrast to noise {low:g} to {high:g}" if np.isfinite(high) else f"contrast to noise from {low:g}": (
+                _within(low, high)
+            )
+            for low, high in itertools.pairwise(_CONTRASTS)
+        },
         "up to 60 s": lambda event: bool(event["length_frames"] <= 30),
         "longer than 60 s": lambda event: bool(event["length_frames"] > 30),
     },
     compared=(
         Metric("detection_rate", "found, chance taken off", "fraction", "higher", ("found",)),
-        Metric("position_error_m", "error over the ground", "m", "lower", ("position_error_m",)),
-        Metric("height_error", "error of the height", "fraction", "lower", ("height_error",), "median"),
-        Metric("time_to_detect_s", "time until found", "s", "lower", ("time_to_detect_s",), "median"),
+        Metric("time_to_detect_s", "time until found", "s", "lower", statistic="median"),
+        Metric("position_error_m", "error over the ground", "m", "lower"),
+        *(
+            Metric(f"{name}_error", f"error of the {name}", "fraction", "lower", statistic="median")
+            for name in ("width", "height", "depth")
+        ),
+        Metric("kind_right", "frames with the right class, of those with one", "fraction", "higher"),
+        Metric("duplicate_rate", "frames with another track", "fraction", "lower"),
     ),
     describe=_describe,
 )

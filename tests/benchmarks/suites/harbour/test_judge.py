@@ -68,7 +68,7 @@ def test_a_duplicate_is_no_alarm_and_finds_nobody_else() -> None:
 
     scores = judged(two, FRAMES, doubles)
     assert of_visits(scores, "found") == {"person-0": 1.0, "person-1": 0.0}
-    assert values(scores)["duplicate_rate"] == 1.0
+    assert of_visits(scores, "duplicate_rate") == {"person-0": 1.0}
     assert values(scores)["false_tracks_per_frame"] == 0.0
     # One track between two people finds one of them alone.
     scores = judged(two, FRAMES, lambda k: [track(1, (10.0, 3.4), size_m=(3.0, 3.0, 1.8))] if 20 <= k < 40 else [])
@@ -105,11 +105,11 @@ def test_a_swap_of_two_tracks() -> None:
 def test_silence_misses_all_and_alarms_nobody() -> None:
     scores = judged([PERSON], FRAMES, lambda k: [])
     assert of_visits(scores, "found") == {"person-0": 0.0}
+    assert of_visits(scores, "duplicate_rate") == {}
     told = values(scores)
     assert (told["hota"], told["mota"], told["false_alarms_per_hour"]) == (0.0, 0.0, 0.0)
     # One target missed on 20 of 90 frames costs half the cut-off each.
     assert told["gospa_m"] == pytest.approx(1.5 * 20 / 90)
-    assert "duplicate_rate" not in told
     nowhere = Track(3, Estimate(np.full(2, np.nan)))
     assert values(judged([PERSON], FRAMES, lambda k: [nowhere])) == told
 
@@ -216,7 +216,8 @@ def test_a_tracker_that_answers_with_unlikely_tracks_is_judged_at_its_own_thresh
     # The track that is left is the one track, no duplicate of one that is not answered.
     assert of_visits(everything, "position_error_m") == {"person-0": pytest.approx(0.0, abs=1e-6)}
     assert of_visits(decided, "position_error_m") == {"person-0": pytest.approx(1.0)}
-    assert (values(everything)["duplicate_rate"], values(decided)["duplicate_rate"]) == (5 / 20, 0.0)
+    assert of_visits(everything, "duplicate_rate") == {"person-0": 5 / 20}
+    assert of_visits(decided, "duplicate_rate") == {"person-0": 0.0}
     curves = [
         {name: each[name] for name in ("froc_found", "froc_alarms")} for each in map(values, (everything, decided))
     ]
