@@ -1,6 +1,6 @@
 """HOTA, ID and CLEAR scores of the tracks of many targets, as TrackEval 1.3.0 computes them for one sequence.
 
-The similarity of a target and a track is ``max(0, 1 - d / zero_px)`` for their distance d, TrackEval's Euclidean one.
+The similarity of a target and a track is ``max(0, 1 - d / zero_at)`` for their distance d, TrackEval's Euclidean one.
 Tests hold the results to recorded ones of TrackEval, which is not installed: it needs another OpenCV.
 """
 
@@ -74,12 +74,15 @@ class ClearCounts:
 
 
 def pairing(
-    target_px: NDArray[np.float64], identities: NDArray[np.int64], track_px: NDArray[np.float64], zero_px: float
+    targets: NDArray[np.float64], identities: NDArray[np.int64], tracks: NDArray[np.float64], zero_at: float
 ) -> Pairing:
-    """Return the pairing of a frame; targets (N, 2) with NaN are not there, tracks are (M,) and (M, 2)."""
-    there = np.flatnonzero(np.isfinite(target_px).all(axis=1))
-    away_px = np.linalg.norm(target_px[there][:, None] - track_px[None], axis=2)
-    return Pairing(there, identities, np.maximum(0.0, 1.0 - away_px / zero_px))
+    """Return the pairing of a frame; targets (N, 2) with NaN are not there, tracks are (M,) and (M, 2).
+
+    Places and ``zero_at``, the distance at which the similarity is 0, have one unit: pixels, or metres.
+    """
+    there = np.flatnonzero(np.isfinite(targets).all(axis=1))
+    away = np.linalg.norm(targets[there][:, None] - tracks[None], axis=2)
+    return Pairing(there, identities, np.maximum(0.0, 1.0 - away / zero_at))
 
 
 def numbered(frames: Sequence[Pairing]) -> list[Pairing]:

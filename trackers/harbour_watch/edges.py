@@ -56,8 +56,8 @@ def side_by_side(
         return [box_xyxy]
     part = np.abs(deviation[y0:y1, x0:x1])
     profile = np.maximum(part - _NOISE, 0.0).sum(axis=0)
-    third = len(profile) // 4
-    at = third + int(profile[third : len(profile) - third].argmin())
+    quarter = len(profile) // 4
+    at = quarter + int(profile[quarter : len(profile) - quarter].argmin())
     if not 0 < at < len(profile) - 1 or profile[at] > _VALLEY * min(profile[:at].max(), profile[at + 1 :].max()):
         return [box_xyxy]
     middle, least = x0 + at + 0.5, _ONE_M * px_per_m
