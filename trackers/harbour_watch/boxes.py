@@ -68,7 +68,7 @@ class BoxFilters:
         wide, tall = (sizes_m[:, k, None] * px_per_m for k in (0, 1))
         self.half_px = np.maximum(np.round((wide - 1) / 2), 0).astype(np.int64)
         self.tall_px = np.maximum(np.round(tall), 2).astype(np.int64)
-        cells = (-(-len(px_per_m) // CELL_PX), -(-width_px // CELL_PX))
+        cells = cells_of((len(px_per_m), width_px))
         self.variance, self.slow_variance = (np.ones((len(sizes_m), *cells), np.float32) for _ in range(2))
         self._out = np.empty((len(sizes_m), len(px_per_m), width_px), np.float32)
 
@@ -104,6 +104,11 @@ def _grow(variances: Picture, scaled: Picture, free: Picture, rate: float) -> No
         seen = by_cell(np.minimum(each * each, _HIGHEST**2) * free) / np.maximum(counts, 1.0)
         growth = np.where(counts >= 0.5 * CELL_PX**2, rate * (seen - 1.0), 0.0)
         np.maximum(variance * (1.0 + growth), 1.0, out=variance, casting="same_kind")
+
+
+def cells_of(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return the rows and columns of cells of a picture (H, W)."""
+    return -(-shape[0] // CELL_PX), -(-shape[1] // CELL_PX)
 
 
 def by_cell(picture: Picture) -> Picture:

@@ -60,17 +60,19 @@ _STRANGE = -6.0
 """Least log likelihood where a class may be: a region may show a part of an object, or two."""
 _SEEN_WIDE, _SEEN_HIGH = 0.3, 0.25
 """Standard deviation of the logarithm of a region's width and height for one object: headings, missing parts."""
-_FROM_ABOVE = 0.2
-"""Share of an object's depth by which its region is higher: sine of a slope of 11 degrees."""
 
 
-def log_likelihoods(width_m: float, height_m: float, afloat: bool) -> Array:
-    """Return the log likelihoods (4,) of ``KINDS`` for a region's width and height at its place."""
+def log_likelihoods(width_m: float, height_m: float, afloat: bool, from_above: float) -> Array:
+    """Return the log likelihoods (4,) of ``KINDS`` for a region's width and height at its place.
+
+    ``from_above``: sine of the slope of the line of sight, the share of its depth by which an object's region is
+    higher.
+    """
     found = np.full(len(KINDS), _NEVER)
     for k, kind in enumerate(KINDS):
         if kind.afloat if afloat else kind.on_land:
             across = float(np.sqrt(kind.size_m[0] * kind.size_m[1]))
-            expected = np.array([across, kind.size_m[2] + _FROM_ABOVE * across])
+            expected = np.array([across, kind.size_m[2] + from_above * across])
             turns = 0.5 * np.log(kind.size_m[0] / kind.size_m[1])
             spread = np.hypot([_SEEN_WIDE, _SEEN_HIGH], [np.hypot(0.6 * turns, kind.spread[0]), kind.spread[2]])
             off = np.log(np.maximum([width_m, height_m], 1e-3) / expected) / spread

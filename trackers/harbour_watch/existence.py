@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -37,33 +38,58 @@ _OBJECT_TAIL = 12.0
 """Decay of the scores of objects above the least one, deviations: broad, from just visible to very hot."""
 
 
+@dataclass(frozen=True, eq=False)
+class ClutterRates:
+    """What pictures without objects tell of false regions.
+
+    Attributes:
+        per_cell: (H / 16, W / 16) float32, rounded up, weak regions a picture.
+        tail: () decay of their scores above the least one, deviations.
+        residents: (M, 4) middles and logarithms of sides of regions that showed something moored.
+        pictures: () their number.
+    """
+
+    per_cell: NDArray[np.float32]
+    tail: NDArray[np.float64]
+    residents: NDArray[np.float64]
+    pictures: NDArray[np.int64]
+
+
+def cells_of(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return the rows and columns of cells of a picture (H, W)."""
+    return -(-shape[0] // _CELL_PX), -(-shape[1] // _CELL_PX)
+
+
+def clutter_rates(
+    shape: tuple[int, int], least_score: float, pictures: Sequence[Sequence[Region]], moving: NDArray[np.float32]
+) -> ClutterRates:
+    """Learn the rates.
+
+    Args:
+        shape: of the picture.
+        least_score: of any region.
+        pictures: the regions found on each picture without objects.
+        moving: (H, W) share of these pictures on which something moored moved at a pixel.
+    """
+    cells = np.zeros(cells_of(shape), np.float32)
+    weak = [each for regions in pictures for each in regions if each.score < least_score + _STRONG]
+    for region in weak:
+        cells[_cell(region, cells.shape)] += 1.0
+    per_cell = (_blurred(cells) + _PRIOR_REGIONS * _PRIOR_PICTURES) / (len(pictures) + _PRIOR_PICTURES)
+    beyond = sum(each.score - least_score for each in weak)
+    tail = (beyond + _PRIOR_TAIL * _PRIOR_WEIGHT) / (len(weak) + _PRIOR_WEIGHT)
+    return ClutterRates(per_cell, np.array(tail), _residents(pictures, moving), np.array(len(pictures)))
+
+
 class Clutter:
     """Density of false regions by place and score: those of the noise, and strong ones of birds and swinging boats."""
 
-    def __init__(
-        self,
-        shape: tuple[int, int],
-        least_score: float,
-        pictures: Sequence[Sequence[Region]],
-        moving: NDArray[np.float32],
-    ) -> None:
-        """Learn the rates.
-
-        Args:
-            shape: of the picture.
-            pictures: the regions found on each picture without objects.
-            moving: (H, W) share of these pictures on which something moored moved at a pixel.
-        """
-        self._residents, self._pictures = _residents(pictures, moving), len(pictures)
-        cells = np.zeros((-(-shape[0] // _CELL_PX), -(-shape[1] // _CELL_PX)), np.float32)
-        weak = [each for regions in pictures for each in regions if each.score < least_score + _STRONG]
-        for region in weak:
-            cells[self._cell(region, cells.shape)] += 1.0
-        self._per_cell = (_blurred(cells) + _PRIOR_REGIONS * _PRIOR_PICTURES) / (len(pictures) + _PRIOR_PICTURES)
-        self._strong_per_cell, self._least = _STRONG_REGIONS / cells.size, least_score
-        self._least_per_cell = float(self._per_cell.min())
-        beyond = sum(each.score - least_score for each in weak)
-        self._tail = (beyond + _PRIOR_TAIL * _PRIOR_WEIGHT) / (len(weak) + _PRIOR_WEIGHT)
+    def __init__(self, rates: ClutterRates, least_score: float) -> None:
+        """Begin with the rates of the background pictures; ``least_score``: of any region."""
+        self._residents, self._pictures = rates.residents, int(rates.pictures)
+        self._per_cell, self._tail = rates.per_cell.copy(), float(rates.tail)
+        self._strong_per_cell, self._least = _STRONG_REGIONS / rates.per_cell.size, least_score
+        self._least_per_cell = float(rates.per_cell.min())
 
     def learn(self, regions: Sequence[Region], claimed: NDArray[np.uint8]) -> None:
         """Take in the regions of a picture that no object claims: ``claimed`` (H, W)."""
@@ -72,20 +98,14 @@ class Clutter:
             x0, _, x1, y1 = region.box_xyxy
             row, column = min(int(y1) - 1, len(claimed) - 1), min(int(0.5 * (x0 + x1)), claimed.shape[1] - 1)
             if not claimed[row, column] and region.score < self._least + _STRONG:
-                seen[self._cell(region, seen.shape)] += 1.0
+                seen[_cell(region, seen.shape)] += 1.0
         self._per_cell += _RATE * (np.maximum(_blurred(seen), self._least_per_cell) - self._per_cell)
-
-    @staticmethod
-    def _cell(region: Region, shape: tuple[int, ...]) -> tuple[int, int]:
-        x0, _, x1, y1 = region.box_xyxy
-        row, column = int(y1 - 1) // _CELL_PX, int(0.5 * (x0 + x1)) // _CELL_PX
-        return min(max(row, 0), shape[0] - 1), min(max(column, 0), shape[1] - 1)
 
     def log_ratio(self, region: Region) -> float:
         """Return log of (density of the score for an object / density of false regions of that score per pixel)."""
         beyond = max(region.score - self._least, 0.0)
         of_object = -beyond / _OBJECT_TAIL - np.log(_OBJECT_TAIL)
-        cell = self._cell(region, self._per_cell.shape)
+        cell = _cell(region, self._per_cell.shape)
         noise = np.log(self._per_cell[cell] / self._tail) - beyond / self._tail
         strong = np.log(self._strong_per_cell) + of_object
         ratio = float(of_object - np.logaddexp(noise, strong) + np.log(_CELL_PX**2))
@@ -110,6 +130,12 @@ class Clutter:
         off[:, 2:] /= _KERNEL_LOG
         alike = float(np.exp(-0.5 * np.einsum("mi,mi->m", off, off)).sum())
         return min((alike + _LEAST_RESIDENT) / (self._pictures + 1.0), 1.0 - _LEAST_RESIDENT)
+
+
+def _cell(region: Region, shape: tuple[int, ...]) -> tuple[int, int]:
+    x0, _, x1, y1 = region.box_xyxy
+    row, column = int(y1 - 1) // _CELL_PX, int(0.5 * (x0 + x1)) // _CELL_PX
+    return min(max(row, 0), shape[0] - 1), min(max(column, 0), shape[1] - 1)
 
 
 def _residents(pictures: Sequence[Sequence[Region]], moving: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -66,5 +66,7 @@ def _placed(region: Region, view: SiteView, water: NDArray[np.bool_], level_m: f
     _, depth_m = view.project(points[:1])
     px_per_m = view.camera.focal_px / float(depth_m[0])
     area = abs(float(np.linalg.det(points[1:, :2] - points[0, :2])))
-    kinds = log_likelihoods((x1 - x0) / px_per_m, (y1 - y0) / px_per_m, afloat)
+    sight_m = view.place_m - points[0]
+    from_above = float(sight_m[2] / np.linalg.norm(sight_m))
+    kinds = log_likelihoods((x1 - x0) / px_per_m, (y1 - y0) / px_per_m, afloat, from_above)
     return Sighting(region, points[0, :2], afloat, kinds, area)

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trackers.harbour_watch.site_model import ModelParameters, SiteModel
+from trackers.harbour_watch.learning import learn_site
+from trackers.harbour_watch.site_model import LearntSite, ModelParameters, SiteModel, forms
 from trackers.harbour_watch.watch import Watch
 from trackers.registry import register, register_variant, tunable
+from trackers.site.model_file import load_model, save_model
 from trackers.site.quay import Quay
 from trackers.site.reading import Picture, reading_of
+from trackers.site.survey import Site, survey
 from trackers.site.view import SiteView
-from trackers.site.volume import WatchedVolume
-from trackers.types import CameraModel, EgoPose, Observation, Track
+from trackers.site.volume import WatchedVolume, place
+from trackers.types import CameraModel, Observation, Track
 
 
 @dataclass(frozen=True)
@@ -22,6 +27,8 @@ class WatchParameters:
     """Parameters of ``harbour_watch``.
 
     Attributes:
+        volume: that is watched.
+        quay: survey of the site. Of it the mean water level is used; where water is seen is learnt.
         components: of the low-rank background beside the camera's gain and offset.
         remembered_frames, noise_frames: time constants of a pixel's slow residual and of its noise.
         hidden_frames: in which what a pixel showed is forgotten while an object hides it.
@@ -29,10 +36,11 @@ class WatchParameters:
         clip: deviations at which one pixel is cut off.
         claims: probability of existence from which a track's pixels are not learnt; above 1 = never.
         shown: least probability of existence of a track that is answered.
-        quay: survey of the site. Of it the mean water level is used; where water is seen is learnt.
         use_counts: False reads the picture after automatic gain control instead.
     """
 
+    volume: WatchedVolume = field(default_factory=WatchedVolume)
+    quay: Quay = field(default_factory=Quay)
     components: int = tunable(16, 2, 40)
     remembered_frames: float = tunable(60.0, 10.0, 600.0, log=True)
     noise_frames: float = tunable(80.0, 20.0, 400.0, log=True)
@@ -42,7 +50,6 @@ class WatchParameters:
     clip: float = tunable(6.0, 3.0, 20.0, log=True)
     claims: float = 0.9
     shown: float = 0.01
-    quay: Quay = field(default_factory=Quay)
     use_counts: bool = True
 
 
@@ -64,30 +71,79 @@ class HarbourWatch:
 
     def __init__(self, parameters: WatchParameters, rng: np.random.Generator) -> None:
         self._p = parameters
+        self._begin([], None)
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
-        """See ``MultiTracker``. The site is learnt on the first picture, whose pose it needs."""
-        self._background = tuple(background)
+        """See ``MultiTracker``. The site is learnt as soon as a usable pose is known, e.g. that of a picture."""
+        size = (camera.height_px, camera.width_px)
+        shown = [reading_of(each, self._p.use_counts) for each in background]
+        pictures = [each for each in shown if each.shape == size]
+        self._begin(pictures, survey(self._p.volume, camera, background))
+        if pictures and self._site is not None:
+            self._learn(pictures, self._site)
+
+    def save_background(self, path: Path) -> Path:
+        """Write what ``start`` learnt, and the camera's calibration with it, and return the path.
+
+        Raises:
+            ValueError: before ``start``, or if it got no pictures or no pose of the camera.
+        """
+        if self._learnt is None or self._site is None:
+            raise ValueError("background: expected pictures and a pose to have been learnt from, got none")
+        return save_model(path, self._kind, self._site.view, self._learnt.arrays())
+
+    def start_from(self, path: Path, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> None:
+        """Start with a background that was saved before, in place of ``start``.
+
+        Raises:
+            ValueError: as ``load_model``, e.g. for the background of another camera; and as ``place``.
+        """
+        site = Site(SiteView(camera, T_world_camera), place(self._p.volume, camera, T_world_camera))
+        arrays = load_model(path, self._kind, site.view, forms((camera.height_px, camera.width_px)))
+        self._begin([], site)
+        self._watch_by(LearntSite.of_arrays(arrays), site)
+
+    @property
+    def _kind(self) -> str:
+        return "harbour_watch-1 of counts" if self._p.use_counts else "harbour_watch-1 of 8 bits"
+
+    def _begin(self, pictures: Sequence[Picture], site: Site | None) -> None:
+        self._pictures, self._site = pictures, site
+        self._learnt: LearntSite | None = None
         self._watch: Watch | None = None
-        self._shape: tuple[int, ...] = ()
 
     def update(self, observation: Observation) -> list[Track]:
-        """See ``MultiTracker``. Without a measured pose nothing can be placed and there is no track."""
-        if observation.ego is None:
-            return []
+        """See ``MultiTracker``. A picture of another size than the first one learnt has no answer; nor have pictures
+        before the first usable pose: nothing can be placed.
+        """
         picture = reading_of(observation, self._p.use_counts)
-        if self._watch is None or self._shape != picture.shape:
-            self._watch = self._begun(observation, observation.ego, picture)
-            self._shape = picture.shape
-        self._watch.update(picture, observation.time_s)
-        return self._watch.answers(self._p.shown)
+        if self._site is None:
+            self._site = survey(self._p.volume, observation.camera, [observation])
+            if self._site is None:
+                return []
+        if self._watch is None:
+            self._learn(self._pictures or [picture], self._site)
+        watch = self._watch
+        assert watch is not None
+        if picture.shape != watch.shape:
+            return []
+        watch.update(picture, observation.time_s)
+        return watch.answers(self._p.shown)
 
-    def _begun(self, observation: Observation, ego: EgoPose, picture: Picture) -> Watch:
-        """Learn from the background pictures that have the size of ``picture``, or from it alone."""
-        shown = [reading_of(each, self._p.use_counts) for each in self._background]
-        alike = [each for each in shown if each.shape == picture.shape] or [picture]
-        view, p = SiteView(observation.camera, ego.T_world_camera), self._p
-        parameters = ModelParameters(
+    def _learn(self, pictures: Sequence[Picture], site: Site) -> None:
+        self._watch_by(learn_site(np.array(pictures), site, self._model_parameters), site)
+        self._pictures = []
+
+    def _watch_by(self, learnt: LearntSite, site: Site) -> None:
+        p = self._p
+        model = SiteModel(learnt, site, self._model_parameters)
+        self._learnt = learnt
+        self._watch = Watch(model, site.view, claims=p.claims, clip=p.clip, noise_frames=p.noise_frames)
+
+    @property
+    def _model_parameters(self) -> ModelParameters:
+        p = self._p
+        return ModelParameters(
             components=p.components,
             mean_water_m=p.quay.mean_water_m,
             remembered_frames=p.remembered_frames,
@@ -97,9 +153,6 @@ class HarbourWatch:
             least_score=p.least_score,
             piece_score=p.piece_score,
         )
-        model = SiteModel(np.array(alike), view, WatchedVolume(), parameters)
-        first = 0 if self._watch is None else self._watch.tracks.next_identity
-        return Watch(model, view, first, claims=p.claims, clip=p.clip, noise_frames=p.noise_frames)
 
 
 register_variant("harbour_watch_swallows", "harbour_watch", summary="learns what stands still, objects too", claims=2.0)

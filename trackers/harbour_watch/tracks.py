@@ -47,13 +47,13 @@ class Tracks:
     """All tracks.
 
     Attributes:
-        marks: in order of their beginning. next_identity: of the next one.
+        marks: in order of their beginning.
     """
 
-    def __init__(self, view: SiteView, rates: Rates, next_identity: int = 0) -> None:
+    def __init__(self, view: SiteView, rates: Rates) -> None:
         """Begin with none."""
         self.marks: list[Mark] = []
-        self.next_identity = next_identity
+        self._identities = 0
         self._view, self._rates = view, rates
 
     def predicted(self, dt_s: float, level_m: float) -> list[Array]:
@@ -90,8 +90,8 @@ class Tracks:
             p = float(alone[j] * births[j] / (1.0 + births[j]))
             if not expected[j] and alone[j] > _ALONE and p > _LEAST_BIRTH:
                 base_m = level_m if sighting.afloat else 0.0
-                self.marks.append(begun(self.next_identity, sighting, p, self._view, base_m))
-                self.next_identity += 1
+                self.marks.append(begun(self._identities, sighting, p, self._view, base_m))
+                self._identities += 1
 
     def _log_densities(self, sightings: Sequence[Sighting]) -> Array:
         """Return the log density per pixel of each sighting's middle for each track, (N, M); -inf beyond the gate."""

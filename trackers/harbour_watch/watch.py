@@ -22,16 +22,16 @@ class Watch:
     """Regions, tracks and what the background has lately shown.
 
     Attributes:
+        shape: of its pictures.
         sightings: of the last picture. tracks: of all objects. level_m: height of the water.
     """
 
-    def __init__(
-        self, model: SiteModel, view: SiteView, next_identity: int, *, claims: float, clip: float, noise_frames: float
-    ) -> None:
+    def __init__(self, model: SiteModel, view: SiteView, *, claims: float, clip: float, noise_frames: float) -> None:
         """Begin; the parameters are those of ``harbour_watch``."""
+        self.shape = model.shape
         self._model, self._view = model, view
         self._claims, self._clip, self._noise_rate = claims, clip, 1.0 / noise_frames
-        self.tracks = Tracks(view, Rates(), next_identity)
+        self.tracks = Tracks(view, Rates())
         self.sightings: list[Sighting] = []
         self.level_m = model.water_level.mean_m
         self._coefficients: NDArray[np.float64] | None = None

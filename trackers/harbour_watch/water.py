@@ -98,29 +98,47 @@ class WaterLevel:
 
     Attributes:
         mean_m: the mean level.
+        mean_rise_px: rows from the band's base up to the mean level; below 0 if no level can be told.
     """
 
-    def __init__(self, view: SiteView, water: NDArray[np.bool_], noise: Picture, mean_m: float) -> None:
-        """``water`` (H, W): see ``water_of``; ``noise`` (H, W) counts; ``mean_m``: of what ``settle`` will get."""
+    def __init__(
+        self, view: SiteView, water: NDArray[np.bool_], noise: Picture, mean_m: float, mean_rise_px: float | None = None
+    ) -> None:
+        """Begin unsettled, or settled if ``mean_rise_px`` is given.
+
+        Args:
+            water: (H, W) see ``water_of``. noise: (H, W) counts.
+            mean_m: the mean level, of what ``settle`` will get.
+            mean_rise_px: as of a level that is settled; below 0 if no level could be told.
+        """
         first = water.argmax(axis=0)
         columns = np.flatnonzero(water.any(axis=0) & (first > 0))
         self._view, self._noise, self.mean_m = view, noise, mean_m
-        self._mean_rise_px = 0.0
+        self.mean_rise_px = 0.0
         self._base, self._columns = _base(columns, first[columns], len(water))
         self._px_per_m = self._upright_px_per_m(0.0) if len(self._columns) else 1.0
         self._rows = self._base - np.arange(max(round(-_SEARCHED * mean_m * self._px_per_m), 2) + _UNSURE_PX)[:, None]
         self._last: deque[float] = deque(maxlen=_MEDIAN_OF)
+        if mean_rise_px is not None:
+            self._settle_at(mean_rise_px)
 
     def settle(self, pictures: Picture) -> None:
         """Learn which row belongs to the mean level from pictures (T, H, W) at all tides, in order of time."""
         if not len(self._columns):
+            self._settle_at(-1.0)
             return
         shares = np.array([self._ends(picture) for picture in pictures])
         if len(pictures) < _LEAST_PICTURES or np.median(shares.max(axis=1)) < _LEAST_SHARE_OF_COLUMNS:
+            self._settle_at(-1.0)
+        else:
+            self._settle_at(float(_smoothest(shares).mean()))
+
+    def _settle_at(self, mean_rise_px: float) -> None:
+        self.mean_rise_px = mean_rise_px
+        if mean_rise_px < 0.0:
             self._columns = self._columns[:0]
-            return
-        self._mean_rise_px = float(_smoothest(shares).mean())
-        self._px_per_m = self._upright_px_per_m(self._mean_rise_px)
+        elif len(self._columns):
+            self._px_per_m = self._upright_px_per_m(mean_rise_px)
 
     def of(self, picture: Picture) -> float | None:
         """Take in a picture (H, W) and return the level in metres; None where it cannot be told."""
@@ -130,7 +148,7 @@ class WaterLevel:
         is_peak = (share >= np.roll(share, 1)) & (share >= np.roll(share, -1)) & (share > _LEAST_PEAK * share.max())
         if share.max() >= _LEAST_SHARE_OF_COLUMNS:
             rise_px = float(np.flatnonzero(is_peak).max())
-            self._last.append(self.mean_m + (rise_px - self._mean_rise_px) / self._px_per_m)
+            self._last.append(self.mean_m + (rise_px - self.mean_rise_px) / self._px_per_m)
         return float(np.median(self._last)) if self._last else None
 
     def below_quay(self, water: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -138,7 +156,7 @@ class WaterLevel:
         below = water.copy()
         if len(self._columns):
             half_wall_px = -0.5 * self.mean_m * self._px_per_m
-            rows = np.round(self._base - self._mean_rise_px - half_wall_px).astype(int)
+            rows = np.round(self._base - self.mean_rise_px - half_wall_px).astype(int)
             below[:, self._columns] |= np.arange(len(water))[:, None] >= rows
         return below
 

@@ -6,8 +6,9 @@ Paper D: eigenspaces of blocks as the likelihood of three-dimensional particles,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,13 @@ from numpy.typing import NDArray
 from trackers.paper_d.eigenspaces import BLOCK_PX, ENLARGED, BlockEigenspaces, learn, likelihood
 from trackers.paper_d.swarm import ParticleSet, Swarm, SwarmParameters
 from trackers.registry import register, register_variant, tunable
-from trackers.site.model_file import load_model, save_model
+from trackers.site.model_file import Form, load_model, save_model
 from trackers.site.survey import Site, survey
 from trackers.site.view import SiteView
 from trackers.site.volume import WatchedVolume, place
 from trackers.types import CameraModel, Observation, Track
 
-_KIND = "eigen_swarm-1"
+_KIND = "eigen_swarm-2"
 _LONGEST_INTERVAL_S = 10.0
 """Particles are not moved on for longer: after a gap in the video nothing is known of the objects' places."""
 
@@ -87,7 +88,7 @@ class EigenSwarm:
         if self._spaces is None or self._site is None:
             raise ValueError("background: expected pictures and a pose to have been learnt from, got none")
         spaces = self._spaces
-        arrays = {each.name: np.asarray(getattr(spaces, each.name)) for each in fields(spaces)}
+        arrays: dict[str, NDArray[Any]] = {"mean": spaces.mean, "axes": spaces.axes, "first": spaces.first}
         return save_model(path, _KIND, self._site.view, arrays)
 
     def start_from(self, path: Path, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> None:
@@ -97,8 +98,16 @@ class EigenSwarm:
             ValueError: as ``load_model``, e.g. for the background of another camera; and as ``place``.
         """
         site = Site(SiteView(camera, T_world_camera), place(self._parameters.volume, camera, T_world_camera))
-        arrays = load_model(path, _KIND, site.view)
-        rows, columns = int(arrays.pop("rows")), int(arrays.pop("columns"))
+        rows, columns = (ENLARGED * side_px // BLOCK_PX for side_px in (camera.height_px, camera.width_px))
+        forms = {
+            "mean": Form("float32", (rows * columns, BLOCK_PX**2)),
+            "axes": Form("float32", ("axes", BLOCK_PX**2)),
+            "first": Form("int64", (rows * columns + 1,)),
+        }
+        arrays = load_model(path, _KIND, site.view, forms)
+        first = arrays["first"]
+        if first[0] != 0 or first[-1] != len(arrays["axes"]) or (np.diff(first) < 1).any():
+            raise ValueError(f"model: expected axes for each block, got {str(path)!r} with others")
         self._begin(BlockEigenspaces(rows, columns, **arrays), site, (camera.height_px, camera.width_px))
 
     def _begin(self, spaces: BlockEigenspaces | None, site: Site | None, size: tuple[int, int]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,18 @@ from trackers.site.view import SiteView
 
 _FOCAL_TOLERANCE, _PLACE_TOLERANCE_M, _TURN_TOLERANCE_PX = 1e-3, 0.5, 2.0
 """A camera that was surveyed twice is the same one: half a metre moves no block of the background by half."""
+
+
+class Form(NamedTuple):
+    """What an array of a model must be.
+
+    Attributes:
+        dtype: name of the type of its numbers.
+        shape: lengths of its sides. A name is a length that is free, and the same wherever the name occurs.
+    """
+
+    dtype: str
+    shape: tuple[int | str, ...] = ()
 
 
 def save_model(path: Path, kind: str, view: SiteView, arrays: Mapping[str, NDArray[Any]]) -> Path:
@@ -42,12 +54,16 @@ def save_model(path: Path, kind: str, view: SiteView, arrays: Mapping[str, NDArr
     return path
 
 
-def load_model(path: Path, kind: str, view: SiteView) -> dict[str, NDArray[Any]]:
+def load_model(path: Path, kind: str, view: SiteView, forms: Mapping[str, Form]) -> dict[str, NDArray[Any]]:
     """Return the arrays of a background model of this kind and this camera.
 
+    Args:
+        forms: of its arrays, by name.
+
     Raises:
-        ValueError: for a file that cannot be read, a model of another kind, and one of another camera: another band,
-            size, focal length (by 0.1 %), place (by half a metre) or direction (by two pixels).
+        ValueError: for a file that cannot be read, a model of another kind, one of another camera: another band, size,
+            focal length (by 0.1 %), place (by half a metre) or direction (by two pixels); and for other arrays than
+            those of ``forms``.
     """
     path = path.with_suffix(".safetensors")
     try:
@@ -65,7 +81,26 @@ def load_model(path: Path, kind: str, view: SiteView) -> dict[str, NDArray[Any]]
         raise ValueError(f"model: expected one of {kind}, got {str(path)!r}, one of {stored}")
     if differences:
         raise ValueError(f"model: expected one of this camera, got {str(path)!r}, of another: {'; '.join(differences)}")
+    _check(arrays, forms, path)
     return arrays
+
+
+def _check(arrays: Mapping[str, NDArray[Any]], forms: Mapping[str, Form], path: Path) -> None:
+    if set(arrays) != set(forms):
+        raise ValueError(f"model: expected the arrays {sorted(forms)}, got {str(path)!r} with {sorted(arrays)}")
+    lengths: dict[str, int] = {}
+    for name, (dtype, shape) in forms.items():
+        array = arrays[name]
+        for side, length in zip(shape, array.shape, strict=False):
+            if isinstance(side, str):
+                lengths.setdefault(side, length)
+        expected = tuple(lengths.get(side, 0) if isinstance(side, str) else side for side in shape)
+        if array.dtype != dtype or array.shape != expected:
+            raise ValueError(
+                f"model: expected {name} of {dtype} {expected}, got {str(path)!r} with {array.dtype} {array.shape}"
+            )
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            raise ValueError(f"model: expected finite numbers in {name}, got {str(path)!r} with others")
 
 
 def _differences(about: Mapping[str, Any], pose: NDArray[np.float64], view: SiteView) -> list[str]:

@@ -73,4 +73,10 @@ def test_a_parked_car_is_seen_from_ahead_or_from_the_side():
     ],
 )
 def test_classes_are_told_by_width_and_height(width_m, height_m, afloat, name):
-    assert KINDS[int(log_likelihoods(width_m, height_m, afloat).argmax())].name == name
+    assert KINDS[int(log_likelihoods(width_m, height_m, afloat, 0.2).argmax())].name == name
+
+
+def test_from_above_a_car_is_seen_higher_by_its_depth():
+    # 4 m wide: its other extent adds to its height by the sine of the slope.
+    flat, steep = (log_likelihoods(4.0, 3.2, False, from_above)[KINDS.index(CAR)] for from_above in (0.05, 0.6))
+    assert steep > flat + 1.0

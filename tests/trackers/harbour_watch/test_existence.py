@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackers.harbour_watch.detection import Region
-from trackers.harbour_watch.existence import Clutter
+from trackers.harbour_watch.existence import Clutter, clutter_rates
 
 SHAPE = (96, 128)
 
@@ -26,7 +26,7 @@ def clutter():
         + [region(100 + rng.normal(0, 5), 80 + rng.normal(0, 2), 30, 12, 25.0)]
         for _ in range(60)
     ]
-    return Clutter(SHAPE, 4.5, pictures, moving)
+    return Clutter(clutter_rates(SHAPE, 4.5, pictures, moving), 4.5)
 
 
 def test_a_strong_region_is_likelier_an_object_than_a_weak_one(clutter):

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.trackers.drawn_harbour import CAMERA, INTERVAL_S, VIEW, DrawnHarbour
 from trackers.estimate_check import check_tracks
 from trackers.paper_d.tracker import EigenSwarm
 from trackers.registry import entry
+from trackers.site.model_file import save_model
 from trackers.types import Observation, Track
 
 WALK = [np.array([4.0 - 0.5 * k, 3.0 - 0.7 * k]) for k in range(14)]
@@ -83,6 +86,22 @@ def test_the_background_of_another_camera_is_refused(saved: Path) -> None:
         a_swarm().start_from(saved, CAMERA, turned)
     with pytest.raises(ValueError, match="background: expected pictures and a pose to have been learnt from"):
         a_swarm().save_background(saved.with_name("none"))
+
+
+def test_a_file_whose_axes_are_those_of_no_blocks_is_refused(
+    harbour: tuple[EigenSwarm, list[Observation]], tmp_path: Path
+) -> None:
+    mine = harbour[0]._spaces
+    assert mine is not None
+    first = mine.first.copy()
+    first[3] = first[4] + 1
+    arrays: dict[str, NDArray[Any]] = {"mean": mine.mean, "axes": mine.axes, "first": first}
+    path = save_model(tmp_path / "quay", "eigen_swarm-2", VIEW, arrays)
+    with pytest.raises(ValueError, match=r"model: expected axes for each block, got .*quay.* with others"):
+        a_swarm().start_from(path, CAMERA, VIEW.T_world_camera)
+    save_model(path, "eigen_swarm-2", VIEW, {"mean": mine.mean, "axes": mine.axes})
+    with pytest.raises(ValueError, match=r"model: expected the arrays \['axes', 'first', 'mean'\]"):
+        a_swarm().start_from(path, CAMERA, VIEW.T_world_camera)
 
 
 def test_without_background_or_pose_nothing_is_answered(harbour: tuple[EigenSwarm, list[Observation]]) -> None:
