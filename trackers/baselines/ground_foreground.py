@@ -2,6 +2,11 @@
 
 What an engineer would try first on a thermal camera at rest: a background subtractor, morphology, blobs projected onto
 the quay and the water by the camera's calibration and the site's survey, and one linker for all three.
+
+All three read what ``harbour_watch`` reads, the 14-bit counts, and are told the same of the site. With the picture
+after automatic gain control each found less at the same false alarms: on development seeds 20 and 21 of ``paper-d`` the
+area under the FROC curve was smaller by 0.18 for the median and by 0.03 for KNN, and for MOG2 by 0.01 with a former
+confidence. There the settings below that are not OpenCV's were chosen too, of two to four for each.
 """
 
 from __future__ import annotations
@@ -161,20 +166,25 @@ class _OfOpenCV:
 
 @dataclass(frozen=True)
 class Mog2Parameters(ForegroundParameters):
-    """Parameters of ``harbour_mog2``; the values of OpenCV are 500 and 16.
+    """Parameters of ``harbour_mog2``; history and threshold are those of OpenCV.
 
     Attributes:
         history: pictures over which it learns.
         threshold: squared Mahalanobis distance of foreground.
     """
 
+    levels_per_noise: float = tunable(2.0, 0.5, 8.0, log=True)
     history: int = tunable(500, 50, 3000, log=True)
     threshold: float = tunable(16.0, 4.0, 100.0, log=True)
 
 
-@register("harbour_mog2", role="baseline", summary="OpenCV's MOG2, blobs on the ground, linked", suites=("harbour",))
+@register("harbour_mog2", role="baseline", summary="OpenCV's MOG2 on 14-bit counts, blobs linked", suites=("harbour",))
 class HarbourMog2(_Foreground):
-    """Zivkovic, Improved adaptive Gaussian mixture model for background subtraction, ICPR 2004, as in OpenCV."""
+    """Zivkovic, Improved adaptive Gaussian mixture model for background subtraction, ICPR 2004, as in OpenCV.
+
+    Reads the counts. OpenCV's limits of the variance are those of 8-bit pictures, so the noise is put at 2 levels: its
+    variance is their lower limit of 4. With a history of 2000 pictures it found less on the development seeds.
+    """
 
     name = "harbour_mog2"
     Parameters = Mog2Parameters
@@ -188,20 +198,25 @@ class HarbourMog2(_Foreground):
 
 @dataclass(frozen=True)
 class KnnParameters(ForegroundParameters):
-    """Parameters of ``harbour_knn``; the values of OpenCV are 500 and 400.
+    """Parameters of ``harbour_knn``; history and threshold are those of OpenCV.
 
     Attributes:
         history: pictures over which it learns.
-        threshold: squared distance in grey levels from which on a sample is not near.
+        threshold: squared distance in levels from which on a sample is not near.
     """
 
     history: int = tunable(500, 50, 3000, log=True)
     threshold: float = tunable(400.0, 40.0, 4000.0, log=True)
 
 
-@register("harbour_knn", role="baseline", summary="OpenCV's KNN, blobs on the ground, linked", suites=("harbour",))
+@register(
+    "harbour_knn", role="baseline", summary="OpenCV's KNN on counts cut to 8 bits, blobs linked", suites=("harbour",)
+)
 class HarbourKnn(_Foreground):
-    """Zivkovic and van der Heijden, Efficient adaptive density estimation per image pixel, 2006, as in OpenCV."""
+    """Zivkovic and van der Heijden, Efficient adaptive density estimation per image pixel, 2006, as in OpenCV.
+
+    Reads the counts by a fixed gain in 8 bits, since OpenCV's KNN takes no more: without the steps of gain control.
+    """
 
     name = "harbour_knn"
     Parameters = KnnParameters
@@ -224,7 +239,7 @@ class MedianParameters(ForegroundParameters):
     """
 
     samples: int = tunable(60, 10, 120)
-    renew_pictures: int = tunable(10, 1, 60)
+    renew_pictures: int = tunable(20, 1, 60)
     threshold: float = tunable(5.0, 2.0, 15.0, log=True)
 
 
@@ -250,11 +265,14 @@ class _Median:
 @register(
     "harbour_median",
     role="baseline",
-    summary="temporal median, slowly renewed, blobs on the ground, linked",
+    summary="temporal median of 14-bit counts, slowly renewed, blobs linked",
     suites=("harbour",),
 )
 class HarbourMedian(_Foreground):
-    """The plainest background: what each pixel showed most of the time."""
+    """The plainest background: what each pixel showed most of the time. Reads the counts.
+
+    With a threshold of 4 it found no more and raised more alarms than with 5 on the development seeds.
+    """
 
     name = "harbour_median"
     Parameters = MedianParameters

@@ -51,11 +51,13 @@ class EigenSwarmParameters(SwarmParameters):
 @register(
     "eigen_swarm",
     role="as-written",
-    summary="block eigenspaces and sets of 3-D particles on a stack, of paper D",
+    summary="block eigenspaces of the 8-bit picture, sets of 3-D particles on a stack, of paper D",
     suites=("harbour",),
 )
 class EigenSwarm:
     """A ``MultiTracker`` of all that is not background. Without pictures of the background it answers nothing.
+
+    It reads the picture after automatic gain control, 8 bits, as the paper's program did; all others read the counts.
 
     The paper is silent on W, on how long a set detects, on the share of variance that gives D, on velocities at first,
     on the limit of the stack and on a confidence. Chosen on development seeds 0 and 1 of ``paper-d``: the numbers by
