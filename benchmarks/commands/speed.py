@@ -32,9 +32,10 @@ _FEWEST_SOAKED_STEPS = 1000
 
 @dataclass(frozen=True)
 class Speed:
-    """Compare the time of a finished frame with all its truth with a bare call of PyBullet's TinyRenderer on the scene.
+    """Compare the time of a finished frame with all its truth, and of its picture alone, with a bare call of PyBullet's
+    TinyRenderer on the scene, with its shadows and without.
 
-    Measured on one core with shadows, in CPU time of the thread; then frames a second, and the rate of two processes
+    Measured on one core, in CPU time of the thread; then frames a second, and the rate of two processes
     over that of one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v1 with a tracker and
     pictures of 84 × 84: also the rate of four envs, two at a time over one at a time, beside two processes that only
     count, as the limit of the machine, and the time of a reset. Then steps a second of the envs without pictures. Run

@@ -1,10 +1,11 @@
-"""Speed of rendering: a finished frame with all its truth, against a bare call of PyBullet's renderer.
+"""Speed of rendering: a picture, and a finished frame with all its truth, against a bare call of PyBullet's renderer.
 
-Both are timed in one run, alternately, on the same scene, camera and size, in CPU time of the working thread (wall
+All are timed in one run, alternately, on the same scene, camera and size, in CPU time of the working thread (wall
 times of short calls depend on other processes). A *finished frame* is one ``Episode.step``:
 everything moved, picture (or both of a stereo pair) with shadows, light and sensor noise, boxes, visible fractions and
-all other truth. The *bare call* is ``getCameraImage`` of TinyRenderer with shadows, one for each picture: no noise, no
-exposure, no truth but ids and depth.
+all other truth. The *picture* is the part of it from bodies in their places to light and sensor noise, with ids and
+depth. The *bare call* is ``getCameraImage`` of TinyRenderer, with shadows and without, one for each picture: no noise,
+no exposure, no truth but ids and depth.
 
 A kernel is compiled, or loaded from disk, at the first frame that needs it, which may be a late one (the first with
 motion blur). So every process first runs the timed frames once in another instance of the town.
@@ -63,12 +64,16 @@ class SpeedSample:
 
     Attributes:
         frame_s: (N,) of finished frames.
-        bare_s: (M,) of bare calls of TinyRenderer (two for a pair), spread evenly among them.
+        picture_s: (N,) of their pictures alone (both of a pair); empty if the episode's cameras are not ours.
+        bare_s: (M,) of bare calls of TinyRenderer (two for a pair) with shadows, spread evenly among them.
+        shadowless_s: (M,) the same without shadows.
         wall_frame_s: wall time of a finished frame, mean.
     """
 
     frame_s: tuple[float, ...]
+    picture_s: tuple[float, ...]
     bare_s: tuple[float, ...]
+    shadowless_s: tuple[float, ...]
     wall_frame_s: float
 
     @property
@@ -78,7 +83,7 @@ class SpeedSample:
 
 
 def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
-    """Time finished frames and, after every eighth, a bare call from the same camera.
+    """Time finished frames and, after every eighth, bare calls from the same camera.
 
     Args:
         build: builds the episode; the same one each time.
@@ -89,8 +94,9 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
     """
     cv2.setNumThreads(1)
     episode, frame = _rehearsed(build, frames)
-    bare_calls(episode.world, frame)
-    wall_s = 0.0
+    for shadows in (True, False):
+        bare_calls(episode.world, frame, shadows)
+    picture_s, shadowless_s, wall_s = _time_pictures(episode), [], 0.0
 
     def step() -> None:
         nonlocal frame, wall_s
@@ -98,9 +104,35 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
         frame = episode.step()
         wall_s += time.perf_counter() - began
 
-    frame_s, bare_s = timed(step, lambda: bare_cpu_s(episode.world, frame), frames)
+    def bare_call() -> float:
+        shadowless_s.append(bare_cpu_s(episode.world, frame, shadows=False))
+        return bare_cpu_s(episode.world, frame)
+
+    frame_s, bare_s = timed(step, bare_call, frames)
     episode.close()
-    return SpeedSample(tuple(frame_s), tuple(bare_s), wall_s / frames)
+    return SpeedSample(tuple(frame_s), tuple(picture_s), tuple(bare_s), tuple(shadowless_s), wall_s / frames)
+
+
+def _time_pictures(episode: Any) -> list[float]:
+    """Return a list that gets the CPU seconds of the pictures of each frame from now on, one number a frame.
+
+    It stays empty for an episode that is no ``scenarios.stage.Stage``.
+    """
+    taken_s: list[float] = []
+    rig = getattr(episode, "_rig", None)
+    if rig is None:
+        return taken_s
+    name = "take_pair" if hasattr(rig, "take_pair") else "take"
+    take = getattr(rig, name)
+
+    def timed_take(*args: Any, **options: Any) -> Any:
+        began = time.thread_time()
+        taken = take(*args, **options)
+        taken_s.append(time.thread_time() - began)
+        return taken
+
+    setattr(rig, name, timed_take)
+    return taken_s
 
 
 def timed(step: Callable[[], object], bare_call: Callable[[], float], count: int) -> tuple[list[float], list[float]]:
@@ -115,11 +147,11 @@ def timed(step: Callable[[], object], bare_call: Callable[[], float], count: int
     return step_s, bare_s
 
 
-def bare_cpu_s(world: World, frame: Frame) -> float:
+def bare_cpu_s(world: World, frame: Frame, shadows: bool = True) -> float:
     """Return the CPU seconds of the bare calls of a frame; textures and poses are handed over before."""
     world.hand_over()
     began = time.thread_time()
-    bare_calls(world, frame)
+    bare_calls(world, frame, shadows)
     return time.thread_time() - began
 
 
@@ -136,13 +168,13 @@ def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Fram
     return episode, frame
 
 
-def bare_calls(world: World, frame: Frame) -> None:
-    """Draw a frame's views, of a stereo pair both, with TinyRenderer and its shadows, and drop the pictures."""
+def bare_calls(world: World, frame: Frame, shadows: bool) -> None:
+    """Draw a frame's views, of a stereo pair both, with TinyRenderer, and drop the pictures."""
     aside_m = frame.observation.camera.baseline_m
     for shift_m in (0.0,) if aside_m is None else (0.0, aside_m):
         T_world_camera = frame.truth.T_world_camera.copy()
         T_world_camera[:3, 3] += shift_m * T_world_camera[:3, 0]
-        world.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=True, lit=True)
+        world.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=shadows, lit=True)
 
 
 def process_throughput(scenario: str, preset: str, seed: int, frames: int, processes: int) -> float:
@@ -201,15 +233,26 @@ def measure_scenario(
         progress(3 * k + 2, of)
         two.append(process_throughput(scenario, preset, seed, frames, 2))
     progress(of, of)
-    bare, finished = ([float(np.mean(getattr(s, name))) for s in samples] for name in ("bare_s", "frame_s"))
+    finished, bare, shadowless = (
+        [float(np.mean(getattr(sample, name))) for sample in samples] for name in ("frame_s", "bare_s", "shadowless_s")
+    )
     ones, walls = [1.0] * len(samples), [sample.wall_frame_s for sample in samples]
-    figures = (
+    figures: list[Figure] = [
         ("speedup_over_tinyrenderer", "ratio", "higher", bare, finished),
+        ("speedup_over_tinyrenderer_without_shadows", "ratio", "higher", shadowless, finished),
         ("frames_per_s", "1/s", "higher", ones, walls),
         ("process_scaling", "ratio", "higher", two, one),
         ("frame_cpu_ms", "ms", "lower", [1e3 * each for each in finished], ones),
         ("tinyrenderer_cpu_ms", "ms", "lower", [1e3 * each for each in bare], ones),
-    )
+        ("tinyrenderer_without_shadows_cpu_ms", "ms", "lower", [1e3 * each for each in shadowless], ones),
+    ]
+    if all(sample.picture_s for sample in samples):
+        pictures = [float(np.mean(sample.picture_s)) for sample in samples]
+        figures += [
+            ("picture_speedup_over_tinyrenderer", "ratio", "higher", bare, pictures),
+            ("picture_speedup_over_tinyrenderer_without_shadows", "ratio", "higher", shadowless, pictures),
+            ("picture_cpu_ms", "ms", "lower", [1e3 * each for each in pictures], ones),
+        ]
     return entries_of(scenario, preset, "raster", seeds, figures)
 
 
