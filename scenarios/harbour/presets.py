@@ -104,7 +104,8 @@ PRESETS = {
         cars=2,
         boats=1,
         patrols=1,
-        # An env takes these at each reset.
-        background=100,
+        # An env takes these at each reset. With 100 the slow residual is so doubtful that a tracker of the background
+        # takes who is there on the first picture for a part of it.
+        background=200,
     ),
 }
