@@ -57,7 +57,7 @@ class Clutter:
         plate = level_plate((low_x, -reach_y), (WALL_X_M, reach_y), 0.0, parts_palette(1), (8, 16))
         self.sea = world.add(plate, np.eye(4), name="sea", category="sea", movable=True)
         self.surfaces: list[Surface] = []
-        self._moored = draw_moored(rng)
+        self._moored = draw_moored(plan.buoys, rng)
         self._boats: list[Body] = []
         self._ropes: list[list[Body]] = []
         self._buoys: list[Body] = []

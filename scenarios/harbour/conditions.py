@@ -52,12 +52,11 @@ class Conditions:
 
 
 def draw_conditions(preset: Harbour, rng: np.random.Generator) -> Conditions:
-    """Draw an episode's conditions; the days before have any weather of that season."""
+    """Draw an episode's conditions; the days before are dry."""
     start_h = float(rng.uniform(*preset.start_h))
     day_of_year = int(rng.integers(preset.day_of_year[0], preset.day_of_year[1] + 1))
-    before = [
-        _day(day_of_year - k, (0.0, 1.0), (0.5, 7.0), (0.0, 0.0), (0.02, 0.2), rng) for k in range(DAYS_BEFORE, 0, -1)
-    ]
+    of_before = preset.cloud_before, preset.wind_before_mps, (0.0, 0.0), preset.swell_before_m
+    before = [_day(day_of_year - k, *of_before, rng) for k in range(DAYS_BEFORE, 0, -1)]
     today = _day(day_of_year, preset.cloud, preset.wind_mps, preset.rain_mm_h, preset.swell_m, rng)
     return Conditions(start_h, preset.frame_count / preset.rate_hz / 3600.0, (*before, today), draw_tide(rng))
 

@@ -54,8 +54,8 @@ class Ride:
     T_world_rope: NDArray[np.float64]
 
 
-def draw_moored(rng: np.random.Generator) -> list[Moored]:
-    """Draw a boat for each berth that is not free, and for each buoy."""
+def draw_moored(buoys: int, rng: np.random.Generator) -> list[Moored]:
+    """Draw a boat for each berth that is not free, and for the first ``buoys`` buoys."""
     boats = []
     for berth in BERTHS:
         if not berth.is_free:
@@ -64,7 +64,7 @@ def draw_moored(rng: np.random.Generator) -> list[Moored]:
             beam = length * rng.uniform(0.31, 0.37)
             place = (WALL_X_M - _FENDER_M - 0.5 * beam, berth.y_m)
             boats.append(Moored(model, length, beam, place, berth.heading_rad, False, int(rng.integers(2**31))))
-    for place in BUOYS_M:
+    for place in BUOYS_M[:buoys]:
         length, heading = rng.uniform(4.6, 5.6), rng.normal(0.0, 0.2)
         model = str(rng.choice(["launch", "yacht"]))
         boats.append(Moored(model, length, 0.36 * length, place, heading, True, int(rng.integers(2**31))))

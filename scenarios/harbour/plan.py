@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,10 @@ _USUAL_CARS = 5
 """Cars that stand in bays on all days; each stands for one of the site's own."""
 _GET_OUT_S, _GET_IN_S = (6.0, 14.0), (10.0, 25.0)
 """From the car's stop to its driver at its door; from the driver's getting in to the start."""
+_DELIVERED_X_M = (-6.0, 4.0)
 _BOAT_OFF_WALL_M = 0.6
+_LEAVES_BEFORE_END_S = 60.0
+"""Who would leave later stays."""
 SIZE_FACTORS = (0.8, 1.2)
 """True sizes of people, cars and boats vary by these."""
 
@@ -41,6 +45,19 @@ class Visit:
     engine_s: tuple[tuple[float, float], ...] = ()
 
 
+class _Stop(NamedTuple):
+    """Where a car stops.
+
+    Attributes:
+        towards: its way there. door_m: where one stands at the driver's door.
+        away: its ways on, and whether it drives them backwards.
+    """
+
+    towards: routes.Points
+    door_m: tuple[float, float]
+    away: tuple[tuple[routes.Points, bool], ...]
+
+
 @dataclass(frozen=True, slots=True)
 class CarLook:
     """A car's model, and the factors of its length, width and height."""
@@ -55,10 +72,12 @@ class Plan:
 
     Attributes:
         visits: (V,).
+        buoys: how many boats lie at buoys on all days.
         usual_y_m: bays of cars that stand there on all days. before_y_m: of those that came before the first picture.
     """
 
     visits: tuple[Visit, ...]
+    buoys: int
     usual_y_m: tuple[float, ...]
     before_y_m: tuple[float, ...]
 
@@ -72,12 +91,12 @@ def draw_plan(preset: Harbour, rng: np.random.Generator) -> Plan:
     others = [y for y in PARKING_Y_M if y not in OPEN_BAYS_Y_M and y not in taken]
     usual = tuple(sorted(others[k] for k in rng.permutation(len(others))[:_USUAL_CARS]))
     visits, people = _drives(preset, taken, last_s, rng)
-    visits += _sails(preset.boats, last_s, rng)
+    visits += _sails(preset, last_s, rng)
     visits += [_patrols(last_s, rng) for _ in range(preset.patrols)]
     visits += _walks(preset.people - preset.patrols - people, last_s, rng)
     visits = [replace(each, end_s=min(each.end_s, last_s + 1.0)) for each in visits]
     visits.sort(key=lambda each: each.begin_s)
-    return Plan(tuple(visits), usual, taken[: preset.cars_before])
+    return Plan(tuple(visits), preset.buoys, usual, taken[: preset.cars_before])
 
 
 def _drives(
@@ -87,58 +106,74 @@ def _drives(
     visits: list[Visit] = []
     people = 0
     for k, bay in enumerate(bays):
-        side = float(rng.choice([-1.0, 1.0]))
-        was_there = k < preset.cars_before
-        came_s = (
-            -np.inf
-            if was_there
-            else last_s * (0.04 + 0.55 * (k - preset.cars_before + rng.uniform(0.0, 0.5)) / preset.cars)
-        )
-        spare = preset.people - preset.patrols - people - (not was_there)
-        # The first that comes also leaves; one that stood there may.
-        leaves = spare > 1 and last_s > 900.0 and (k == preset.cars_before or (was_there and rng.random() < 0.4))
-        leaves_s = last_s * rng.uniform(0.7, 0.88) if leaves else np.inf
-        if not was_there:
-            way = routes.journey(routes.into_bay(bay, side), rng.uniform(2.8, 4.2), came_s)
-            stopped_s = float(way.time_s[-1])
-            if stopped_s + 60.0 < last_s and spare >= 0:
-                visits.append(_gets_out(bay, stopped_s + rng.uniform(*_GET_OUT_S), rng))
-                people += 1
-            engine = [(-600.0 + came_s, stopped_s)]
-        else:
+        spare = preset.people - preset.patrols - people
+        if k < preset.cars_before:
+            side = float(rng.choice([-1.0, 1.0]))
+            came_s, (_, door, away) = -np.inf, _parking(bay, side)
             way = routes.journey([(PARKING_X_M + 0.1, bay), (PARKING_X_M, bay)], 1.0, -1e4)
             engine = []
+            leaves_s = last_s * rng.uniform(0.7, 0.88) if rng.random() < 0.4 else np.inf
+        else:
+            came_s = last_s * (0.04 + 0.55 * (k - preset.cars_before + rng.uniform(0.0, 0.5)) / preset.cars)
+            side = float(rng.choice([-1.0, 1.0]))
+            if k < preset.cars - preset.deliveries:
+                towards, door, away = _parking(bay, side)
+            else:
+                towards, door, away = _delivery(side, rng)
+            way = routes.journey(towards, rng.uniform(2.8, 4.2), came_s)
+            stopped_s = float(way.time_s[-1])
+            if stopped_s + 60.0 < last_s and spare > 0:
+                visits.append(_gets_out(door, stopped_s + rng.uniform(*_GET_OUT_S), rng))
+                people += 1
+                spare -= 1
+            engine = [(-600.0 + came_s, stopped_s)]
+            leaves_s = stopped_s + rng.uniform(*preset.car_stays_s)
+        leaves = spare > 0 and leaves_s < last_s - _LEAVES_BEFORE_END_S
         if leaves:
-            walker = _gets_in(bay, leaves_s, rng)
-            visits.append(walker)
+            visits.append(_gets_in(door, leaves_s, rng))
             people += 1
             start_s = leaves_s + rng.uniform(*_GET_IN_S)
-            back, on = routes.out_of_bay(bay, side)
-            way = routes.then(way, routes.journey(back, 1.3, start_s, backwards=True))
-            way = routes.then(way, routes.journey(on, rng.uniform(3.0, 4.5), float(way.time_s[-1]) + 2.0))
+            for points, backwards in away:
+                speed_mps = 1.3 if backwards else rng.uniform(3.0, 4.5)
+                way = routes.then(way, routes.journey(points, speed_mps, start_s, backwards=backwards))
+                start_s = float(way.time_s[-1]) + 2.0
             engine.append((leaves_s + 5.0, float(way.time_s[-1])))
         end_s = float(way.time_s[-1]) if leaves else np.inf
         visits.append(Visit("car", way, came_s, end_s, tuple(engine)))
     return visits, people
 
 
-def _door(bay_y_m: float) -> tuple[float, float]:
-    """Return where one stands at the driver's door of a car in a bay; it faces the sea, left is -y."""
-    return (PARKING_X_M - 0.2, bay_y_m - 1.45)
+def _parking(bay_y_m: float, side: float) -> _Stop:
+    back, on = routes.out_of_bay(bay_y_m, side)
+    return _Stop(routes.into_bay(bay_y_m, side), _door((PARKING_X_M, bay_y_m), np.pi), ((back, True), (on, False)))
 
 
-def _gets_out(bay_y_m: float, at_s: float, rng: np.random.Generator) -> Visit:
-    way = routes.on_foot([_door(bay_y_m), *_sometimes_a_stop(rng), *routes.gate(rng)[::-1]])
+def _delivery(side: float, rng: np.random.Generator) -> _Stop:
+    first, last = OPEN_BAYS_Y_M[:: int(rng.choice([-1, 1]))]
+    place = (rng.uniform(*_DELIVERED_X_M), 0.5 * (first + last) + rng.uniform(-1.0, 1.0))
+    towards, away = routes.across_apron(first, last, place, side)
+    return _Stop(towards, _door(place, 0.5 * np.pi * float(np.sign(last - first))), ((away, False),))
+
+
+def _door(place: tuple[float, float], heading_rad: float) -> tuple[float, float]:
+    """Return where one stands at the driver's door of a car, on its left."""
+    ahead = np.array([np.cos(heading_rad), np.sin(heading_rad)])
+    x, y = np.array(place) + 0.2 * ahead + 1.45 * np.array([-ahead[1], ahead[0]])
+    return (float(x), float(y))
+
+
+def _gets_out(door: tuple[float, float], at_s: float, rng: np.random.Generator) -> Visit:
+    way = routes.on_foot([door, *_sometimes_a_stop(rng), *routes.gate(rng)[::-1]])
     return _person(way, at_s, rng)
 
 
-def _gets_in(bay_y_m: float, at_s: float, rng: np.random.Generator) -> Visit:
-    way = routes.on_foot([*routes.gate(rng), *_sometimes_a_stop(rng), _door(bay_y_m)])
+def _gets_in(door: tuple[float, float], at_s: float, rng: np.random.Generator) -> Visit:
+    way = routes.on_foot([*routes.gate(rng), *_sometimes_a_stop(rng), door])
     return _person(way, at_s, rng, arrives=True)
 
 
 def _sometimes_a_stop(rng: np.random.Generator) -> list[tuple[float, float]]:
-    return [routes.place_on_site(rng)] if rng.random() < 0.4 else []
+    return [routes.place_on_site(rng)] if rng.random() < 0.8 else []
 
 
 def _person(
@@ -169,7 +204,7 @@ def _walks(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
             continue
         places = [routes.place_on_site(rng) for _ in range(int(rng.integers(1, 4)))]
         way = routes.on_foot([*routes.gate(rng), *places, *routes.gate(rng)[::-1]])
-        pauses = {k: float(rng.exponential(20.0)) for k in range(2, len(way) - 2) if rng.random() < 0.3}
+        pauses = {k: float(rng.exponential(30.0)) for k in range(2, len(way) - 2) if rng.random() < 0.5}
         visits.append(_person(way, at_s, rng, pauses_s=pauses))
         if len(visits) < count and rng.random() < 0.25:
             visits.append(_beside(visits[-1], rng))
@@ -209,9 +244,10 @@ def _beside(other: Visit, rng: np.random.Generator) -> Visit:
     return Visit("person", made, other.begin_s + late_s, other.end_s + late_s)
 
 
-def _sails(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
+def _sails(preset: Harbour, last_s: float, rng: np.random.Generator) -> list[Visit]:
     """Return boats that pass, or lie at the free berth for a while; the first does so if there is time."""
     visits = []
+    count = preset.boats
     berth = next(each for each in BERTHS if each.is_free)
     for k in range(count):
         at_s = last_s * (0.9 * (k + rng.uniform(0.1, 0.6)) / count if last_s > 900.0 else rng.uniform(0.0, 0.15))
@@ -221,7 +257,7 @@ def _sails(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
             towards, away = routes.alongside(x, place, berth.heading_rad)
             way = routes.journey(towards, speed, at_s)
             arrived_s = float(way.time_s[-1])
-            stays_s = float(rng.uniform(0.12, 0.25)) * last_s
+            stays_s = float(rng.uniform(*preset.boat_stays_s))
             way = routes.then(way, routes.journey(away, speed, arrived_s + stays_s))
             engine: tuple[tuple[float, float], ...] = (
                 (-900.0 + at_s, arrived_s + 30.0),

@@ -182,6 +182,34 @@ def out_of_bay(bay_y_m: float, side: float) -> tuple[Points, Points]:
     return back, np.array([turned, (LANE_X_M, side * border_y_m(LANE_X_M))])
 
 
+def across_apron(first_y_m: float, last_y_m: float, place: tuple[float, float], side: float) -> tuple[Points, Points]:
+    """Return a car's ways from the lane's end on a side to a place on the apron, and away to the other end, both ahead.
+
+    It comes through one open bay and leaves through another; on the apron it drives along the quay.
+    """
+    ahead = float(np.sign(last_y_m - first_y_m))
+    border, (x, y) = border_y_m(LANE_X_M), place
+    towards = [
+        (LANE_X_M, side * border),
+        (LANE_X_M, first_y_m + side * 6.5),
+        (LANE_X_M - 0.5, first_y_m + side * 1.0),
+        (PARKING_X_M + 4.5, first_y_m),
+        (APRON_END_M - 2.0, first_y_m),
+        (x, y - ahead * 5.0),
+        place,
+    ]
+    away = [
+        place,
+        (x, y + ahead * 5.0),
+        (APRON_END_M - 2.0, last_y_m),
+        (PARKING_X_M + 4.5, last_y_m),
+        (LANE_X_M - 0.5, last_y_m - side * 1.0),
+        (LANE_X_M, last_y_m - side * 6.5),
+        (LANE_X_M, -side * border),
+    ]
+    return rounded(towards), rounded(away)
+
+
 def past(x_m: float, side: float) -> Points:
     """Return a boat's way along the fairway, from a side to the other."""
     border = border_y_m(x_m, beyond_m=9.0)

@@ -41,8 +41,8 @@ class SwarmParameters:
     direction_threshold: float = 0.9996
     start_speed_mps: float = tunable(1.8, 0.05, 8.0, log=True)
     place_noise_m: float = tunable(0.6, 0.05, 3.0, log=True)
-    velocity_noise_mps: float = tunable(0.12, 0.02, 2.0, log=True)
-    patience_pictures: int = tunable(4, 1, 30)
+    velocity_noise_mps: float = tunable(0.3, 0.02, 2.0, log=True)
+    patience_pictures: int = tunable(6, 1, 30)
     most_sets: int = 40
     uses_direction: bool = True
     uses_distance: bool = True

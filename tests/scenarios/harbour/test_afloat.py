@@ -62,7 +62,7 @@ def test_a_small_boat_follows_the_waves_more_than_a_large_one() -> None:
 
 @pytest.fixture(scope="module")
 def moored() -> list[Moored]:
-    return draw_moored(rng_of(4))
+    return draw_moored(2, rng_of(4))
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +126,7 @@ def test_ropes_hang_together_from_boat_to_shore(moored: list[Moored], rides: lis
 
 
 def test_ropes_slacken_as_the_water_rises() -> None:
-    boat = next(each for each in draw_moored(rng_of(4)) if not each.swings)
+    boat = next(each for each in draw_moored(2, rng_of(4)) if not each.swings)
     tide = Tide(np.array([np.pi, np.pi, np.pi, np.pi]))
     time_s = np.array([0.0, 6.2 * 3600.0])
     assert tide.level_m(time_s)[0] < tide.level_m(time_s)[1] - 1.0

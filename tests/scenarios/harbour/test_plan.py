@@ -12,11 +12,11 @@ from scenarios.harbour import routes
 from scenarios.harbour.conditions import draw_conditions
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import (
+    APRON_END_M,
     BERTHS,
     BUOYS_M,
     LANE_X_M,
     PARKING_X_M,
-    PARKING_Y_M,
     SHED_X_M,
     SHEDS,
     WALL_X_M,
@@ -25,6 +25,7 @@ from scenarios.harbour.layout import (
 )
 from scenarios.harbour.plan import Plan, Visit, draw_car, draw_person, draw_plan, names_of
 from scenarios.harbour.presets import PRESETS
+from scenarios.harbour.routes import Journey
 from sim.meshes.person import person_size_m
 from sim.meshes.thermal_paint import thermal_car
 from sim.world import World
@@ -67,9 +68,16 @@ def test_as_many_come_as_configured_in_order(plans: list[tuple[str, Plan]]) -> N
         assert sum(visit.begin_s < 0 for visit in plan.visits if visit.kind == "car") == preset.cars_before
 
 
+def door_of(car: Journey, time_s: float) -> NDArray[np.float64]:
+    """Return where one stands at the driver's door, on the car's left and somewhat before its middle."""
+    (place,), (heading,), _ = car.at(np.array([time_s]))
+    turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+    return np.asarray(place + turn @ (0.2, 1.45))
+
+
 def test_each_comes_from_outside_or_out_of_a_car_and_is_watched_at_some_time(plans: list[tuple[str, Plan]]) -> None:
-    doors = [(PARKING_X_M - 0.2, y - 1.45) for y in PARKING_Y_M]
     for name, plan in plans:
+        cars = [visit.journey for visit in plan.visits if visit.kind == "car"]
         for visit in plan.visits:
             _, place = way_of(visit, last_s(name))
             three = np.column_stack([place, np.full(len(place), 0.5)])
@@ -77,10 +85,30 @@ def test_each_comes_from_outside_or_out_of_a_car_and_is_watched_at_some_time(pla
             if last_s(name) > 900.0:
                 assert watched.any(), (name, visit)
             if visit.kind == "person":
-                at_door = np.min(np.linalg.norm(place[0] - doors, axis=1)) < 0.1
+                doors = [door_of(car, visit.begin_s) for car in cars]
+                at_door = np.min(np.linalg.norm(place[0] - np.reshape(doors, (-1, 2)), axis=1), initial=9.0) < 0.1
                 assert at_door or not watched[0] or visit.begin_s < 0.0
             elif visit.begin_s > 0:
                 assert not watched[0]
+
+
+def test_deliveries_stop_on_the_apron_along_the_quay_and_go_on_ahead() -> None:
+    for seed in SEEDS:
+        preset = PRESETS["paper-d"]
+        cars = [visit for visit in draw_plan(preset, rng_of(seed)).visits if visit.kind == "car"]
+        stops = [visit.journey for visit in cars if np.isfinite(visit.begin_s)]
+        assert len(stops) == preset.deliveries == 2
+        for car in stops:
+            still = int(np.argmax(np.diff(car.time_s)))
+            (x, _), heading = car.place_m[still], car.at(car.time_s[still : still + 1] + 1.0)[1]
+            low_s, high_s = preset.car_stays_s
+            assert low_s < np.diff(car.time_s)[still] < high_s + 30.0
+            assert WALL_X_M + 4.0 < x < APRON_END_M - 4.0
+            assert abs(np.sin(heading[0])) > 0.98
+            assert not car.backwards.any()
+            step = np.diff(car.place_m, axis=0)
+            turns = np.diff(np.unwrap(np.arctan2(*step[np.hypot(*step.T) > 1e-9].T[::-1])))
+            assert np.abs(turns).max() < 0.7
 
 
 def test_who_patrols_is_there_from_the_first_picture_to_the_last_and_watched_all_the_time() -> None:
@@ -157,8 +185,7 @@ def test_drivers_get_out_of_cars_that_come_and_into_cars_that_leave(plans: list[
                 continue
             for start_s, stop_s in visit.engine_s:
                 # One run before the car's stop, one from before its start.
-                bay_y = visit.journey.at(np.array([stop_s if start_s < visit.begin_s else start_s]))[0][0, 1]
-                door = np.array([PARKING_X_M - 0.2, bay_y - 1.45])
+                door = door_of(visit.journey, stop_s if start_s < visit.begin_s else start_s)
                 if start_s < visit.begin_s:
                     found = [p for p in people if 5.0 < p.begin_s - stop_s < 15.0 and near(p, p.begin_s, door)]
                     came += 1
