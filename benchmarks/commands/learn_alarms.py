@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from joblib import Parallel, delayed
+
 from benchmarks.commands.arguments import SEEDS, development_seeds
 from benchmarks.papers.learn_alarms import CONFIDENCE_PATH, PLACES_PATH, PRESETS, episode_samples, learn_alarms
 from benchmarks.papers.learn_swims import write
@@ -25,7 +27,8 @@ class LearnAlarms:
     def run(self) -> int:
         """Learn; return the exit status."""
         command = f"frameout learn-alarms --seeds {self.seeds}"
-        samples = [episode_samples(preset, seed) for preset in PRESETS for seed in development_seeds(self.seeds)]
+        episodes = [(preset, seed) for preset in PRESETS for seed in development_seeds(self.seeds)]
+        samples = Parallel(n_jobs=-1)(delayed(episode_samples)(preset, seed) for preset, seed in episodes)
         for path, content in zip((CONFIDENCE_PATH, PLACES_PATH), learn_alarms(samples), strict=True):
             print(write(path, content, command))
         return 0

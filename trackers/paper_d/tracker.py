@@ -65,8 +65,8 @@ class EigenSwarm:
     scene, then shares from 0.998 to 1 (below 0.999 people are lost in the daily course of the background, above 0.9998
     in noise) and eight changes of the other numbers on seeds 20 to 25; the confidence, of ten ways to rank that alter
     no answer: the mean likelihood of a set's particles before resampling. The limit was never reached:
-    19 sets at most. Particles outside the watched volume have the likelihood 0: the paper's clouds are as long as a line
-    of sight inside it.
+    19 sets at most. Particles outside the watched volume have the likelihood 0: the paper's clouds are as long as a
+    line of sight inside it.
     """
 
     Parameters = EigenSwarmParameters
