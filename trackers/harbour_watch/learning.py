@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from trackers.harbour_watch.boxes import cells_of
 from trackers.harbour_watch.detection import SIZES_M
 from trackers.harbour_watch.existence import clutter_rates
-from trackers.harbour_watch.low_rank import LowRank, learn
+from trackers.harbour_watch.low_rank import learn
 from trackers.harbour_watch.site_model import LearntSite, ModelParameters, SiteModel
-from trackers.harbour_watch.water import WaterLevel, water_of
+from trackers.harbour_watch.water import WaterLevel
 from trackers.site.reading import Picture, noise_of
 from trackers.site.survey import Site
 
@@ -22,8 +22,6 @@ _MOVED = 10.0
 """Deviations of a pixel's noise by which it changes when something that belongs there moves, e.g. a moored boat."""
 _MOVES_SHARE = 0.03
 """Share of pictures on which a pixel changes much, from which something moves there."""
-_MAIN = 4
-"""Components that tell water from what has texture in some weather."""
 _FIRST_GUESS = 3.0
 """Times the noise: spread of the background before anything is known of it."""
 
@@ -43,21 +41,12 @@ def learn_site(pictures: Picture, site: Site, p: ModelParameters) -> LearntSite:
         first = _FIRST_GUESS**2 * variance
     else:
         first = np.maximum(low_rank.spread**2 - variance, 0.01 * variance)
-    water = water_of(_looks(low_rank, shape)) & (len(pictures) > 1)
-    level = WaterLevel(site.view, water, noise, p.mean_water_m)
+    level = WaterLevel(site.view, p.quay.shows_water(site.view), noise, p.quay.mean_water_m)
     level.settle(pictures)
     nothing = clutter_rates(shape, p.least_score, [], np.zeros(shape, np.float32))
     boxes = np.ones((len(SIZES_M), *cells_of(shape)), np.float32)
-    learnt = LearntSite(low_rank, noise, first, boxes, boxes, water, np.array(level.mean_rise_px), nothing)
+    learnt = LearntSite(low_rank, noise, first, boxes, boxes, np.array(level.mean_rise_px), nothing)
     return learnt if len(pictures) == 1 else _replayed(learnt, left, site, p)
-
-
-def _looks(low_rank: LowRank, shape: tuple[int, int]) -> Picture:
-    """Return the mean picture and what the main causes of change do to it, (K, H, W)."""
-    deviations = low_rank.deviations
-    scene = low_rank.basis[len(low_rank.basis) - len(deviations) :]
-    looks = [each * d for each, d in zip(scene[:_MAIN], deviations[:_MAIN], strict=True)]
-    return np.array([low_rank.mean, *looks], np.float32).reshape(-1, *shape)
 
 
 def _replayed(learnt: LearntSite, left: Picture, site: Site, p: ModelParameters) -> LearntSite:

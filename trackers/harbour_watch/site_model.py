@@ -18,6 +18,7 @@ from trackers.harbour_watch.low_rank import LowRank
 from trackers.harbour_watch.memory import PixelMemory
 from trackers.harbour_watch.water import WaterLevel
 from trackers.site.model_file import Form
+from trackers.site.quay import Quay
 from trackers.site.reading import Picture
 from trackers.site.survey import Site
 from trackers.site.view import SiteView
@@ -29,7 +30,7 @@ class ModelParameters:
 
     Attributes:
         components: of the low-rank background.
-        mean_water_m: height of the mean sea level above the quay, from the survey of the site.
+        quay: survey of the site.
         remembered_frames: time constant of a pixel's slow residual. noise_frames: of its noise.
         hidden_frames: in which what a pixel showed is forgotten while an object hides it.
         clip: deviations at which a pixel is cut off.
@@ -37,7 +38,7 @@ class ModelParameters:
     """
 
     components: int
-    mean_water_m: float
+    quay: Quay
     remembered_frames: float
     noise_frames: float
     hidden_frames: float
@@ -55,7 +56,7 @@ class LearntSite:
         noise: (H, W) float32, from one picture to the next, counts.
         first: (H W,) float32, variance of the slow residual before anything is known, counts squared.
         variance, slow_variance: (K, H / 8, W / 8) float32, of box sums, see ``BoxFilters``.
-        water: (H, W) where the picture shows water, see ``water_of``. mean_rise_px: (), see ``WaterLevel``.
+        mean_rise_px: (), see ``WaterLevel``.
         clutter: false regions.
     """
 
@@ -64,7 +65,6 @@ class LearntSite:
     first: Picture
     variance: Picture
     slow_variance: Picture
-    water: NDArray[np.bool_]
     mean_rise_px: NDArray[np.float64]
     clutter: ClutterRates
 
@@ -82,7 +82,7 @@ class LearntSite:
         return cls(low_rank=low_rank, clutter=clutter, **{name: arrays[name] for name in _OWN})
 
 
-_OWN = ("noise", "first", "variance", "slow_variance", "water", "mean_rise_px")
+_OWN = ("noise", "first", "variance", "slow_variance", "mean_rise_px")
 _PARTS: tuple[Any, Any] = (LowRank, ClutterRates)
 
 
@@ -98,7 +98,6 @@ def forms(shape: tuple[int, int]) -> dict[str, Form]:
         "first": Form("float32", (pixels,)),
         "variance": Form("float32", boxes),
         "slow_variance": Form("float32", boxes),
-        "water": Form("bool", shape),
         "mean_rise_px": Form("float64"),
         "per_cell": Form("float32", clutter_cells_of(shape)),
         "tail": Form("float64"),
@@ -130,8 +129,9 @@ class SiteModel:
         self.detector = Detector(_px_per_m(site.view, shape), shape[1], p.least_score, p.piece_score)
         filters = self.detector.filters
         filters.variance, filters.slow_variance = learnt.variance.copy(), learnt.slow_variance.copy()
-        self.water_level = WaterLevel(site.view, learnt.water, learnt.noise, p.mean_water_m, float(learnt.mean_rise_px))
-        self.water = self.water_level.below_quay(learnt.water)
+        water, rise_px = p.quay.shows_water(site.view), float(learnt.mean_rise_px)
+        self.water_level = WaterLevel(site.view, water, learnt.noise, p.quay.mean_water_m, rise_px)
+        self.water = self.water_level.below_quay(water)
         self.clutter = Clutter(learnt.clutter, p.least_score)
 
 

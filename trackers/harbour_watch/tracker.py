@@ -28,7 +28,7 @@ class WatchParameters:
 
     Attributes:
         volume: that is watched.
-        quay: survey of the site. Of it the mean water level is used; where water is seen is learnt.
+        quay: survey of the site. How high the water stands is learnt.
         components: of the low-rank background beside the camera's gain and offset.
         remembered_frames, noise_frames: time constants of a pixel's slow residual and of its noise.
         hidden_frames: in which what a pixel showed is forgotten while an object hides it.
@@ -105,7 +105,7 @@ class HarbourWatch:
 
     @property
     def _kind(self) -> str:
-        return "harbour_watch-1 of counts" if self._p.use_counts else "harbour_watch-1 of 8 bits"
+        return "harbour_watch-2 of counts" if self._p.use_counts else "harbour_watch-2 of 8 bits"
 
     def _begin(self, pictures: Sequence[Picture], site: Site | None) -> None:
         self._pictures, self._site = pictures, site
@@ -145,7 +145,7 @@ class HarbourWatch:
         p = self._p
         return ModelParameters(
             components=p.components,
-            mean_water_m=p.quay.mean_water_m,
+            quay=p.quay,
             remembered_frames=p.remembered_frames,
             noise_frames=p.noise_frames,
             hidden_frames=p.hidden_frames,

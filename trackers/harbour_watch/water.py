@@ -1,7 +1,7 @@
-"""Where the picture shows water, and how high it stands.
+"""How high the water stands.
 
-Water alone is uniform in all weather. It ends at a line along a wall, which is seen higher in the picture when the tide
-is high, while the wall stands still: the line's mean row belongs to the mean level.
+Water ends at a line along a wall, which is seen higher in the picture when the tide is high, while the wall stands
+still: the line's mean row belongs to the mean level.
 """
 
 from __future__ import annotations
@@ -17,14 +17,6 @@ from trackers.site.view import SiteView
 
 Picture = NDArray[np.float32]
 
-_WINDOW_PX, _SMOOTHING_PX = 9, 2.0
-_TEXTURED = 1.7
-"""Times what smoothing leaves of white noise, from which there is texture."""
-_LEAST_SHARE = 0.03
-_LEAST_LAND = 0.1
-"""Share of the picture below which what is not water is a boat at the picture's border."""
-_LARGEST_GAP = 0.25
-"""Share of the picture's width that moored boats may cover in one piece."""
 _UNSURE_PX, _BELOW_PX, _LEAST_ABOVE_PX = 9, 12, 40
 """Rows by which the base lies below the edge of the water's area, that surely show water below the base, and that the
 picture has above it."""
@@ -34,60 +26,9 @@ _LINE_ROUNDS, _BOATS_WEIGHT = 20, 0.1
 _FASTEST_PX = 2
 _LEAST_SHARE_OF_COLUMNS, _LEAST_PEAK = 0.06, 0.6
 """Share of columns that must agree, and that share of the most agreed height which a higher one must have."""
-_LEAST_PICTURES, _MEDIAN_OF = 20, 5
+_LEAST_PICTURES, _MEDIAN_OF = 20, 60
 _OTHER = 5.0
 """Deviations from the water from which a pixel shows something else."""
-
-
-def water_of(looks: Picture) -> NDArray[np.bool_]:
-    """Return where a site shows water, (H, W): what looks like its largest part without texture, and the boats in it.
-
-    The pixels' fixed pattern is white: smoothing takes it away, but not a surface's texture. Water that mirrors a wall
-    has texture, yet it looks more like other water than like land.
-
-    Args:
-        looks: (K, H, W) the mean picture and how it varies, counts.
-    """
-    nowhere = np.zeros(looks.shape[1:], bool)
-    fine, coarse = np.zeros(looks.shape[1:], np.float32), np.zeros(looks.shape[1:], np.float32)
-    for look in looks:
-        fine += _local_variance(look)
-        coarse += _local_variance(cv2.GaussianBlur(look, (0, 0), _SMOOTHING_PX))
-    uniform = coarse < (_TEXTURED / (2.0 * np.sqrt(np.pi) * _SMOOTHING_PX)) ** 2 * fine
-    opened = cv2.morphologyEx(uniform.astype(np.uint8), cv2.MORPH_OPEN, np.ones((_WINDOW_PX, _WINDOW_PX), np.uint8))
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
-    if len(stats) < 2 or opened.all():
-        return nowhere
-    seed = labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    if seed.mean() < _LEAST_SHARE:
-        return nowhere
-    like = _nearer(looks, seed, opened == 0)
-    gap = int(_LARGEST_GAP * like.shape[1]) | 1
-    padded = cv2.copyMakeBorder(like, gap, gap, gap, gap, cv2.BORDER_REPLICATE)
-    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))[gap:-gap, gap:-gap]
-    _, labels = cv2.connectedComponents(np.ascontiguousarray(closed))
-    sea = labels == np.bincount(labels[seed]).argmax()
-    _, labels, stats, _ = cv2.connectedComponentsWithStats((~sea).astype(np.uint8))
-    island = stats[:, cv2.CC_STAT_AREA] < _LEAST_LAND * sea.size
-    found: NDArray[np.bool_] = sea | island[labels]
-    return found
-
-
-def _nearer(looks: Picture, water: NDArray[np.bool_], land: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Return where looks (K, H, W) are less than half as far from those of water as those of land are, (H, W)."""
-    of_water, of_land = (np.median(looks[:, where], axis=1)[:, None, None] for where in (water, land))
-    scale = np.median(np.abs(looks - of_land), axis=(1, 2), keepdims=True) + 1e-3
-    smooth = np.array([cv2.GaussianBlur(look, (0, 0), 1.0) for look in looks])
-    away = (((smooth - of_water) / scale) ** 2).sum(axis=0)
-    near = away < 0.25 * (((of_land - of_water) / scale) ** 2).sum()
-    opened: NDArray[np.uint8] = cv2.morphologyEx(near.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    return opened
-
-
-def _local_variance(look: Picture) -> Picture:
-    kernel = (_WINDOW_PX, _WINDOW_PX)
-    variance: Picture = cv2.blur(look * look, kernel) - cv2.blur(look, kernel) ** 2
-    return np.maximum(variance, 0.0)
 
 
 class WaterLevel:
@@ -107,7 +48,7 @@ class WaterLevel:
         """Begin unsettled, or settled if ``mean_rise_px`` is given.
 
         Args:
-            water: (H, W) see ``water_of``. noise: (H, W) counts.
+            water: (H, W) where the picture shows water at its mean level. noise: (H, W) counts.
             mean_m: the mean level, of what ``settle`` will get.
             mean_rise_px: as of a level that is settled; below 0 if no level could be told.
         """

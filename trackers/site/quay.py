@@ -32,6 +32,13 @@ class Quay:
         if not np.isfinite(self.edge_m).all():
             raise ValueError(f"edge_m: expected finite numbers of metres, got {self.edge_m}")
 
+    def shows_water(self, view: SiteView) -> NDArray[np.bool_]:
+        """Return where a picture (H, W) shows water when it is at its mean level, and what is afloat there."""
+        rows, columns = np.mgrid[0 : view.camera.height_px, 0 : view.camera.width_px] + 0.5
+        on_water = view.on_plane(np.column_stack([columns.ravel(), rows.ravel()]), self.mean_water_m)
+        off_m = (on_water[:, :2] - np.array(self.edge_m)) @ np.array(self.seaward)
+        return np.nan_to_num(off_m, nan=-1.0).reshape(rows.shape) > 0.0
+
     def stood_on(self, view: SiteView, px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the points (N, 3) of the quay, its wall or the mean water that are seen at pixels (N, 2).
 

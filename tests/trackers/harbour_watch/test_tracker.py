@@ -149,7 +149,7 @@ def test_another_camera_and_another_input_are_refused_by_name(learnt):
         tracker.start_from(path, CAMERA, moved)
     with pytest.raises(ValueError, match="width_px 512 here and 256 there"):
         tracker.start_from(path, replace(CAMERA, width_px=512), T_WORLD_CAMERA)
-    with pytest.raises(ValueError, match=r"model: expected one of harbour_watch-1 of 8 bits, .* of counts"):
+    with pytest.raises(ValueError, match=r"model: expected one of harbour_watch-2 of 8 bits, .* of counts"):
         entry("harbour_watch_8_bit").create(np.random.default_rng(0)).start_from(path, CAMERA, T_WORLD_CAMERA)
     with pytest.raises(ValueError, match="background: expected pictures and a pose"):
         tracker.save_background(path)

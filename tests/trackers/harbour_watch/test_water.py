@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.trackers.harbour_watch.drawn_quay import VIEW, WALL_X_M, Quay
-from trackers.harbour_watch.low_rank import learn
-from trackers.harbour_watch.water import WaterLevel, water_of
+from trackers.harbour_watch.water import WaterLevel
+from trackers.site.quay import Quay as SurveyedQuay
 
 MEAN_M = -1.8
 
@@ -16,36 +16,19 @@ MEAN_M = -1.8
 def site():
     quay = Quay(5, wave_k=0.1)
     pictures = np.array([each.counts for each in quay.background(60)], np.float32)
-    h, w = pictures.shape[1:]
-    model = learn(pictures.reshape(60, -1), 4, np.full(h * w, 6.0, np.float32))
-    looks = [model.mean, *(model.basis[-4:] * model.deviations[:, None])]
-    return quay, pictures, np.array(looks, np.float32).reshape(-1, h, w)
-
-
-def test_water_is_what_has_no_texture(site):
-    _, pictures, looks = site
-    water = water_of(looks)
-    [[_, foot]], _ = VIEW.project(np.array([[WALL_X_M, 0.0, MEAN_M - 0.9]]))
-    rows = np.arange(pictures.shape[1])
-    assert water[rows > foot + 6].mean() > 0.99
-    assert water[rows < foot - 25].mean() < 0.01
-
-
-def test_a_site_of_land_has_no_water():
-    rng = np.random.default_rng(0)
-    looks = np.kron(rng.normal(0.0, 30.0, (3, 12, 16)), np.ones((1, 8, 8))).astype(np.float32)
-    assert not water_of(looks).any()
+    return quay, pictures
 
 
 def test_the_level_follows_the_tide(site):
-    quay, pictures, looks = site
-    level = WaterLevel(VIEW, water_of(looks), np.full(pictures.shape[1:], 8.0, np.float32), MEAN_M)
+    quay, pictures = site
+    water = SurveyedQuay((WALL_X_M, 0.0), (-1.0, 0.0), MEAN_M).shows_water(VIEW)
+    level = WaterLevel(VIEW, water, np.full(pictures.shape[1:], 8.0, np.float32), MEAN_M)
     # The tides of ``background`` are too fast for a path through them: these are sorted, and their mean is the same.
     tides = 0.8 * np.sin(0.9 * np.arange(60))
     level.settle(pictures[np.argsort(tides)])
     for tide_m in (-0.6, 0.0, 0.7):
         picture = None
-        for k in range(5):
+        for k in range(60):
             picture = quay.picture(2.0 * k, tide_m=tide_m, sun=0.4).counts.astype(np.float32)
             found = level.of(picture)
         assert found == pytest.approx(MEAN_M + tide_m, abs=0.25)
