@@ -65,8 +65,7 @@ class Metric:
     """One metric of a suite, as it stands in ``summary.json``.
 
     Attributes:
-        name: in the summary. summary: one line of definition.
-        unit: ``fraction``, ``m``, ``px``, ``frames`` …
+        name: in the summary. summary: one line of definition. unit: ``fraction``, ``m``, ``px``, ``frames`` …
         better: better direction. rows: metrics of its rows; () = rows of its own name.
         statistic: how rows become one number, see ``benchmarks.scores.pooling``.
         kind: rows of events of this kind, or with this attribute true, only; None = all.

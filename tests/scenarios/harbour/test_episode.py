@@ -173,7 +173,7 @@ def test_contrast_is_that_of_the_pixels_to_the_ring_around_them(seen: Any, captu
 
 
 def test_the_sensor_sees_the_contrast_that_truth_tells(seen: Any) -> None:
-    """A boat's pixels differ in the counts as in the radiance, by the sensor's counts for a kelvin."""
+    """Pixels of what differs clearly do so in the counts as in the radiance, by the sensor's counts for a kelvin."""
     ours, told = [], []
     for number, truth, k in objects(seen[1]):
         own = truth.instance_map == truth.instance_id[k]
@@ -185,7 +185,7 @@ def test_the_sensor_sees_the_contrast_that_truth_tells(seen: Any) -> None:
         told.append(truth.temperature_contrast_k[k])
     assert len(ours) > 10
     per_kelvin = np.array(ours) / np.array(told)
-    assert np.ptp(per_kelvin[np.abs(told) > 0.5]) < 0.4 * np.median(per_kelvin)
+    assert np.ptp(per_kelvin[np.abs(told) > 3.0]) < 0.25 * np.median(per_kelvin)
 
 
 def test_the_gain_is_the_slope_of_grey_over_kelvin(seen: Any, captures: list[Capture[Any]]) -> None:

@@ -41,7 +41,7 @@ def test_water_is_shown_where_its_mean_level_is_seen_beyond_the_edge() -> None:
     for x_m, z_m, expected in ((-15.3, -1.8, True), (-18.0, -1.8, True), (-15.0, -1.5, False), (0.0, 0.0, False)):
         (px,), _ = VIEW.project(np.array([[x_m, 1.0, z_m]]))
         assert water[int(px[1]), int(px[0])] == expected, (x_m, z_m)
-    assert not QUAY.shows_water(SiteView(CAMERA, looking(np.zeros(3), np.array([0.0, 0.0, 9.0])))).any()
+    assert not QUAY.shows_water(SiteView(CAMERA, looking(np.array([0.0, 0.0, 9.0]), np.array([9.0, 0.0, 20.0])))).any()
 
 
 def test_above_the_horizon_there_is_nothing_to_stand_on() -> None:
