@@ -75,6 +75,10 @@ def test_skin_is_warmer_than_clothes_and_clothes_than_air(warmth: DayWarmth) -> 
     assert 300.0 < shaded[PersonPart.SKIN] < 306.0
     assert air_k < shaded[PersonPart.TOP] < shaded[PersonPart.SKIN]
     assert shaded[PersonPart.BACKPACK] < shaded[PersonPart.TOP]
+    assert (sunlit > shaded).all()
+    clear = copy.copy(warmth)
+    clear.weather = dataclasses.replace(warmth.weather, cloud=0.0)
+    shaded, sunlit, _ = person_kelvins(draw_clothes(Weather(mean_air_k=285.0), rng_of(2)), clear)
     assert (sunlit > shaded + 0.5).all()
     cold, warm = (
         person_kelvins(draw_clothes(Weather(mean_air_k=air), rng_of(2)), warmth)[0][PersonPart.TOP]
