@@ -33,10 +33,10 @@ class Kind:
     afloat: bool = False
 
 
-PERSON = Kind("person", np.array([0.45, 0.50, 1.70]), np.array([0.25, 0.2, 0.1]), 1.0, 0.3, (0.5, 0.5), on_land=True)
+PERSON = Kind("person", np.array([0.33, 0.50, 1.70]), np.array([0.25, 0.2, 0.1]), 1.0, 0.3, (0.5, 0.5), on_land=True)
 """Stature: adults of the world, NCD Risk Factor Collaboration, eLife 5:e13410, 2016 (women 1.59 m, men 1.71 m; shoes
 and headgear added); breadth over the clothed shoulders and depth: J. Fruin, "Pedestrian planning and design", 1971
-(body ellipse of 0.61 m x 0.46 m with room for sway). Walking speed 1.34 m/s: U. Weidmann, "Transporttechnik der
+(95th percentile 0.58 m x 0.33 m). Walking speed 1.34 m/s: U. Weidmann, "Transporttechnik der
 Fussgänger", ETH Zürich, 1993. The spread is that of a population with children."""
 
 CAR = Kind("car", np.array([4.3, 1.8, 1.55]), np.array([0.13, 0.1, 0.13]), 2.5, 0.6, (0.45, 0.8), on_land=True)

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.harbour_watch.box_model import STATE, linearised
-from trackers.harbour_watch.classes import BIRD, BOAT, CAR, KINDS, Kind
+from trackers.harbour_watch.classes import BIRD, BOAT, CAR, KINDS, PERSON, Kind
 from trackers.harbour_watch.heading import Heading
 from trackers.harbour_watch.sightings import Sighting
 from trackers.site.view import SiteView
 
 Array = NDArray[np.float64]
 
-_EDGE_PX = 1.2
-"""Standard deviation of each edge of a region: about a pixel, for optics and sampling."""
-_EDGE_SHARE = 0.08
+_EDGE_PX = 0.8
+"""Standard deviation of each edge of a region: for optics and sampling."""
+_EDGE_SHARE = 0.05
 """Standard deviation of the same by the region's own width and height: parts without contrast, limbs."""
 _ALIKE = 3.0
 """Regions of successive pictures err alike (the same cold legs): so many count as one."""
@@ -89,7 +89,7 @@ class Mark:
         return max(_LEAST_FOUND, float(self._found[0] / self._found.sum()))
 
     @property
-    def _is_settled(self) -> bool:
+    def is_settled(self) -> bool:
         """Whether it is parked for long: it cools, and regions of its parts say no more what it is."""
         return self.kind in _PARKS and self.still_frames >= _SETTLES
 
@@ -172,8 +172,11 @@ class Mark:
         across = self.covariance @ self._jacobian.T
         gain = np.linalg.solve(self._innovation(doubt), across.T).T
         gain[4:] = np.linalg.solve(self._innovation(doubt * _ALIKE), across[4:].T).T
-        if self._is_settled:
+        if self.is_settled:
             gain[4:] = 0.0
+        elif self.kind is PERSON:
+            # Arms and legs that swing say little of the body between them.
+            gain[4:6] = 0.0
         kept = np.eye(STATE) - gain @ self._jacobian
         covariance = kept @ self.covariance @ kept.T + gain @ np.diag(doubt * self._noise()) @ gain.T
         return self.state + gain @ off, covariance
@@ -181,7 +184,7 @@ class Mark:
     def _recognise(self, sighting: Sighting) -> None:
         """Learn the class and the heading from the region that is most likely of this track."""
         self.seen_px, self.missed_frames = sighting.region.box_xyxy, 0
-        if self._is_settled:
+        if self.is_settled:
             return
         self.log_kinds = _KIND_FORGETS * self.log_kinds + sighting.log_kinds
         likeliest = KINDS[int(self.log_kinds.argmax())]

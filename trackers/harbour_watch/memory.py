@@ -12,6 +12,8 @@ Picture = NDArray[np.float32]
 
 _OUTLIER = 3.0
 """Deviations from which a picture counts less."""
+_UNCOVERED = 30.0
+"""Deviations by which a place may have changed while a car stood on it: sun and rain did not reach it."""
 
 
 @njit(cache=True)
@@ -20,20 +22,11 @@ def _predict(
     slow: Picture,
     doubt: Picture,
     noise: Picture,
-    first: Picture,
-    hidden: NDArray[np.int32],
-    forgets: float,
     deviation: Picture,
 ) -> None:
-    """``deviation = (left - slow) / sqrt(P + noise)`` per pixel (N,), ``P = doubt``; variances in counts squared.
-
-    Of a pixel that has been hidden: ``P = doubt + (P0 - doubt) (1 - exp(-forgets hidden))``.
-    """
+    """``deviation = (left - slow) / sqrt(P + noise)`` per pixel (N,), ``P = doubt``; variances in counts squared."""
     for n in range(left.size):
-        p = doubt[n]
-        if hidden[n] > 0:
-            p += (first[n] - p) * (1.0 - math.exp(-forgets * hidden[n]))
-        deviation[n] = (left[n] - slow[n]) / math.sqrt(p + noise[n])
+        deviation[n] = (left[n] - slow[n]) / math.sqrt(doubt[n] + noise[n])
 
 
 @njit(cache=True)
@@ -44,27 +37,21 @@ def _learn(
     doubt: Picture,
     noise: Picture,
     first: Picture,
-    hidden: NDArray[np.int32],
     drift: float,
-    forgets: float,
     rate: float,
     outlier: float,
 ) -> None:
     """Kalman filter of each pixel's slow residual (a random walk), with a running estimate of its noise.
 
-    ``P = min(P + drift^2 v, P0)``; ``e = left - slow``; ``S = P + v``; ``K = P / S`` times Huber's weight of
-    ``e / sqrt(S)``; ``slow += K e``; ``P *= 1 - K``; ``v += rate v (min(e^2 / S, outlier^2) - 1)``. Claimed pixels
-    keep their residual; seen again after ``hidden`` pictures, ``P += (P0 - P) (1 - exp(-forgets hidden))``.
+    ``P = max(min(P + drift^2 v, P0), P)`` (it grows no further than at first); ``e = left - slow``; ``S = P + v``;
+    ``K = P / S`` times Huber's weight of ``e / sqrt(S)``; ``slow += K e``; ``P *= 1 - K``;
+    ``v += rate v (min(e^2 / S, outlier^2) - 1)``. Claimed pixels keep their residual.
     """
     for n in range(left.size):
         v = noise[n]
         if claimed[n]:
-            hidden[n] += 1
             continue
-        p = min(doubt[n] + drift * drift * v, first[n])
-        if hidden[n] > 0:
-            p += (first[n] - p) * (1.0 - math.exp(-forgets * hidden[n]))
-            hidden[n] = 0
+        p = max(min(doubt[n] + drift * drift * v, first[n]), doubt[n])
         e = left[n] - slow[n]
         s = p + v
         square = e * e / s
@@ -83,33 +70,33 @@ class PixelMemory:
         noise: (N,) variance from one picture to the next, counts squared.
     """
 
-    def __init__(
-        self, first: Picture, noise: Picture, *, remembered_frames: float, noise_frames: float, hidden_frames: float
-    ) -> None:
+    def __init__(self, first: Picture, noise: Picture, *, remembered_frames: float, noise_frames: float) -> None:
         """Begin with no residual.
 
         Args:
             first: (N,) variance of the residual before anything is known, counts squared.
             noise: (N,) variance of the noise, counts squared, > 0.
             remembered_frames: time constant of the residual. noise_frames: of the noise.
-            hidden_frames: in which the residual of a claimed pixel is forgotten.
         """
         self.slow, self.doubt = np.zeros_like(noise), first.copy()
         self.noise, self._floor = noise.copy(), float(np.percentile(noise, 1)) * 0.5
-        self._first, self._forgets = first, 1.0 / hidden_frames
+        self._first = first
         self._drift, self._rate = 1.0 / remembered_frames, 1.0 / noise_frames
-        self._hidden = np.zeros(noise.shape, np.int32)
         self._deviation = np.empty_like(noise)
 
     def deviation(self, left: Picture) -> Picture:
         """Return how many standard deviations (N,) a picture less its low-rank background is off."""
-        _predict(left, self.slow, self.doubt, self.noise, self._first, self._hidden, self._forgets, self._deviation)
+        _predict(left, self.slow, self.doubt, self.noise, self._deviation)
         return self._deviation
 
     def doubtful(self) -> Picture:
         """Return the share (N,) of the doubt about the slow residual in the variance of a picture."""
         share: Picture = self.doubt / (self.doubt + self.noise)
         return share
+
+    def uncover(self, pixels: NDArray[np.intp]) -> None:
+        """Take what the next picture shows on ``pixels`` (M,) for the background, if no object claims it."""
+        self.doubt[pixels] = _UNCOVERED**2 * self.noise[pixels]
 
     def learn(self, left: Picture, claimed: NDArray[np.uint8]) -> None:
         """Take in a picture less its low-rank background (N,), where no object claims the pixel."""
@@ -120,9 +107,7 @@ class PixelMemory:
             self.doubt,
             self.noise,
             self._first,
-            self._hidden,
             self._drift,
-            self._forgets,
             self._rate,
             _OUTLIER,
         )

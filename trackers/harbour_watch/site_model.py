@@ -32,7 +32,6 @@ class ModelParameters:
         components: of the low-rank background.
         quay: survey of the site.
         remembered_frames: time constant of a pixel's slow residual. noise_frames: of its noise.
-        hidden_frames: in which what a pixel showed is forgotten while an object hides it.
         clip: deviations at which a pixel is cut off.
         least_score: deviations from which a box is a region. piece_score: from which a piece is part of it.
     """
@@ -41,7 +40,6 @@ class ModelParameters:
     quay: Quay
     remembered_frames: float
     noise_frames: float
-    hidden_frames: float
     clip: float
     least_score: float
     piece_score: float
@@ -123,7 +121,6 @@ class SiteModel:
             learnt.noise.ravel() ** 2,
             remembered_frames=p.remembered_frames,
             noise_frames=p.noise_frames,
-            hidden_frames=p.hidden_frames,
         )
         self.watched = _watched(site, shape)
         self.detector = Detector(_px_per_m(site.view, shape), shape[1], p.least_score, p.piece_score)

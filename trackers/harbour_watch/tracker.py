@@ -31,7 +31,6 @@ class WatchParameters:
         quay: survey of the site. How high the water stands is learnt.
         components: of the low-rank background beside the camera's gain and offset.
         remembered_frames, noise_frames: time constants of a pixel's slow residual and of its noise.
-        hidden_frames: in which what a pixel showed is forgotten while an object hides it.
         least_score, piece_score: deviations of a region's best box, and of its pieces.
         clip: deviations at which one pixel is cut off.
         claims: probability of existence from which a track's pixels are not learnt; above 1 = never.
@@ -44,7 +43,6 @@ class WatchParameters:
     components: int = tunable(16, 2, 40)
     remembered_frames: float = tunable(60.0, 10.0, 600.0, log=True)
     noise_frames: float = tunable(80.0, 20.0, 400.0, log=True)
-    hidden_frames: float = tunable(6000.0, 100.0, 20000.0, log=True)
     least_score: float = tunable(4.5, 3.5, 7.0)
     piece_score: float = tunable(3.5, 2.0, 6.0)
     clip: float = tunable(6.0, 3.0, 20.0, log=True)
@@ -148,7 +146,6 @@ class HarbourWatch:
             quay=p.quay,
             remembered_frames=p.remembered_frames,
             noise_frames=p.noise_frames,
-            hidden_frames=p.hidden_frames,
             clip=p.clip,
             least_score=p.least_score,
             piece_score=p.piece_score,

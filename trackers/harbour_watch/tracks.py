@@ -26,6 +26,8 @@ _LEAST_LOG_DENSITY = -8.0
 _SURELY, _KNOWN_PX = 4.0, 1.5
 """Log odds of existence, and standard deviation of the place in the picture, of an object whose outline is known."""
 _LEAST_PAIR = 0.1
+_STANDS = 2
+"""Pictures in a row on which something has not moved, from which it stands."""
 _MOST_LOG = 60.0
 
 
@@ -92,6 +94,14 @@ class Tracks:
                 base_m = level_m if sighting.afloat else 0.0
                 self.marks.append(begun(self._identities, sighting, p, self._view, base_m))
                 self._identities += 1
+
+    def standing(self) -> list[Mark]:
+        """Return the tracks of what stands still on the quay."""
+        return [mark for mark in self.marks if not mark.afloat and mark.still_frames >= _STANDS]
+
+    def drop(self, mark: Mark) -> None:
+        """End a track."""
+        self.marks = [each for each in self.marks if each is not mark]
 
     def _log_densities(self, sightings: Sequence[Sighting]) -> Array:
         """Return the log density per pixel of each sighting's middle for each track, (N, M); -inf beyond the gate."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.harbour_watch.classes import BIRD
+from trackers.harbour_watch.classes import BIRD, CAR
 from trackers.harbour_watch.mark import Mark
+from trackers.harbour_watch.parked import Parked, shows_background_behind, with_rim
 from trackers.harbour_watch.sightings import Sighting, place_regions
 from trackers.harbour_watch.site_model import Picture, SiteModel
 from trackers.harbour_watch.tracks import Rates, Tracks
@@ -37,6 +38,7 @@ class Watch:
         self._coefficients: NDArray[np.float64] | None = None
         self._time_s: float | None = None
         self._frame = 0
+        self._parked, self._numbers = Parked(), np.arange(np.prod(self.shape)).reshape(self.shape)
 
     def update(self, picture: Picture, time_s: float) -> None:
         """Take in a picture (H, W)."""
@@ -60,6 +62,7 @@ class Watch:
         caps = np.array([model.clutter.most_log_odds(each.region) for each in self.sightings])
         self.tracks.update(self.sightings, ratios, caps, self.level_m)
         claimed = self._claimed(picture.shape)
+        self._uncover(picture, left.reshape(picture.shape), claimed)
         model.clutter.learn([each.region for each in self.sightings], claimed)
         model.memory.learn(left, claimed.ravel())
         filters.learn(scaled, claimed, self._noise_rate)
@@ -73,6 +76,23 @@ class Watch:
             if confidence >= shown and estimate is not None and mark.kind is not BIRD:
                 answers.append(Track(mark.identity, estimate, mark.kind.name, mark.size_m, confidence))
         return answers
+
+    def _uncover(self, picture: Picture, left: Picture, claimed: NDArray[np.uint8]) -> None:
+        """Take what shows where a parked car has driven off for the background, whatever seems to stand there."""
+        standing = self.tracks.standing()
+        if not standing and not self._parked.any:
+            return
+        noise = np.sqrt(self._model.memory.noise).reshape(left.shape)
+        background = picture - left + self._model.memory.slow.reshape(left.shape)
+        gone = list(self._parked.left(left, noise))
+        for mark in standing:
+            if shows_background_behind(picture, background, noise, mark.seen_px):
+                gone.append(with_rim(mark.seen_px, left.shape))
+                self.tracks.drop(mark)
+        for x0, y0, x1, y1 in gone:
+            self._model.memory.uncover(self._numbers[y0:y1, x0:x1].ravel())
+            claimed[y0:y1, x0:x1] = 0
+        self._parked.look([mark for mark in self.tracks.marks if mark.kind is CAR and mark.is_settled], left)
 
     def _claimed(self, shape: tuple[int, ...]) -> NDArray[np.uint8]:
         """Return the pixels (H, W) of tracks that likely exist: what stands there is not background."""

@@ -40,7 +40,7 @@ class SwarmParameters:
     density_out: float = 0.2
     direction_threshold: float = 0.9996
     start_speed_mps: float = tunable(1.8, 0.05, 8.0, log=True)
-    place_noise_m: float = tunable(0.6, 0.05, 3.0, log=True)
+    place_noise_m: float = tunable(0.35, 0.05, 3.0, log=True)
     velocity_noise_mps: float = tunable(0.3, 0.02, 2.0, log=True)
     patience_pictures: int = tunable(6, 1, 30)
     most_sets: int = 40

@@ -18,7 +18,7 @@ MEAN_SIZE_M = {"person": (0.35, 0.51, 1.73), "car": (4.80, 1.99, 1.70), "boat": 
 and the scene, and measures nothing.
 """
 
-AT_100_M = (85.0, 115.0)
+AT_100_M = (80.0, 120.0)
 """Distances from the camera over the ground at which sizes are those at 100 m."""
 
 
@@ -31,7 +31,7 @@ def measured_scores(
     ``duplicate_rate``: share of its frames on which another track is on the same intruder. ``kind_right``: share of its
     frames with a class in which that is right. ``depth_error``, ``width_error``, ``height_error``: of the median of its
     sizes, the difference from the true one relative to that.
-    ``depth_error_at_100_m`` …: the same of its sizes while the intruder is 85 to 115 m away from the camera over the
+    ``depth_error_at_100_m`` …: the same of its sizes while the intruder is 80 to 120 m away from the camera over the
     ground; ``depth_error_of_mean`` …: for the same intruders that of the mean size of their class.
 
     Args:

@@ -86,7 +86,7 @@ def _size_metrics() -> Iterator[Metric]:
         for kind in KINDS:
             words = f"error of a {kind}'s {name}"
             yield _rate(f"{name}_error_{kind}", words, "lower", error, "median", kind)
-            yield _rate(f"{name}_error_at_100_m_{kind}", f"{words}, 85 to 115 m away", "lower", near, "median", kind)
+            yield _rate(f"{name}_error_at_100_m_{kind}", f"{words}, 80 to 120 m away", "lower", near, "median", kind)
             less = f"the same minus that of the mean {name} of the class"
             both = *near, f"{name}_error_of_mean"
             yield _rate(f"{name}_error_to_mean_{kind}", less, "lower", both, "difference of medians", kind)

@@ -30,3 +30,11 @@ def test_edges_are_found_within_a_pixel_however_the_body_lies(shift, sign):
 def test_a_region_without_a_body_stays_as_it_is():
     box = np.array([10.0, 10.0, 16.0, 20.0])
     np.testing.assert_array_equal(refined(np.zeros((40, 40), np.float32), box), box)
+
+
+def test_a_narrow_cool_cabin_is_part_of_a_hot_car():
+    """The car's bonnet blurs into the rows above it and below."""
+    seen = body(20.0, 26.0, 46.0, 34.0, 4.0)
+    seen[18:26, 34:44] += 4.0
+    found = refined(seen, np.array([20.0, 19.0, 46.0, 35.0]))
+    np.testing.assert_allclose(found, [20.0, 18.0, 46.0, 34.0], atol=0.8)

@@ -54,6 +54,19 @@ def test_one_person_is_one_track_with_the_size_of_a_person(stood):
     assert track.size_m[2] == pytest.approx(1.7, abs=0.15)
 
 
+def test_cold_ground_where_a_car_has_parked_is_no_object():
+    """It parks for two minutes, drives off, and the ground that it has shaded stays a kelvin colder."""
+
+    def there(k):
+        car = Intruder((5.0, -9.0 + 1.5 * (min(max(k - 4, 0), 6) + max(k - 70, 0)), 0.0), (1.8, 4.3, 1.5), 3.0)
+        shaded = [Intruder((5.0, 0.0, 0.0), (1.8, 4.3, 0.1), -1.0)] if k > 72 else []
+        return ([car] if 4 <= k < 78 else []) + shaded
+
+    answers = watch(7, 110, there)
+    assert any(t.kind == "car" and t.confidence > 0.9 for t in answers[60])
+    assert not any(t.confidence > 0.5 for tracks in answers[85:] for t in tracks)
+
+
 def test_tide_sun_and_waves_raise_no_alarm():
     answers = watch(2, 150, lambda k: [])
     assert sum(t.confidence > 0.5 for tracks in answers for t in tracks) == 0
