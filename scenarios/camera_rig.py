@@ -29,6 +29,10 @@ class Rig(Protocol):
         """Return the current instant in a picture ``scale`` times as wide and high."""
         ...
 
+    def normals(self, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return the unit normals (H, W, 3) of the visible surfaces, world frame; 0 where there is none."""
+        ...
+
 
 class SingleCamera:
     """A ``Rig`` of one camera."""
@@ -65,6 +69,10 @@ class SingleCamera:
         seen = capture(self._renderer, shader, self._sensor, self.camera, T_world_camera, frame, **exposing)
         self._frame, self._settings = frame, seen.picture.settings
         return seen
+
+    def normals(self, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """See ``Rig``."""
+        return self._renderer.gbuffer(self.camera, T_world_camera).normal_world
 
     def larger_view(self, shader: Shader, T_world_camera: NDArray[np.float64], scale: float) -> NDArray[np.uint8]:
         """See ``Rig``.

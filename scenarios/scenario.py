@@ -76,6 +76,10 @@ class Episode(Protocol):
         """
         ...
 
+    def normals(self) -> NDArray[np.float32]:
+        """Return the unit normals (H, W, 3) of the surfaces seen in the current frame, world frame; 0 where none is."""
+        ...
+
     def close(self) -> None:
         """Free the world."""
         ...
@@ -186,6 +190,11 @@ class Scenario(Protocol):
     @property
     def target(self) -> str:
         """Name of the object that a single-target tracker is started on, see ``Truth.names``."""
+        ...
+
+    @property
+    def truth(self) -> type[Truth]:
+        """The kind of truth of its frames."""
         ...
 
     @property

@@ -84,6 +84,10 @@ class Stage(ABC):
         """Return the current instant in a picture ``scale`` times as wide and high; see ``Episode.larger_view``."""
         return self._rig.larger_view(self._shader, self._T_world_camera, scale)
 
+    def normals(self) -> NDArray[np.float32]:
+        """Return the normals (H, W, 3) of what the camera sees now; see ``Episode.normals``."""
+        return self._rig.normals(self._T_world_camera)
+
     def close(self) -> None:
         """Free the world."""
         self.world.close()

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from scenarios.fish_tank.episode import TARGET, FishTankEpisode
 from scenarios.fish_tank.head import HEAD
 from scenarios.fish_tank.presets import PRESETS, FishTank
+from scenarios.fish_tank.truth import FishTruth
 from scenarios.scenario import RendererName, preset_of
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
@@ -21,6 +22,7 @@ class FishTankScenario:
     summary: str = "a shoal in a tank, seen from above through rippled water"
     start: str = "pictures of the tank without fish; for trackers of one target, the box of one fish"
     target: str = TARGET
+    truth: type[FishTruth] = FishTruth
     carrier: Carrier = HEAD
     pictureless: None = None
     presets: dict[str, FishTank] = field(default_factory=lambda: dict(PRESETS))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from scenarios.harbour.episode import TARGET, HarbourEpisode
 from scenarios.harbour.head import HEAD
 from scenarios.harbour.presets import PRESETS, Harbour
+from scenarios.harbour.truth import HarbourTruth
 from scenarios.scenario import RendererName, preset_of
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
@@ -21,6 +22,7 @@ class HarbourScenario:
     summary: str = "a harbour through a thermal camera; people, cars and boats come and go"
     start: str = "pictures of three earlier days without intruders, and the surveyed pose of the camera"
     target: str = TARGET
+    truth: type[HarbourTruth] = HarbourTruth
     carrier: Carrier = HEAD
     pictureless: None = None
     presets: dict[str, Harbour] = field(default_factory=lambda: dict(PRESETS))

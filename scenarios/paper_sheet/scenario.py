@@ -12,6 +12,7 @@ from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
 from scenarios.paper_sheet.episode import SheetEpisode
 from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.stereo_follow.robot import ROBOT
+from scenarios.stereo_follow.truth import StereoTruth
 from scenarios.truth import TruthExtent
 from sim.checks import check
 from sim.rng import episode_seed
@@ -33,6 +34,7 @@ class PaperSheetScenario:
     summary: str = "a green sheet of paper before a stereo camera, under light that changes"
     start: str = "the first pair and the sheet's box in the left picture; the camera's settings; odometry"
     target: str = "target"
+    truth: type[StereoTruth] = StereoTruth
     carrier: Carrier = ROBOT
     pictureless: Pictureless | None = None
     presets: dict[str, Preset] = field(

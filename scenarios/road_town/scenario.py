@@ -9,6 +9,7 @@ from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
+from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
@@ -23,6 +24,7 @@ class RoadTownScenario:
     summary: str = "a car in a town, seen from a helicopter that often loses it from view"
     start: str = "the first picture and the car's box in it; measured ego pose where the preset has instruments"
     target: str = "target"
+    truth: type[RoadTruth] = RoadTruth
     carrier: Carrier = HELICOPTER
     pictureless: Pictureless | None = field(default_factory=RoadPictureless)
     presets: dict[str, RoadTown] = field(default_factory=lambda: dict(PRESETS))

@@ -10,6 +10,7 @@ from scenarios.stereo_follow.pictureless.bank import StereoPictureless
 from scenarios.stereo_follow.plan import make_plan
 from scenarios.stereo_follow.presets import PRESETS, StereoFollow
 from scenarios.stereo_follow.robot import ROBOT
+from scenarios.stereo_follow.truth import PeopleTruth
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
 from trackers.types import Carrier
@@ -23,6 +24,7 @@ class StereoFollowScenario:
     summary: str = "a person among others, followed by a robot with a stereo camera from corridor to yard"
     start: str = "the first pair and the person's box in the left picture; the camera's settings; odometry"
     target: str = "target"
+    truth: type[PeopleTruth] = PeopleTruth
     carrier: Carrier = ROBOT
     pictureless: Pictureless | None = field(default_factory=StereoPictureless)
     presets: dict[str, StereoFollow] = field(default_factory=lambda: dict(PRESETS))

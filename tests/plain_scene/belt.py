@@ -174,6 +174,7 @@ class Conveyor:
     summary: str = "three boxes on a conveyor belt, under a camera at rest"
     start: str = "the first picture and the red box's box in it"
     target: str = "target"
+    truth: type[BeltTruth] = BeltTruth
     carrier: Carrier = AT_REST
     pictureless: None = None
     presets: dict[str, Belt] = field(

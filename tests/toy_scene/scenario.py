@@ -232,6 +232,7 @@ class ToyYard:
     summary: str = "warm crates on a yard, under a thermal camera at rest"
     start: str = "a picture of the empty yard, and the box of one crate"
     target: str = "target"
+    truth: type[Truth] = Truth
     carrier: Carrier = HEAD
     pictureless: None = None
     presets: dict[str, Yard] = field(
