@@ -2,7 +2,7 @@
 #
 # uv installs where it is on PATH, otherwise venv and pip do. Stamp files in .venv make a second call quick.
 
-.PHONY: demo test check format lint types layers clean
+.PHONY: demo test check check-all format lint types layers clean
 
 # The first interpreter of version 3.11, or nothing. A name on PATH may be a shim that fails, so it is asked.
 PYTHON := $(shell for name in python3.11 python3; do \
@@ -23,6 +23,9 @@ test: .venv/installed-dev
 	.venv/bin/pytest -n 2 --dist loadfile
 
 check: format lint types layers test
+
+check-all: format lint types layers .venv/installed-dev
+	.venv/bin/pytest -n 2 --dist loadfile -m "heavy or not heavy"
 
 format: .venv/installed-dev
 	.venv/bin/ruff format --check .
@@ -53,6 +56,6 @@ clean:
 	@touch $@
 
 .venv/installed-dev: .venv/installed
-	@echo "installing what tests, tuning, training and play need"
-	@$(INSTALL) --no-build-isolation -e '.[dev,tune,train,play]'
+	@echo "installing what tests, tuning, training, play and data sets need"
+	@$(INSTALL) --no-build-isolation -e '.[dev,tune,train,play,data,s3,dask,ray,rerun]'
 	@touch $@

@@ -17,10 +17,14 @@ _COMMANDS = {
     "list": ("benchmarks.commands.list_all", "List"),
     "bench": ("benchmarks.commands.bench", "Bench"),
     "compare": ("benchmarks.commands.compare", "Compare"),
+    "export": ("benchmarks.commands.export", "Export"),
     "paper": ("benchmarks.commands.paper", "Paper"),
+    "generate": ("benchmarks.commands.generate", "Generate"),
+    "verify": ("benchmarks.commands.verify", "Verify"),
     "play": ("benchmarks.commands.play", "Play"),
     "render": ("benchmarks.commands.render", "Render"),
     "report": ("benchmarks.commands.report", "Report"),
+    "show": ("benchmarks.commands.show", "Show"),
     "speed": ("benchmarks.commands.speed", "Speed"),
     "train": ("benchmarks.commands.train", "Train"),
     "tune": ("benchmarks.commands.tune", "Tune"),
@@ -34,10 +38,14 @@ _SUMMARIES = {
     "list": "scenarios with their presets, trackers, controllers, suites, envs; definitions of metrics",
     "bench": "run a suite, rank the trackers, write rows, summary and report",
     "compare": "paired differences of two trackers, by kind of event",
+    "export": "write a data set in the file layout of another benchmark",
     "paper": "repeat a paper's experiment and compare with its table",
+    "generate": "make a data set: pictures with all their truth",
+    "verify": "check a data set: is it whole",
     "play": "steer a camera by hand, scored like a controller",
     "render": "write an episode as an MP4",
     "report": "make the report of a result folder again from its rows",
+    "show": "make a page about a data set",
     "speed": "time rendering against PyBullet's TinyRenderer, and steps of the envs",
     "train": "train a policy that steers by a tracker's estimate",
     "tune": "search parameters of trackers and controllers on development seeds",
@@ -52,7 +60,7 @@ _USAGE_ERROR = 2
 _STOPPED = 130
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """A full disk, a full quota, a file at the size limit."""
-_ABOUT_AN_ARGUMENT = re.compile(r"[\w. -]+: expected .*", re.DOTALL)
+_ABOUT_AN_ARGUMENT = re.compile(r"[\w./:@ -]+: expected .*", re.DOTALL)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -90,6 +90,10 @@ class FakeEpisode:
         """Return a blank picture."""
         return np.zeros((int(scale * CAMERA.height_px), int(scale * CAMERA.width_px), 3), dtype=np.uint8)
 
+    def normals(self) -> NDArray[np.float32]:
+        """Return those of flat ground."""
+        return np.tile(np.array([0, 0, 1], np.float32), (CAMERA.height_px, CAMERA.width_px, 1))
+
     def close(self) -> None:
         """There is nothing to free."""
 
@@ -134,7 +138,7 @@ class FakeEpisode:
             frames_since_exit=frames_since_exit,
             on_road=True,
             turning=False,
-            instance_map=np.zeros((CAMERA.height_px, CAMERA.width_px), dtype=np.int32),
+            instance_map=_drawn(boxes),
             depth_m=np.full((CAMERA.height_px, CAMERA.width_px), HEIGHT_M, dtype=np.float32),
             flow_px=np.zeros((CAMERA.height_px, CAMERA.width_px, 2), dtype=np.float32),
             background_motion=np.eye(3),
@@ -142,6 +146,14 @@ class FakeEpisode:
             exposure_s=0.01,
             gain=1.0,
         )
+
+
+def _drawn(box_xyxy: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Return the instance map of boxes (N, 4); -1 is the ground."""
+    drawn = np.full((CAMERA.height_px, CAMERA.width_px), -1, np.int32)
+    for k, (x0, y0, x1, y1) in reversed(list(enumerate(np.maximum(box_xyxy, 0).round().astype(int)))):
+        drawn[y0:y1, x0:x1] = k
+    return drawn
 
 
 @dataclass(frozen=True)
@@ -153,6 +165,7 @@ class FakeScenario:
     start: str = "the car's box"
     target: str = "target"
     pictureless: None = None
+    truth: type[RoadTruth] = RoadTruth
     carrier: Carrier = HELICOPTER
     presets: dict[str, FakeTown] = field(
         default_factory=lambda: {

@@ -133,10 +133,20 @@ def test_python_in_the_readme_runs(tmp_path: Path) -> None:
             pytest.importorskip("stable_baselines3")
         (tmp_path / "look.py").write_text(text)
         told.append(succeeds("python look.py", tmp_path))
-    with_sb3, without_pictures, loop = told
+    with_sb3, loop = told
     assert re.fullmatch(r"(True|False) [01]\.\d\n", with_sb3)
-    assert 0.0 <= float(without_pictures) <= 1.0
     assert loop.startswith("(240, 320, 3) in")
+
+
+def test_python_about_envs_and_data_sets_in_contributing_runs(tmp_path: Path) -> None:
+    texts = {block.heading: block.text for block in blocks_of("CONTRIBUTING.md") if block.language == "python"}
+    succeeds("frameout generate road-town --preset quick --seeds 0:1 --out results/set", tmp_path)
+    told = []
+    for heading in ("Where the envs come from", "How a data set is stored"):
+        (tmp_path / "look.py").write_text(texts[heading])
+        told.append(succeeds("python look.py", tmp_path))
+    assert 0.0 <= float(told[0]) <= 1.0
+    assert told[1].startswith("(240, 320, 3) target in")
 
 
 def test_envs_side_by_side_are_made_as_the_readme_says(tmp_path: Path) -> None:

@@ -6,13 +6,15 @@ import json
 import sys
 from collections import Counter
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from benchmarks.commands.arguments import FILES, FOLDER, NAMES, PUBLISH, SEEDS, WORKERS, cores, names, seed_range
 from benchmarks.commands.leaderboard import print_leaderboard
+from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.selection import parties
 from benchmarks.report.page import write_report
@@ -25,8 +27,11 @@ from benchmarks.suites.registry import DEFAULT, Suite, suite
 from sim.checks import check
 from trackers import registry
 
+if TYPE_CHECKING:
+    from benchmarks.data_sets.request import Request
+
 _QUICK_SEEDS = "10000:10003"
-_OF_EPISODES = ("seeds", "renderer", "link")
+_OF_EPISODES = ("seeds", "renderer", "link", "keep_estimates", "data")
 """Arguments that mean nothing for files of real tracks."""
 
 
@@ -50,6 +55,11 @@ class Bench:
         seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
             10000:10003 by default.
         renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
+        data: folder or URL of a data set of `frameout generate` (`frameout[data]`): its stored episodes take the place
+            of rendered ones and give the same scores; it also sets scenario, preset, renderer and, unless you name
+            fewer, seeds.
+        keep_estimates: also leave all answers of all trackers as tables, in the folder `estimates` beside the rows
+            (`frameout[data]`); `frameout report --from-estimates` judges them again.
         real: files of real tracks in place of episodes, for suites that judge them: those of TRex (npz, csv),
             idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are cut out of the tracks and bridged, and
             pieces of tracks linked. Intervals are over blocks of time.
@@ -73,6 +83,8 @@ class Bench:
     link: str = "prompt"
     seeds: Annotated[str, SEEDS] = "10000:10050"
     renderer: str = "raster"
+    data: Annotated[str | None, FOLDER] = None
+    keep_estimates: bool = False
     real: Annotated[tuple[Path, ...], FILES] = ()
     quick: bool = False
     out: Annotated[Path | None, FOLDER] = None
@@ -96,8 +108,24 @@ class Bench:
     def _seeds(self) -> range:
         if self.real:
             return range(0)
+        if self.data is not None and self.seeds == type(self).seeds:
+            return range(*self._stored.seeds)
         quick_seeds = self.quick and self.seeds == type(self).seeds
         return seed_range(_QUICK_SEEDS if quick_seeds else self.seeds)
+
+    @cached_property
+    def _stored(self) -> Request:
+        """What the data set is of. Raises ValueError for options that contradict it."""
+        needs_data()
+        from benchmarks.data_sets.benchmark import benchmark_of
+
+        request = benchmark_of(str(self.data))
+        check("renderer", self.renderer == type(self).renderer, "none with --data, which sets it", self.renderer)
+        for name, mine in {"scenario": self.scenario, "preset": self.preset, "controllers": self.controllers}.items():
+            check(name, not mine, "none with --data, which sets it", ", ".join(mine))
+        within = self.seeds == type(self).seeds or set(seed_range(self.seeds)) <= set(range(*request.seeds))
+        check("seeds", within, f"some of {request.seeds[0]}:{request.seeds[1]}, which the data set has", self.seeds)
+        return request
 
     def _run_suite(self, name: str) -> int:
         load_modules(self.modules)
@@ -119,6 +147,8 @@ class Bench:
         return 1 if outcome.failures else 0
 
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
+        if self.keep_estimates:
+            needs_data()
         experiments = self._experiments(wanted)
         out = self.out or Path("results") / ("quick" if self.quick else wanted.name)
         outcome = Outcome()
@@ -148,7 +178,10 @@ class Bench:
         linked = self.link == "prompt" or wanted.judges_controllers
         check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(self.link))
         presets = names(self.preset) or ((wanted.quick_preset,) if self.quick else ())
-        asked = (names(self.scenario), presets, names(self.trackers), names(self.controllers))
+        scenarios, renderer = names(self.scenario), self.renderer
+        if self.data is not None:
+            scenarios, presets, renderer = (self._stored.scenario,), (self._stored.preset,), self._stored.renderer
+        asked = (scenarios, presets, names(self.trackers), names(self.controllers))
         chosen = parties(wanted, *asked, variants=not self.quick)
         experiments = [
             Experiment(
@@ -157,7 +190,7 @@ class Bench:
                 presets=party.presets,
                 trackers=party.trackers,
                 seeds=self._seeds,
-                renderer=check_renderer(self.renderer),
+                renderer=check_renderer(renderer),
                 controllers=party.controllers or None,
                 link=self.link,
                 workers=cores(self.workers),
@@ -165,6 +198,8 @@ class Bench:
                 limit_s=self.limit_s,
                 modules=self.modules,
                 backend=self.backend,
+                data=self.data,
+                keep_estimates=self.keep_estimates,
             )
             for party in chosen
         ]

@@ -2,31 +2,45 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import NAMES
+from benchmarks.commands.arguments import FOLDER, NAMES, WORKERS, cores
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.leaderboard import print_leaderboard
+from benchmarks.commands.packages import needs_data
+from benchmarks.commands.progress import progress_bar
 from benchmarks.report.page import write_report
 from benchmarks.run.contestants import load_modules
 from benchmarks.scores.summary import write_summary
+from sim.checks import check
 
 
 @dataclass(frozen=True)
 class Report:
     """Make summary.json, comparisons.json and report.html of a result folder again, from its records.jsonl.
 
+    With --from-estimates the rows in records.jsonl are made again first, without running a tracker: those of the run,
+    but for what the present judge does in another way.
+
     Attributes:
         directory: folder written by `frameout bench`.
+        from_estimates: judge what `frameout bench --keep-estimates` kept (`frameout[data]`); the episodes are
+            simulated again.
+        data: with --from-estimates, folder or URL of a data set with the episodes, which are then not simulated.
+        workers: with --from-estimates, number of worker processes; 0 = this process.
         markdown: also print the leaderboard as a Markdown table.
         modules: your own Python modules, imported first; they register the suite of the rows, its scenario and so on.
     """
 
     directory: Annotated[Path, tyro.conf.Positional]
+    from_estimates: bool = False
+    data: Annotated[str | None, FOLDER] = None
+    workers: Annotated[int | None, WORKERS] = None
     markdown: bool = False
     modules: Annotated[tuple[str, ...], NAMES] = ()
     resumes = False
@@ -34,9 +48,22 @@ class Report:
     def run(self) -> int:
         """Write them; return the exit status."""
         load_modules(self.modules)
+        check("data", self.data is None or self.from_estimates, "none without --from-estimates", repr(self.data))
+        if self.from_estimates:
+            self._rejudge()
         summary = write_summary(self.directory)
         report_ignored_rows(self.directory)
         if self.markdown:
             print_leaderboard(summary, markdown=True)
         print(write_report(self.directory))
         return 0
+
+    def _rejudge(self) -> None:
+        needs_data()
+        from benchmarks.estimates.rejudging import rejudge
+
+        with progress_bar("estimates, judged again") as progress:
+            done = rejudge(self.directory, self.data, cores(self.workers), self.modules, progress)
+        print(f"note: the rows of {done.same} episodes came out as they were, of {done.new} anew", file=sys.stderr)
+        if done.moved is not None:
+            print(f"note: {done.moved}", file=sys.stderr)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 from rich import box
@@ -13,6 +13,7 @@ from rich.table import Table
 
 from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
 from benchmarks.commands.console import console_of
+from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.learning.settings import EPISODES
 from benchmarks.run.experiment import make_folder
@@ -46,6 +47,8 @@ class Speed:
         preset: one of the scenarios'; it sets the size of the picture and the scene.
         seeds: towns A to B - 1.
         frames: number of timed frames in each town.
+        stored: instead make and write data sets with all channels, and print their CPU time a frame against a bare call
+            with shadows, and time and size of each channel (pip install 'frameout[data]').
         soak: instead make this number of steps in four envs side by side, and print the memory in use.
         out: folder for summary.json.
         json: print JSON instead of a table.
@@ -55,6 +58,7 @@ class Speed:
     preset: str = "standard"
     seeds: Annotated[str, SEEDS] = "0:4"
     frames: int = 60
+    stored: bool = False
     soak: Annotated[int | None, COUNT] = None
     out: Path = Path("results/speed")
     json: bool = False
@@ -74,6 +78,9 @@ class Speed:
         for scenario in chosen:
             if self.preset not in scenario.presets:
                 raise ValueError(f"preset: expected one of {', '.join(scenario.presets)}; got {self.preset!r}")
+            if self.stored:
+                entries += self._stored(scenario.id, seeds)
+                continue
             with progress_bar(f"speed of {scenario.id}") as progress:
                 entries += measure_scenario(scenario.id, self.preset, seeds, self.frames, progress)
             if scenario.id == SCENARIO:
@@ -86,7 +93,7 @@ class Speed:
         if self.json:
             print(json.dumps(entries, indent=1))
             return 0
-        table = Table(title=f"speed over {len(seeds)} towns, 95 % intervals over them", box=box.SIMPLE_HEAD)
+        table = Table(title=f"speed over {len(seeds)} seeds, 95 % intervals over them", box=box.SIMPLE_HEAD)
         for column in ("scenario", "preset", "metric", "unit"):
             table.add_column(column)
         for column in ("mean", "95 % interval"):
@@ -97,6 +104,14 @@ class Speed:
             table.add_row(*row, f"{entry['mean']:.2f}", interval)
         console_of().print(table)
         return 0
+
+    def _stored(self, scenario: str, seeds: range) -> list[dict[str, Any]]:
+        """Measure data sets of a scenario."""
+        needs_data()
+        # After the check, since it imports these packages.
+        from benchmarks.speed.storing import measure_storing
+
+        return measure_storing(scenario, self.preset, seeds, self.frames)
 
     def _soak(self, steps: int) -> int:
         """Soak and print samples; return 1 if memory grew by more than is allowed."""

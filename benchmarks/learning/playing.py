@@ -16,8 +16,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.run.blocks import as_row
 from benchmarks.run.contestants import entrant
-from benchmarks.run.jobs import Job, as_row, heading_of, take_in
+from benchmarks.run.jobs import Job, heading_of, take_in
 from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
 from benchmarks.suites.judging import Ending, Judge, Score, ScoreSheet

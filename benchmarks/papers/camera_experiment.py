@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.papers.experiment import PaperExperiment
-from benchmarks.run.experiment import Progress, current_blocks, make_folder
-from benchmarks.run.jobs import as_row
+from benchmarks.run.blocks import as_row
+from benchmarks.run.current_blocks import current_blocks
+from benchmarks.run.experiment import Progress, make_folder
 from benchmarks.run.records import BlockKey, Row, append_block, tidy
 from benchmarks.run.versions import versions_of_modules
 from benchmarks.suites.judging import Score, truth_as

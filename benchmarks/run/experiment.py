@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any, get_args
 
 from benchmarks.run.contestants import entrant, entrants, load_modules
+from benchmarks.run.current_blocks import ESTIMATES, current_blocks, with_estimates
 from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
-from benchmarks.run.records import FILE_NAME, HUMAN, BlockKey, append_block, read_blocks, tidy
+from benchmarks.run.records import BlockKey, append_block, tidy
 from benchmarks.run.steering import link_in
 from benchmarks.run.versions import versions_of
 from benchmarks.scores.summary import write_summary
@@ -49,6 +50,8 @@ class Experiment:
         settings: tracker → parameter values in place of the tuned ones.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
+        data: folder or URL of a data set with the episodes; None = they are rendered.
+        keep_estimates: whether all answers are kept beside the rows, see ``benchmarks.estimates``.
     """
 
     suite: str
@@ -65,6 +68,8 @@ class Experiment:
     settings: dict[str, dict[str, Any]] = field(default_factory=dict)
     modules: tuple[str, ...] = ()
     backend: str = "loky"
+    data: str | None = None
+    keep_estimates: bool = False
 
 
 @dataclass
@@ -101,7 +106,8 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     """Run the missing episodes, write rows as they arrive, then the summary.
 
     The same call after a stop continues. Rows made by other code or parameters are moved to another file and made
-    again. Except for times, rows do not depend on the number of workers.
+    again, and so are rows without the estimates that are asked for. Except for times, rows do not depend on the number
+    of workers.
 
     Raises:
         ValueError: for unknown names, or a folder that holds rows of other seeds or cannot be written.
@@ -110,8 +116,11 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     check_names(experiment)
     make_folder(out)
     versions = _versions(experiment)
-    have, moved = current_blocks(out, experiment.seeds, partial(_made_now, experiment, versions))
-    jobs = (_remaining(job, have) for job in _jobs(experiment, versions, out / _NOTES))
+    made_now = partial(_made_now, experiment, versions)
+    have, moved = current_blocks(out, experiment.seeds, made_now)
+    if experiment.keep_estimates:
+        have = with_estimates(out, have, made_now)
+    jobs = (_remaining(job, have) for job in _jobs(experiment, versions, out))
     outcome = Outcome(resumed=len(have), moved=moved)
     total = len(experiment.seeds) * sum(map(len, versions.values()))
     report = progress or (lambda done, of: None)
@@ -160,7 +169,7 @@ def _versions(experiment: Experiment) -> _Versions:
     return versions
 
 
-def _jobs(experiment: Experiment, versions: _Versions, notes: Path) -> Iterator[Job]:
+def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Job]:
     """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop."""
     for (preset, controller), made in versions.items():
         groups = [experiment.trackers] if controller is None else [(name,) for name in experiment.trackers]
@@ -179,8 +188,10 @@ def _jobs(experiment: Experiment, versions: _Versions, notes: Path) -> Iterator[
                     repeats=experiment.repeats,
                     limit_s=experiment.limit_s,
                     settings={name: (name, values) for name, values in experiment.settings.items()},
-                    notes=notes,
+                    notes=out / _NOTES,
                     versions=made,
+                    data=experiment.data,
+                    estimates=out / ESTIMATES if experiment.keep_estimates else None,
                 )
 
 
@@ -267,30 +278,6 @@ def _made_now(experiment: Experiment, versions: _Versions, key: BlockKey) -> dic
     if (key.suite, key.scenario, key.renderer, key.link) != (experiment.suite, scenario, experiment.renderer, link):
         return None
     return versions.get((key.preset, key.controller or None), {}).get(key.tracker)
-
-
-def current_blocks(
-    out: Path, seeds: range, made_now: Callable[[BlockKey], dict[str, str] | None]
-) -> tuple[set[BlockKey], list[str]]:
-    """Return the up-to-date blocks of an experiment in a folder, and messages about outdated ones, which are moved to
-    another file.
-
-    Args:
-        made_now: returns the current ``versions`` of a block of the experiment, None for other blocks.
-
-    Raises:
-        ValueError: for a folder that holds rows of other seeds.
-    """
-    if not (out / FILE_NAME).is_file():
-        return set(), []
-    blocks = read_blocks(out)
-    # A person may have played other episodes.
-    strangers = [key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds]
-    wanted = f"a folder with no seeds but {seeds.start}:{seeds.stop}"
-    check("out", not strangers, wanted, f"{str(out)!r}, which holds seed {min(strangers, default=None)}")
-    mine = {key: made for key in blocks if (made := made_now(key)) is not None}
-    outdated = {key for key, made in mine.items() if blocks[key][0].get("versions") != made}
-    return mine.keys() - outdated, list(filter(None, [tidy(out, outdated)]))
 
 
 def _remaining(job: Job, have: set[BlockKey]) -> Job:

@@ -25,6 +25,7 @@ _UNTIMED_FRAMES = 5
 """The first updates load compiled code from disk and are left out of the timing."""
 
 FAILED_AT = "failed_at_frame"
+MS_PER_FRAME = "ms_per_frame"
 
 SILENT = Estimate(position_px=np.full(2, np.nan))
 """Answer of a failed contestant of one target."""
@@ -88,6 +89,7 @@ class GuardedContestant(Guard):
 
     Attributes:
         silent_frames: number of frames without an answer about its one target.
+        cpu_s: CPU time of each update that gave an answer, from frame 1 on. revision_cpu_s: of the revision at the end.
         decides_at: see ``Ending``.
     """
 
@@ -106,8 +108,8 @@ class GuardedContestant(Guard):
         self._silence: Answer = SILENT
         self._check: Callable[[Any], None] = check_estimate
         self._contestant, self._note, self._ends_process_at = contestant, note, ends_process_at
-        self._cpu_s: list[float] = []
-        self._frames, self._revision_cpu_s = 0, 0.0
+        self.cpu_s: list[float] = []
+        self._frames, self.revision_cpu_s = 0, 0.0
         self.silent_frames = 0
         self.decides_at = 0.0
 
@@ -127,7 +129,7 @@ class GuardedContestant(Guard):
         if self._runs_on(k):
             with self.guarded(k) as watch:
                 answer = self._contestant.update(frame)
-                self._cpu_s.append(watch.cpu_s)
+                self.cpu_s.append(watch.cpu_s)
                 self._check(answer)
         answer = answer if self.reason is None else self._silence
         if isinstance(answer, Estimate):
@@ -135,15 +137,11 @@ class GuardedContestant(Guard):
         return answer
 
     def scores(self) -> Iterator[Score]:
-        """Yield the CPU time of the thread per frame and the frame of failure.
+        """Yield the CPU time of the thread per frame, see ``times``, and the frame of failure.
 
         The time is the mean per update, without the first five, and a frame's share of a revision at the end.
         """
-        timed = self._cpu_s[_UNTIMED_FRAMES:]
-        if timed:
-            ms_per_frame = 1e3 * (float(np.mean(timed)) + self._revision_cpu_s / self._frames)
-            yield Score("ms_per_frame", ms_per_frame)
-            yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
+        yield from times(self.cpu_s, self.revision_cpu_s, self._frames)
         if self.failed_at_frame is not None:
             yield Score(FAILED_AT, float(self.failed_at_frame))
 
@@ -157,6 +155,18 @@ class GuardedContestant(Guard):
             self.fail(frame, "ended its process (killed, crashed or stuck in compiled code)")
         self._note(frame)
         return self.reason is None
+
+
+def times(cpu_s: Sequence[float], revision_cpu_s: float, frame_count: int) -> Iterator[Score]:
+    """Yield the CPU time of the thread per frame, unless there were too few updates.
+
+    It is the mean per update, without the first five, and a frame's share of a revision at the end.
+    """
+    timed = cpu_s[_UNTIMED_FRAMES:]
+    if timed:
+        ms_per_frame = 1e3 * (float(np.mean(timed)) + revision_cpu_s / frame_count)
+        yield Score(MS_PER_FRAME, ms_per_frame)
+        yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
 
 
 class GuardedMany(GuardedContestant):
@@ -204,7 +214,7 @@ class GuardedMany(GuardedContestant):
         if self.reason is None:
             with self.guarded(self._frames, "revision") as watch:
                 revised = self._contestant.revised()
-                self._revision_cpu_s = watch.cpu_s
+                self.revision_cpu_s = watch.cpu_s
                 if revised is not None:
                     _check_revised(revised, self._frames)
         return revised if self.reason is None else None

@@ -10,17 +10,18 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numba
 
+from benchmarks.run.blocks import as_block
 from benchmarks.run.contestants import Entrant, entrant, load_modules
 from benchmarks.run.guards import Failure, Guard, GuardedContestant, GuardedController, guarded
 from benchmarks.run.notes import Note, note_at
-from benchmarks.run.records import LAST_METRIC, Row, rounded
+from benchmarks.run.records import Row
 from benchmarks.run.steering import controller_for
-from benchmarks.suites.judging import Judge, Score, ScoreSheet
+from benchmarks.suites.judging import Judge, ScoreSheet
 from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.command_link import episode_link, link_named
@@ -29,6 +30,9 @@ from scenarios.scenario import Episode, Frame, RendererName
 from scenarios.truth import Truth, TruthExtent, check_truth
 from sim.checks import check
 from trackers.controllers import catalogue
+
+if TYPE_CHECKING:
+    from benchmarks.estimates.keeping import KeepingJudge
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class Job:
         notes: folder for the worker's note, which explains a crash; None = no note.
         versions: tracker → ``versions`` of its rows, from the start of the experiment.
         settings: label in ``trackers`` → the tracker's name and its parameter values.
+        data: folder or URL of a data set whose stored episode is used; None = it is rendered.
+        estimates: folder where all answers are kept, see ``benchmarks.estimates``; None = they are not.
         deadly: tracker that ended its process in this episode → frame.
     """
 
@@ -65,6 +71,8 @@ class Job:
     notes: Path | None = None
     versions: dict[str, dict[str, str]] = field(default_factory=dict)
     settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
+    data: str | None = None
+    estimates: Path | None = None
     deadly: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -158,9 +166,7 @@ def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> It
     if job.controller is not None:
         steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
         controller = GuardedController(steers, job.limit_s)
-    episode = scenario.episode(
-        job.preset, job.seed, renderer=job.renderer, closed_loop=controller is not None, truth=truth
-    )
+    episode = episode_of(job, truth)
     try:
         if controller is not None and job.link is not None:
             link = episode_link(scenario.carrier, episode.rate_hz, link_named(job.link), job.seed)
@@ -168,6 +174,18 @@ def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> It
         yield OpenJob(job, Loop(episode, [each.guard for each in watchers], link), watchers, controller)
     finally:
         episode.close()
+
+
+def episode_of(job: Job, truth: TruthExtent) -> Episode:
+    """Return a job's episode before its first frame, rendered or stored."""
+    if job.data is not None:
+        # An extra, which rendered episodes do without.
+        from benchmarks.data_sets.data_set import stored_episode
+
+        return stored_episode(job.data, job.seed)
+    steered = job.controller is not None
+    scenario = catalog.scenario(job.scenario)
+    return scenario.episode(job.preset, job.seed, renderer=job.renderer, closed_loop=steered, truth=truth)
 
 
 def job_of(row: Row, seed: int) -> Job:
@@ -186,13 +204,18 @@ def run_job(job: Job) -> JobResult:
     started = time.perf_counter()
     with note_at(job.note_file) as note, opened(job, judging.truth, note) as live:
         judge = judging.judge(live.loop.episode, catalog.scenario(job.scenario))
+        keeping = None if job.estimates is None else _keeping(judge)
+        judge = keeping or judge
         sheets = [judge.sheet() for _ in live.watchers]
         for frame in live.frames():
             if frame.truth.frame == 0:
                 check_truth(frame.truth)
             take_in(live.loop, judge, sheets)
     seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
-    return _result(live, sheets, seconds)
+    result = _result(live, sheets, seconds)
+    if keeping is not None and job.estimates is not None:
+        keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
+    return result
 
 
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
@@ -200,6 +223,13 @@ def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
     judge.see(loop.frame, loop.obeyed)
     for sheet, answer in zip(sheets, loop.answers, strict=True):
         sheet.keep(loop.frame, answer)
+
+
+def _keeping(judge: Judge) -> KeepingJudge:
+    # An extra, which runs that keep no estimates do without.
+    from benchmarks.estimates.keeping import KeepingJudge
+
+    return KeepingJudge(judge)
 
 
 def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
@@ -231,10 +261,8 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
             for each, sheet in mine
             for score in (*sheet.scores(each.guard.ending()), *each.guard.scores())
         ]
-        if controller_failed_at is not None:
-            scores.append((0, Score("controller_failed_at_frame", float(controller_failed_at))))
-        scores.append((0, Score(LAST_METRIC, float(live.loop.episode.frame_count))))
-        blocks.append([{**heading, **as_row(repeat, score, event_key), **ending} for repeat, score in scores])
+        frame_count = live.loop.episode.frame_count
+        blocks.append(as_block(heading, scores, controller_failed_at, frame_count, event_key, ending))
     for each in live.watchers:
         if each.guard.reason is None:
             silent[each.label] += each.guard.silent_frames
@@ -260,14 +288,3 @@ def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str |
         heading["role"] = "blind" if tracker_role == "blind" else steering
         heading |= {"tracker_role": tracker_role, "link": job.link}
     return heading
-
-
-def as_row(repeat: int, score: Score, event_key: str) -> Row:
-    """Return the columns of a score."""
-    return {
-        "repeat": repeat,
-        "metric": score.metric,
-        "value": rounded(score.value),
-        "weight": score.weight,
-        event_key: None if score.event is None else score.event.attributes(),
-    }

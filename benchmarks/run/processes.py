@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 import joblib
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from benchmarks.run.jobs import Job, JobResult, run_job
 from benchmarks.run.notes import read_note
+
+_Given = TypeVar("_Given")
+_Made = TypeVar("_Made")
 
 
 def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
@@ -27,7 +31,7 @@ def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResu
     ended = False
     while not ended:
         try:
-            for result in _in_processes(_taken(coming, waiting), workers, backend):
+            for result in in_processes(run_job, _taken(coming, waiting), workers, backend):
                 del waiting[result.job.name]
                 yield result
             ended = True
@@ -55,7 +59,7 @@ def _alone(job: Job, backend: str) -> JobResult:
     """Run one job in its own process until it completes, each time without the tracker that ended it."""
     while True:
         try:
-            return next(_in_processes([job], 1, backend))
+            return next(in_processes(run_job, [job], 1, backend))
         except BrokenProcessPool:
             note = read_note(job.note_file)
             if note is None or note[0] in job.deadly:
@@ -65,7 +69,17 @@ def _alone(job: Job, backend: str) -> JobResult:
             job = replace(job, deadly={**job.deadly, note[0]: note[1]})
 
 
-def _in_processes(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
+def in_processes(
+    function: Callable[[_Given], _Made], given: Iterable[_Given], workers: int, backend: str = "loky"
+) -> Iterator[_Made]:
+    """Yield what a function makes of each of ``given``, as it comes.
+
+    Args:
+        given: consumed one by one. workers: processes, >= 1. backend: joblib's.
+
+    Raises:
+        BrokenProcessPool: if a process ended.
+    """
     # joblib runs n_jobs = 1 in this process: two processes with one job in flight act as one worker.
     parallel = joblib.Parallel(
         n_jobs=max(workers, 2),
@@ -74,4 +88,4 @@ def _in_processes(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[J
         return_as="generator_unordered",
         backend=backend,
     )
-    yield from parallel(joblib.delayed(run_job)(job) for job in jobs)
+    yield from parallel(joblib.delayed(function)(each) for each in given)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from benchmarks.run.blocks import as_row
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import Outcome, Progress, make_folder
 from benchmarks.run.guards import Failure, Guard, GuardedGapMethod
-from benchmarks.run.jobs import as_row
 from benchmarks.run.records import LAST_METRIC, REAL, Row, append_block, tidy
 from benchmarks.run.versions import versions_on_files
 from benchmarks.scores.summary import write_summary

@@ -120,7 +120,7 @@ about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
 
 Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see
-``benchmarks.scores.summary``) and the report's files.
+``benchmarks.scores.summary``), the report's files and, if asked for, ``estimates`` (see ``benchmarks.estimates``).
 """
 
 from __future__ import annotations

@@ -40,15 +40,27 @@ def versions_of(
     suite: str, scenario: str, preset: str, entrant: Entrant, controller: ControllerEntry | None = None
 ) -> dict[str, str]:
     """Return ``versions`` of rows: of packages, ``scene``, ``judge``, ``loop``, ``tracker`` and ``controller``."""
-    scene, judge, loop = modules_of(suite, scenario)
+    loop = modules_of(suite, scenario)[-1]
     made = {
-        **_package_versions(),
-        "scene": _hash_with(scene, catalog.scenario(scenario).presets.get(preset)),
-        "judge": _hash_with(judge, suites.suite(suite).truth),
+        **package_versions(),
+        "scene": scene_version(scenario, preset),
+        "judge": judge_version(suite),
         "loop": _modules_hash(loop),
         "tracker": _hash_with(entrant.module, entrant.parameters),
     }
     return made if controller is None else made | _versions_of_controller(controller)
+
+
+def scene_version(scenario: str, preset: str) -> str:
+    """Return ``scene`` of ``versions_of``: hash of the code that makes an episode's frames, and of the preset."""
+    found = catalog.scenario(scenario)
+    return _hash_with(type(found).__module__, found.presets.get(preset))
+
+
+def judge_version(suite: str) -> str:
+    """Return ``judge`` of ``versions_of``: hash of the code that makes rows of truth and answers."""
+    judging = suites.suite(suite)
+    return _hash_with(judging.judge.__module__, judging.truth)
 
 
 def versions_on_files(suite: str, entrant: Entrant) -> dict[str, str]:
@@ -56,7 +68,7 @@ def versions_on_files(suite: str, entrant: Entrant) -> dict[str, str]:
     judge = suites.suite(suite).recordings
     assert judge is not None
     tracker = _hash_with(entrant.module, entrant.parameters)
-    return {**_package_versions(), "judge": _modules_hash(judge.__module__), "tracker": tracker}
+    return {**package_versions(), "judge": _modules_hash(judge.__module__), "tracker": tracker}
 
 
 def modules_of(suite: str, scenario: str) -> tuple[str, str, str]:
@@ -66,7 +78,7 @@ def modules_of(suite: str, scenario: str) -> tuple[str, str, str]:
 
 def versions_of_modules(*modules: str) -> dict[str, str]:
     """Return ``versions`` of rows that modules measured without a tracker."""
-    return {**_package_versions(), "experiment": _modules_hash(*modules)}
+    return {**package_versions(), "experiment": _modules_hash(*modules)}
 
 
 def _versions_of_controller(controller: ControllerEntry) -> dict[str, str]:
@@ -87,7 +99,8 @@ def hash_of_survey(survey: Survey) -> str:
 
 
 @cache
-def _package_versions() -> dict[str, str]:
+def package_versions() -> dict[str, str]:
+    """Return the versions of the packages that frames and scores depend on."""
     return {name: importlib.metadata.version(package) for name, package in _PACKAGES.items()}
 
 

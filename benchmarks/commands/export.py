@@ -1,0 +1,58 @@
+"""``frameout export``: write a data set in the file layout of another benchmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.commands.arguments import FOLDER, NAMES, ONE_NAME
+from benchmarks.commands.packages import needs_data
+from benchmarks.run.contestants import load_modules
+
+
+@dataclass(frozen=True)
+class Export:
+    """Write a data set in a format that programs of others read (pip install 'frameout[data]').
+
+    Formats: coco, kitti-depth, kitti-flow, kitti-stereo, mot, otb, rerun (pip install 'frameout[rerun]'), tao-amodal,
+    vot, webdataset, yolo. Each says in the README.md that it writes where its axes begin, what its boxes enclose, and
+    where the format is defined. Pictures that are stored as PNG or JPEG are copied, others become PNG.
+
+    Attributes:
+        directory: folder or URL of the data set.
+        format: one of those above.
+        out: the folder to write, new or empty; it appears whole or not at all.
+        modules: your own Python modules, imported first; they register scenarios.
+    """
+
+    directory: Annotated[str, tyro.conf.Positional]
+    format: Annotated[str, ONE_NAME]
+    out: Annotated[Path, FOLDER]
+    modules: Annotated[tuple[str, ...], NAMES] = ()
+    resumes = False
+
+    def run(self) -> int:
+        """Write it; return the exit status."""
+        needs_data()
+        # After the check, since they import these packages.
+        from benchmarks.data_sets.data_set import DataSet
+        from benchmarks.export.registry import export
+
+        load_modules(self.modules)
+        try:
+            data = DataSet(self.directory)
+        except ValueError as error:
+            message = f"directory: expected a data set that can be read, got {self.directory!r} ({error})"
+            raise ValueError(message) from None
+        try:
+            export(data, self.format, self.out)
+        except ValueError as error:
+            # The reader names a damaged file by its path.
+            if not str(error).startswith(f"{data.root}/"):
+                raise
+            raise ValueError(f"directory: expected a whole data set (see frameout verify), got {error}") from None
+        print(self.out)
+        return 0

@@ -1,0 +1,116 @@
+"""``frameout generate``: make a data set."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.metadata
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from benchmarks.commands.arguments import COUNT, NAMES, ONE_NAME, SEEDS, WORKERS, cores, names, seed_range
+from benchmarks.commands.packages import needs_data
+from benchmarks.commands.progress import progress_bar
+from benchmarks.run.contestants import load_modules
+from benchmarks.run.experiment import check_renderer
+from benchmarks.run.versions import package_versions, scene_version
+from scenarios import catalog
+
+if TYPE_CHECKING:
+    from benchmarks.data_sets.generating import Forecast
+
+
+@dataclass(frozen=True)
+class Generate:
+    """Make a data set: pictures with all their truth, resumable, on all cores or on a cluster.
+
+    The same command continues after a stop; episodes are written whole or not at all. The bytes do not depend on the
+    number of workers or on where they run. Needs `pip install 'frameout[data]'`.
+
+    Attributes:
+        scenario: catalogue id, see `frameout list`; without a version the latest.
+        out: folder, or URL such as s3://bucket/folder.
+        preset: one of the scenario's, on a set path or with a camera at rest.
+        seeds: episodes A to B - 1 (default: 0:EPISODES).
+        episodes: number of episodes from seed 0 on, in place of `--seeds`.
+        channels: names of the pictures and maps to store (default: all that the scenario has).
+        pictures: coding of pictures: blosc2 (Zstandard, lossless, fastest), png (lossless) or jpeg (quality 95).
+        size: width and height of the pictures in pixels (default: the preset's).
+        rate_hz: frames a second (default: the preset's).
+        frames: frames of an episode (default: the preset's).
+        renderer: raster or pybullet.
+        workers: processes; 0 = run in this process. On a cluster: episodes under way at once.
+        backend: loky for processes of this machine; dask or ray for a cluster (`frameout[dask]`, `frameout[ray]`).
+        address: of the cluster (default: a new one on this machine).
+        modules: your own Python modules, imported first; they register scenarios.
+        dry_run: say how large the data set will be and how long it takes; make nothing.
+        json: print what was made as JSON.
+    """
+
+    scenario: Annotated[str, tyro.conf.Positional]
+    out: str
+    preset: str = "standard"
+    seeds: Annotated[str | None, SEEDS] = None
+    episodes: Annotated[int | None, COUNT] = None
+    channels: Annotated[tuple[str, ...], NAMES] = ()
+    pictures: str = "blosc2"
+    size: tuple[int, int] | None = None
+    rate_hz: float | None = None
+    frames: Annotated[int | None, COUNT] = None
+    renderer: str = "raster"
+    workers: Annotated[int | None, WORKERS] = None
+    backend: str = "loky"
+    address: Annotated[str | None, ONE_NAME] = None
+    modules: Annotated[tuple[str, ...], NAMES] = ()
+    dry_run: bool = False
+    json: bool = False
+    resumes = True
+
+    def run(self) -> int:
+        """Make it; return the exit status."""
+        needs_data()
+        from benchmarks.data_sets.generating import Workers, forecast, generate
+        from benchmarks.data_sets.request import Request, channels_wanted
+
+        load_modules(self.modules)
+        scenario, seeds = catalog.scenario(self.scenario), self._seeds()
+        request = Request(
+            scenario.id,
+            self.preset,
+            (seeds.start, seeds.stop),
+            (),
+            self.pictures,
+            check_renderer(self.renderer),
+            self.size,
+            self.rate_hz,
+            self.frames,
+            scene_version(scenario.id, self.preset),
+            package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
+        )
+        request = dataclasses.replace(request, channels=channels_wanted(request, names(self.channels)))
+        workers = cores(self.workers)
+        if self.dry_run:
+            return self._say(forecast(request), max(workers, 1))
+        with progress_bar(f"{request.scenario} {request.preset}") as progress:
+            data = generate(request, self.out, Workers(workers, self.backend, self.address, self.modules), progress)
+        made = {"out": self.out, "episodes": len(data.seeds), "frames": len(data)}
+        print(json.dumps(made) if self.json else f"{self.out}: {len(data.seeds)} episodes, {len(data)} frames")
+        return 0
+
+    def _seeds(self) -> range:
+        if (self.seeds is None) == (self.episodes is None):
+            raise ValueError("seeds: expected either --seeds A:B or --episodes N, got both or neither")
+        return seed_range(f"0:{self.episodes}" if self.seeds is None else self.seeds)
+
+    def _say(self, told: Forecast, workers: int) -> int:
+        """Print a forecast."""
+        seconds = told.seconds_a_frame * told.frames / workers
+        if self.json:
+            print(json.dumps({"frames": told.frames, "bytes": told.bytes, "seconds": seconds}))
+            return 0
+        for name, size in told.bytes_a_frame.items():
+            print(f"{name:>20} {size / 1024:9.1f} KiB a frame")
+        print(f"{told.frames} frames, {told.bytes / 2**30:.2f} GiB, about {seconds / 60:.1f} minutes")
+        return 0

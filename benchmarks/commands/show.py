@@ -1,0 +1,51 @@
+"""``frameout show``: make the page of a data set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.commands.arguments import NAMES
+from benchmarks.commands.packages import needs_data
+from benchmarks.run.contestants import load_modules
+from trackers.atomic_file import write_atomic
+
+
+@dataclass(frozen=True)
+class Show:
+    """Make one offline HTML page about a data set: frames with boxes, channels, histograms, what is stored.
+
+    Attributes:
+        directory: folder or URL written by `frameout generate`.
+        out: file of the page; by default page.html in that folder.
+        modules: your own Python modules, imported first; they register the scenario.
+    """
+
+    directory: Annotated[str, tyro.conf.Positional]
+    out: Path | None = None
+    modules: Annotated[tuple[str, ...], NAMES] = ()
+    resumes = False
+
+    def run(self) -> int:
+        """Write it; return the exit status."""
+        needs_data()
+        # After the check, since they import these packages.
+        from benchmarks.data_sets.data_set import DataSet
+        from benchmarks.data_sets.page.page import PAGE, render_page
+        from benchmarks.data_sets.places import put
+
+        load_modules(self.modules)
+        data = DataSet(self.directory)
+        page = render_page(data)
+        data.close()
+        if self.out is None:
+            put(data.files, f"{data.root}/{PAGE}", page.encode())
+            print(f"{self.directory.rstrip('/')}/{PAGE}")
+        else:
+            self.out.parent.mkdir(parents=True, exist_ok=True)
+            write_atomic(self.out, page)
+            print(self.out)
+        return 0

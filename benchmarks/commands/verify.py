@@ -1,0 +1,56 @@
+"""``frameout verify``: is a data set whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+from benchmarks.commands.arguments import COUNT, NAMES
+from benchmarks.commands.packages import needs_data
+from benchmarks.commands.progress import progress_bar
+from benchmarks.run.contestants import load_modules
+from sim.checks import check
+
+
+@dataclass(frozen=True)
+class Verify:
+    """Check a data set: checksums, counts, and truth against pictures. Exit status 1 if an episode is damaged.
+
+    Attributes:
+        directory: folder or URL of the data set.
+        every: decode one of so many frames and compare it with its truth.
+        modules: your own Python modules, imported first; they register the scenario.
+        discard: remove damaged episodes, so that the command that made the data set makes them again.
+    """
+
+    directory: Annotated[str, tyro.conf.Positional]
+    every: Annotated[int, COUNT] = 1
+    modules: Annotated[tuple[str, ...], NAMES] = ()
+    discard: bool = False
+    resumes = False
+
+    def run(self) -> int:
+        """Check it; return the exit status."""
+        needs_data()
+        from benchmarks.data_sets.data_set import DataSet
+        from benchmarks.data_sets.verifying import discard, problems
+
+        load_modules(self.modules)
+        check("every", self.every >= 1, "a whole number >= 1", self.every)
+        data = DataSet(self.directory)
+        with progress_bar(f"verify {self.directory}") as progress:
+            found = list(problems(data, progress, self.every))
+        for problem in found:
+            print(problem)
+        if not found:
+            print(f"{self.directory}: {len(data.seeds)} episodes, {len(data)} frames, all whole")
+            return 0
+        seeds = [problem.seed for problem in found]
+        if self.discard:
+            discard(data, seeds)
+            print("removed; the command that made the data set makes them again")
+        else:
+            print(f"to be made again: seeds {', '.join(map(str, seeds))} (--discard removes them)")
+        return 1

@@ -1,0 +1,33 @@
+"""Data sets on which benchmarks run in place of rendered episodes; their scores are the same."""
+
+from __future__ import annotations
+
+from benchmarks.data_sets.channels import CODINGS, PICTURES, coding_of
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.request import Request
+from benchmarks.run.versions import package_versions, scene_version
+from sim.checks import check
+
+
+def benchmark_of(data: str) -> Request:
+    """Return what a data set is of, if scores on it are those of the rendered benchmark.
+
+    Raises:
+        ValueError: for a data set that is lossy, changed from its preset, incomplete, or made by other code.
+    """
+    stored = DataSet(data)
+    request = stored.request
+    changes = [name for name in ("size_px", "rate_hz", "frame_count") if getattr(request, name) is not None]
+    check("data", not changes, f"frames as the preset {request.preset} has them", f"a set with its own {changes}")
+    lossy = [c for c in PICTURES if c in request.channels and not CODINGS[coding_of(c, request.pictures)].is_lossless]
+    check("data", not lossy, "pictures without loss", f"{request.pictures} for {', '.join(lossy)}")
+    needed = {*PICTURES, "instance_map"}
+    missing = [channel for channel in request.left_out() if channel in needed]
+    check("data", not missing, "a set with all pictures and the instance map", f"one without {', '.join(missing)}")
+    made, now = request.scene, scene_version(request.scenario, request.preset)
+    check("data", made == now, f"one made by the scene's present code ({now})", f"one made by {made}")
+    differ = [name for name, version in package_versions().items() if request.packages.get(name, version) != version]
+    check("data", not differ, "one made with the installed packages", f"one with another {', '.join(differ)}")
+    gone = sorted(set(range(*request.seeds)) - set(stored.seeds))
+    check("data", not gone, "a whole data set", f"one without {len(gone)} episodes; `frameout generate` makes them")
+    return request

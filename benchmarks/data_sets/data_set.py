@@ -1,0 +1,153 @@
+"""A data set: many episodes of one request in one folder, here or on a store that fsspec knows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute
+import pyarrow.dataset
+from fsspec import AbstractFileSystem
+
+from benchmarks.data_sets.episode_writer import episode_folder
+from benchmarks.data_sets.places import place_of
+from benchmarks.data_sets.request import Request, request_of
+from benchmarks.data_sets.stored_episode import StoredEpisode, read_mark
+from scenarios.scenario import Frame
+from sim.checks import check
+
+_OPEN = 4
+"""Episodes whose tables and files are kept for reading in any order."""
+REQUEST, MANIFEST = "dataset.json", "manifest.json"
+
+
+class DataSet:
+    """A sequence of frames, in order of seed and time; a frame is read without the others.
+
+    Attributes:
+        request: what it is of.
+        seeds: of the episodes that exist.
+    """
+
+    def __init__(self, url: str) -> None:
+        """Open a data set by its folder or URL. Raises ValueError if there is none, or it is of another version."""
+        self.url = str(url)
+        self.files, self.root = place_of(self.url)
+        if not self.files.exists(f"{self.root}/{REQUEST}"):
+            raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {self.url}")
+        self.request: Request = request_of(self.files.cat_file(f"{self.root}/{REQUEST}"), REQUEST)
+        self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
+        self._known = frozenset(self.seeds)
+        self._episodes: dict[int, StoredEpisode] = {}
+        self._ends: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return int(self._episode_ends()[-1])
+
+    def __getitem__(self, index: int) -> Frame:
+        """Return a frame of the whole set. Raises IndexError."""
+        episode, frame = self.locate(index)
+        return episode.frame(frame)
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield all frames."""
+        for seed in self.seeds:
+            yield from self.episode(seed)
+
+    def episode(self, seed: int) -> StoredEpisode:
+        """Return an episode; the last few are kept open. Raises ValueError if it does not exist."""
+        check("seed", seed in self._known, f"one of the {len(self.seeds)} that exist in {self.url}", seed)
+        episode = self._episodes.pop(seed, None)
+        if episode is None:
+            episode = StoredEpisode(self.files, episode_folder(self.root, seed), self.request)
+        self._episodes[seed] = episode
+        if len(self._episodes) > _OPEN:
+            # Whoever still holds it opens its files again.
+            self._episodes.pop(next(iter(self._episodes))).close()
+        return episode
+
+    def locate(self, index: int) -> tuple[StoredEpisode, int]:
+        """Return the episode of a frame of the whole set, and its index in that. Raises IndexError."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame: expected 0 to {len(self) - 1}, got {index}")
+        ends = self._episode_ends()
+        k = int(np.searchsorted(ends, index, side="right")) - 1
+        return self.episode(self.seeds[k]), index - int(ends[k])
+
+    def table(self, name: str) -> pa.Table:
+        """Return the table ``frames`` or ``objects`` of all episodes; ``.to_pandas()``, or ``polars.from_arrow(…)``."""
+        check("name", name in ("frames", "objects"), "frames or objects", repr(name))
+        return self.scan(name).to_table()
+
+    def scan(self, name: str) -> pa.dataset.Dataset:
+        """Return the table as an Arrow dataset, which reads chosen columns and rows only."""
+        paths = [f"{episode_folder(self.root, seed)}/{name}.parquet" for seed in self.seeds]
+        return pa.dataset.dataset(paths, filesystem=self.files, format="parquet")
+
+    def stored_bytes(self) -> dict[str, int]:
+        """Return the bytes of each channel in all frames, from its places in the table of frames, and of all tables."""
+        total = dict.fromkeys(self.request.channels, 0)
+        columns = {name: pa.compute.field(name, "bytes") for name in total}
+        for batch in self.scan("frames").scanner(columns=columns).to_batches() if columns else ():
+            for name in total:
+                total[name] += pa.compute.sum(batch[name]).as_py() or 0
+        marks = (read_mark(self.files, episode_folder(self.root, seed))["files"] for seed in self.seeds)
+        total["tables"] = sum(m["bytes"] for files in marks for name, m in files.items() if name.endswith(".parquet"))
+        return total
+
+    def samples(self, take: Callable[[Frame], Any], channels: tuple[str, ...] | None = None) -> Samples:
+        """Return a map-style data set for PyTorch's ``DataLoader``: what ``take`` makes of each frame.
+
+        Args:
+            channels: that are read; None = all.
+        """
+        return Samples(self, take, channels)
+
+    def close(self) -> None:
+        """Close all files."""
+        for episode in self._episodes.values():
+            episode.close()
+
+    def _episode_ends(self) -> np.ndarray:
+        if self._ends is None:
+            marks = (read_mark(self.files, episode_folder(self.root, seed)) for seed in self.seeds)
+            self._ends = np.cumsum([0, *(mark["frame_count"] for mark in marks)])
+        return self._ends
+
+
+class Samples:
+    """Frames of a data set, each passed through a function; workers of a ``DataLoader`` open files of their own."""
+
+    def __init__(self, frames: DataSet, take: Callable[[Frame], Any], channels: tuple[str, ...] | None) -> None:
+        self._frames, self._take, self._channels = frames, take, channels
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self._frames)
+
+    def __getitem__(self, index: int) -> Any:
+        """Return what was made of a frame."""
+        episode, frame = self._frames.locate(index)
+        return self._take(episode.frame(frame, self._channels))
+
+
+def stored_episode(url: str, seed: int) -> StoredEpisode:
+    """Return one episode of a data set, without a look at the others. Raises ValueError if there is none."""
+    files, root = place_of(url)
+    try:
+        request = request_of(files.cat_file(f"{root}/{REQUEST}"), REQUEST)
+        return StoredEpisode(files, episode_folder(root, seed), request)
+    except FileNotFoundError as error:
+        raise ValueError(f"seed: expected a whole episode in {url}, got {seed} ({error})") from None
+
+
+def is_whole(files: AbstractFileSystem, root: str, seed: int) -> bool:
+    """Return whether an episode was written to its end."""
+    try:
+        read_mark(files, episode_folder(root, seed))
+    except (FileNotFoundError, ValueError):
+        return False
+    return True

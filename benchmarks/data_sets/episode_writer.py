@@ -1,0 +1,203 @@
+"""Writes one episode: tables, shards and, last of all, its mark, without which it does not exist."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import secrets
+import shutil
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from fsspec import AbstractFileSystem
+from fsspec.implementations.local import LocalFileSystem
+from numpy.typing import NDArray
+
+from benchmarks.data_sets import tables
+from benchmarks.data_sets.channels import CODINGS, PICTURES, coding_of, value_of
+from benchmarks.data_sets.request import Request
+from benchmarks.data_sets.shards import FileMark, MarkedFile, Place, ShardWriter
+from benchmarks.data_sets.visible_boxes import visible_boxes
+from scenarios import catalog
+from scenarios.scenario import Episode, Frame
+from scenarios.truth import Truth, check_truth, without_pixels
+from trackers.types import Observation, Start
+
+MARK = "episode.json"
+_UNFINISHED = ".unfinished-"
+ROWS_AT_ONCE = 256
+"""Frames of a row group: what is held in memory until it is written."""
+
+
+def episode_folder(root: str, seed: int) -> str:
+    """Return the folder of an episode in a data set."""
+    return f"{root}/episodes/{seed:06d}"
+
+
+def write_episode(files: AbstractFileSystem, root: str, request: Request, seed: int, live: Episode) -> None:
+    """Run an episode and write it; after a failure nothing of it is left.
+
+    In a folder of this machine it is written beside and moved: a worker that outlived a killed run may still be writing
+    the same one.
+    """
+    final = episode_folder(root, seed)
+    is_local = isinstance(files, LocalFileSystem)
+    folder = f"{root}/episodes/{_UNFINISHED}{seed:06d}-{secrets.token_hex(8)}" if is_local else final
+    files.makedirs(folder, exist_ok=True)
+    try:
+        marks = _write_files(files, folder, request, seed, live)
+        mark = {
+            "seed": seed,
+            "frame_count": live.frame_count,
+            "rate_hz": live.rate_hz,
+            "start": _start_row(live.start),
+            "files": {name: dataclasses.asdict(mark) for name, mark in sorted(marks.items())},
+        }
+        files.pipe_file(f"{folder}/{MARK}", (json.dumps(mark, indent=1) + "\n").encode())
+        if is_local:
+            _move(Path(folder), Path(final))
+    except BaseException:
+        files.rm(folder, recursive=True)
+        raise
+
+
+def clear(files: AbstractFileSystem, root: str) -> None:
+    """Remove what killed runs have left."""
+    if isinstance(files, LocalFileSystem):
+        for folder in Path(root, "episodes").glob(f"{_UNFINISHED}*"):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _move(folder: Path, final: Path) -> None:
+    """Move a finished episode to its place; one that is there already is the same."""
+    try:
+        folder.rename(final)
+    except OSError:
+        if not (final / MARK).is_file():
+            raise
+        shutil.rmtree(folder)
+
+
+def _write_files(
+    files: AbstractFileSystem, folder: str, request: Request, seed: int, live: Episode
+) -> dict[str, FileMark]:
+    with ExitStack() as stack:
+        background = live.start.background
+        marks = {} if not background else _write_background(files, folder, request, background)
+        writer = stack.enter_context(_Writer(files, folder, request, seed))
+        for _ in range(live.frame_count):
+            writer.add(live.step(), live.normals)
+        return marks | writer.finish()
+
+
+class _Writer:
+    """The open tables and shards of an episode."""
+
+    def __init__(self, files: AbstractFileSystem, folder: str, request: Request, seed: int) -> None:
+        kind = catalog.scenario(request.scenario).truth
+        self._request, self._seed = request, seed
+        self._frames = _Table(files, f"{folder}/frames.parquet", tables.frame_schema(kind, request.channels))
+        self._objects = _Table(files, f"{folder}/objects.parquet", tables.object_schema(kind))
+        self._shards = ShardWriter(files, folder, "pixels")
+        self._rows: list[dict[str, Any]] = []
+        self._truths: list[Truth] = []
+        self._boxes: list[NDArray[np.float64]] = []
+
+    def __enter__(self) -> _Writer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close what is open."""
+        for each in (self._frames, self._objects):
+            each.close()
+        self._shards.abandon()
+
+    def add(self, frame: Frame, normals: Callable[[], NDArray[np.float32]]) -> None:
+        truth = frame.truth
+        if truth.frame == 0:
+            check_truth(truth)
+        row = tables.frame_row(truth, frame.observation)
+        for channel in self._request.channels:
+            value = value_of(frame, channel, normals)
+            place = None if value is None else self._add_value(truth.frame, channel, value)
+            row[channel] = place
+        self._rows.append(row | {"seed": self._seed})
+        self._boxes.append(visible_boxes(truth.instance_map, truth.instance_id))
+        self._truths.append(without_pixels(truth))
+        if len(self._rows) == ROWS_AT_ONCE:
+            self._flush()
+
+    def finish(self) -> dict[str, FileMark]:
+        """Write what is left; return the marks of all files."""
+        self._flush()
+        self._shards.finish()
+        return {
+            "frames.parquet": self._frames.close(),
+            "objects.parquet": self._objects.close(),
+            **self._shards.marks,
+        }
+
+    def _add_value(self, frame: int, channel: str, value: NDArray[Any]) -> dict[str, int]:
+        return _add(self._shards, frame, channel, value, self._request.pictures)
+
+    def _flush(self) -> None:
+        if self._rows:
+            self._frames.write(pa.Table.from_pylist(self._rows, self._frames.schema))
+            columns = tables.object_columns(self._truths, self._boxes, self._seed)
+            self._objects.write(pa.table(columns, schema=self._objects.schema))
+        self._rows, self._truths, self._boxes = [], [], []
+
+
+class _Table:
+    """A Parquet file being written."""
+
+    def __init__(self, files: AbstractFileSystem, path: str, schema: pa.Schema) -> None:
+        self.schema = schema
+        self._file = MarkedFile(files, path)
+        self._writer = pq.ParquetWriter(self._file, schema, compression="zstd")
+
+    def write(self, table: pa.Table) -> None:
+        """Append a row group."""
+        self._writer.write_table(table)
+
+    def close(self) -> FileMark:
+        """Finish the file, once; return its mark."""
+        self._writer.close()
+        self._file.close()
+        return self._file.mark
+
+
+def _write_background(
+    files: AbstractFileSystem, folder: str, request: Request, background: Iterable[Observation]
+) -> dict[str, FileMark]:
+    """Write the pictures without targets that trackers learn from, with the same coding."""
+    pictures = tuple(channel for channel in request.channels if channel in PICTURES)
+    shards = ShardWriter(files, folder, "background")
+    rows = []
+    for k, observation in enumerate(background):
+        row = tables.observation_row(observation)
+        for channel in pictures:
+            value = getattr(observation, channel)
+            row[channel] = None if value is None else _add(shards, k, channel, value, request.pictures)
+        rows.append(row)
+    shards.finish()
+    schema = tables.observation_schema(pictures)
+    table = _Table(files, f"{folder}/background.parquet", schema)
+    table.write(pa.Table.from_pylist(rows, schema))
+    return {"background.parquet": table.close(), **shards.marks}
+
+
+def _add(shards: ShardWriter, frame: int, channel: str, value: NDArray[Any], pictures: str) -> dict[str, int]:
+    coding = CODINGS[coding_of(channel, pictures)]
+    place: Place = shards.add(f"{frame:06d}.{channel}.{coding.extension}", coding.encode(value))
+    return dataclasses.asdict(place)
+
+
+def _start_row(start: Start) -> dict[str, Any]:
+    box = start.box_xyxy
+    return {"camera": dataclasses.asdict(start.camera), "box_xyxy": None if box is None else box.tolist()}

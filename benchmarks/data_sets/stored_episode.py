@@ -1,0 +1,186 @@
+"""An episode read back: the same observations and truths as when it was made, without rendering."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from threading import get_ident
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+from fsspec import AbstractFileSystem
+from numpy.typing import NDArray
+from pyarrow import ArrowException
+
+from benchmarks.data_sets import tables
+from benchmarks.data_sets.channels import CODINGS, NORMALS, PICTURES, coding_of
+from benchmarks.data_sets.episode_writer import MARK
+from benchmarks.data_sets.request import Request
+from benchmarks.data_sets.shards import shard_name
+from scenarios import catalog
+from scenarios.scenario import Frame
+from sim.checks import check
+from trackers.types import CameraCommand, CameraModel, Observation, Start
+
+
+class StoredEpisode:
+    """See ``scenarios.scenario.Episode``; frames can also be read in any order.
+
+    Attributes:
+        seed, frame_count, rate_hz: of the episode.
+        marks: name -> size and SHA-256 of its files.
+    """
+
+    closed_loop = False
+
+    def __init__(self, files: AbstractFileSystem, folder: str, request: Request) -> None:
+        """Open an episode. Raises ValueError if its mark is damaged, FileNotFoundError if there is none."""
+        self._files, self._folder, self._request = files, folder, request
+        self._scenario = catalog.scenario(request.scenario)
+        mark = read_mark(files, folder)
+        self.seed, self.frame_count, self.rate_hz = mark["seed"], mark["frame_count"], mark["rate_hz"]
+        self.marks: dict[str, dict[str, Any]] = mark["files"]
+        self._start = mark["start"]
+        self._next = 0
+        self._live: Any = None
+        self._tables: tuple[list[dict[str, Any]], dict[str, NDArray[Any]], NDArray[np.int64]] | None = None
+        self._open: dict[tuple[int, int, str], Any] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without open files: another process opens its own."""
+        return self.__dict__ | {"_open": {}, "_live": None}
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return int(self.frame_count)
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield all frames in order."""
+        return map(self.frame, range(self.frame_count))
+
+    @property
+    def start(self) -> Start:
+        """What a tracker gets before the first picture."""
+        box = self._start["box_xyxy"]
+        return Start(
+            CameraModel(**self._start["camera"]),
+            None if box is None else np.array(box),
+            tuple(self._background()) if "background.parquet" in self.marks else (),
+        )
+
+    def frame(self, index: int, channels: tuple[str, ...] | None = None) -> Frame:
+        """Return a frame; of its pixels only ``channels``, None = all that are stored. Raises IndexError."""
+        if not 0 <= index < self.frame_count:
+            raise IndexError(f"frame: expected 0 to {self.frame_count - 1}, got {index}")
+        rows, objects, ends = self._read_tables()
+        row = rows[index]
+        wanted = self._request.channels if channels is None else channels
+        pixels = {c: self._pixels("pixels", c, row[c]) for c in wanted if c != NORMALS and row[c] is not None}
+        each = {name: values[ends[index] : ends[index + 1]] for name, values in objects.items()}
+        truth = tables.truth_of(self._scenario.truth, row, each, pixels)
+        return Frame(tables.observation_of(row, _pictures(pixels)), truth)
+
+    def normals_of(self, index: int) -> NDArray[np.float32]:
+        """Return the normals of a frame, see ``Episode.normals``. Raises ValueError if they are not stored."""
+        check("channels", NORMALS in self._request.channels, f"a data set with {NORMALS}", "one without")
+        return self._pixels("pixels", NORMALS, self._read_tables()[0][index][NORMALS])
+
+    def visible_boxes_of(self, index: int) -> NDArray[np.float64]:
+        """Return the boxes (N, 4) about the visible pixels of a frame's objects; NaN where none is seen."""
+        _, objects, ends = self._read_tables()
+        return objects["visible_box_xyxy"][ends[index] : ends[index + 1]]
+
+    def rows(self) -> list[int]:
+        """Return the numbers of the frames in the table, in its order."""
+        return [row["frame"] for row in self._read_tables()[0]]
+
+    def coded(self, index: int, channel: str) -> tuple[str, bytes] | None:
+        """Return the name of the coding and the stored bytes of a frame's channel; None if it has none."""
+        place = self._read_tables()[0][index][channel]
+        return None if place is None else (coding_of(channel, self._request.pictures), self._bytes("pixels", place))
+
+    def step(self, command: CameraCommand | None = None) -> Frame:
+        """Return the next frame; see ``Episode.step``. Raises ValueError for a command, StopIteration at the end."""
+        check("command", command is None, "None, since stored pictures cannot be steered", command)
+        if self._next >= self.frame_count:
+            raise StopIteration(f"episode: expected at most {self.frame_count} steps")
+        self._next += 1
+        return self.frame(self._next - 1)
+
+    def normals(self) -> NDArray[np.float32]:
+        """Return the normals of the current frame."""
+        return self.normals_of(self._next - 1)
+
+    def map_of(self) -> Any:
+        """Return the scenario's map, of the same episode built anew without its pictures."""
+        if self._live is None:
+            self._live = self._request.episode(self.seed)
+        return self._live.map_of()
+
+    def larger_view(self, scale: float) -> NDArray[np.uint8]:
+        """Raise ValueError: what surrounds the pictures is not stored."""
+        raise ValueError(f"larger_view: expected a rendered episode, got a stored one (scale {scale:g})")
+
+    def close(self) -> None:
+        """Close all files, and forget the tables."""
+        for file in self._open.values():
+            file.close()
+        self._open, self._tables = {}, None
+        if self._live is not None:
+            self._live.close()
+
+    def _read_tables(self) -> tuple[list[dict[str, Any]], dict[str, NDArray[Any]], NDArray[np.int64]]:
+        if self._tables is None:
+            frames, objects = (self._table(name) for name in ("frames", "objects"))
+            arrays = tables.object_arrays(self._scenario.truth, objects)
+            boxes = objects["visible_box_xyxy"].combine_chunks().flatten().to_numpy(zero_copy_only=False)
+            arrays["visible_box_xyxy"] = boxes.reshape(-1, 4)
+            ends = np.searchsorted(objects["frame"].to_numpy(), np.arange(self.frame_count + 1))
+            self._tables = frames.to_pylist(), arrays, ends
+        return self._tables
+
+    def _table(self, name: str) -> Any:
+        path = f"{self._folder}/{name}.parquet"
+        try:
+            with self._files.open(path, "rb") as file:
+                return pq.read_table(file)
+        except (ArrowException, OSError) as error:
+            raise ValueError(f"{path}: expected a whole table, got {' '.join(str(error).split())}") from None
+
+    def _background(self) -> Iterator[Observation]:
+        for row in self._table("background").to_pylist():
+            stored = (c for c in self._request.channels if c in PICTURES and row[c] is not None)
+            yield tables.observation_of(row, {c: self._pixels("background", c, row[c]) for c in stored})
+
+    def _pixels(self, shards: str, channel: str, place: dict[str, int]) -> NDArray[Any]:
+        return CODINGS[coding_of(channel, self._request.pictures)].decode(self._bytes(shards, place))
+
+    def _bytes(self, shards: str, place: dict[str, int]) -> bytes:
+        name = shard_name(shards, place["shard"])
+        # A forked process opens its own: it would share the place in the file with its parent and siblings.
+        # So does a thread.
+        key = os.getpid(), get_ident(), name
+        if key not in self._open:
+            self._open[key] = self._files.open(f"{self._folder}/{name}", "rb")
+        file = self._open[key]
+        file.seek(place["offset"])
+        found: bytes = file.read(place["bytes"])
+        check(f"{self._folder}/{name}", len(found) == place["bytes"], f"{place['bytes']} bytes", len(found))
+        return found
+
+
+def read_mark(files: AbstractFileSystem, folder: str) -> dict[str, Any]:
+    """Return an episode's mark. Raises ValueError if it is damaged, FileNotFoundError if there is none."""
+    try:
+        mark: dict[str, Any] = json.loads(files.cat_file(f"{folder}/{MARK}"))
+        for key in ("seed", "frame_count", "rate_hz", "start", "files"):
+            mark[key]
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{folder}/{MARK}: expected the mark of an episode, got {error}") from None
+    return mark
+
+
+def _pictures(pixels: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    return {channel: pixels[channel] for channel in PICTURES if channel in pixels}

@@ -1,0 +1,152 @@
+"""Is a data set whole: files against their checksums, tables against their counts, truth against its pictures."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pyarrow import ArrowException
+
+from benchmarks.data_sets.data_set import MANIFEST, DataSet
+from benchmarks.data_sets.episode_writer import episode_folder
+from benchmarks.data_sets.generating import Progress, files_of
+from benchmarks.data_sets.stored_episode import StoredEpisode
+from benchmarks.data_sets.visible_boxes import visible_boxes
+from scenarios.truth import Truth, check_truth
+
+_CHUNK = 2**22
+_SLACK_PX = 3.0
+"""Pixels by which a visible box may exceed the amodal one: that ends at the outline, this at whole pixels, and a hull
+that rolls shows some of what is under water at rest."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Something that is wrong with an episode."""
+
+    seed: int
+    what: str
+
+    def __str__(self) -> str:
+        return f"episode {self.seed}: {self.what}"
+
+
+def problems(data: DataSet, progress: Progress, every: int = 1) -> Iterator[Problem]:
+    """Yield all problems of a data set, of each episode the first that is found.
+
+    Args:
+        every: of how many frames one is decoded and compared with its truth.
+    """
+    seeds = range(*data.request.seeds)
+    whole, known = frozenset(data.seeds), _manifest(data)
+    for done, seed in enumerate(seeds, start=1):
+        if seed not in whole:
+            yield Problem(seed, "is missing, or was not written to its end")
+        else:
+            with closing(StoredEpisode(data.files, episode_folder(data.root, seed), data.request)) as episode:
+                found = _of_episode(data, seed, episode, every, known)
+            if found:
+                yield Problem(seed, found)
+        progress(done, len(seeds))
+
+
+def _of_episode(
+    data: DataSet, seed: int, episode: StoredEpisode, every: int, known: dict[str, Any] | None
+) -> str | None:
+    """Return what is wrong with an episode. An OSError is not: the store may be out of reach.
+
+    Args:
+        known: the manifest; None before the data set is whole.
+    """
+    if episode.seed != seed:
+        return f"its mark is that of episode {episode.seed}"
+    if known is not None and known.get(f"{seed:06d}") != files_of(data, seed):
+        return f"it is not the one that {MANIFEST} lists"
+    try:
+        return _of_files(data, seed, episode) or _of_frames(episode, every)
+    except (ValueError, KeyError, IndexError, RuntimeError, ArrowException) as error:
+        return f"cannot be read: {' '.join(str(error).split())}"
+
+
+def _manifest(data: DataSet) -> dict[str, Any] | None:
+    """Return the list of all files, if there is one that can be read and is of all seeds."""
+    path = f"{data.root}/{MANIFEST}"
+    if not data.files.exists(path):
+        return None
+    try:
+        listed: dict[str, Any] = json.loads(data.files.cat_file(path))
+    except ValueError as error:
+        raise ValueError(f"{MANIFEST}: expected the list of a data set's files, got {error}") from None
+    return listed
+
+
+def discard(data: DataSet, seeds: list[int]) -> None:
+    """Remove episodes, so that the command that made the data set makes them again."""
+    for seed in seeds:
+        folder = episode_folder(data.root, seed)
+        if data.files.exists(folder):
+            data.files.rm(folder, recursive=True)
+
+
+def _of_files(data: DataSet, seed: int, episode: StoredEpisode) -> str | None:
+    """Return what is wrong with an episode's files."""
+    for name, mark in episode.marks.items():
+        path = f"{episode_folder(data.root, seed)}/{name}"
+        if not data.files.exists(path):
+            return f"{name} is missing"
+        size = data.files.size(path)
+        if size != mark["bytes"]:
+            return f"{name}: expected {mark['bytes']} bytes, got {size}"
+        digest = hashlib.sha256()
+        with data.files.open(path, "rb") as file:
+            while block := file.read(_CHUNK):
+                digest.update(block)
+        if digest.hexdigest() != mark["sha256"]:
+            return f"{name}: its contents are not those that were written"
+    return None
+
+
+def _of_frames(episode: StoredEpisode, every: int) -> str | None:
+    """Return what is wrong with an episode's tables and frames."""
+    rows = episode.rows()
+    expected = list(range(episode.frame_count))
+    if rows != expected:
+        return f"frames.parquet: expected the frames 0 to {expected[-1]}, got {len(rows)} rows"
+    for index in range(0, episode.frame_count, every):
+        truth = episode.frame(index).truth
+        check_truth(truth)
+        found = _of_pixels(truth, episode.visible_boxes_of(index))
+        if found:
+            return f"frame {index}: {found}"
+    return None
+
+
+def _of_pixels(truth: Truth, boxes: np.ndarray) -> str | None:
+    """Return how truth differs from its instance map, if that is stored."""
+    if truth.instance_map.size == 0:
+        return None
+    if not np.array_equal(visible_boxes(truth.instance_map, truth.instance_id), boxes, equal_nan=True):
+        return "visible boxes are not those of the instance map"
+    seen = np.isfinite(boxes).all(axis=1)
+    gone = seen & np.isin(truth.state, ("out", "absent"))
+    if gone.any():
+        return f"{_first(truth, gone)} is seen, and said to be {truth.state[gone][0]}"
+    lost = ~seen & (truth.state == "in") & (truth.visible_fraction >= 0.5)
+    if lost.any():
+        return f"{_first(truth, lost)} is said to be in the picture, and has no pixel"
+    with np.errstate(invalid="ignore"):
+        beyond = np.concatenate([truth.box_xyxy[:, :2] - boxes[:, :2], boxes[:, 2:] - truth.box_xyxy[:, 2:]], axis=1)
+        outside = (beyond > _SLACK_PX).any(axis=1)
+    if outside.any():
+        return f"{_first(truth, outside)} is seen outside of its amodal box"
+    return None
+
+
+def _first(truth: Truth, which: Any) -> str:
+    """Return the name of the first object of a mask (N,)."""
+    return truth.names[int(np.flatnonzero(which)[0])]

@@ -1,0 +1,84 @@
+"""COCO: pictures, and boxes and masks of what is seen of each object (https://cocodataset.org/#format-data)."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.export.export_format import ExportFormat
+from benchmarks.export.frames import StoredFrame, episodes, frames, picture_ending, write_picture
+from benchmarks.export.json_lists import JsonLists
+from benchmarks.export.objects import as_xywh, kinds_of
+
+NOTE = """
+Format: https://cocodataset.org/#format-data. `annotations/instances.json` names the pictures in `images/`.
+
+An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length code
+of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0, 0),
+`area` their number. `iscrowd` is always 0. Categories are the kinds of the scene's objects, in alphabetic order.
+"""
+
+
+def _write(data: DataSet, folder: Path) -> None:
+    categories = {kind: number for number, kind in enumerate(kinds_of(data), start=1)}
+    head: dict[str, Any] = {
+        "info": {"description": f"{data.request.scenario}, preset {data.request.preset}"},
+        "licenses": [],
+        "categories": [{"id": number, "name": kind} for kind, number in categories.items()],
+    }
+    (folder / "annotations").mkdir()
+    ending = picture_ending(data)
+    image = annotation = 0
+    with JsonLists(folder / "annotations" / "instances.json", ("images", "annotations"), head) as lists:
+        for episode in episodes(data):
+            pictures = folder / "images" / f"{episode.seed:06d}"
+            pictures.mkdir(parents=True)
+            for stored in frames(episode, ("instance_map",)):
+                image += 1
+                name = f"{stored.index:06d}"
+                write_picture(stored, "image_rgb", pictures / name)
+                height, width = stored.frame.truth.instance_map.shape
+                file_name = f"{pictures.name}/{name}.{ending}"
+                lists.add("images", {"id": image, "file_name": file_name, "width": width, "height": height})
+                for item in _annotations(stored, categories):
+                    # Numbers begin with 1: the evaluation of pycocotools takes 0 for "matched with nothing".
+                    annotation += 1
+                    lists.add("annotations", {"id": annotation, "image_id": image} | item)
+
+
+def _annotations(stored: StoredFrame, categories: dict[str, int]) -> list[dict[str, Any]]:
+    truth = stored.frame.truth
+    items = []
+    for k in np.flatnonzero(stored.is_seen):
+        mask = truth.instance_map == truth.instance_id[k]
+        items.append(
+            {
+                "category_id": categories[truth.kinds[k]],
+                "bbox": as_xywh(stored.visible_xyxy[k]),
+                "area": int(mask.sum()),
+                "segmentation": run_lengths(mask),
+                "iscrowd": 0,
+            }
+        )
+    return items
+
+
+def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return COCO's compressed run-length code of a mask (H, W)."""
+    code = importlib.import_module("pycocotools.mask").encode(np.asfortranarray(mask, dtype=np.uint8))
+    return {"size": [int(length) for length in code["size"]], "counts": code["counts"].decode("ascii")}
+
+
+COCO = ExportFormat(
+    summary="boxes and masks of what is seen of all objects, in one JSON file",
+    needs="objects, their instance_map, pictures",
+    channels=("image_rgb", "instance_map"),
+    packages=("pycocotools",),
+    note=NOTE,
+    write=_write,
+)

@@ -1,0 +1,30 @@
+"""What an export format declares of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.data_sets.data_set import DataSet
+
+
+@dataclass(frozen=True)
+class ExportFormat:
+    """A file layout that programs of others read.
+
+    Attributes:
+        summary: what it is, in one line.
+        needs: what a data set must hold, in one line.
+        channels: that must be stored. packages: that writing needs, by their import names. extra: that installs them.
+        note: for who gets the files: source of the format, axes, units, what this export decides.
+        write: writes a data set into an empty folder. Raises ValueError for one that lacks what the format needs.
+    """
+
+    summary: str
+    needs: str
+    channels: tuple[str, ...]
+    packages: tuple[str, ...]
+    note: str
+    write: Callable[[DataSet, Path], None]
+    extra: str = "data"

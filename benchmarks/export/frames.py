@@ -1,0 +1,95 @@
+"""Goes through the frames of a data set, one episode open at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.data_sets.channels import CODINGS, PICTURES
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.episode_writer import episode_folder
+from benchmarks.data_sets.stored_episode import StoredEpisode
+from scenarios.scenario import Frame
+from trackers.types import CameraModel
+
+ABSENT, OUT, OCCLUDED = "absent", "out", "occluded"
+"""States of objects, see ``Truth.state``."""
+
+
+@dataclass(frozen=True)
+class StoredFrame:
+    """One frame of a data set.
+
+    Attributes:
+        episode: that it is of. index: in that.
+        frame: observation and truth, with the pixels that were asked for only.
+        visible_xyxy: (N, 4) boxes around the visible pixels of the objects, in pixels; NaN where none is seen.
+    """
+
+    episode: StoredEpisode
+    index: int
+    frame: Frame
+    visible_xyxy: NDArray[np.float64]
+
+    @property
+    def is_seen(self) -> NDArray[np.bool_]:
+        """(N,) whether objects show at least one pixel."""
+        return ~np.isnan(self.visible_xyxy[:, 0])
+
+    @property
+    def camera(self) -> CameraModel:
+        """Geometry of the camera."""
+        return self.frame.observation.camera
+
+
+def episodes(data: DataSet) -> Iterator[StoredEpisode]:
+    """Yield the episodes of a data set, each closed and forgotten before the next is opened."""
+    for seed in data.seeds:
+        with closing(StoredEpisode(data.files, episode_folder(data.root, seed), data.request)) as episode:
+            yield episode
+
+
+def frames(episode: StoredEpisode, channels: tuple[str, ...] = ()) -> Iterator[StoredFrame]:
+    """Yield the frames of an episode; of their pixels only ``channels`` are read."""
+    for index in range(len(episode)):
+        yield StoredFrame(episode, index, episode.frame(index, channels), episode.visible_boxes_of(index))
+
+
+def sequence_name(data: DataSet, seed: int) -> str:
+    """Return a name for an episode: scenario, preset and seed."""
+    return f"{data.request.scenario}-{data.request.preset}-{seed:06d}"
+
+
+def picture_ending(data: DataSet) -> str:
+    """Return the ending of exported pictures, without a dot."""
+    return _coding(data.request.pictures)[1]
+
+
+def picture_bytes(episode: StoredEpisode, index: int, channel: str) -> tuple[str, bytes] | None:
+    """Return the ending and the content of a picture's file: as stored, or as PNG. None if the frame has none."""
+    assert channel in PICTURES
+    stored = episode.coded(index, channel)
+    if stored is None:
+        return None
+    coding, content = stored
+    target, ending = _coding(coding)
+    return ending, content if target == coding else CODINGS[target].encode(CODINGS[coding].decode(content))
+
+
+def write_picture(stored: StoredFrame, channel: str, path: Path) -> bool:
+    """Write a picture to ``path``, whose ending is set; return whether there was one."""
+    found = picture_bytes(stored.episode, stored.index, channel)
+    if found is not None:
+        path.with_name(f"{path.name}.{found[0]}").write_bytes(found[1])
+    return found is not None
+
+
+def _coding(stored: str) -> tuple[str, str]:
+    """Return the coding of exported pictures and their ending."""
+    coding = stored if stored in ("png", "jpeg") else "png"
+    return coding, CODINGS[coding].extension

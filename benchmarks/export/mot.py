@@ -1,0 +1,96 @@
+"""MOT Challenge: boxes with identities (https://motchallenge.net; Milan et al. 2016, https://arxiv.org/abs/1603.00831).
+
+TrackEval reads it: https://github.com/JonathonLuiten/TrackEval/tree/master/docs/MOTChallenge-Official.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.stored_episode import StoredEpisode
+from benchmarks.export.export_format import ExportFormat
+from benchmarks.export.frames import (
+    ABSENT,
+    OUT,
+    StoredFrame,
+    episodes,
+    frames,
+    picture_ending,
+    sequence_name,
+    write_picture,
+)
+from benchmarks.export.objects import Identities, as_xywh, kinds_of
+
+SPLIT = "frameout-train"
+"""Name of the benchmark and the split, as TrackEval joins them."""
+NOTE = """
+Format: MOT Challenge, https://motchallenge.net (Milan et al. 2016, arXiv 1603.00831), as TrackEval reads it.
+`gt/mot_challenge/frameout-train/` holds a folder for each episode, `gt/mot_challenge/seqmaps/frameout-train.txt` their
+names: `run_mot_challenge.py --GT_FOLDER gt/mot_challenge --BENCHMARK frameout --DO_PREPROC False`.
+
+A row of `gt/gt.txt` is frame, identity, left, top, width, height, 1 (counts), class, visibility. Frames, identities and
+pixels are counted from 1: the top left corner of the picture is 1, 1. Boxes are around whole objects, beyond the border
+of the picture and hidden parts too; an object that is outside the picture or reaches behind the camera has no row.
+Visibility is the seen share of the object's own pixels. The class is always 1, the one that MOT Challenge scores;
+`gt/objects.txt` gives the name and the kind of each identity.
+"""
+
+
+def _write(data: DataSet, folder: Path) -> None:
+    kinds_of(data)
+    root = folder / "gt" / "mot_challenge"
+    names = []
+    for episode in episodes(data):
+        names.append(sequence_name(data, episode.seed))
+        _write_sequence(data, episode, root / SPLIT / names[-1])
+    (root / "seqmaps").mkdir()
+    (root / "seqmaps" / f"{SPLIT}.txt").write_text("\n".join(["name", *names]) + "\n", encoding="utf-8")
+
+
+def _write_sequence(data: DataSet, episode: StoredEpisode, folder: Path) -> None:
+    (folder / "img1").mkdir(parents=True)
+    (folder / "gt").mkdir()
+    identities, kinds = Identities(), dict[str, str]()
+    with (folder / "gt" / "gt.txt").open("w", encoding="utf-8") as file:
+        for stored in frames(episode):
+            write_picture(stored, "image_rgb", folder / "img1" / f"{stored.index + 1:06d}")
+            file.writelines(_rows(stored, identities))
+            kinds.update(zip(stored.frame.truth.names, stored.frame.truth.kinds, strict=True))
+            camera = stored.camera
+    objects = [f"{number},{name},{kinds[name]}\n" for name, number in identities.numbers.items()]
+    (folder / "gt" / "objects.txt").write_text("".join(objects), encoding="utf-8")
+    entries = {
+        "name": folder.name,
+        "imDir": "img1",
+        "frameRate": f"{episode.rate_hz:g}",
+        "seqLength": len(episode),
+        "imWidth": camera.width_px,
+        "imHeight": camera.height_px,
+        "imExt": f".{picture_ending(data)}",
+    }
+    lines = ["[Sequence]", *(f"{name}={value}" for name, value in entries.items())]
+    (folder / "seqinfo.ini").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _rows(stored: StoredFrame, identities: Identities) -> list[str]:
+    truth = stored.frame.truth
+    has_box = ~np.isnan(truth.box_xyxy).any(axis=1) & (truth.state != OUT) & (truth.state != ABSENT)
+    rows = []
+    for k in np.flatnonzero(has_box):
+        box = ",".join(f"{number:.3f}" for number in as_xywh(truth.box_xyxy[k], first=1.0))
+        identity = identities.of(truth.names[k])
+        rows.append(f"{stored.index + 1},{identity},{box},1,1,{truth.visible_fraction[k]:.5f}\n")
+    return rows
+
+
+MOT = ExportFormat(
+    summary="boxes with identities and visibilities, a text file for each episode",
+    needs="objects, pictures",
+    channels=("image_rgb",),
+    packages=(),
+    note=NOTE,
+    write=_write,
+)

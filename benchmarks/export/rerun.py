@@ -1,0 +1,175 @@
+"""A data set as a recording for the Rerun viewer: pictures, maps, boxes, objects and camera over time.
+
+Each episode is a tree of entities ``seed-000003/…`` in its world (metres, z up): ``camera`` moves in it, and
+``camera/picture`` is its picture plane with boxes and maps. A stereo pair has ``camera/right`` likewise. The time lines
+are ``frame`` and ``time``. Two recordings of the same set hold the same values; the files differ in the identities that
+Rerun gives to rows by the clock.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from benchmarks.data_sets.channels import CODINGS, NORMALS, PICTURES
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.page.channel_pictures import channel_picture
+from benchmarks.data_sets.stored_episode import StoredEpisode
+from benchmarks.export.export_format import ExportFormat
+from benchmarks.export.frames import episodes
+from benchmarks.video import marks
+from scenarios.scenario import Frame
+from scenarios.truth import Truth, meanings
+from trackers.types import CameraModel
+
+if TYPE_CHECKING:
+    import rerun
+
+_RIGHT = "right_"
+"""Prefix of the channels of a stereo pair's right camera."""
+_MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg"}
+_GROUND = (40, 42, 48)
+"""Colour of what is no object."""
+_INSIDE = ("in", "partial", "occluded")
+RECORDING = "recording.rrd"
+NOTE = f"""
+Format: https://rerun.io/docs. `rerun {RECORDING}` opens it. Each episode is a tree `seed-NNNNNN/` in its world (metres,
+z up), over the time lines `frame` and `time`; pixel coordinates begin at the top left corner of the picture.
+"""
+
+
+def _write(data: DataSet, folder: Path) -> None:
+    import rerun
+
+    name = f"{data.request.scenario}-{data.request.preset}"
+    # Its own properties are the time of writing.
+    stream = rerun.RecordingStream(f"frameout-{data.request.scenario}", recording_id=name, send_properties=False)
+    stream.save(folder / RECORDING)
+    try:
+        for episode in episodes(data):
+            _Writer(rerun, stream, data, episode).write()
+        stream.flush()
+    finally:
+        stream.disconnect()
+
+
+class _Writer:
+    """Writes one episode."""
+
+    def __init__(self, sdk: Any, stream: rerun.RecordingStream, data: DataSet, episode: StoredEpisode) -> None:
+        self._sdk, self._stream, self._data, self._episode = sdk, stream, data, episode
+        self._root = f"seed-{episode.seed:06d}"
+        self._names_at: dict[str, tuple[str, ...]] = {}
+
+    def write(self) -> None:
+        """Write all frames."""
+        self._log("", self._sdk.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        for index in range(len(self._episode)):
+            frame = self._episode.frame(index)
+            self._stream.set_time("frame", sequence=index)
+            self._stream.set_time("time", duration=frame.truth.time_s)
+            self._write_camera(frame)
+            self._write_boxes(frame.truth, self._episode.visible_boxes_of(index))
+            self._write_objects(frame.truth)
+            for channel in self._data.request.channels:
+                self._write_channel(channel, index, frame)
+
+    def _log(self, place: str, *what: Any, static: bool = False) -> None:
+        self._stream.log(f"{self._root}/{place}".rstrip("/"), *what, static=static, strict=True)
+
+    def _write_camera(self, frame: Frame) -> None:
+        sdk, camera, pose = self._sdk, frame.observation.camera, frame.truth.T_world_camera
+        self._log("camera", sdk.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
+        self._log("camera/picture", self._pinhole(camera))
+        if camera.baseline_m is not None:
+            self._log("camera/right", sdk.Transform3D(translation=(camera.baseline_m, 0.0, 0.0)))
+            self._log("camera/right/picture", self._pinhole(camera))
+
+    def _pinhole(self, camera: CameraModel) -> Any:
+        size = (camera.width_px, camera.height_px)
+        # The principal point is the middle in our coordinates, which Rerun shares: pixel centres at halves.
+        return self._sdk.Pinhole(focal_length=camera.focal_px, width=size[0], height=size[1])
+
+    def _write_boxes(self, truth: Truth, visible: NDArray[np.float64]) -> None:
+        amodal = np.where(np.isin(truth.state, _INSIDE)[:, None], truth.box_xyxy, np.nan)
+        for name, boxes, colour in (("visible", visible, marks.TRUTH), ("amodal", amodal, marks.ESTIMATE)):
+            known = np.flatnonzero(np.isfinite(boxes).all(axis=1))
+            labels = [f"{truth.names[k]} {truth.state[k]}" for k in known]
+            drawn = self._sdk.Boxes2D(
+                array=boxes[known],
+                array_format=self._sdk.Box2DFormat.XYXY,
+                labels=labels,
+                colors=np.tile(np.array(colour, np.uint8), (len(known), 1)),
+                show_labels=name == "visible",
+            )
+            self._log(f"camera/picture/boxes/{name}", drawn)
+
+    def _write_objects(self, truth: Truth) -> None:
+        poses = truth.T_world_object
+        known = np.flatnonzero((truth.state != "absent") & np.isfinite(poses).all(axis=(1, 2)))
+        # The pose is that of the middle of the ground under the object.
+        upward = 0.5 * truth.size_m[known, 2:] * poses[known, :3, 2]
+        boxes = self._sdk.Boxes3D(
+            centers=poses[known, :3, 3] + upward,
+            half_sizes=0.5 * truth.size_m[known],
+            quaternions=Rotation.from_matrix(poses[known, :3, :3]).as_quat() if len(known) else np.empty((0, 4)),
+            labels=[truth.names[k] for k in known],
+        )
+        self._log("objects", boxes)
+
+    def _write_channel(self, channel: str, index: int, frame: Frame) -> None:
+        place = f"camera/right/picture/{channel}" if channel.startswith(_RIGHT) else f"camera/picture/{channel}"
+        if channel in PICTURES:
+            value = getattr(frame.observation, channel)
+            drawn = None if value is None else self._picture(channel, index, value)
+        else:
+            value = self._episode.normals_of(index) if channel == NORMALS else getattr(frame.truth, channel)
+            drawn = self._map(channel, place, value, frame.truth) if value.size else None
+        # A picture that was lost must not leave that of the frame before in view.
+        self._log(place, self._sdk.Clear(recursive=False) if drawn is None else drawn)
+
+    def _picture(self, channel: str, index: int, value: NDArray[Any]) -> Any:
+        if value.ndim == 2:
+            return self._sdk.Image(value, color_model="L")
+        coding, coded = self._episode.coded(index, channel) or ("", b"")
+        if coding not in _MEDIA_TYPES:
+            return self._as_png(value)
+        return self._sdk.EncodedImage(contents=coded, media_type=_MEDIA_TYPES[coding])
+
+    def _as_png(self, image_rgb: NDArray[np.uint8]) -> Any:
+        return self._sdk.EncodedImage(contents=CODINGS["png"].encode(image_rgb), media_type=_MEDIA_TYPES["png"])
+
+    def _map(self, channel: str, place: str, value: NDArray[Any], truth: Truth) -> Any:
+        meaning = meanings(truth).get(channel)
+        if meaning is not None and meaning.unit == "id":
+            return self._sdk.SegmentationImage(self._classes(place, value, truth))
+        if meaning is not None and meaning.unit == "m" and value.ndim == 2:
+            # Rerun takes 0 for no depth.
+            return self._sdk.DepthImage(np.where(np.isfinite(value), value, 0.0).astype(np.float32), meter=1.0)
+        return self._as_png(channel_picture(channel, value, meaning, truth.instance_id)[0])
+
+    def _classes(self, place: str, value: NDArray[Any], truth: Truth) -> NDArray[np.uint16]:
+        """Return a map of ids (H, W) as classes: 0 for what is no object, else 1 + the object's index."""
+        if self._names_at.get(place) != truth.names:
+            self._names_at[place] = truth.names
+            names = [(k + 1, name) for k, name in enumerate(truth.names)]
+            self._log(place, self._sdk.AnnotationContext([(0, "no object", _GROUND), *names]))
+        order = np.argsort(truth.instance_id)
+        ids = truth.instance_id[order]
+        at = np.minimum(np.searchsorted(ids, value), len(ids) - 1)
+        return np.where(ids[at] == value, order[at] + 1, 0).astype(np.uint16)
+
+
+RERUN = ExportFormat(
+    summary="a recording for the Rerun viewer: pictures, maps, boxes, objects and camera over time",
+    needs="nothing more than a data set",
+    channels=(),
+    packages=("rerun",),
+    note=NOTE,
+    write=_write,
+    extra="rerun",
+)

@@ -1,0 +1,14 @@
+"""Packages of extras."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib.util import find_spec
+
+from sim.checks import check
+
+
+def check_packages(names: Iterable[str], extra: str) -> None:
+    """Raise ValueError, with the command that installs an extra, if packages of it are missing."""
+    missing = [name for name in names if find_spec(name) is None]
+    check("packages", not missing, f"{', '.join(missing)} to be installed (pip install 'frameout[{extra}]')", "none")

@@ -1,0 +1,66 @@
+"""``frameout export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.cli import main
+from benchmarks.export.registry import format_names
+from tests.benchmarks.export.painted_scene import painted_data_set
+
+MODULES = ["--modules", "tests.benchmarks.export.painted_scene"]
+
+
+def test_it_writes_the_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(0, 1))
+    out = tmp_path / "new" / "otb"
+    assert main(["export", data.url, "--format", "otb", "--out", str(out), *MODULES]) == 0
+    assert capsys.readouterr().out == f"{out}\n"
+    assert (out / "painted-v1-quick-000000" / "groundtruth_rect.txt").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["{set}", "--format", "nix", "--out", "{out}"], "format: expected one of coco, "),
+        (["{set}", "--format", "otb"], "out: expected a value, got none"),
+        (
+            ["{set}", "--format", "otb", "--out", "{set}"],
+            "out: expected an empty folder or one that does not exist",
+        ),
+        (["{set}", "--format", "yolo", "--out", "{out}"], "data: expected at least 2 episodes"),
+        (["{set}/nix", "--format", "otb", "--out", "{out}"], "directory: expected a data set that can be read, got '"),
+    ],
+)
+def test_wrong_arguments_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
+) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(0, 1))
+    given = [word.format(set=data.url, out=tmp_path / "out") for word in words]
+    assert main(["export", *given, *MODULES]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {message}")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_damaged_data_set_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(0, 1))
+    shard = next((tmp_path / "set" / "episodes" / "000000").glob("pixels-*.tar"))
+    shard.write_bytes(shard.read_bytes()[:40_000])
+    assert main(["export", data.url, "--format", "otb", "--out", str(tmp_path / "out"), *MODULES]) == 2
+    assert capsys.readouterr().err.startswith("error: directory: expected a whole data set (see frameout verify), got")
+
+
+def test_missing_packages_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert main(["export", "set", "--format", "otb", "--out", "out"]) == 2
+    assert "packages: expected those of data sets (pip install 'frameout[data]')" in capsys.readouterr().err
+
+
+def test_the_help_lists_all_formats(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["export", "--help"])
+    out = capsys.readouterr().out
+    assert all(name in out for name in format_names())
+    assert "{None}" not in out

@@ -1,0 +1,59 @@
+"""The same bytes from clusters and on a store, and what is said when they are not there."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.data_sets.backends import working
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.generating import Workers
+from benchmarks.data_sets.verifying import problems
+from tests.benchmarks.data_sets.small import MODULES, made, tiny
+from tests.benchmarks.data_sets.test_generating import digests
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(("backend", "package"), [("dask", "distributed"), ("ray", "ray")])
+def test_two_workers_of_a_cluster_make_the_same_bytes(data, tmp_path, backend, package, monkeypatch):
+    pytest.importorskip(package)
+    monkeypatch.setenv("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+    made(tiny(), tmp_path / "set", Workers(2, backend, modules=MODULES))
+    assert digests(tmp_path / "set") == digests(data.root)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_set_on_an_s3_store_has_the_same_contents(data, monkeypatch):
+    server = pytest.importorskip("moto.server")
+    s3fs = pytest.importorskip("s3fs")
+    settings = {"AWS_ACCESS_KEY_ID": "a", "AWS_SECRET_ACCESS_KEY": "b", "AWS_DEFAULT_REGION": "us-east-1"}
+    for name, value in settings.items():
+        monkeypatch.setenv(name, value)
+    store = server.ThreadedMotoServer(ip_address="127.0.0.1", port=0)
+    store.start()
+    try:
+        _, port = store.get_host_and_port()
+        monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{port}")
+        s3fs.S3FileSystem().mkdir("bucket")
+        stored = made(tiny(), "s3://bucket/set")
+        assert {seed: stored.episode(seed).marks for seed in stored.seeds} == {
+            seed: data.episode(seed).marks for seed in data.seeds
+        }
+        assert list(problems(DataSet("s3://bucket/set"), lambda done, of: None)) == []
+        assert stored[13].truth.time_s == data[13].truth.time_s
+    finally:
+        store.stop()
+
+
+@pytest.mark.parametrize(
+    ("backend", "address", "message"),
+    [
+        ("slurm", None, "backend: expected one of loky, dask, ray, got 'slurm'"),
+        ("loky", "x", "address: expected none for processes of this machine, got 'x'"),
+        ("dask", "tcp://127.0.0.1:9", r"address: expected a Dask scheduler that answers, got 'tcp://127\.0\.0\.1:9'"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore")
+def test_unknown_and_unreachable_clusters_are_named(backend, address, message):
+    pytest.importorskip("distributed")
+    with pytest.raises(ValueError, match=message), working(backend, address, 1):
+        pass

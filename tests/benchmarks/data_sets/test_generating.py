@@ -1,0 +1,144 @@
+"""The bytes of a data set do not depend on who made it, nor on how often that was stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.generating import Workers, forecast
+from tests.benchmarks.data_sets.small import MODULES, made, tiny
+from tests.benchmarks.no_room import no_room
+
+
+def digests(folder) -> dict[str, str]:
+    """Return the checksum of every file in a folder."""
+    files = sorted(path for path in Path(folder).rglob("[!.]*") if path.is_file() and ".unfinished" not in str(path))
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+@pytest.mark.parametrize("workers", [1, pytest.param(2), pytest.param(4, marks=pytest.mark.heavy)])
+def test_any_number_of_workers_makes_the_same_bytes(data, tmp_path, workers):
+    made(tiny(), tmp_path / "set", Workers(workers, modules=MODULES))
+    assert digests(tmp_path / "set") == digests(data.root)
+
+
+def test_a_killed_run_continues_with_the_same_command_and_makes_the_same_bytes(data, tmp_path):
+    out = tmp_path / "set"
+    script = f"from tests.benchmarks.data_sets.small import made, tiny\nmade(tiny(), {str(out)!r})\n"
+    run = subprocess.Popen([sys.executable, "-c", script], env=os.environ, cwd=Path(__file__).parents[3])
+    limit = time.monotonic() + 60
+    while not list(out.glob("episodes/*/*.tar")) and time.monotonic() < limit:
+        time.sleep(0.005)
+    os.kill(run.pid, signal.SIGKILL)
+    run.wait()
+    assert not (out / "manifest.json").exists()
+    made(tiny(), out)
+    assert digests(out) == digests(data.root)
+
+
+@pytest.mark.heavy
+def test_thirty_kills_at_random_moments_change_nothing(tmp_path):
+    """Each run lives for a little longer than it takes to begin. Its two workers outlive it for a while."""
+    asked = "tiny(seeds=(0, 24), frame_count=200)"
+    made(tiny(seeds=(0, 24), frame_count=200), tmp_path / "whole")
+    out = tmp_path / "set"
+    script = (
+        f"from tests.benchmarks.data_sets.small import *\nmade({asked}, {str(out)!r}, Workers(2, modules=MODULES))\n"
+    )
+    rng, kills = np.random.default_rng(0), 0
+    while kills < 30:
+        run = subprocess.Popen([sys.executable, "-c", script], env=os.environ, cwd=Path(__file__).parents[3])
+        before = len(list(out.glob("episodes/0*/episode.json")))
+        limit = time.monotonic() + 60
+        while not out.exists() and run.poll() is None and time.monotonic() < limit:
+            time.sleep(0.01)
+        time.sleep(float(rng.uniform(1.0, 4.0)))
+        if run.poll() is None:
+            os.kill(run.pid, signal.SIGKILL)
+            kills += 1
+        run.wait()
+        assert len(list(out.glob("episodes/0*/episode.json"))) >= before
+        if (out / "manifest.json").exists():
+            shutil.rmtree(out)
+    made(tiny(seeds=(0, 24), frame_count=200), out)
+    assert digests(out) == digests(tmp_path / "whole")
+
+
+def test_more_seeds_are_added_and_whole_episodes_are_kept(tmp_path):
+    made(tiny(seeds=(3, 4)), tmp_path / "set")
+    mark = tmp_path / "set/episodes/000003/episode.json"
+    before = mark.stat().st_mtime_ns
+    assert made(tiny(), tmp_path / "set").seeds == (3, 4)
+    assert mark.stat().st_mtime_ns == before
+
+
+def test_a_folder_with_something_else_is_refused(tmp_path):
+    made(tiny(), tmp_path / "set")
+    with pytest.raises(ValueError, match=r"out: expected a data set with pictures 'png', got .* with 'blosc2'"):
+        made(tiny(pictures="png"), tmp_path / "set")
+    before = (tmp_path / "set/dataset.json").read_bytes()
+    with pytest.raises(ValueError, match="out: expected a data set with pictures 'png'"):
+        made(tiny(pictures="png", seeds=(3, 9)), tmp_path / "set")
+    assert (tmp_path / "set/dataset.json").read_bytes() == before
+    with pytest.raises(ValueError, match="made by other code"):
+        made(tiny(scene="other"), tmp_path / "set")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/thesis.txt").touch()
+    with pytest.raises(ValueError, match="out: expected a new or empty folder, or a data set"):
+        made(tiny(), tmp_path / "mine")
+
+
+def test_a_full_disk_leaves_whole_episodes_alone(tmp_path):
+    made(tiny(seeds=(3, 4)), tmp_path / "set")
+    whole = digests(tmp_path / "set/episodes")
+    with no_room(20_000), pytest.raises(OSError, match="File too large"):
+        made(tiny(), tmp_path / "set")
+    assert digests(tmp_path / "set/episodes") == whole
+    assert DataSet(str(tmp_path / "set")).seeds == (3,)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"channels": ("depth",)}, "channels: expected some of image_rgb, .*, got 'depth'"),
+        ({"pictures": "gif"}, "pictures: expected one of blosc2, png, jpeg, got 'gif'"),
+        ({"seeds": (4, 4)}, "seeds: expected A:B with 0 <= A < B, got 4:4"),
+    ],
+)
+def test_wrong_requests_are_named(changes, message):
+    with pytest.raises(ValueError, match=message):
+        tiny(**changes)
+
+
+def test_a_preset_in_closed_loop_is_refused():
+    request = tiny()
+    object.__setattr__(request, "preset", "tiny-loop")
+    with pytest.raises(ValueError, match="preset: expected one on a set path or at rest, got 'tiny-loop'"):
+        request.episode(3)
+
+
+def test_a_forecast_is_near_what_is_made_and_makes_nothing(data):
+    told = forecast(tiny(), frames=4)
+    assert told.frames == len(data)
+    made_bytes = data.stored_bytes()
+    for channel in data.request.channels:
+        assert told.bytes_a_frame[channel] == pytest.approx(made_bytes[channel] / len(data), rel=0.2), channel
+    assert set(told.bytes_a_frame) == {*data.request.channels, "tables"}
+    assert told.bytes >= sum(told.bytes_a_frame.values()) * told.frames
+    assert told.seconds_a_frame > 0
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(ValueError, match="out: expected a place that can be written"):
+        made(tiny(), tmp_path / "file/inside")

@@ -1,0 +1,96 @@
+"""What holds for every format: the same bytes, wholly or not at all, pictures as they are stored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.data_sets.channels import CODINGS
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.export.registry import export, export_format, format_names
+from benchmarks.run import packages
+from tests.benchmarks.export.painted_scene import FRAMES, painted_data_set, picture
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return the content of each file, by its place."""
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+# Rerun's own software gives rows identities by the clock; their values are compared in ``test_rerun``.
+@pytest.mark.parametrize("name", [name for name in format_names() if name != "rerun"])
+def test_the_same_data_set_gives_the_same_bytes(
+    data: DataSet, exported: Callable[[str], Path], tmp_path: Path, name: str
+) -> None:
+    export(DataSet(data.url), name, tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(exported(name))
+    assert (
+        f"# {name}\n\nEpisodes of painted-v1, preset quick, of the seeds 3 to 4."
+        in (tmp_path / "again" / "README.md").read_text()
+    )
+
+
+@pytest.mark.parametrize("name", format_names())
+def test_after_a_failure_nothing_is_left(data: DataSet, tmp_path: Path, name: str) -> None:
+    (tmp_path / "set").mkdir()
+    for path in Path(data.url).rglob("*"):
+        target = tmp_path / "set" / path.relative_to(data.url)
+        target.mkdir(parents=True, exist_ok=True) if path.is_dir() else target.write_bytes(path.read_bytes())
+    shard = next((tmp_path / "set" / "episodes" / "000004").glob("pixels-*.tar"))
+    shard.write_bytes(shard.read_bytes()[:40_000])
+    with pytest.raises(ValueError, match=r"pixels-00000.tar: expected"):
+        export(DataSet(str(tmp_path / "set")), name, tmp_path / "out")
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+@pytest.mark.parametrize("pictures", ["png", "jpeg"])
+def test_stored_pictures_are_copied_unchanged(tmp_path: Path, pictures: str) -> None:
+    data = painted_data_set(tmp_path / "set", pictures=pictures, seeds=(3, 4))
+    export(data, "otb", tmp_path / "out")
+    ending = CODINGS[pictures].extension
+    for k in range(FRAMES):
+        content = (tmp_path / "out" / "painted-v1-quick-000003" / "img" / f"{k + 1:04d}.{ending}").read_bytes()
+        assert data.episode(3).coded(k, "image_rgb") == (pictures, content)
+        if CODINGS[pictures].is_lossless:
+            np.testing.assert_array_equal(CODINGS[pictures].decode(content), picture(3, k))
+
+
+def test_what_is_there_is_kept(data: DataSet, tmp_path: Path) -> None:
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine").write_text("mine")
+    (tmp_path / "file").write_text("mine")
+    for name in ("full", "file"):
+        with pytest.raises(ValueError, match=r"out: expected an empty folder or one that does not exist, got '.*"):
+            export(data, "otb", tmp_path / name)
+    assert (tmp_path / "full" / "mine").read_text() == (tmp_path / "file").read_text() == "mine"
+    (tmp_path / "empty").mkdir()
+    export(data, "otb", tmp_path / "empty")
+    assert (tmp_path / "empty" / "list.txt").is_file()
+    with pytest.raises(ValueError, match="out: expected a folder that can be written, got '/proc/nix'"):
+        export(data, "otb", Path("/proc/nix"))
+
+
+def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch, data: DataSet, tmp_path: Path) -> None:
+    monkeypatch.setattr(packages, "find_spec", lambda name: None)
+    message = r"packages: expected pycocotools to be installed \(pip install 'frameout\[data\]'\), got none"
+    with pytest.raises(ValueError, match=message):
+        export(data, "coco", tmp_path / "out")
+
+
+def test_formats_say_what_they_are() -> None:
+    for name in format_names():
+        found = export_format(name)
+        assert found.summary
+        assert found.needs
+        assert "http" in found.note
+    with pytest.raises(ValueError, match=r"format: expected one of coco, .*, yolo; got 'nix'"):
+        export_format("nix")
+
+
+def test_a_data_set_without_episodes_is_refused(data: DataSet, tmp_path: Path) -> None:
+    (tmp_path / "dataset.json").write_bytes((Path(data.url) / "dataset.json").read_bytes())
+    with pytest.raises(ValueError, match=r"data: expected a data set with episodes, got .* without any"):
+        export(DataSet(str(tmp_path)), "otb", tmp_path / "out")

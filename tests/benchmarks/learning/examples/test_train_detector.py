@@ -1,0 +1,79 @@
+"""The example runs from end to end, learns, repeats exactly, and reads boxes out of cells as it wrote them in."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.generating import Workers, generate
+from benchmarks.data_sets.request import Request
+
+pytest.importorskip("torch", reason="torch is not installed")
+pytest.importorskip("pycocotools", reason="pycocotools is not installed")
+import torch
+
+from benchmarks.learning.examples import train_detector
+from benchmarks.learning.examples.detections import average_precision, cars_seen
+from benchmarks.learning.examples.train_detector import detect, picture_and_goals, train
+
+
+@pytest.fixture(autouse=True)
+def _one_thread() -> Iterator[None]:
+    """Small pictures gain nothing by more, and tests run side by side."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.fixture(scope="module")
+def town(tmp_path_factory: pytest.TempPathFactory) -> DataSet:
+    """Return a set of one short episode of small pictures."""
+    request = Request(
+        "road-town-v1", "quick", (3, 4), ("image_rgb", "instance_map"), size_px=(160, 120), rate_hz=3.0, frame_count=63
+    )
+    return generate(request, str(tmp_path_factory.mktemp("town")), Workers(0), lambda done, of: None)
+
+
+def test_the_loss_falls_and_the_same_seed_repeats_it(town: DataSet) -> None:
+    samples = town.samples(picture_and_goals)
+    losses = train(samples, 10, seed=0)[1]
+    assert sum(losses[-3:]) < 0.5 * sum(losses[:3])
+    (model, first), (again, second) = (train(samples, 3, seed=0) for _ in range(2))
+    assert first == second
+    assert all(torch.equal(a, b) for a, b in zip(model.parameters(), again.parameters(), strict=True))
+    assert train(samples, 1, seed=1)[1] != losses[:1]
+
+
+@pytest.mark.parametrize("how", ["script", "module"])
+def test_it_runs_and_prints_an_ap(
+    town: DataSet, how: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["--data", town.url, "--unseen", town.url, "--steps", "2"]
+    monkeypatch.setattr(sys, "argv", ["train_detector", *arguments])
+    path = str(train_detector.__file__)
+    if how == "script":
+        runpy.run_path(path, run_name="__main__")
+    else:
+        monkeypatch.delitem(sys.modules, train_detector.__name__)
+        runpy.run_module(train_detector.__name__, run_name="__main__")
+    found = re.fullmatch(r"AP (\d\.\d{3})\n", capsys.readouterr().out)
+    assert found
+    assert 0 <= float(found[1]) < 1
+    assert len(Path(path).read_text().splitlines()) < 100
+
+
+def test_boxes_come_out_of_cells_as_they_went_in(town: DataSet) -> None:
+    pairs = []
+    for frame in town:
+        _, goals = picture_and_goals(frame)
+        perfect = torch.cat([torch.logit(goals[:1], eps=1e-4), goals[2:]])
+        pairs.append((cars_seen(frame), detect(lambda _, out=perfect: out[None], torch.empty(3, 1, 1)).numpy()))
+    assert sum(len(truth) for truth, _ in pairs) > 20
+    assert average_precision(pairs) > 0.99
