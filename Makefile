@@ -58,4 +58,6 @@ clean:
 .venv/installed-dev: .venv/installed
 	@echo "installing what tests, tuning, training, play and data sets need"
 	@$(INSTALL) --no-build-isolation -e '.[dev,tune,train,play,data,s3,dask,ray,rerun]'
+	@# It asks for the OpenCV with windows, which would take the place of the headless one.
+	@$(INSTALL) --no-deps trackeval
 	@touch $@

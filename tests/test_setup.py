@@ -65,7 +65,10 @@ def test_every_package_that_is_needed_is_pinned_to_what_is_tested() -> None:
         assert Version(importlib.metadata.version(key[0])).public == pinned[key[0]], key[0]
         assert requirement.specifier.contains(pinned[key[0]], prereleases=True)
         waiting += requirements_of(requirement.name, key[1])
-    assert set(pinned) == {name for name, _ in seen} | {"setuptools"}
+    # The Makefile installs TrackEval without what it asks for, which the tests need for themselves.
+    assert set(pinned) == {name for name, _ in seen} | {"setuptools", "trackeval"}
+    needed = {canonical(each.name) for each in requirements_of("trackeval", ())} - {"opencv-python"}
+    assert needed <= set(pinned)
 
 
 def test_what_is_imported_is_declared_and_what_is_declared_is_imported() -> None:

@@ -5,6 +5,7 @@ Fields: https://huggingface.co/datasets/chengyenhsieh/TAO-Amodal, and those of T
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,12 @@ from benchmarks.export.objects import as_xywh, kinds_of
 
 SPLIT = "validation"
 """The split that trackers are scored on."""
+_LISTS = ("videos", "images", "tracks", "annotations")
 NOTE = """
 Format: TAO-Amodal, https://huggingface.co/datasets/chengyenhsieh/TAO-Amodal (Hsieh et al. 2023, arXiv 2312.12433).
 `amodal_annotations/validation.json` names the pictures in `frames/`. All episodes are in this one split.
+`amodal_annotations/validation_lvis_v1.json` is what the format's own `tools/eval_on_tao_amodal.py` takes as
+`--annotation`: the same annotations, where `bbox` and `area` are of the amodal box, for these are scored.
 
 Boxes are left, top, width, height; the top left corner of the picture is 0, 0. Every object of the world has an
 annotation in every picture, hidden or outside the picture too, unless it is wholly behind the camera.
@@ -34,7 +38,8 @@ annotation in every picture, hidden or outside the picture too, unless it is who
 - `out_of_frame`: whether the amodal box reaches beyond the border of the picture.
 
 Truth is complete: `neg_category_ids` of a video are all categories that it does not show, and
-`not_exhaustive_category_ids` is empty. Categories are the kinds of the scene's objects, with the synset `unknown`.
+`not_exhaustive_category_ids` is empty; in the second file pictures have both as well. Categories are the kinds of the
+scene's objects, with the synset `unknown` and, in the second file, the frequency `f`.
 """
 
 
@@ -48,15 +53,17 @@ class _Video:
 
 def _write(data: DataSet, folder: Path) -> None:
     categories = {kind: number for number, kind in enumerate(kinds_of(data), start=1)}
+    named = [{"id": number, "name": kind, "synset": "unknown"} for kind, number in categories.items()]
     head: dict[str, Any] = {
         "info": {"description": f"{data.request.scenario}, preset {data.request.preset}"},
         "licenses": [],
-        "categories": [{"id": number, "name": kind, "synset": "unknown"} for kind, number in categories.items()],
+        "categories": named,
     }
+    scored_head = head | {"categories": [each | {"frequency": "f"} for each in named]}
     (folder / "amodal_annotations").mkdir()
-    path = folder / "amodal_annotations" / f"{SPLIT}.json"
-    with JsonLists(path, ("videos", "images", "tracks", "annotations"), head) as lists:
-        writer = _Writer(data, folder, categories, lists)
+    path, scored_path = (folder / "amodal_annotations" / f"{SPLIT}{ending}.json" for ending in ("", "_lvis_v1"))
+    with JsonLists(path, _LISTS, head) as lists, JsonLists(scored_path, _LISTS, scored_head) as scored:
+        writer = _Writer(data, folder, categories, lists, scored)
         for number, episode in enumerate(episodes(data), start=1):
             writer.add(_Video(number), episode)
 
@@ -64,8 +71,11 @@ def _write(data: DataSet, folder: Path) -> None:
 class _Writer:
     """Writes videos, counting pictures, tracks and annotations from 1."""
 
-    def __init__(self, data: DataSet, folder: Path, categories: dict[str, int], lists: JsonLists) -> None:
-        self._data, self._folder, self._categories, self._lists = data, folder, categories, lists
+    def __init__(
+        self, data: DataSet, folder: Path, categories: dict[str, int], lists: JsonLists, scored: JsonLists
+    ) -> None:
+        self._data, self._folder, self._categories = data, folder, categories
+        self._lists, self._scored = lists, scored
         self._images = self._tracks = self._annotations = 0
 
     def add(self, video: _Video, episode: StoredEpisode) -> None:
@@ -79,60 +89,59 @@ class _Writer:
             file = f"frame{stored.index:06d}"
             write_picture(stored, "image_rgb", pictures / file)
             size = {"width": stored.camera.width_px, "height": stored.camera.height_px}
-            self._lists.add(
-                "images",
-                {"id": self._images, "video_id": video.number, "video": name, "file_name": f"{name}/{file}.{ending}"}
-                | size
-                | {"frame_index": stored.index},
-            )
-            for k in np.flatnonzero(stored.frame.truth.state != ABSENT):
-                self._annotate(video, stored, int(k))
+            image = {"id": self._images, "video_id": video.number, "video": name}
+            image |= {"file_name": f"{name}/{file}.{ending}", "frame_index": stored.index} | size
+            present = np.flatnonzero(stored.frame.truth.state != ABSENT)
+            shown = {self._annotate(video, stored, int(k)) for k in present}
+            self._lists.add("images", image)
+            self._scored.add("images", image | self._not_shown(shown))
+        metadata = {"dataset": self._data.request.scenario, "seed": episode.seed, "fps": episode.rate_hz}
         shown = {track["category_id"] for track in video.tracks.values()}
-        self._lists.add(
-            "videos",
-            {"id": video.number, "name": name}
-            | size
-            | {
-                "neg_category_ids": [each for each in self._categories.values() if each not in shown],
-                "not_exhaustive_category_ids": [],
-                "metadata": {"dataset": self._data.request.scenario, "seed": episode.seed, "fps": episode.rate_hz},
-            },
-        )
+        about = {"id": video.number, "name": name, "metadata": metadata} | size | self._not_shown(shown)
+        for lists in (self._lists, self._scored):
+            lists.add("videos", about)
 
-    def _annotate(self, video: _Video, stored: StoredFrame, k: int) -> None:
+    def _not_shown(self, shown: Collection[int | None]) -> dict[str, list[int]]:
+        missing = [each for each in self._categories.values() if each not in shown]
+        return {"neg_category_ids": missing, "not_exhaustive_category_ids": []}
+
+    def _annotate(self, video: _Video, stored: StoredFrame, k: int) -> int | None:
+        """Annotate an object; return its category, None if it has no annotation here."""
         truth, seen = stored.frame.truth, bool(stored.is_seen[k])
         amodal_xyxy, uncertain = truth.box_xyxy[k], bool(np.isnan(truth.box_xyxy[k]).any())
         if uncertain and not seen:
-            return
+            return None
         modal = as_xywh(stored.visible_xyxy[k]) if seen else [0.0] * 4
         corner = (stored.camera.width_px, stored.camera.height_px)
         inside = not uncertain and (amodal_xyxy[:2] >= 0).all() and (amodal_xyxy[2:] <= corner).all()
         track = self._track(video, truth.names[k], truth.kinds[k])
         self._annotations += 1
-        self._lists.add(
-            "annotations",
-            {
-                "id": self._annotations,
-                "image_id": self._images,
-                "track_id": track["id"],
-                "bbox": modal,
-                "area": modal[2] * modal[3],
-                "iscrowd": 0,
-                "category_id": track["category_id"],
-                "video_id": video.number,
-                "amodal_bbox": modal if uncertain else as_xywh(amodal_xyxy),
-                "amodal_is_uncertain": uncertain,
-                "visibility": float(truth.visible_fraction[k]),
-                "out_of_frame": not inside,
-            },
-        )
+        amodal = modal if uncertain else as_xywh(amodal_xyxy)
+        annotation = {
+            "id": self._annotations,
+            "image_id": self._images,
+            "track_id": track["id"],
+            "bbox": modal,
+            "area": modal[2] * modal[3],
+            "iscrowd": 0,
+            "category_id": track["category_id"],
+            "video_id": video.number,
+            "amodal_bbox": amodal,
+            "amodal_is_uncertain": uncertain,
+            "visibility": float(truth.visible_fraction[k]),
+            "out_of_frame": not inside,
+        }
+        self._lists.add("annotations", annotation)
+        self._scored.add("annotations", annotation | {"bbox": amodal, "area": amodal[2] * amodal[3]})
+        return track["category_id"]
 
     def _track(self, video: _Video, name: str, kind: str) -> dict[str, int]:
         if name not in video.tracks:
             self._tracks += 1
             track = {"id": self._tracks, "category_id": self._categories[kind], "video_id": video.number}
             video.tracks[name] = track
-            self._lists.add("tracks", track)
+            for lists in (self._lists, self._scored):
+                lists.add("tracks", track)
         return video.tracks[name]
 
 

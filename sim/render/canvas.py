@@ -1,7 +1,8 @@
 """What pictures are drawn on: of a camera at rest, only what moved is drawn again.
 
 Bodies that did not move since the picture before are drawn on a *layer* that is kept; each picture is a copy of it on
-which the others are drawn. The result equals that of drawing everything, bit by bit.
+which the others are drawn. Where nothing at all moved, the picture before is the picture. The result equals that of
+drawing everything, bit by bit.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ class Canvas:
         if not self._fits(scene, shape) or not np.array_equal(view, self._view):
             self._forget_layer(view, poses)
             self._draw_all(scene, textures)
-        else:
+        elif not np.array_equal(poses, self._poses):
             self._note_motion(poses)
             self._draw_moved(scene, textures)
         return Drawn(textures, self._table, self._nearness, self._triangle)

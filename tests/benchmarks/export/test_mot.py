@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import configparser
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+import trackeval
 
 from benchmarks.scores.identities import clear_counts, hota, identity_counts, numbered, pairing
 from tests.benchmarks.export.painted_scene import FRAMES, NAMES, truths
@@ -57,6 +59,25 @@ def test_truth_against_itself_is_perfect(sequence: Path) -> None:
     other = {1: 2, 2: 1}
     swapped = {f: {other.get(k, k) if f > 4 else k: row for k, row in rows[f].items()} for f in rows}
     assert scores(rows, swapped)[1] < 1.0
+
+
+def test_trackeval_reads_it_and_scores_truth_against_itself_with_100(sequence: Path, tmp_path: Path) -> None:
+    """TrackEval 1.3 is the metrics' own implementation; it has no Python interface but folders."""
+    answers = tmp_path / "frameout-train" / "truth" / "data"
+    answers.mkdir(parents=True)
+    for each in sequence.parent.iterdir():
+        shutil.copy(each / "gt" / "gt.txt", answers / f"{each.name}.txt")
+    quiet = {"PRINT_CONFIG": False, "PRINT_RESULTS": False, "TIME_PROGRESS": False, "OUTPUT_SUMMARY": False}
+    evaluator = trackeval.Evaluator(quiet | {"PLOT_CURVES": False, "OUTPUT_DETAILED": False, "LOG_ON_ERROR": None})
+    folders = {"GT_FOLDER": str(sequence.parents[1]), "TRACKERS_FOLDER": str(tmp_path)}
+    names = {"BENCHMARK": "frameout", "DO_PREPROC": False, "PRINT_CONFIG": False}
+    kind = trackeval.datasets.MotChallenge2DBox(folders | names)
+    quiet_metrics = [metric({"PRINT_CONFIG": False}) for metric in (trackeval.metrics.HOTA, trackeval.metrics.Identity)]
+    results, _ = evaluator.evaluate([kind], quiet_metrics)
+    scored = results["MotChallenge2DBox"]["truth"]["COMBINED_SEQ"]["pedestrian"]
+    np.testing.assert_allclose(scored["HOTA"]["HOTA"], 1.0)
+    assert scored["Identity"]["IDF1"] == 1.0
+    assert scored["Identity"]["IDTP"] == sum(len(rows) for rows in rows_of(sequence).values()) * 2
 
 
 def test_rows_are_the_truth_counted_from_one(sequence: Path) -> None:

@@ -66,6 +66,25 @@ def test_annotations_are_the_truth(read: dict[str, Any]) -> None:
     assert len(read["annotations"]) == 2 * (3 * len(truths()) - 2)
 
 
+def test_the_file_that_is_scored_has_amodal_boxes(read: dict[str, Any], exported: Callable[[str], Path]) -> None:
+    path = exported("tao-amodal") / "amodal_annotations" / "validation_lvis_v1.json"
+    scored: dict[str, Any] = json.loads(path.read_text())
+    assert scored["tracks"] == read["tracks"]
+    assert scored["videos"] == read["videos"]
+    for annotation, other in zip(scored["annotations"], read["annotations"], strict=True):
+        assert annotation["bbox"] == annotation["amodal_bbox"] == other["amodal_bbox"]
+        assert annotation["area"] == pytest.approx(annotation["bbox"][2] * annotation["bbox"][3])
+        assert annotation | {"bbox": other["bbox"], "area": other["area"]} == other
+    assert {each["frequency"] for each in scored["categories"]} == {"f"}
+    everything = {each["id"] for each in scored["categories"]}
+    for image in scored["images"]:
+        shown = {each["category_id"] for each in scored["annotations"] if each["image_id"] == image["id"]}
+        assert set(image["neg_category_ids"]) == everything - shown
+        assert image["not_exhaustive_category_ids"] == []
+    # In two pictures of each episode an object is behind the camera.
+    assert sum(bool(image["neg_category_ids"]) for image in scored["images"]) == 4
+
+
 def test_a_seen_object_without_an_amodal_box_is_uncertain(
     data: DataSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
