@@ -88,7 +88,7 @@ def _write_files(
 ) -> dict[str, FileMark]:
     with ExitStack() as stack:
         background = live.start.background
-        marks = {} if not background else _write_background(files, folder, request, background)
+        marks = {} if not background else _write_background(stack, files, folder, request, background)
         writer = stack.enter_context(_Writer(files, folder, request, seed))
         for _ in range(live.frame_count):
             writer.add(live.step(), live.normals)
@@ -173,11 +173,15 @@ class _Table:
 
 
 def _write_background(
-    files: AbstractFileSystem, folder: str, request: Request, background: Iterable[Observation]
+    stack: ExitStack, files: AbstractFileSystem, folder: str, request: Request, background: Iterable[Observation]
 ) -> dict[str, FileMark]:
-    """Write the pictures without targets that trackers learn from, with the same coding."""
+    """Write the pictures without targets that trackers learn from, with the same coding; ``stack`` closes the files."""
     pictures = tuple(channel for channel in request.channels if channel in PICTURES)
     shards = ShardWriter(files, folder, "background")
+    stack.callback(shards.abandon)
+    schema = tables.observation_schema(pictures)
+    table = _Table(files, f"{folder}/background.parquet", schema)
+    stack.callback(table.close)
     rows = []
     for k, observation in enumerate(background):
         row = tables.observation_row(observation)
@@ -186,8 +190,6 @@ def _write_background(
             row[channel] = None if value is None else _add(shards, k, channel, value, request.pictures)
         rows.append(row)
     shards.finish()
-    schema = tables.observation_schema(pictures)
-    table = _Table(files, f"{folder}/background.parquet", schema)
     table.write(pa.Table.from_pylist(rows, schema))
     return {"background.parquet": table.close(), **shards.marks}
 

@@ -132,7 +132,7 @@ def test_a_full_disk_is_reported_in_one_line_and_the_same_command_continues(
 _MISTAKES = {
     "role": (
         """
-        from tests.fakes_scenario import Still
+        from tests.fakes_trackers import Still
         from trackers.registry import register
         register("mine", role="our", summary="")(Still)
         """,

@@ -14,7 +14,7 @@ from benchmarks.learning.search import Found, search
 from benchmarks.learning.tracker_tuning import Budget, tunables, tune, write_tuned
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
-from tests import fakes_scenario
+from tests import fakes_scenario, fakes_trackers
 from trackers.registry import entry, register, tunable
 from trackers.types import Estimate, Observation
 
@@ -28,13 +28,13 @@ class ShakyParameters:
 
 
 @register("fake_shaky", role="baseline", summary="knows the circle, but for a constant error")
-class Shaky(fakes_scenario.Knowing):
+class Shaky(fakes_trackers.Knowing):
     """Is better with smaller ``off_m``."""
 
     Parameters = ShakyParameters  # type: ignore[assignment]
 
     def __init__(self, parameters: ShakyParameters, rng: np.random.Generator) -> None:
-        super().__init__(fakes_scenario.NoParameters(), rng)
+        super().__init__(fakes_trackers.NoParameters(), rng)
         self._off_px = parameters.off_m * fakes_scenario.CAMERA.focal_px / fakes_scenario.HEIGHT_M
 
     def misbehave(self, observation: Observation) -> Estimate:

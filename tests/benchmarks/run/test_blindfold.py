@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from benchmarks.run.blindfold import Blindfolded
 from benchmarks.run.contestants import Entrant, entrants
 from scenarios.scenario import Frame
-from tests.fakes_scenario import FAKE_TOWN, NoParameters
+from tests.fakes_scenario import FAKE_TOWN
+from tests.fakes_trackers import NoParameters
 from trackers import registry
 from trackers.baselines.single_target import Hold, HoldParameters
 from trackers.blind.protocol import TargetState

@@ -16,7 +16,8 @@ from benchmarks.speed.env_stepping import measure_env, measure_env_steps, measur
 from benchmarks.speed.rendering import UNTIMED_FRAMES
 from benchmarks.speed.soak import SoakSample, growth
 from tests import fakes_scenario
-from tests.fakes_scenario import FakeEpisode, NoParameters, Still
+from tests.fakes_scenario import FakeEpisode
+from tests.fakes_trackers import NoParameters, Still
 
 STEP_S, BARE_S = 0.004, 0.02
 FRAMES = 60

@@ -12,7 +12,8 @@ import pytest
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.stereo_follow.robot import ROBOT
-from tests.fakes_scenario import FAKE_TOWN, Knowing, NoParameters
+from tests.fakes_scenario import FAKE_TOWN
+from tests.fakes_trackers import Knowing, NoParameters
 
 IDS = ("frameout/RoadTownFollow-v1", "frameout/StereoFollow-v1")
 FRAMES = 40

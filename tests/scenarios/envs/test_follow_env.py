@@ -14,8 +14,8 @@ from gymnasium.utils.env_checker import check_env
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.settings import ActionMode, ObservationMode
-from tests import fakes_scenario
-from tests.fakes_scenario import Silent, Still
+from tests import fakes_scenario, fakes_trackers
+from tests.fakes_trackers import Silent, Still
 from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import FRAMES, IDS, fresh, keywords, make, stand_in
 from trackers.types import Estimate, Observation
@@ -146,7 +146,7 @@ def test_an_observation_does_not_change_when_truth_alone_does(monkeypatch):
 
 def test_what_a_silent_tracker_does_not_say_is_not_observed(monkeypatch):
     results = {}
-    for tracker in (Silent, fakes_scenario.Knowing):
+    for tracker in (Silent, fakes_trackers.Knowing):
         for turn_rad_s in (0.5, -0.5):
             # The first box is the same; from there the car drives forward or backward.
             monkeypatch.setattr(fakes_scenario, "TURN_RAD_S", turn_rad_s)
@@ -154,7 +154,7 @@ def test_what_a_silent_tracker_does_not_say_is_not_observed(monkeypatch):
             results[tracker, turn_rad_s] = run_from_the_same_place(env)
     assert_same(results[Silent, 0.5][0], results[Silent, -0.5][0])
     assert not np.allclose(results[Silent, 0.5][1], results[Silent, -0.5][1]), "truth differs"
-    knows = [results[fakes_scenario.Knowing, turn][0] for turn in (0.5, -0.5)]
+    knows = [results[fakes_trackers.Knowing, turn][0] for turn in (0.5, -0.5)]
     assert not np.allclose(knows[0][-1]["track"], knows[1][-1]["track"]), "a tracker that sees it reports it"
 
 

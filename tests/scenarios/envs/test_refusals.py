@@ -10,7 +10,7 @@ import pytest
 
 from scenarios.envs.follow_env import FollowEnv
 from tests import fakes_scenario
-from tests.fakes_scenario import HalfNan, Raises, Still
+from tests.fakes_trackers import HalfNan, Raises, Still
 from tests.scenarios.envs.stand_in import IDS, fresh, keywords, make, stand_in
 from trackers.types import Observation
 

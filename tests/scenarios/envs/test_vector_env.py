@@ -20,7 +20,7 @@ from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.ids import register_envs
 from scenarios.envs.processes import EnvProcesses
 from scenarios.envs.truth_info import INFO, truth_keys
-from tests.fakes_scenario import NoParameters, Still
+from tests.fakes_trackers import NoParameters, Still
 from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import IDS, stand_in
 from tests.scenarios.envs.stand_in import keywords as of_ids

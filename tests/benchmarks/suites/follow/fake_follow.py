@@ -18,7 +18,7 @@ from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import LightEvent, PeopleTruth
 from sim.optics import PinholeCamera, project
-from tests.fakes_scenario import NoParameters
+from tests.fakes_trackers import NoParameters
 from trackers.registry import register
 from trackers.types import (
     CameraCommand,

@@ -23,7 +23,7 @@ from benchmarks.video.instant import Instant
 from tests.benchmarks.fake_episode import FakeEpisode, live
 from tests.benchmarks.suites.follow import fake_follow
 from tests.benchmarks.suites.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing
-from tests.fakes_scenario import NoParameters
+from tests.fakes_trackers import NoParameters
 from trackers.types import Estimate
 
 
