@@ -1,0 +1,61 @@
+"""Scores on stored episodes are those on rendered ones, in every suite; sets that cannot give them are refused."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.data_sets.benchmark import benchmark_of
+from benchmarks.data_sets.generating import Workers, generate
+from benchmarks.data_sets.request import Request, existing_channels
+from benchmarks.run.experiment import Experiment, run
+from benchmarks.run.versions import package_versions, scene_version
+from benchmarks.scores.cpu_time import CPU_TIME
+from tests.benchmarks.data_sets.small import made, tiny
+
+SUITES = {
+    "frame-out": ("road-town-v1", "colour_pf"),
+    "stereo": ("stereo-follow-v1", "stereo_wb"),
+    "fish": ("fish-tank-v1", "ca_kalman"),
+    "harbour": ("harbour-v1", "harbour_mog2"),
+}
+
+
+def rows(out: Path) -> list[dict[str, Any]]:
+    """Return the rows of a run but for what was measured with a clock."""
+    lines = [json.loads(line) for line in (out / "records.jsonl").read_text().splitlines()]
+    clocks = {metric.name for metric in CPU_TIME}
+    return [row | {"seconds": None} for row in lines if row["metric"] not in clocks]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("suite", SUITES)
+def test_scores_on_stored_episodes_are_those_on_rendered_ones(suite: str, tmp_path: Path) -> None:
+    scenario, tracker = SUITES[suite]
+    asked = Request(scenario, "quick", (3, 4), ())
+    versions = {"scene": scene_version(scenario, "quick"), "packages": package_versions()}
+    request = replace(asked, channels=existing_channels(asked), **versions)
+    generate(request, str(tmp_path / "set"), Workers(0), lambda done, whole: None)
+    rendered = Experiment(suite, scenario, ("quick",), (tracker,), range(3, 4), workers=0)
+    run(rendered, tmp_path / "rendered")
+    run(replace(rendered, data=str(tmp_path / "set")), tmp_path / "stored")
+    assert rows(tmp_path / "stored") == rows(tmp_path / "rendered") != []
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"frame_count": 12}, "data: expected frames as the preset tiny has them"),
+        ({"frame_count": None, "pictures": "jpeg"}, "data: expected pictures without loss, got jpeg"),
+        ({"frame_count": None, "channels": ("image_rgb",)}, "data: expected a set with all pictures and the instance"),
+        ({"frame_count": None, "scene": "other"}, "data: expected one made by the scene's present code"),
+    ],
+)
+def test_a_set_that_gives_other_scores_is_refused(changes: dict[str, Any], message: str, tmp_path: Path) -> None:
+    made(tiny(**{"seeds": (3, 4), **changes}), tmp_path / "set")
+    with pytest.raises(ValueError, match=message):
+        benchmark_of(str(tmp_path / "set"))
