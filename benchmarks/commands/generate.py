@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib.metadata
 import json
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -93,10 +94,14 @@ class Generate:
         workers = cores(self.workers)
         if self.dry_run:
             return self._say(forecast(request), max(workers, 1))
+        began = time.perf_counter()
         with progress_bar(f"{request.scenario} {request.preset}") as progress:
             data = generate(request, self.out, Workers(workers, self.backend, self.address, self.modules), progress)
-        made = {"out": self.out, "episodes": len(data.seeds), "frames": len(data)}
-        print(json.dumps(made) if self.json else f"{self.out}: {len(data.seeds)} episodes, {len(data)} frames")
+        made = {"episodes": len(data.seeds), "frames": len(data), "bytes": data.files.du(data.root)}
+        seconds = time.perf_counter() - began
+        size = f"{made['frames']} frames, {made['bytes'] / 2**30:.2f} GiB"
+        said = f"{self.out}: {made['episodes']} episodes, {size}, {seconds:.0f} s"
+        print(json.dumps({"out": self.out} | made | {"seconds": seconds}) if self.json else said)
         return 0
 
     def _seeds(self) -> range:
