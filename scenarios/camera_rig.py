@@ -72,7 +72,7 @@ class SingleCamera:
 
     def normals(self, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """See ``Rig``."""
-        return self._renderer.gbuffer(self.camera, T_world_camera).normal_world
+        return self._renderer.normals(self.camera, T_world_camera)
 
     def larger_view(self, shader: Shader, T_world_camera: NDArray[np.float64], scale: float) -> NDArray[np.uint8]:
         """See ``Rig``.

@@ -115,6 +115,24 @@ def resolve_picture(seen: Visible, base_colour_rgb: NDArray[np.uint8], normal_wo
                 normal_world[row, column, k] = surfaces.normal[k, column]
 
 
+@njit(cache=True, error_model="numpy")
+def normals_of(drawn: Drawn, normal_world: NDArray[np.float32]) -> None:
+    """Write the normals of a ``GBuffer`` (H, W, 3) alone, which takes a fifth of the time of all."""
+    scratch = new_resolve_scratch(drawn.triangle.shape[1])
+    width, normal = np.uint64(drawn.triangle.shape[1]), scratch.normal
+    for row in range(drawn.triangle.shape[0]):
+        triangle, written = drawn.triangle[row], normal_world[row]
+        runs = find_runs(triangle, scratch.firsts)
+        for run in range(runs):
+            first, last = np.uint64(scratch.firsts[run]), np.uint64(scratch.firsts[run + np.uint64(1)])
+            index = np.uint32(triangle[first])
+            _describe_run(drawn.table.whole, drawn.table.real, index, row, first, last, scratch.whole, scratch.real)
+        for column in range(width):
+            written[column, 0] = normal[0, column]
+            written[column, 1] = normal[1, column]
+            written[column, 2] = normal[2, column]
+
+
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def resolve_row(seen: Visible, row: int, scratch: ResolveScratch, surfaces: SurfaceRow) -> None:
     """Write the surfaces of one row of pixels; colour and normal are those of the scratch.

@@ -29,6 +29,10 @@ class Renderer(Protocol):
         """
         ...
 
+    def normals(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return ``normal_world`` of the ``gbuffer``, in a fresh array."""
+        ...
+
 
 RENDERERS: dict[str, Callable[[World], Renderer]] = {"raster": Raster, "pybullet": PybulletRenderer}
 

@@ -43,6 +43,10 @@ class PybulletRenderer:
         normals_from_depth(depth_m, instance_id, T_world_camera[:3, :3] @ K_inverse, normal_world)
         return GBuffer(colour_rgb, depth_m.astype(np.float32), instance_id, normal_world)
 
+    def normals(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """See ``Renderer``."""
+        return self.gbuffer(camera, T_world_camera).normal_world
+
 
 @njit(cache=True)
 def normals_from_depth(

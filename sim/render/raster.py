@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera
-from sim.render.attributes import Drawn, Visible, new_resolve_scratch, resolve_picture, resolve_row
+from sim.render.attributes import Drawn, Visible, new_resolve_scratch, normals_of, resolve_picture, resolve_row
 from sim.render.canvas import Canvas
 from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
@@ -53,6 +53,13 @@ class Raster:
         base_colour_rgb, normal_world = np.empty(shape, np.uint8), np.empty(shape, np.float32)
         resolve_picture(seen, base_colour_rgb, normal_world)
         return GBuffer(base_colour_rgb, seen.depth_m, seen.instance_id, normal_world)
+
+    def normals(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return the normals of ``gbuffer`` alone, in a fresh array."""
+        drawn = self.draw(camera, T_world_camera)
+        normal_world = np.empty((*drawn.triangle.shape, 3), np.float32)
+        normals_of(drawn, normal_world)
+        return normal_world
 
     def visible(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5

@@ -82,6 +82,10 @@ class ThroughWater:
         )
         return GBuffer(colour, ends.depth_m, instance_id, normal)
 
+    def normals(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """See ``Renderer``."""
+        return self.gbuffer(camera, T_world_camera).normal_world
+
     def visible(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
     ) -> Refracted:

@@ -58,6 +58,7 @@ def _assert_drawn_whole(raster: Raster, world: World, T_world_camera: NDArray[np
     kept, whole = raster.gbuffer(CAMERA, T_world_camera), Raster(world).gbuffer(CAMERA, T_world_camera)
     for name in kept._fields:
         assert getattr(kept, name).tobytes() == getattr(whole, name).tobytes(), name
+    assert raster.normals(CAMERA, T_world_camera).tobytes() == whole.normal_world.tobytes()
 
 
 MOVES = st.lists(
@@ -106,6 +107,9 @@ def test_what_is_at_rest_is_drawn_once():
             raster.gbuffer(CAMERA, VIEWS[0])
         # A body of the layer moved; later one came to rest.
         assert raster._canvas.pictures_of_all == 4
+        raster.gbuffer(CAMERA, VIEWS[1])
+        raster.normals(CAMERA, VIEWS[1])
+        assert raster._canvas.pictures_of_all == 5
 
 
 def test_bodies_that_are_added_are_drawn(world):
