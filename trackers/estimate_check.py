@@ -31,12 +31,16 @@ def check_estimate(estimate: Estimate) -> None:
             _finite("box_xyxy", box)
             if not (box[2:] >= box[:2]).all():
                 raise ValueError(f"box_xyxy: expected x_min <= x_max and y_min <= y_max, got {box.tolist()}")
-    if estimate.heading_rad is not None and not silent:
-        _finite("heading_rad", _array("heading_rad", estimate.heading_rad, ()))
-    if estimate.depth_m is not None and not silent:
+    if estimate.heading_rad is not None:
+        heading = _array("heading_rad", estimate.heading_rad, ())
+        if not silent:
+            _finite("heading_rad", heading)
+    if estimate.depth_m is not None:
         depth_m = float(_array("depth_m", estimate.depth_m, ()))
-        if not 0.0 < depth_m < np.inf:
+        if not silent and not 0.0 < depth_m < np.inf:
             raise ValueError(f"depth_m: expected a finite number > 0, got {depth_m}")
+    if estimate.centre_line_px is not None:
+        _array("centre_line_px", estimate.centre_line_px, (np.size(estimate.centre_line_px) // 2, 2))
     check_probability("in_view_probability", estimate.in_view_probability)
     _check_posterior(estimate, silent)
 
@@ -86,8 +90,10 @@ def _check_posterior(estimate: Estimate, silent: bool) -> None:
                 )
     elif estimate.weights is not None:
         raise ValueError("weights: expected None without particles_px, got an array")
-    if estimate.covariance_px is not None and not silent:
-        covariance = _array("covariance_px", estimate.covariance_px, (2, 2))
+    if estimate.covariance_px is None:
+        return
+    covariance = _array("covariance_px", estimate.covariance_px, (2, 2))
+    if not silent:
         _finite("covariance_px", covariance)
         scale = 1e-6 * max(float(np.abs(covariance).max()), 1e-12)
         if abs(covariance[0, 1] - covariance[1, 0]) > scale or np.linalg.eigvalsh(covariance)[0] < -scale:

@@ -98,6 +98,7 @@ class Bench:
 
     def run(self) -> int:
         """Run it; return the exit status."""
+        load_modules(self.modules)
         status = 0
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
             for name in self.suites:
@@ -128,7 +129,6 @@ class Bench:
         return request
 
     def _run_suite(self, name: str) -> int:
-        load_modules(self.modules)
         wanted = suite(name)
         if self.real:
             out, outcome = self._run_on_files(wanted)
@@ -180,6 +180,7 @@ class Bench:
         presets = names(self.preset) or ((wanted.quick_preset,) if self.quick else ())
         scenarios, renderer = names(self.scenario), self.renderer
         if self.data is not None:
+            check("data", not wanted.judges_controllers, "none, as stored pictures cannot be steered", self.data)
             scenarios, presets, renderer = (self._stored.scenario,), (self._stored.preset,), self._stored.renderer
         asked = (scenarios, presets, names(self.trackers), names(self.controllers))
         chosen = parties(wanted, *asked, variants=not self.quick)

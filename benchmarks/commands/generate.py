@@ -111,7 +111,7 @@ class Generate:
 
     def _say(self, told: Forecast, workers: int) -> int:
         """Print a forecast."""
-        seconds = told.seconds_a_frame * told.frames / workers
+        seconds = told.seconds / workers
         if self.json:
             print(json.dumps({"frames": told.frames, "bytes": told.bytes, "seconds": seconds}))
             return 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.data_sets.channels import CODINGS, PICTURES, coding_of
+from benchmarks.data_sets.channels import CODINGS, NORMALS, PICTURES, coding_of
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.request import Request
 from benchmarks.run.versions import package_versions, scene_version
@@ -21,9 +21,9 @@ def benchmark_of(data: str) -> Request:
     check("data", not changes, f"frames as the preset {request.preset} has them", f"a set with its own {changes}")
     lossy = [c for c in PICTURES if c in request.channels and not CODINGS[coding_of(c, request.pictures)].is_lossless]
     check("data", not lossy, "pictures without loss", f"{request.pictures} for {', '.join(lossy)}")
-    needed = {*PICTURES, "instance_map"}
-    missing = [channel for channel in request.left_out() if channel in needed]
-    check("data", not missing, "a set with all pictures and the instance map", f"one without {', '.join(missing)}")
+    # No judge reads normals; of the others, each may be read by one.
+    missing = [channel for channel in request.left_out() if channel != NORMALS]
+    check("data", not missing, "a set with all channels", f"one without {', '.join(missing)}")
     made, now = request.scene, scene_version(request.scenario, request.preset)
     check("data", made == now, f"one made by the scene's present code ({now})", f"one made by {made}")
     differ = [name for name, version in package_versions().items() if request.packages.get(name, version) != version]

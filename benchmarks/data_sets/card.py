@@ -31,7 +31,7 @@ def _text(data: DataSet) -> str:
     made_with = ", ".join(f"{name} {version}" for name, version in request.packages.items())
     stored, frames = data.stored_bytes(), len(data)
     first = data.episode(data.seeds[0])
-    camera = first.start.camera
+    camera = first.camera
     channels = [
         f"| `{channel}` | {coding_of(channel, request.pictures)} | {stored[channel] / frames / 1024:.1f} "
         f"| {_unit(told, channel)} |"

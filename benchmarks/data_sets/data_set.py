@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,10 @@ import pyarrow.compute
 import pyarrow.dataset
 from fsspec import AbstractFileSystem
 
-from benchmarks.data_sets.episode_writer import episode_folder
+from benchmarks.data_sets.episode_writer import episode_folder, read_mark
 from benchmarks.data_sets.places import place_of
 from benchmarks.data_sets.request import Request, request_of
-from benchmarks.data_sets.stored_episode import StoredEpisode, read_mark
+from benchmarks.data_sets.stored_episode import StoredEpisode
 from scenarios.scenario import Frame
 from sim.checks import check
 
@@ -41,7 +42,15 @@ class DataSet:
         self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
         self._known = frozenset(self.seeds)
         self._episodes: dict[int, StoredEpisode] = {}
+        self._lock = Lock()
         self._ends: np.ndarray | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the lock: another process makes its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__ |= state | {"_lock": Lock()}
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -60,13 +69,14 @@ class DataSet:
     def episode(self, seed: int) -> StoredEpisode:
         """Return an episode; the last few are kept open. Raises ValueError if it does not exist."""
         check("seed", seed in self._known, f"one of the {len(self.seeds)} that exist in {self.url}", seed)
-        episode = self._episodes.pop(seed, None)
-        if episode is None:
-            episode = StoredEpisode(self.files, episode_folder(self.root, seed), self.request)
-        self._episodes[seed] = episode
-        if len(self._episodes) > _OPEN:
-            # Whoever still holds it opens its files again.
-            self._episodes.pop(next(iter(self._episodes))).close()
+        with self._lock:
+            episode = self._episodes.pop(seed, None)
+            if episode is None:
+                episode = StoredEpisode(self.files, episode_folder(self.root, seed), self.request)
+            self._episodes[seed] = episode
+            if len(self._episodes) > _OPEN:
+                # Whoever still holds it opens its files again.
+                self._episodes.pop(next(iter(self._episodes))).close()
         return episode
 
     def locate(self, index: int) -> tuple[StoredEpisode, int]:

@@ -6,8 +6,8 @@ import dataclasses
 import json
 import secrets
 import shutil
-from collections.abc import Callable, Iterable
-from contextlib import ExitStack
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,17 @@ def episode_folder(root: str, seed: int) -> str:
     return f"{root}/episodes/{seed:06d}"
 
 
+def read_mark(files: AbstractFileSystem, folder: str) -> dict[str, Any]:
+    """Return an episode's mark. Raises ValueError if it is damaged, FileNotFoundError if there is none."""
+    try:
+        mark: dict[str, Any] = json.loads(files.cat_file(f"{folder}/{MARK}"))
+        for key in ("seed", "frame_count", "rate_hz", "start", "files"):
+            mark[key]
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{folder}/{MARK}: expected the mark of an episode, got {error}") from None
+    return mark
+
+
 def write_episode(files: AbstractFileSystem, root: str, request: Request, seed: int, live: Episode) -> None:
     """Run an episode and write it; after a failure nothing of it is left.
 
@@ -60,9 +71,11 @@ def write_episode(files: AbstractFileSystem, root: str, request: Request, seed: 
         }
         files.pipe_file(f"{folder}/{MARK}", (json.dumps(mark, indent=1) + "\n").encode())
         if is_local:
-            _move(Path(folder), Path(final))
+            _move(files, Path(folder), Path(final))
     except BaseException:
-        files.rm(folder, recursive=True)
+        # Another run on the same data set may have cleared it away.
+        with suppress(FileNotFoundError):
+            files.rm(folder, recursive=True)
         raise
 
 
@@ -73,22 +86,27 @@ def clear(files: AbstractFileSystem, root: str) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _move(folder: Path, final: Path) -> None:
-    """Move a finished episode to its place; one that is there already is the same."""
+def _move(files: LocalFileSystem, folder: Path, final: Path) -> None:
+    """Move a finished episode to its place. One that is there already is the same, unless its mark is gone."""
     try:
         folder.rename(final)
     except OSError:
-        if not (final / MARK).is_file():
+        if not final.is_dir():
             raise
-        shutil.rmtree(folder)
+        try:
+            read_mark(files, str(final))
+        except (ValueError, FileNotFoundError):
+            shutil.rmtree(final)
+            folder.rename(final)
+        else:
+            shutil.rmtree(folder)
 
 
 def _write_files(
     files: AbstractFileSystem, folder: str, request: Request, seed: int, live: Episode
 ) -> dict[str, FileMark]:
     with ExitStack() as stack:
-        background = live.start.background
-        marks = {} if not background else _write_background(stack, files, folder, request, background)
+        marks = write_background(stack, files, folder, request, live.start.background)
         writer = stack.enter_context(_Writer(files, folder, request, seed))
         for _ in range(live.frame_count):
             writer.add(live.step(), live.normals)
@@ -124,8 +142,8 @@ class _Writer:
         row = tables.frame_row(truth, frame.observation)
         for channel in self._request.channels:
             value = value_of(frame, channel, normals)
-            place = None if value is None else self._add_value(truth.frame, channel, value)
-            row[channel] = place
+            pictures = self._request.pictures
+            row[channel] = None if value is None else _add(self._shards, truth.frame, channel, value, pictures)
         self._rows.append(row | {"seed": self._seed})
         self._boxes.append(visible_boxes(truth.instance_map, truth.instance_id))
         self._truths.append(without_pixels(truth))
@@ -141,9 +159,6 @@ class _Writer:
             "objects.parquet": self._objects.close(),
             **self._shards.marks,
         }
-
-    def _add_value(self, frame: int, channel: str, value: NDArray[Any]) -> dict[str, int]:
-        return _add(self._shards, frame, channel, value, self._request.pictures)
 
     def _flush(self) -> None:
         if self._rows:
@@ -172,10 +187,15 @@ class _Table:
         return self._file.mark
 
 
-def _write_background(
-    stack: ExitStack, files: AbstractFileSystem, folder: str, request: Request, background: Iterable[Observation]
+def write_background(
+    stack: ExitStack, files: AbstractFileSystem, folder: str, request: Request, background: Sequence[Observation]
 ) -> dict[str, FileMark]:
-    """Write the pictures without targets that trackers learn from, with the same coding; ``stack`` closes the files."""
+    """Write the pictures without targets that trackers learn from, if there are any, with the coding of others.
+
+    ``stack`` closes the files.
+    """
+    if not background:
+        return {}
     pictures = tuple(channel for channel in request.channels if channel in PICTURES)
     shards = ShardWriter(files, folder, "background")
     stack.callback(shards.abandon)

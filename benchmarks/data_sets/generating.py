@@ -6,9 +6,10 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from contextlib import ExitStack
+from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import numba
@@ -17,11 +18,11 @@ from fsspec import AbstractFileSystem
 from benchmarks.data_sets.backends import working
 from benchmarks.data_sets.card import write_card
 from benchmarks.data_sets.data_set import MANIFEST, REQUEST, DataSet, is_whole
-from benchmarks.data_sets.episode_writer import MARK, clear, episode_folder, write_episode
+from benchmarks.data_sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
 from benchmarks.data_sets.places import lasting, place_of, put
 from benchmarks.data_sets.request import Request, request_of
-from benchmarks.data_sets.stored_episode import read_mark
 from benchmarks.run.contestants import load_modules
+from scenarios.scenario import Episode
 from sim.checks import check
 
 Progress = Callable[[int, int], None]
@@ -77,8 +78,8 @@ def begin(files: AbstractFileSystem, root: str, request: Request, out: str) -> N
         kept_request = request_of(files.cat_file(path), f"{out}/{REQUEST}")
         grows = kept_request.seeds[0] == request.seeds[0] and kept_request.seeds[1] < request.seeds[1]
         found = replace(kept_request, seeds=request.seeds) if grows else kept_request
-        for name, wanted in vars_of(request).items():
-            kept = vars_of(found)[name]
+        for name in (field.name for field in fields(request)):
+            wanted, kept = getattr(request, name), getattr(found, name)
             why = "; made by other code, whose frames may differ" if name == "scene" else ""
             check("out", kept == wanted, f"a data set with {name} {wanted!r}", f"{out!r} with {kept!r}{why}")
         if grows:
@@ -91,11 +92,6 @@ def begin(files: AbstractFileSystem, root: str, request: Request, out: str) -> N
         put(files, path, request.as_json().encode())
     except (NotADirectoryError, FileExistsError, PermissionError, FileNotFoundError) as error:
         raise ValueError(f"out: expected a place that can be written, got {out!r} ({error})") from None
-
-
-def vars_of(request: Request) -> dict[str, Any]:
-    """Return a request's values by name."""
-    return {name: getattr(request, name) for name in request.__dataclass_fields__}
 
 
 def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int) -> int:
@@ -118,41 +114,60 @@ class Forecast:
 
     Attributes:
         frames: number. bytes_a_frame: by channel, and of ``tables``. seconds_a_frame: of one worker.
-        background_bytes: of all pictures that trackers learn from.
+        background_bytes, background_s: of all pictures that trackers learn from.
     """
 
     frames: int
     bytes_a_frame: dict[str, float]
     seconds_a_frame: float
     background_bytes: float
+    background_s: float
 
     @property
     def bytes(self) -> float:
         """Of the whole data set."""
         return self.frames * sum(self.bytes_a_frame.values()) + self.background_bytes
 
+    @property
+    def seconds(self) -> float:
+        """Of one worker, for the whole data set."""
+        return self.frames * self.seconds_a_frame + self.background_s
+
+
+class FramesAlone:
+    """An episode for timing: its first frames, without the pictures that trackers learn from."""
+
+    def __init__(self, episode: Episode, frames: int) -> None:
+        self._episode = episode
+        self.start = replace(episode.start, background=())
+        self.frame_count = min(frames, episode.frame_count)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._episode, name)
+
 
 def forecast(request: Request, frames: int = 30) -> Forecast:
     """Measure the first frames of the first episode, which are written to memory alone."""
     live = request.episode(request.seeds[0])
-    whole = live.frame_count
-    live.frame_count = min(frames, whole)
     root = f"memory://forecast-{id(live)}"
+    files, path = place_of(root)
     try:
-        files, path = place_of(root)
-        started = time.perf_counter()
-        write_episode(files, path, request, request.seeds[0], live)
-        seconds = (time.perf_counter() - started) / live.frame_count
+        began = time.perf_counter()
+        with ExitStack() as stack:
+            marks = write_background(stack, files, f"{path}/background", request, live.start.background)
+        background_s = time.perf_counter() - began
+        first = FramesAlone(live, frames)
+        began = time.perf_counter()
+        write_episode(files, path, request, request.seeds[0], cast(Episode, first))
+        seconds = (time.perf_counter() - began) / first.frame_count
         files.pipe_file(f"{path}/{REQUEST}", request.as_json().encode())
-        data = DataSet(root)
-        each = {name: size / live.frame_count for name, size in data.stored_bytes().items()}
-        marks = data.episode(request.seeds[0]).marks
-        background = sum(mark["bytes"] for name, mark in marks.items() if name.startswith("background-"))
+        each = {name: size / first.frame_count for name, size in DataSet(root).stored_bytes().items()}
     finally:
         live.close()
         files.rm(path, recursive=True)
     episodes = len(range(*request.seeds))
-    return Forecast(whole * episodes, each, seconds, background * episodes)
+    background = sum(mark.bytes for mark in marks.values())
+    return Forecast(live.frame_count * episodes, each, seconds, background * episodes, background_s * episodes)
 
 
 def _made(request: Request, out: str, seeds: list[int], workers: Workers) -> Iterator[int]:

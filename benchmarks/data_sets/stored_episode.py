@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator
-from threading import get_ident
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from pyarrow import ArrowException
 
 from benchmarks.data_sets import tables
 from benchmarks.data_sets.channels import CODINGS, NORMALS, PICTURES, coding_of
-from benchmarks.data_sets.episode_writer import MARK
+from benchmarks.data_sets.episode_writer import read_mark
 from benchmarks.data_sets.request import Request
 from benchmarks.data_sets.shards import shard_name
 from scenarios import catalog
@@ -46,11 +45,15 @@ class StoredEpisode:
         self._next = 0
         self._live: Any = None
         self._tables: tuple[list[dict[str, Any]], dict[str, NDArray[Any]], NDArray[np.int64]] | None = None
-        self._open: dict[tuple[int, int, str], Any] = {}
+        self._open: dict[tuple[int, str], Any] = {}
+        self._lock = Lock()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without open files: another process opens its own."""
-        return self.__dict__ | {"_open": {}, "_live": None}
+        """Without open files and the lock: another process has its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"} | {"_open": {}, "_live": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__ |= state | {"_lock": Lock()}
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -61,11 +64,16 @@ class StoredEpisode:
         return map(self.frame, range(self.frame_count))
 
     @property
+    def camera(self) -> CameraModel:
+        """The camera of the first frame."""
+        return CameraModel(**self._start["camera"])
+
+    @property
     def start(self) -> Start:
         """What a tracker gets before the first picture."""
         box = self._start["box_xyxy"]
         return Start(
-            CameraModel(**self._start["camera"]),
+            self.camera,
             None if box is None else np.array(box),
             tuple(self._background()) if "background.parquet" in self.marks else (),
         )
@@ -76,7 +84,9 @@ class StoredEpisode:
             raise IndexError(f"frame: expected 0 to {self.frame_count - 1}, got {index}")
         rows, objects, ends = self._read_tables()
         row = rows[index]
-        wanted = self._request.channels if channels is None else channels
+        stored = self._request.channels
+        wanted = stored if channels is None else channels
+        check("channels", set(wanted) <= set(stored), f"some of {', '.join(stored)}", ", ".join(map(str, wanted)))
         pixels = {c: self._pixels("pixels", c, row[c]) for c in wanted if c != NORMALS and row[c] is not None}
         each = {name: values[ends[index] : ends[index + 1]] for name, values in objects.items()}
         truth = tables.truth_of(self._scenario.truth, row, each, pixels)
@@ -124,22 +134,24 @@ class StoredEpisode:
         raise ValueError(f"larger_view: expected a rendered episode, got a stored one (scale {scale:g})")
 
     def close(self) -> None:
-        """Close all files, and forget the tables."""
-        for file in self._open.values():
-            file.close()
-        self._open, self._tables = {}, None
+        """Close all files, and forget the tables; what is read afterwards opens them again."""
+        with self._lock:
+            for file in self._open.values():
+                file.close()
+            self._open, self._tables = {}, None
         if self._live is not None:
             self._live.close()
 
     def _read_tables(self) -> tuple[list[dict[str, Any]], dict[str, NDArray[Any]], NDArray[np.int64]]:
-        if self._tables is None:
+        found = self._tables
+        if found is None:
             frames, objects = (self._table(name) for name in ("frames", "objects"))
             arrays = tables.object_arrays(self._scenario.truth, objects)
             boxes = objects["visible_box_xyxy"].combine_chunks().flatten().to_numpy(zero_copy_only=False)
             arrays["visible_box_xyxy"] = boxes.reshape(-1, 4)
             ends = np.searchsorted(objects["frame"].to_numpy(), np.arange(self.frame_count + 1))
-            self._tables = frames.to_pylist(), arrays, ends
-        return self._tables
+            found = self._tables = frames.to_pylist(), arrays, ends
+        return found
 
     def _table(self, name: str) -> Any:
         path = f"{self._folder}/{name}.parquet"
@@ -160,26 +172,15 @@ class StoredEpisode:
     def _bytes(self, shards: str, place: dict[str, int]) -> bytes:
         name = shard_name(shards, place["shard"])
         # A forked process opens its own: it would share the place in the file with its parent and siblings.
-        # So does a thread.
-        key = os.getpid(), get_ident(), name
-        if key not in self._open:
-            self._open[key] = self._files.open(f"{self._folder}/{name}", "rb")
-        file = self._open[key]
-        file.seek(place["offset"])
-        found: bytes = file.read(place["bytes"])
+        key = os.getpid(), name
+        with self._lock:
+            if key not in self._open:
+                self._open[key] = self._files.open(f"{self._folder}/{name}", "rb")
+            file = self._open[key]
+            file.seek(place["offset"])
+            found: bytes = file.read(place["bytes"])
         check(f"{self._folder}/{name}", len(found) == place["bytes"], f"{place['bytes']} bytes", len(found))
         return found
-
-
-def read_mark(files: AbstractFileSystem, folder: str) -> dict[str, Any]:
-    """Return an episode's mark. Raises ValueError if it is damaged, FileNotFoundError if there is none."""
-    try:
-        mark: dict[str, Any] = json.loads(files.cat_file(f"{folder}/{MARK}"))
-        for key in ("seed", "frame_count", "rate_hz", "start", "files"):
-            mark[key]
-    except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"{folder}/{MARK}: expected the mark of an episode, got {error}") from None
-    return mark
 
 
 def _pictures(pixels: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -18,6 +18,7 @@ from benchmarks.data_sets.generating import Progress, files_of
 from benchmarks.data_sets.stored_episode import StoredEpisode
 from benchmarks.data_sets.visible_boxes import visible_boxes
 from scenarios.truth import Truth, check_truth
+from sim.checks import check
 
 _CHUNK = 2**22
 _SLACK_PX = 2.5
@@ -75,7 +76,7 @@ def _of_episode(
 
 
 def _manifest(data: DataSet) -> dict[str, Any] | None:
-    """Return the list of all files, if there is one that can be read and is of all seeds."""
+    """Return the list of all files; None if there is none yet, or one from before the set grew."""
     path = f"{data.root}/{MANIFEST}"
     if not data.files.exists(path):
         return None
@@ -83,7 +84,8 @@ def _manifest(data: DataSet) -> dict[str, Any] | None:
         listed: dict[str, Any] = json.loads(data.files.cat_file(path))
     except ValueError as error:
         raise ValueError(f"{MANIFEST}: expected the list of a data set's files, got {error}") from None
-    return listed
+    check(MANIFEST, isinstance(listed, dict), "the list of a data set's files", type(listed).__name__)
+    return listed if all(f"{seed:06d}" in listed for seed in range(*data.request.seeds)) else None
 
 
 def discard(data: DataSet, seeds: list[int]) -> None:

@@ -135,11 +135,12 @@ def write_block(folder: Path, rows: Sequence[Values], facts: Facts) -> None:
 
 
 def is_kept(folder: Path, key: BlockKey, versions: dict[str, str] | None) -> bool:
-    """Return whether a block has a whole file, of these ``versions``."""
+    """Return whether a block has a whole file, of these ``versions``; what judged it does not matter."""
     try:
-        return facts_of(path_of(folder, key)).versions == versions
+        kept = facts_of(path_of(folder, key)).versions
     except (FileNotFoundError, ValueError):
         return False
+    return versions is not None and kept | {"judge": ""} == versions | {"judge": ""}
 
 
 def paths_in(directory: Path) -> list[Path]:

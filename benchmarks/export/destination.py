@@ -18,6 +18,9 @@ def whole_folder(out: Path) -> Iterator[Path]:
     Raises:
         ValueError: if ``out`` is a file, holds something, or cannot be written.
     """
+    # What a link points to is what is replaced, and a folder cannot be where a disk is mounted.
+    out = out.resolve()
+    check("out", not os.path.ismount(out), "a folder inside of a disk", f"{str(out)!r}, where one is mounted")
     taken = out.exists() and (not out.is_dir() or any(out.iterdir()))
     check("out", not taken, "an empty folder or one that does not exist", repr(str(out)))
     try:

@@ -29,12 +29,11 @@ def as_xywh(box_xyxy: NDArray[np.float64], first: float = 0.0) -> list[float]:
 
 
 class Identities:
-    """Numbers the objects of an episode by name, from ``first`` on, in order of their appearance."""
+    """Numbers the objects of an episode by name, from 1 on, in order of their appearance."""
 
-    def __init__(self, first: int = 1) -> None:
-        self._first = first
+    def __init__(self) -> None:
         self.numbers: dict[str, int] = {}
 
     def of(self, name: str) -> int:
         """Return an object's number."""
-        return self.numbers.setdefault(name, self._first + len(self.numbers))
+        return self.numbers.setdefault(name, 1 + len(self.numbers))

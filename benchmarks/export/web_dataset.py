@@ -39,7 +39,7 @@ def _write(data: DataSet, folder: Path) -> None:
     shards = ShardWriter(LocalFileSystem(), str(folder), "frames", shard_bytes=2 * SHARD_BYTES)
     try:
         for episode in episodes(data):
-            for stored in frames(episode, data.request.channels):
+            for stored in frames(episode, tuple(c for c in data.request.channels if c not in PICTURES)):
                 for name, content in _files(data, stored):
                     place = shards.add(f"{episode.seed:06d}_{stored.index:06d}.{name}", content)
                 if place.offset + place.bytes > SHARD_BYTES:

@@ -214,8 +214,8 @@ class GuardedMany(GuardedContestant):
         if self.reason is None:
             with self.guarded(self._frames, "revision") as watch:
                 revised = self._contestant.revised()
-                self.revision_cpu_s = watch.cpu_s
                 if revised is not None:
+                    self.revision_cpu_s = watch.cpu_s
                     _check_revised(revised, self._frames)
         return revised if self.reason is None else None
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import tempfile
 import time
-from dataclasses import dataclass, field
 from typing import Any, cast
 
 import cv2
@@ -20,6 +19,7 @@ import numpy as np
 from benchmarks.data_sets.channels import CODINGS, NORMALS, coding_of, value_of
 from benchmarks.data_sets.data_set import REQUEST, DataSet
 from benchmarks.data_sets.episode_writer import write_episode
+from benchmarks.data_sets.generating import FramesAlone
 from benchmarks.data_sets.places import place_of
 from benchmarks.data_sets.request import Request, existing_channels
 from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, Figure, bare_cpu_s, entries_of
@@ -28,24 +28,20 @@ from scenarios.scenario import Episode, Frame
 _CODED_FRAMES = 20
 
 
-@dataclass
-class _Interrupted:
+class _Interrupted(FramesAlone):
     """An episode that is interrupted by bare calls, whose time it keeps."""
 
-    episode: Any
-    frame_count: int
-    bare_s: list[float] = field(default_factory=list)
-    interrupted_s: float = 0.0
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.episode, name)
+    def __init__(self, episode: Episode, frames: int) -> None:
+        super().__init__(episode, frames)
+        self.bare_s: list[float] = []
+        self.interrupted_s = 0.0
 
     def step(self) -> Frame:
         """Return the next frame."""
-        frame: Frame = self.episode.step()
+        frame: Frame = self._episode.step()
         if frame.truth.frame % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
             began = time.process_time()
-            self.bare_s.append(bare_cpu_s(self.episode.world, frame))
+            self.bare_s.append(bare_cpu_s(self.world, frame))
             self.interrupted_s += time.process_time() - began
         return frame
 
@@ -98,9 +94,7 @@ def _made(files: Any, root: str, request: Request, seed: int, frames: int) -> tu
     """Return the CPU seconds a frame of making and writing an episode, and those of bare calls."""
     live = request.episode(seed)
     try:
-        # What is built before the first frame, and the pictures that trackers learn from, are not of a frame.
-        _ = live.start
-        interrupted = _Interrupted(live, min(frames, live.frame_count))
+        interrupted = _Interrupted(live, frames)
         began = time.process_time()
         write_episode(files, root, request, seed, cast(Episode, interrupted))
         taken = time.process_time() - began - interrupted.interrupted_s

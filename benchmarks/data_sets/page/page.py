@@ -61,7 +61,7 @@ def render_page(data: DataSet) -> str:
     frames = len(data)
     stored = data.stored_bytes()
     first = data.episode(data.seeds[0])
-    camera = first.start.camera
+    camera = first.camera
     quantities, constants = _scene(data)
     template = page_environment("data_sets/page").get_template("page.html.jinja")
     style = page_style() + Path(__file__).with_name("page.css").read_text()

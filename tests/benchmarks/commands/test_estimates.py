@@ -47,8 +47,14 @@ def test_summary_and_comparisons_are_made_from_estimates_again(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["bench", "--keep-estimates"], "packages: expected those of data sets (pip install 'frameout[data]')"),
-        (["report", "OUT", "--from-estimates"], "packages: expected those of data sets (pip install 'frameout[data]')"),
+        (
+            ["bench", "--keep-estimates"],
+            "packages: expected no_such_package to be installed (pip install 'frameout[data]')",
+        ),
+        (
+            ["report", "OUT", "--from-estimates"],
+            "packages: expected no_such_package to be installed (pip install 'frameout[data]')",
+        ),
         (["report", "OUT", "--data", "set"], "data: expected none without --from-estimates, got 'set'"),
         (
             ["bench", "fish", "--real", "x.csv", "--keep-estimates"],

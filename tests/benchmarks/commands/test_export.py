@@ -53,9 +53,12 @@ def test_a_damaged_data_set_is_named(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 def test_missing_packages_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("benchmarks.run.packages.find_spec", lambda name: None)
     assert main(["export", "set", "--format", "otb", "--out", "out"]) == 2
-    assert "packages: expected those of data sets (pip install 'frameout[data]')" in capsys.readouterr().err
+    assert (
+        "packages: expected blosc2, fsspec, pyarrow to be installed (pip install 'frameout[data]')"
+        in capsys.readouterr().err
+    )
 
 
 def test_the_help_lists_all_formats(capsys: pytest.CaptureFixture[str]) -> None:

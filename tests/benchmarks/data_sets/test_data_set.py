@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +86,20 @@ def test_many_episodes_are_read_with_few_open(tmp_path: Path) -> None:
     assert len(many._episodes) == 4
     np.testing.assert_array_equal(held.frame(0).truth.T_world_object, first)
     assert [frame.truth.frame for frame in many] == [0, 1] * 8
+
+
+def test_threads_read_many_episodes_at_once(tmp_path: Path) -> None:
+    many = made(tiny(seeds=(0, 8), frame_count=2), tmp_path / "set")
+    order = np.random.default_rng(0).integers(0, len(many), 200).tolist()
+    with ThreadPoolExecutor(8) as threads:
+        frames = list(threads.map(many.__getitem__, order))
+    assert [frame.truth.frame for frame in frames] == [index % 2 for index in order]
+
+
+def test_channels_that_are_not_stored_are_named(data: DataSet) -> None:
+    for wrong in ("depth", "seed"):
+        with pytest.raises(ValueError, match=f"channels: expected some of image_rgb, .*, got {wrong}"):
+            data.samples(lambda frame: frame, channels=(wrong,))[0]
 
 
 def test_one_episode_is_read_without_the_others(data: DataSet, tmp_path: Path) -> None:

@@ -74,6 +74,15 @@ def test_thirty_kills_at_random_moments_change_nothing(tmp_path):
     assert digests(out) == digests(tmp_path / "whole")
 
 
+@pytest.mark.parametrize("mark", [None, b"", b'{"seed": 4'])
+def test_an_episode_without_a_mark_is_made_again(data, tmp_path, mark):
+    shutil.copytree(data.root, tmp_path / "set")
+    path = tmp_path / "set/episodes/000004/episode.json"
+    path.unlink() if mark is None else path.write_bytes(mark)
+    made(tiny(), tmp_path / "set")
+    assert digests(tmp_path / "set") == digests(data.root)
+
+
 def test_more_seeds_are_added_and_whole_episodes_are_kept(tmp_path):
     made(tiny(seeds=(3, 4)), tmp_path / "set")
     mark = tmp_path / "set/episodes/000003/episode.json"

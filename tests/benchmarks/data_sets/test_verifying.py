@@ -58,6 +58,15 @@ def test_an_episode_in_place_of_another_and_a_changed_mark_are_found(copy):
     ]
 
 
+def test_what_was_made_since_the_set_began_to_grow_is_whole(tmp_path):
+    """The run that made it grow was killed: the manifest is that of before."""
+    made(tiny(seeds=(3, 4)), tmp_path / "set")
+    before = (tmp_path / "set/manifest.json").read_bytes()
+    made(tiny(), tmp_path / "set")
+    (tmp_path / "set/manifest.json").write_bytes(before)
+    assert found(tmp_path / "set") == []
+
+
 def test_truth_that_does_not_fit_its_pictures_is_found(copy, monkeypatch):
     monkeypatch.setattr("benchmarks.data_sets.verifying._of_files", lambda data, seed, episode: None)
     table = copy / "episodes/000003/objects.parquet"

@@ -67,7 +67,11 @@ def test_what_is_there_is_kept(data: DataSet, tmp_path: Path) -> None:
             export(data, "otb", tmp_path / name)
     assert (tmp_path / "full" / "mine").read_text() == (tmp_path / "file").read_text() == "mine"
     (tmp_path / "empty").mkdir()
-    export(data, "otb", tmp_path / "empty")
+    (tmp_path / "link").symlink_to(tmp_path / "empty")
+    export(data, "otb", tmp_path / "link")
+    assert (tmp_path / "empty" / "README.md").is_file()
+    with pytest.raises(ValueError, match="out: expected a folder inside of a disk"):
+        export(data, "otb", Path("/"))
     assert (tmp_path / "empty" / "list.txt").is_file()
     with pytest.raises(ValueError, match="out: expected a folder that can be written, got '/proc/nix'"):
         export(data, "otb", Path("/proc/nix"))
