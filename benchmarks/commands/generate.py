@@ -37,7 +37,7 @@ class Generate:
         seeds: episodes A to B - 1 (default: 0:EPISODES).
         episodes: number of episodes from seed 0 on, in place of `--seeds`.
         channels: names of the pictures and maps to store (default: all that the scenario has).
-        pictures: coding of pictures: blosc2 (Zstandard, lossless, fastest), png (lossless) or jpeg (quality 95).
+        pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
         size: width and height of the pictures in pixels (default: the preset's).
         rate_hz: frames a second (default: the preset's).
         frames: frames of an episode (default: the preset's).

@@ -16,6 +16,8 @@ from sim.checks import check
 BACKENDS = ("loky", "dask", "ray")
 _LOST = "a worker ended (killed, or out of memory); what was made is kept, the same command continues"
 
+PATIENCE_S = 10.0
+"""How long a scheduler may take to answer."""
 Unordered = Callable[[Callable[[int], int], Sequence[int]], Iterator[int]]
 """Calls a function on each of several numbers, and yields the results as they come."""
 
@@ -73,7 +75,7 @@ def _dask(address: str | None, workers: int) -> Iterator[Unordered]:
             yield unordered
         return
     try:
-        client = Client(address, timeout=10)
+        client = Client(address, timeout=PATIENCE_S)
     except OSError as error:
         raise ValueError(f"address: expected a Dask scheduler that answers, got {address!r} ({error})") from None
     with client:

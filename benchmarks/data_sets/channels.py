@@ -79,7 +79,7 @@ CODINGS: dict[str, Coding] = {
     "png": Coding("png", True, _image_encoder(".png", cv2.IMWRITE_PNG_COMPRESSION, 1), _read_image),
     "jpeg": Coding("jpg", False, _image_encoder(".jpg", cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY), _read_image),
 }
-"""By name. ``blosc2``: Zstandard after shuffling, for any values; the others for pictures (``PICTURES``)."""
+"""By name. ``blosc2``: Zstandard or LZ4 after shuffling, for any values; the others for pictures (``PICTURES``)."""
 
 
 def channels_of(scenario: Scenario) -> tuple[str, ...]:

@@ -53,7 +53,8 @@ def test_a_set_on_an_s3_store_has_the_same_contents(data, monkeypatch):
     ],
 )
 @pytest.mark.filterwarnings("ignore")
-def test_unknown_and_unreachable_clusters_are_named(backend, address, message):
+def test_unknown_and_unreachable_clusters_are_named(backend, address, message, monkeypatch):
     pytest.importorskip("distributed")
+    monkeypatch.setattr("benchmarks.data_sets.backends.PATIENCE_S", 1.0)
     with pytest.raises(ValueError, match=message), working(backend, address, 1):
         pass
