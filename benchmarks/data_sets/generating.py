@@ -164,7 +164,8 @@ def forecast(request: Request, frames: int = 30) -> Forecast:
         each = {name: size / first.frame_count for name, size in DataSet(root).stored_bytes().items()}
     finally:
         live.close()
-        files.rm(path, recursive=True)
+        if files.exists(path):
+            files.rm(path, recursive=True)
     episodes = len(range(*request.seeds))
     background = sum(mark.bytes for mark in marks.values())
     return Forecast(live.frame_count * episodes, each, seconds, background * episodes, background_s * episodes)
