@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.optics import project
-from tests.fakes_scenario import CAMERA, HEIGHT_M, RADIUS_M, SIZE_M, TURN_RAD_S
+from tests import fakes_scenario
+from tests.fakes_scenario import CAMERA, HEIGHT_M, RADIUS_M, SIZE_M
 from trackers.registry import register
 from trackers.types import Estimate, Observation
 
@@ -51,7 +52,8 @@ class Knowing(_Fake):
     noise_m = 0.5
 
     def misbehave(self, observation: Observation) -> Estimate:
-        angle = TURN_RAD_S * observation.time_s + self._phase
+        # Asked anew: a test turns the cars the other way.
+        angle = fakes_scenario.TURN_RAD_S * observation.time_s + self._phase
         middle = RADIUS_M * np.array([np.cos(angle), np.sin(angle)]) + self._rng.normal(0, self.noise_m, 2)
         points = np.vstack([middle, middle + self._rng.normal(0, self.noise_m, (200, 2))])
         height = np.full((201, 1), 0.5 * SIZE_M[2])
