@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from threading import Lock
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 from fsspec import AbstractFileSystem
 from numpy.typing import NDArray
@@ -15,13 +17,34 @@ from pyarrow import ArrowException
 
 from benchmarks.data_sets import tables
 from benchmarks.data_sets.channels import CODINGS, NORMALS, PICTURES, coding_of
-from benchmarks.data_sets.episode_writer import read_mark
+from benchmarks.data_sets.episode_writer import ROWS_AT_ONCE, read_mark
 from benchmarks.data_sets.request import Request
 from benchmarks.data_sets.shards import shard_name
 from scenarios import catalog
 from scenarios.scenario import Frame
 from sim.checks import check
 from trackers.types import CameraCommand, CameraModel, Observation, Start
+
+_KEPT_GROUPS = 4
+"""Row groups that are kept for reading in any order: an episode's length costs no memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """A row group of both tables.
+
+    Attributes:
+        rows: of ``frames``. objects: field -> (K, …) of all objects of these frames.
+        ends: (len(rows) + 1,) where each frame's objects begin.
+    """
+
+    rows: list[dict[str, Any]]
+    objects: dict[str, NDArray[Any]]
+    ends: NDArray[np.int64]
+
+    def objects_of(self, at: int) -> dict[str, NDArray[Any]]:
+        """Return the fields of one frame's objects."""
+        return {name: values[self.ends[at] : self.ends[at + 1]] for name, values in self.objects.items()}
 
 
 class StoredEpisode:
@@ -44,7 +67,7 @@ class StoredEpisode:
         self._start = mark["start"]
         self._next = 0
         self._live: Any = None
-        self._tables: tuple[list[dict[str, Any]], dict[str, NDArray[Any]], NDArray[np.int64]] | None = None
+        self._groups: dict[int, _Group] = {}
         self._open: dict[tuple[int, str], Any] = {}
         self._lock = Lock()
 
@@ -82,33 +105,34 @@ class StoredEpisode:
         """Return a frame; of its pixels only ``channels``, None = all that are stored. Raises IndexError."""
         if not 0 <= index < self.frame_count:
             raise IndexError(f"frame: expected 0 to {self.frame_count - 1}, got {index}")
-        rows, objects, ends = self._read_tables()
-        row = rows[index]
+        group, at = self._group(index)
+        row = group.rows[at]
         stored = self._request.channels
         wanted = stored if channels is None else channels
         check("channels", set(wanted) <= set(stored), f"some of {', '.join(stored)}", ", ".join(map(str, wanted)))
         pixels = {c: self._pixels("pixels", c, row[c]) for c in wanted if c != NORMALS and row[c] is not None}
-        each = {name: values[ends[index] : ends[index + 1]] for name, values in objects.items()}
-        truth = tables.truth_of(self._scenario.truth, row, each, pixels)
+        truth = tables.truth_of(self._scenario.truth, row, group.objects_of(at), pixels)
         return Frame(tables.observation_of(row, _pictures(pixels)), truth)
 
     def normals_of(self, index: int) -> NDArray[np.float32]:
         """Return the normals of a frame, see ``Episode.normals``. Raises ValueError if they are not stored."""
         check("channels", NORMALS in self._request.channels, f"a data set with {NORMALS}", "one without")
-        return self._pixels("pixels", NORMALS, self._read_tables()[0][index][NORMALS])
+        return self._pixels("pixels", NORMALS, self._row(index)[NORMALS])
 
     def visible_boxes_of(self, index: int) -> NDArray[np.float64]:
         """Return the boxes (N, 4) about the visible pixels of a frame's objects; NaN where none is seen."""
-        _, objects, ends = self._read_tables()
-        return objects["visible_box_xyxy"][ends[index] : ends[index + 1]]
+        group, at = self._group(index)
+        return group.objects_of(at)["visible_box_xyxy"]
 
     def rows(self) -> list[int]:
         """Return the numbers of the frames in the table, in its order."""
-        return [row["frame"] for row in self._read_tables()[0]]
+        table = self._table("frames", lambda file: pq.read_table(file, columns=["frame"]))
+        found: list[int] = table["frame"].to_pylist()
+        return found
 
     def coded(self, index: int, channel: str) -> tuple[str, bytes] | None:
         """Return the name of the coding and the stored bytes of a frame's channel; None if it has none."""
-        place = self._read_tables()[0][index][channel]
+        place = self._row(index)[channel]
         return None if place is None else (coding_of(channel, self._request.pictures), self._bytes("pixels", place))
 
     def step(self, command: CameraCommand | None = None) -> Frame:
@@ -138,27 +162,40 @@ class StoredEpisode:
         with self._lock:
             for file in self._open.values():
                 file.close()
-            self._open, self._tables = {}, None
+            self._open, self._groups = {}, {}
         if self._live is not None:
             self._live.close()
 
-    def _read_tables(self) -> tuple[list[dict[str, Any]], dict[str, NDArray[Any]], NDArray[np.int64]]:
-        found = self._tables
+    def _row(self, index: int) -> dict[str, Any]:
+        group, at = self._group(index)
+        return group.rows[at]
+
+    def _group(self, index: int) -> tuple[_Group, int]:
+        """Return the rows that were written together with a frame's, and its place among them."""
+        number, at = divmod(index, ROWS_AT_ONCE)
+        found = self._groups.get(number)
         if found is None:
-            frames, objects = (self._table(name) for name in ("frames", "objects"))
+            frames, objects = (self._row_group(name, number) for name in ("frames", "objects"))
             arrays = tables.object_arrays(self._scenario.truth, objects)
             boxes = objects["visible_box_xyxy"].combine_chunks().flatten().to_numpy(zero_copy_only=False)
             arrays["visible_box_xyxy"] = boxes.reshape(-1, 4)
-            ends = np.searchsorted(objects["frame"].to_numpy(), np.arange(self.frame_count + 1))
-            found = self._tables = frames.to_pylist(), arrays, ends
-        return found
+            ends = np.searchsorted(objects["frame"].to_numpy(), number * ROWS_AT_ONCE + np.arange(len(frames) + 1))
+            found = _Group(frames.to_pylist(), arrays, ends)
+            with self._lock:
+                self._groups[number] = found
+                if len(self._groups) > _KEPT_GROUPS:
+                    self._groups.pop(next(iter(self._groups)))
+        return found, at
 
-    def _table(self, name: str) -> Any:
+    def _row_group(self, name: str, number: int) -> pa.Table:
+        return self._table(name, lambda file: pq.ParquetFile(file).read_row_group(number))
+
+    def _table(self, name: str, read: Callable[[Any], pa.Table] = pq.read_table) -> pa.Table:
         path = f"{self._folder}/{name}.parquet"
         try:
             with self._files.open(path, "rb") as file:
-                return pq.read_table(file)
-        except (ArrowException, OSError) as error:
+                return read(file)
+        except (ArrowException, OSError, IndexError) as error:
             raise ValueError(f"{path}: expected a whole table, got {' '.join(str(error).split())}") from None
 
     def _background(self) -> Iterator[Observation]:
