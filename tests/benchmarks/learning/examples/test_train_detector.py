@@ -43,7 +43,7 @@ def town(tmp_path_factory: pytest.TempPathFactory) -> DataSet:
 
 def test_the_loss_falls_and_the_same_seed_repeats_it(town: DataSet) -> None:
     samples = town.samples(picture_and_goals)
-    losses = train(samples, 10, seed=0)[1]
+    losses = train(samples, 30, seed=0)[1]
     assert sum(losses[-3:]) < 0.5 * sum(losses[:3])
     (model, first), (again, second) = (train(samples, 3, seed=0) for _ in range(2))
     assert first == second
