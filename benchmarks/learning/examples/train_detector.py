@@ -47,7 +47,7 @@ def picture_and_goals(frame: Frame) -> tuple[Tensor, Tensor]:
 def network() -> nn.Sequential:
     """Return the network: pictures to a score of centres, and edges, for each cell (5, H / 4, W / 4)."""
     plan = ((3, 16, 2, 1), (16, 32, 2, 1), (32, 32, 1, 1), (32, 48, 1, 2), (48, 48, 1, 4))
-    layers = ((nn.Conv2d(a, b, 3, stride, gap, gap), nn.GroupNorm(4, b), nn.ReLU()) for a, b, stride, gap in plan)
+    layers = [(nn.Conv2d(a, b, 3, stride, gap, gap), nn.GroupNorm(4, b), nn.ReLU()) for a, b, stride, gap in plan]
     last = nn.Conv2d(48, 5, 1)
     nn.init.constant_(last.bias[:1], -2.2)  # type: ignore[index]  # Few cells are centres, as CenterNet begins.
     return nn.Sequential(*(each for layer in layers for each in layer), last)
