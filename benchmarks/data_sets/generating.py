@@ -91,7 +91,7 @@ def begin(files: AbstractFileSystem, root: str, request: Request, out: str) -> N
         files.makedirs(root, exist_ok=True)
         put(files, path, request.as_json().encode())
     except (NotADirectoryError, FileExistsError, PermissionError, FileNotFoundError) as error:
-        raise ValueError(f"out: expected a place that can be written, got {out!r} ({error})") from None
+        raise ValueError(f"out: expected a folder that can be written, got {out!r} ({error})") from None
 
 
 def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int) -> int:

@@ -149,5 +149,5 @@ def test_a_forecast_is_near_what_is_made_and_makes_nothing(data):
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(ValueError, match="out: expected a place that can be written"):
+    with pytest.raises(ValueError, match="out: expected a folder that can be written"):
         made(tiny(), tmp_path / "file/inside")
