@@ -39,15 +39,28 @@ class Entry:
 _ENTRIES: tuple[Entry, ...] = (
     Entry(
         "road-town-v1",
-        "scenarios.road_town.scenario:ROAD_TOWN",
+        "scenarios.road_town.scenario:ROAD_TOWN_V1",
         "frameout/RoadTownFollow-v1",
+        "mosaic_graph_pf",
+        survey="scenarios.road_town.survey:FRAME_OUTS_V1",
+    ),
+    Entry(
+        "road-town-v2",
+        "scenarios.road_town.scenario:ROAD_TOWN",
+        "frameout/RoadTownFollow-v2",
         "mosaic_graph_pf",
         survey="scenarios.road_town.survey:FRAME_OUTS",
     ),
     Entry(
         "stereo-follow-v1",
-        "scenarios.stereo_follow.scenario:STEREO_FOLLOW",
+        "scenarios.stereo_follow.scenario:STEREO_FOLLOW_V1",
         "frameout/StereoFollow-v1",
+        "stereo_people",
+    ),
+    Entry(
+        "stereo-follow-v2",
+        "scenarios.stereo_follow.scenario:STEREO_FOLLOW",
+        "frameout/StereoFollow-v2",
         "stereo_people",
     ),
     Entry("fish-tank-v1", "scenarios.fish_tank.scenario:FISH_TANK", "frameout/FishTankFollow-v1", "shoal_chain"),
@@ -62,7 +75,8 @@ _ENTRIES: tuple[Entry, ...] = (
     Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
 """In order of publication: a later version of a scenario stands after an earlier one. Add yours here."""
-DEFAULT, DEFAULT_ENV = unversioned(_ENTRIES[0].id), _ENTRIES[0].env_id
+DEFAULT = unversioned(_ENTRIES[0].id)
+DEFAULT_ENV = next(entry.env_id for entry in reversed(_ENTRIES) if unversioned(entry.id) == DEFAULT)
 """Default scenario and env of the commands."""
 
 

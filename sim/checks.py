@@ -44,7 +44,7 @@ def check_within(configuration: Any, names: str, low: float, high: float = math.
 def _is_of(value: Any, kind: Any) -> bool:
     parts = get_args(kind)
     if get_origin(kind) is Literal:
-        return isinstance(value, str) and value in parts
+        return type(value) in (str, int) and value in parts
     if isinstance(kind, UnionType):
         return any(_is_of(value, part) for part in parts)
     if get_origin(kind) is tuple:

@@ -99,6 +99,7 @@ class RoadTown:
         sun_elevation_deg: range.
         ego: errors of the measured pose, or None for no instruments.
         closed_loop: whether a controller steers the camera by default.
+        edition: 1 = flights and pictures as in ``road-town-v1``, 2 = as in ``road-town-v2``.
     """
 
     summary: str
@@ -122,6 +123,7 @@ class RoadTown:
     sun_elevation_deg: tuple[float, float] = (35.0, 65.0)
     ego: EgoErrors | None = EgoErrors()
     closed_loop: bool = False
+    edition: Literal[1, 2] = 2
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -203,3 +205,5 @@ PRESETS: dict[str, RoadTown] = {
         frame_outs=FrameOuts(count=(1, 2), frames=(5, 30)),
     ),
 }
+PRESETS_V1 = {name: replace(preset, edition=1) for name, preset in PRESETS.items()}
+"""Presets of ``road-town-v1``."""

@@ -1,4 +1,4 @@
-"""The scenario ``road-town-v1``: a car in a town, seen from a helicopter that loses it from view."""
+"""The scenario ``road-town``: a car in a town, seen from a helicopter that loses it from view."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scenarios.road_town.episode import RoadTownEpisode
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import make_plan
-from scenarios.road_town.presets import PRESETS, RoadTown
+from scenarios.road_town.presets import PRESETS, PRESETS_V1, RoadTown
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.truth import TruthExtent
@@ -20,7 +20,7 @@ from trackers.types import Carrier
 class RoadTownScenario:
     """See ``scenarios.scenario.Scenario``."""
 
-    id: str = "road-town-v1"
+    id: str = "road-town-v2"
     summary: str = "a car in a town, seen from a helicopter that often loses it from view"
     start: str = "the first picture and the car's box in it; measured ego pose where the preset has instruments"
     target: str = "target"
@@ -55,3 +55,4 @@ class RoadTownScenario:
 
 
 ROAD_TOWN = RoadTownScenario()
+ROAD_TOWN_V1 = RoadTownScenario(id="road-town-v1", presets=PRESETS_V1)

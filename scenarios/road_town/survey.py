@@ -11,7 +11,7 @@ from scenarios.road_town.frame_outs import OUT, frame_out_spans, picture_states
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.scenario import ROAD_TOWN
+from scenarios.road_town.scenario import ROAD_TOWN, ROAD_TOWN_V1
 from sim.rng import episode_seed
 
 
@@ -41,14 +41,21 @@ class Held:
     share_of_frames_outside: float
 
 
+@dataclass(frozen=True)
 class FrameOutSurvey:
-    """See ``scenarios.scenario.Survey``."""
+    """See ``scenarios.scenario.Survey``.
+
+    Attributes:
+        scenario: catalogue id, from which the seeds follow.
+    """
+
+    scenario: str
 
     columns = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad")
 
     def measure(self, preset: RoadTown, seeds: range) -> dict[str, Any]:
         """Return the fields of ``Held``."""
-        return asdict(_held(preset, seeds))
+        return asdict(_held(preset, self.scenario, seeds))
 
     def cells(self, held: dict[str, Any]) -> tuple[str, ...]:
         """See ``Survey``."""
@@ -61,13 +68,14 @@ class FrameOutSurvey:
         )
 
 
-FRAME_OUTS = FrameOutSurvey()
+FRAME_OUTS = FrameOutSurvey(ROAD_TOWN.id)
+FRAME_OUTS_V1 = FrameOutSurvey(ROAD_TOWN_V1.id)
 
 
-def _held(preset: RoadTown, seeds: range) -> Held:
+def _held(preset: RoadTown, scenario: str, seeds: range) -> Held:
     counts, lengths, turning, off_road, outside = [], [], [], [], []
     for seed in seeds:
-        plan = make_plan(preset, episode_seed(seed, ROAD_TOWN.id, 0), closed_loop=False)
+        plan = make_plan(preset, episode_seed(seed, scenario, 0), closed_loop=False)
         states = picture_states(plan.camera, plan.camera_poses, plan.target_corners_m())
         on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
         spans = frame_out_spans(states)

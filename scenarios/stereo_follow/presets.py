@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -36,6 +37,7 @@ class StereoFollow:
             0: light returns at once.
         dropped_share: share of pairs whose right picture is lost, in [0, 1].
         odometry: whether the robot has odometry.
+        edition: 1 = drives and pictures as in ``stereo-follow-v1``, 2 = as in ``stereo-follow-v2``.
     """
 
     summary: str
@@ -62,6 +64,7 @@ class StereoFollow:
     brightening_s: float = 0.0
     dropped_share: float = 0.0
     odometry: bool = True
+    edition: Literal[1, 2] = 2
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -119,3 +122,5 @@ PRESETS = {
         brightening_s=3.0,
     ),
 }
+PRESETS_V1 = {name: replace(preset, edition=1) for name, preset in PRESETS.items()}
+"""Presets of ``stereo-follow-v1``."""

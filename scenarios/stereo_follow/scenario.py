@@ -1,4 +1,4 @@
-"""The scenario ``stereo-follow-v1``: a person among others, followed by a robot with a stereo camera."""
+"""The scenario ``stereo-follow``: a person among others, followed by a robot with a stereo camera."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.pictureless.bank import StereoPictureless
 from scenarios.stereo_follow.plan import make_plan
-from scenarios.stereo_follow.presets import PRESETS, StereoFollow
+from scenarios.stereo_follow.presets import PRESETS, PRESETS_V1, StereoFollow
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import PeopleTruth
 from scenarios.truth import TruthExtent
@@ -20,7 +20,7 @@ from trackers.types import Carrier
 class StereoFollowScenario:
     """See ``scenarios.scenario.Scenario``."""
 
-    id: str = "stereo-follow-v1"
+    id: str = "stereo-follow-v2"
     summary: str = "a person among others, followed by a robot with a stereo camera from corridor to yard"
     start: str = "the first pair and the person's box in the left picture; the camera's settings; odometry"
     target: str = "target"
@@ -55,3 +55,4 @@ class StereoFollowScenario:
 
 
 STEREO_FOLLOW = StereoFollowScenario()
+STEREO_FOLLOW_V1 = StereoFollowScenario(id="stereo-follow-v1", presets=PRESETS_V1)
