@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from threading import Lock
 from typing import Any
 
@@ -21,6 +21,8 @@ from sim.checks import check
 
 _OPEN = 4
 """Episodes whose tables and files are kept for reading in any order."""
+_SCANNED = 32
+"""Episodes whose tables are read as one Arrow dataset."""
 REQUEST, MANIFEST = "dataset.json", "manifest.json"
 
 
@@ -94,14 +96,23 @@ class DataSet:
 
     def scan(self, name: str) -> pa.dataset.Dataset:
         """Return the table as an Arrow dataset, which reads chosen columns and rows only."""
-        paths = [f"{episode_folder(self.root, seed)}/{name}.parquet" for seed in self.seeds]
+        return self._scan(name, self.seeds)
+
+    def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
+        """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory."""
+        for first in range(0, len(self.seeds), _SCANNED):
+            # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
+            yield from self._scan(name, self.seeds[first : first + _SCANNED]).scanner(columns=columns).to_batches()
+
+    def _scan(self, name: str, seeds: Sequence[int]) -> pa.dataset.Dataset:
+        paths = [f"{episode_folder(self.root, seed)}/{name}.parquet" for seed in seeds]
         return pa.dataset.dataset(paths, filesystem=self.files, format="parquet")
 
     def stored_bytes(self) -> dict[str, int]:
         """Return the bytes of each channel in all frames, from its places in the table of frames, and of all tables."""
         total = dict.fromkeys(self.request.channels, 0)
         columns = {name: pa.compute.field(name, "bytes") for name in total}
-        for batch in self.scan("frames").scanner(columns=columns).to_batches() if columns else ():
+        for batch in self.batches("frames", columns) if columns else ():
             for name in total:
                 total[name] += pa.compute.sum(batch[name]).as_py() or 0
         marks = (read_mark(self.files, episode_folder(self.root, seed))["files"] for seed in self.seeds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from benchmarks.data_sets.data_set import DataSet
@@ -15,7 +16,7 @@ def kinds_of(data: DataSet) -> list[str]:
         ValueError: if there are no objects.
     """
     kinds: set[str] = set()
-    for batch in data.scan("objects").to_batches(columns=["kinds"]):
+    for batch in data.batches("objects", {"kinds": pc.field("kinds")}):
         kinds.update(batch["kinds"].unique().to_pylist())
     if not kinds:
         raise ValueError(f"data: expected a data set with objects, got {data.url} without any")

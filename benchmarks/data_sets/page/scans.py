@@ -165,7 +165,7 @@ def frame_outs(data: DataSet) -> dict[str, FrameOuts]:
 
 
 def _batches(data: DataSet, table: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
-    return data.scan(table).scanner(columns=columns).to_batches()
+    return data.batches(table, columns)
 
 
 def _objects(data: DataSet, columns: dict[str, Any]) -> Iterator[tuple[pa.RecordBatch, NDArray[np.bool_]]]:

@@ -74,6 +74,43 @@ def test_thirty_kills_at_random_moments_change_nothing(tmp_path):
     assert digests(out) == digests(tmp_path / "whole")
 
 
+def peak_mib(work: str) -> float:
+    """Return the largest resident memory of a process that does some work, in MiB."""
+    script = (
+        "import resource\nfrom benchmarks.data_sets.generating import make_episode\n"
+        f"from tests.benchmarks.data_sets.small import *\n{work}\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script], env=os.environ, cwd=Path(__file__).parents[3], capture_output=True, check=True
+    )
+    return int(run.stdout) / 1024
+
+
+@pytest.mark.heavy
+def test_a_workers_memory_does_not_grow_with_the_number_of_frames(tmp_path):
+    """512 frames are two blocks of rows, which are in memory until they are written."""
+
+    def worker_mib(name: str, frames: int, episodes: int) -> float:
+        request = f"tiny(seeds=(0, {episodes}), frame_count={frames})"
+        return peak_mib(f"for k in range({episodes}): make_episode({request}, {str(tmp_path / name)!r}, MODULES, k)")
+
+    few, blocks = worker_mib("few", 10, 1), worker_mib("blocks", 512, 1)
+    assert blocks < 1.15 * few
+    assert worker_mib("long", 10_000, 1) < 1.06 * blocks
+    assert worker_mib("many", 100, 100) < 1.06 * blocks
+
+
+@pytest.mark.heavy
+def test_the_memory_of_the_whole_run_hardly_grows_with_the_number_of_frames(tmp_path):
+    """The data card is written from tables that are read in parts."""
+    few, many = (
+        peak_mib(f"made(tiny(seeds=(0, {episodes}), frame_count=100), {str(tmp_path / str(episodes))!r})")
+        for episodes in (1, 100)
+    )
+    assert many < 1.15 * few
+
+
 @pytest.mark.parametrize("mark", [None, b"", b'{"seed": 4'])
 def test_an_episode_without_a_mark_is_made_again(data, tmp_path, mark):
     shutil.copytree(data.root, tmp_path / "set")
