@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from benchmarks.report.palette import LineStyle
-from benchmarks.run.records import Row
+from benchmarks.run.records import REAL, Row
 from benchmarks.suites.judging import Judge, Recording
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
@@ -134,6 +134,23 @@ class EventWords:
     episodes: tuple[Metric, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class OnSequences:
+    """How a suite judges trackers on real sequences of pictures with boxes of one target.
+
+    Attributes:
+        judge: makes the judge of a sequence.
+        headline: metrics of the leaderboard; the first one ranks. Ranks in simulated episodes are compared in them.
+        compared: metrics of comparisons.
+        silence: score of a frame without an answer, in words.
+    """
+
+    judge: Callable[[Episode], Judge]
+    headline: tuple[str, ...]
+    compared: tuple[str, ...]
+    silence: str
+
+
 NO_EVENTS = EventWords("events", "event", {}, (), lambda events: "no events")
 
 
@@ -177,6 +194,7 @@ class Suite:
         truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
         recordings: reads files of real tracks, see ``frameout bench --real``; None: the suite judges none.
+        on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
         ratios_on_files: takes rows about recordings to lines of text that ``frameout bench --real`` prints.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
     """
@@ -204,6 +222,7 @@ class Suite:
     truth: TruthExtent = "all"
     follows_many: bool = False
     recordings: Callable[[Sequence[Path]], Sequence[Recording]] | None = None
+    on_sequences: OnSequences | None = None
     ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
 
@@ -233,6 +252,14 @@ class Suite:
         """Return the indices of the targets: the scenario's one, or all objects where many are followed."""
         return tuple(range(len(truth.names))) if self.follows_many else (truth.index_of(scenario.target),)
 
+    def headline_in(self, scenario: str) -> tuple[str, ...]:
+        """Return the metrics of the leaderboard of a scenario, or of real recordings."""
+        return self.on_sequences.headline if scenario == REAL and self.on_sequences else self.headline
+
+    def compared_in(self, scenario: str) -> tuple[str, ...]:
+        """Return the metrics of comparisons in a scenario, or on real recordings."""
+        return self.on_sequences.compared if scenario == REAL and self.on_sequences else self.compared
+
     def metric(self, name: str) -> Metric:
         """Return one metric by name. Raises ValueError for an unknown name."""
         known = {metric.name: metric for metric in self.metrics}
@@ -244,7 +271,9 @@ class Suite:
 def register_suite(new: Suite) -> None:
     """Register a suite under its name. Raises ValueError if the name is taken, or for the name of an unknown metric."""
     check("suite", new.name not in _SUITES, "a new name", f"{new.name!r}, which is taken")
-    for name in (*new.headline, *new.compared, *new.tuned_for):
+    real = new.on_sequences
+    on_sequences = () if real is None else (*real.headline, *real.compared)
+    for name in (*new.headline, *new.compared, *new.tuned_for, *on_sequences):
         new.metric(name)
     _SUITES[new.name] = new
 
