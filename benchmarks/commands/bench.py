@@ -40,6 +40,7 @@ from benchmarks.run.records import read_rows
 from benchmarks.scores.rank_agreement import rank_agreement
 from benchmarks.scores.summary import read_summary
 from benchmarks.sequences.reading import read_collections
+from benchmarks.sequences.sequence import USUAL_RATE_HZ
 from benchmarks.suites.registry import DEFAULT, Suite, suite
 from sim.checks import check
 from trackers import registry
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 _QUICK_SEEDS = "10000:10003"
 _OF_EPISODES = ("seeds", "renderer", "link", "keep_estimates", "data")
 """Arguments that mean nothing for what is real."""
-_OF_SEQUENCES = ("layout", "target", "beside")
+_OF_SEQUENCES = ("layout", "target", "rate_hz", "beside")
 """Arguments of real sequences of pictures alone."""
 
 
@@ -90,6 +91,7 @@ class Bench:
             GT/NAME_gt_whole.txt with many targets. Boxes are left,top,width,height, and NaN where the target is
             outside the picture or hidden.
         target: with --layout uavdt, id of the target to follow in files of many (default: the one seen most).
+        rate_hz: frames a second of the pictures of --real, which no layout tells.
         beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and
             their rank correlation, Kendall's tau.
         quick: run a few small, short episodes as a trial.
@@ -117,6 +119,7 @@ class Bench:
     real: Annotated[tuple[Path, ...], FILES] = ()
     layout: Annotated[str, ONE_NAME] = ""
     target: Annotated[int | None, COUNT] = None
+    rate_hz: float = USUAL_RATE_HZ
     beside: Annotated[Path | None, FOLDER] = None
     quick: bool = False
     out: Annotated[Path | None, FOLDER] = None
@@ -219,7 +222,7 @@ class Bench:
 
     def _run_on_sequences(self, wanted: Suite) -> tuple[Path, Outcome]:
         self._check_real()
-        collections = read_collections(self.real, self.layout, self.target)
+        collections = read_collections(self.real, self.layout, self.target, self.rate_hz)
         known = trackers_on_pictures(wanted)
         default = tuple(name for name, each in known.items() if each.role != "variant" or not self.quick)
         trackers = names(self.trackers) or default

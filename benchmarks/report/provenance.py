@@ -57,10 +57,8 @@ def sequences_in_words(rows: Sequence[Row]) -> Iterator[str]:
         mine = [row for row in rows if (row["scenario"], row["preset"]) == (REAL, preset)]
         held = provenance(mine)
         returns = {(row["seed"], event_of(row)["index"]) for row in mine if row["metric"] == "recovered"}
-        yield (
-            f"{preset}: {held.episodes} sequences, {held.frames} frames; {held.events}; "
-            f"{len(returns)} with a return that is judged"
-        )
+        count = f"{held.episodes} sequence{'s' if held.episodes > 1 else ''}, {held.frames} frames"
+        yield f"{preset}: {count}; {held.events}; {len(returns)} with a return that is judged"
 
 
 def _events(rows: Sequence[Row]) -> str:

@@ -19,7 +19,7 @@ from benchmarks.run.jobs import take_in
 from benchmarks.run.records import FILE_NAME, REAL, BlockKey, Row, append_block, read_blocks, tidy
 from benchmarks.run.versions import versions_on_sequences
 from benchmarks.scores.summary import write_summary
-from benchmarks.sequences.episode import USUAL_FOCAL, USUAL_RATE_HZ, SequenceEpisode
+from benchmarks.sequences.episode import USUAL_FOCAL, SequenceEpisode
 from benchmarks.sequences.sequence import BoxedSequence, Collection
 from benchmarks.suites.registry import Suite
 from scenarios.loop import FromPictures, Loop, tracker_stream
@@ -85,11 +85,8 @@ def run_on_sequences(
     have, outdated = _stored(run, collections, out)
     outcome = Outcome(resumed=len(have))
     total = len(chosen) * sum(len(each.sequences) for each in collections)
-    print(
-        f"note: the sequences tell no frame rate and no focal length: {USUAL_RATE_HZ:g} frames a second and "
-        f"{USUAL_FOCAL:g} times the longer side of the picture are taken",
-        file=sys.stderr,
-    )
+    unknown = f"{USUAL_FOCAL:g} times the longer side of the picture is taken"
+    print(f"note: the sequences tell no focal length: {unknown}", file=sys.stderr)
     progress(len(have), total)
     for collection in collections:
         for number, sequence in enumerate(collection.sequences):

@@ -13,8 +13,6 @@ from scenarios.truth import Truth
 from sim.checks import check
 from trackers.types import CameraCommand, CameraModel, Observation, Start
 
-USUAL_RATE_HZ = 30.0
-"""Frames a second: no layout tells it. UAV123 and UAVDT were recorded at this rate (their papers)."""
 USUAL_FOCAL = 1.2
 """Focal length over the longer side of the picture where none is known: COLMAP's ``default_focal_length_factor``
 (Schönberger, Frahm, Structure-from-motion revisited, CVPR 2016, and its documentation).
@@ -35,7 +33,7 @@ class SequenceEpisode:
         """Read the first picture. Raises ValueError if it is broken."""
         self._sequence = sequence
         self.frame_count = len(sequence.pictures)
-        self.rate_hz = USUAL_RATE_HZ
+        self.rate_hz = sequence.rate_hz
         self._next = 0
         self._last_seen = 0
         height, width = read_picture(sequence.pictures[0]).shape[:2]

@@ -16,6 +16,8 @@ from sim.checks import check
 
 ENDINGS = (".jpg", ".jpeg", ".png", ".bmp")
 """Of pictures, in small or capital letters."""
+USUAL_RATE_HZ = 30.0
+"""Frames a second, which no layout tells. UAV123 and UAVDT were recorded at this rate (their papers)."""
 _NUMBERED = re.compile(r"(\D*)(\d+)$")
 
 
@@ -27,17 +29,19 @@ class BoxedSequence:
         name: of the sequence.
         pictures: (F,) files, in order of time.
         box_xyxy: (F, 4) pixels, from the top left corner of the picture; NaN where the target is not seen.
+        rate_hz: frames a second.
     """
 
     name: str
     pictures: tuple[Path, ...]
     box_xyxy: NDArray[np.float64]
+    rate_hz: float = USUAL_RATE_HZ
 
     @property
     def fingerprint(self) -> str:
-        """Hash of the names of pictures and of the boxes: rows of another version of the annotation are outdated."""
+        """Hash of the names of pictures, of the boxes and the rate: rows of another annotation are outdated."""
         names = "\0".join(picture.name for picture in self.pictures)
-        content = f"{self.name}\0{names}\0".encode() + np.ascontiguousarray(self.box_xyxy).tobytes()
+        content = f"{self.name}\0{names}\0{self.rate_hz}".encode() + np.ascontiguousarray(self.box_xyxy).tobytes()
         return hashlib.sha256(content).hexdigest()[:10]
 
 

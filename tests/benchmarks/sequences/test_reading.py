@@ -207,3 +207,6 @@ def test_another_annotation_is_another_recording(tmp_path: Path) -> None:
     write_lines(folder / "groundtruth_rect.txt", lines_of(true_boxes(FRAMES, range(15, 21))))
     (after,) = read_collections([folder])[0].sequences
     assert before.fingerprint != after.fingerprint
+    (slower,) = read_collections([folder], rate_hz=10.0)[0].sequences
+    assert (after.rate_hz, slower.rate_hz) == (30.0, 10.0)
+    assert slower.fingerprint != after.fingerprint
