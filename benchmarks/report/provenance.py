@@ -56,7 +56,8 @@ def sequences_in_words(rows: Sequence[Row]) -> Iterator[str]:
     for preset in sorted({row["preset"] for row in rows if row["scenario"] == REAL}):
         mine = [row for row in rows if (row["scenario"], row["preset"]) == (REAL, preset)]
         held = provenance(mine)
-        returns = {(row["seed"], event_of(row)["index"]) for row in mine if row["metric"] == "recovered"}
+        judged = [(row["seed"], event_of(row)) for row in mine if row["metric"] == "recovered"]
+        returns = {(seed, event["index"]) for seed, event in judged if event is not None}
         count = f"{held.episodes} sequence{'s' if held.episodes > 1 else ''}, {held.frames} frames"
         yield f"{preset}: {count}; {held.events}; {len(returns)} with a return that is judged"
 

@@ -13,9 +13,7 @@
 ``controller``          name of the controller that steered the camera; null on a set path
 ``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``
 ``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
-``seed``                the episode's seed; of recordings the number of a block of 500 frames, or of a sequence among
-                        those of its folder, in order of their names
-``sequence``, ``recording``  of real sequences alone: its name, and a hash of its boxes
+``seed``                the episode's seed; of recordings the number of a block of 500 frames, or of a ``sequence``
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)
@@ -84,8 +82,7 @@ posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_leng
 ``precision_20_px``, ``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``),
 ``time_seen``, ``time_in_view`` and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1
 if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
-``failed_at_frame`` (only if the tracker failed), ``frames``. Of real sequences there are those in pixels alone, see
-``frame_out.real``; their frame-outs are of the kind ``unseen``, outside the picture or hidden, without side and turn.
+``failed_at_frame`` (only if the tracker failed), ``frames``. For real sequences see ``frame_out.real``.
 
 Rows of suite ``stereo`` about events, see ``metrics.people`` for the classes of frames:
 
@@ -142,9 +139,7 @@ from trackers.atomic_file import write_atomic
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
 REAL = "real"
-"""Scenario and renderer in rows about real recordings; the preset is the recording or the folder of sequences, the seed
-a block of time or a sequence.
-"""
+"""Scenario and renderer of real recordings; preset: recording, or folder of sequences; seed: its block, or sequence."""
 HUMAN = "human"
 """Controller in rows of a person who played; the role is ``external``."""
 

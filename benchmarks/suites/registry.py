@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import REAL, Row
-from benchmarks.suites.judging import Judge, Recording
+from benchmarks.suites.judging import Judge, OnSequences, Recording
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
 from sim.checks import check
 
 if TYPE_CHECKING:
+    from benchmarks.report.facts import Facts
     from benchmarks.run.contestants import Entrant
     from benchmarks.video.drawing import Drawing
 
@@ -99,22 +100,6 @@ class Plot:
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
-    """A table of the report about the episodes themselves, independent of contestants.
-
-    Attributes:
-        title, words: of the table, note below it. lines: name of a line -> suffix after ``_`` in the names of its rows.
-        columns: metrics, with rows named without the suffix. beside: name of what was measured elsewhere -> its rows.
-    """
-
-    title: str
-    words: str
-    lines: Mapping[str, str]
-    columns: tuple[Metric, ...]
-    beside: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
 class EventWords:
     """A suite's description of its events, the parts of an episode with rows of their own.
 
@@ -132,23 +117,6 @@ class EventWords:
     compared: tuple[Metric, ...]
     describe: Callable[[Sequence[dict[str, Any]]], str]
     episodes: tuple[Metric, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class OnSequences:
-    """How a suite judges trackers on real sequences of pictures with boxes of one target.
-
-    Attributes:
-        judge: makes the judge of a sequence.
-        headline: metrics of the leaderboard; the first one ranks. Ranks in simulated episodes are compared in them.
-        compared: metrics of comparisons.
-        silence: score of a frame without an answer, in words.
-    """
-
-    judge: Callable[[Episode], Judge]
-    headline: tuple[str, ...]
-    compared: tuple[str, ...]
-    silence: str
 
 
 NO_EVENTS = EventWords("events", "event", {}, (), lambda events: "no events")

@@ -4,6 +4,9 @@ The scores are those of simulated episodes, as far as boxes define them. A frame
 one is an absence, and what follows it a return. A tracker is on the target where its box and the true one have an IoU
 of at least 0.5. Nothing is known of metres, of roads and of other cars. In means over sequences each one counts the
 same in the scores of OTB, as there.
+
+An absence is a frame-out of the kind ``unseen`` in rows, without a side and a turn. Functions that ``episode_score``
+adds are not called, since they may need metres.
 """
 
 from __future__ import annotations
@@ -18,8 +21,7 @@ from benchmarks.suites.frame_out.episode_scores import in_view_scores, recovery_
 from benchmarks.suites.frame_out.metrics import localisation
 from benchmarks.suites.frame_out.metrics.frame_outs import find_absences
 from benchmarks.suites.frame_out.metrics.series import EstimateSeries, TruthSeries, estimated_box
-from benchmarks.suites.judging import Ending, Score
-from benchmarks.suites.registry import OnSequences
+from benchmarks.suites.judging import Ending, OnSequences, Score
 from scenarios.scenario import Episode, Frame
 from trackers.types import CameraCommand, Estimate
 
