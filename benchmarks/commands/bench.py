@@ -12,17 +12,35 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FILES, FOLDER, NAMES, PUBLISH, SEEDS, WORKERS, cores, names, seed_range
+from benchmarks.commands.arguments import (
+    COUNT,
+    FILES,
+    FOLDER,
+    NAMES,
+    ONE_NAME,
+    PUBLISH,
+    SEEDS,
+    WORKERS,
+    cores,
+    names,
+    seed_range,
+)
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.selection import parties
 from benchmarks.report.page import write_report
+from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
 from benchmarks.run.real_files import run_on_files
+from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
 from benchmarks.run.records import read_rows
+from benchmarks.scores.rank_agreement import rank_agreement
+from benchmarks.scores.summary import read_summary
+from benchmarks.sequences.reading import read_collections
+from benchmarks.sequences.sequence import USUAL_RATE_HZ
 from benchmarks.suites.registry import DEFAULT, Suite, suite
 from sim.checks import check
 from trackers import registry
@@ -32,7 +50,9 @@ if TYPE_CHECKING:
 
 _QUICK_SEEDS = "10000:10003"
 _OF_EPISODES = ("seeds", "renderer", "link", "keep_estimates", "data")
-"""Arguments that mean nothing for files of real tracks."""
+"""Arguments that mean nothing for what is real."""
+_OF_SEQUENCES = ("layout", "target", "rate_hz", "beside")
+"""Arguments of real sequences of pictures alone."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +80,20 @@ class Bench:
             fewer, seeds.
         keep_estimates: also leave all answers of all trackers as tables, in the folder `estimates` beside the rows
             (`frameout[data]`); `frameout report --from-estimates` judges them again.
-        real: files of real tracks in place of episodes, for suites that judge them: those of TRex (npz, csv),
-            idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are cut out of the tracks and bridged, and
-            pieces of tracks linked. Intervals are over blocks of time.
+        real: what is real in place of episodes. For the suite fish files of tracks, of TRex (npz, csv), idtracker.ai
+            (csv, h5, parquet), idTracker and Tracktor; gaps are cut out of the tracks and bridged, and pieces of
+            tracks linked; intervals are over blocks of time. For the suite frame-out folders of pictures with the
+            boxes of one target, see --layout: each folder, of one sequence or many, gets a leaderboard, in pixels
+            alone; intervals are over its sequences.
+        layout: of the folders of --real, which is recognised unless you choose it. otb: NAME/img/0001.jpg … and
+            NAME/groundtruth_rect.txt, as `frameout export --format otb` writes it; uav123: data_seq/UAV123/NAME/ and
+            anno/UAV123/NAME.txt, or one of either; uavdt: NAME/img000001.jpg … and anno/NAME_gt.txt, or
+            GT/NAME_gt_whole.txt with many targets. Boxes are left,top,width,height, and NaN where the target is
+            outside the picture or hidden.
+        target: with --layout uavdt, id of the target to follow in files of many (default: the one seen most).
+        rate_hz: frames a second of the pictures of --real, which no layout tells.
+        beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and
+            their rank correlation, Kendall's tau.
         quick: run a few small, short episodes as a trial.
         out: folder for records.jsonl, summary.json, comparisons.json and report.html (default:
             results/SUITE, with --quick results/quick).
@@ -86,6 +117,10 @@ class Bench:
     data: Annotated[str | None, FOLDER] = None
     keep_estimates: bool = False
     real: Annotated[tuple[Path, ...], FILES] = ()
+    layout: Annotated[str, ONE_NAME] = ""
+    target: Annotated[int | None, COUNT] = None
+    rate_hz: float = USUAL_RATE_HZ
+    beside: Annotated[Path | None, FOLDER] = None
     quick: bool = False
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
@@ -130,7 +165,14 @@ class Bench:
 
     def _run_suite(self, name: str) -> int:
         wanted = suite(name)
-        if self.real:
+        pictures = bool(self.real) and wanted.on_sequences is not None
+        for argument in () if pictures else _OF_SEQUENCES:
+            mine, default = getattr(self, argument), getattr(type(self), argument)
+            check(argument, mine == default, "none but with --real and a suite that judges pictures", repr(str(mine)))
+        simulated = read_summary(self.beside) if self.beside is not None else []
+        if pictures:
+            out, outcome = self._run_on_sequences(wanted)
+        elif self.real:
             out, outcome = self._run_on_files(wanted)
         else:
             out, outcome = self._run_episodes(wanted)
@@ -142,8 +184,13 @@ class Bench:
             print_leaderboard(outcome.summary)
             for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
                 print(line)
+            for line in sequences_in_words(read_rows(out)) if pictures else ():
+                print(line)
+            for line in rank_agreement(wanted, outcome.summary, simulated) if self.beside is not None else ():
+                print(line)
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
-        _report_problems(outcome, wanted)
+        sequences = wanted.on_sequences if pictures else None
+        _report_problems(outcome, wanted.silence if sequences is None else sequences.silence)
         return 1 if outcome.failures else 0
 
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
@@ -157,17 +204,31 @@ class Bench:
                 outcome = outcome.followed_by(run(experiment, out, progress))
         return out, outcome
 
-    def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:
+    def _check_real(self) -> None:
+        """Raise ValueError for arguments of episodes."""
         steered = (*self.scenario, *self.preset, *self.controllers)
         check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
         for name in _OF_EPISODES:
             mine, default = getattr(self, name), getattr(type(self), name)
             check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
+
+    def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:
+        self._check_real()
         known = {name: each for name, each in registry.entries().items() if wanted.name in each.suites}
         default = tuple(name for name, each in known.items() if each.role != "variant" or not self.quick)
         out = self.out or Path("results") / f"{wanted.name}-real"
         with progress_bar(f"{wanted.name}, real tracks") as progress:
             return out, run_on_files(wanted, self.real, names(self.trackers) or default, out, self.limit_s, progress)
+
+    def _run_on_sequences(self, wanted: Suite) -> tuple[Path, Outcome]:
+        self._check_real()
+        collections = read_collections(self.real, self.layout, self.target, self.rate_hz)
+        known = trackers_on_pictures(wanted)
+        default = tuple(name for name, each in known.items() if each.role != "variant" or not self.quick)
+        trackers = names(self.trackers) or default
+        out, repeats = self.out or Path("results") / f"{wanted.name}-real", 1 if self.quick else 3
+        with progress_bar(f"{wanted.name}, real sequences, {len(trackers)} trackers") as progress:
+            return out, run_on_sequences(wanted, collections, trackers, out, repeats, self.limit_s, progress)
 
     def _experiments(self, wanted: Suite) -> list[Experiment]:
         """Return the experiments, one for each scenario.
@@ -214,7 +275,7 @@ def _title(wanted: Suite, experiment: Experiment) -> str:
     return f"{wanted.name}, {len(experiment.trackers)} trackers{steering}"
 
 
-def _report_problems(outcome: Outcome, wanted: Suite) -> None:
+def _report_problems(outcome: Outcome, silence: str) -> None:
     """Report on stderr which rows were moved and, once for each tracker, that it failed or gave no answer."""
     lines = [f"note: {moved}" for moved in outcome.moved]
     first = {failure.tracker: failure for failure in reversed(outcome.failures)}
@@ -223,6 +284,6 @@ def _report_problems(outcome: Outcome, wanted: Suite) -> None:
         more = f" (and failed in {count - 1} more)" if count > 1 else ""
         lines.append(f"error: {first[tracker]}{more}")
     for tracker, frames in outcome.silent.items():
-        lines.append(f"note: {tracker} gave no answer (NaN) on {frames} frames; each counts as {wanted.silence}")
+        lines.append(f"note: {tracker} gave no answer (NaN) on {frames} frames; each counts as {silence}")
     for line in lines:
         print(line, file=sys.stderr)

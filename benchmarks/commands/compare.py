@@ -15,7 +15,7 @@ from benchmarks.commands.arguments import NAMES, ONE_NAME
 from benchmarks.commands.console import console_of
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.run.contestants import load_modules
-from benchmarks.run.records import Row, read_rows
+from benchmarks.run.records import REAL, Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison
 from benchmarks.scores.summary import label_of
@@ -68,7 +68,9 @@ class Compare:
         return 0
 
     def _check_alike(self, first: list[Row], second: list[Row]) -> None:
-        """Raise ValueError for controllers' rows of several scenarios or links."""
+        """Raise ValueError for controllers' rows of several scenarios or links, and for simulated beside real ones."""
+        kinds = {row["scenario"] == REAL for row in (*first, *second)}
+        check("preset", len(kinds) == 1, "one of rows that are all real or all simulated", repr(self.preset))
         for key in ("scenario", "link"):
             values = sorted({row[key] for row in (*first, *second) if key in row})
             if len(values) > 1 and suite(first[0]["suite"]).judges_controllers:

@@ -32,9 +32,10 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = Fal
     intervals = markdown or console.width >= _WIDE_ENOUGH_FOR_INTERVALS
     for condition, entries in _conditions(summary):
         episodes = max(entry["n"] for entry in entries)
-        units = "blocks of time" if entries[0]["scenario"] == REAL else "episodes"
-        title = f"{condition}: {episodes} {units}{', 95 % intervals over them' if intervals else ''}"
         scores = suite(entries[0]["suite"])
+        recorded = "blocks of time" if scores.on_sequences is None else "sequences"
+        units = recorded if entries[0]["scenario"] == REAL else "episodes"
+        title = f"{condition}: {episodes} {units}{', 95 % intervals over them' if intervals else ''}"
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             console.print(f"{title}\n")

@@ -3,14 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 from benchmarks.report.numbers import interval_text, number_text
 from benchmarks.report.tables import Cell, Line, Table, column_of
 from benchmarks.run.records import Row
 from benchmarks.scores import pooling
 from benchmarks.scores.statistics import bootstrap_interval
-from benchmarks.suites.registry import Facts, Metric
+from benchmarks.suites.registry import Metric
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """A table of the report about the episodes themselves, independent of contestants.
+
+    Attributes:
+        title, words: of the table, note below it. lines: name of a line -> suffix after ``_`` in the names of its rows.
+        columns: metrics, with rows named without the suffix. beside: name of what was measured elsewhere -> its rows.
+    """
+
+    title: str
+    words: str
+    lines: Mapping[str, str]
+    columns: tuple[Metric, ...]
+    beside: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:

@@ -17,7 +17,7 @@ from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
 from benchmarks.report.templates import page_environment
 from benchmarks.run.blindfold import WHAT_BLIND_MEANS
-from benchmarks.run.records import Row, read_rows
+from benchmarks.run.records import REAL, Row, read_rows
 from benchmarks.scores.summary import (
     COMPARISONS_FILE_NAME,
     SUMMARY_FILE_NAME,
@@ -70,8 +70,8 @@ class Section:
 def write_report(directory: Path) -> Path:
     """Make ``directory/report.html`` from the rows in ``directory`` and return its path.
 
-    For a picture of the suite part of an episode is run again, if this code made the rows. A missing summary or
-    comparison file is made again.
+    For a picture of the suite part of a simulated episode is run again, if this code made the rows. A missing summary
+    or comparison file is made again.
 
     Raises:
         ValueError: if the folder holds no results.
@@ -84,6 +84,8 @@ def write_report(directory: Path) -> Path:
     comparisons = json.loads((directory / COMPARISONS_FILE_NAME).read_text())
     groups = grouped(rows)
     for condition, trackers in groups.items():
+        if condition[1] == REAL:
+            continue
         shown = _worth_showing(_of(summary, condition), condition)
         suite(condition[0]).picture(directory, condition, trackers, shown)
     pictures = read_pictures(directory)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,7 +41,7 @@ def provenance(rows: Sequence[Row]) -> Provenance:
     frames = {row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}
     return Provenance(
         seeds=ranges_text(seeds),
-        split="real recording, blocks of time" if rows[0]["scenario"] == REAL else _split(seeds),
+        split=_recorded(rows[0]) if rows[0]["scenario"] == REAL else _split(seeds),
         episodes=len(seeds),
         frames=int(sum(frames.values())),
         events=_events(rows),
@@ -49,6 +49,17 @@ def provenance(rows: Sequence[Row]) -> Provenance:
         versions=_versions(rows),
         failures=tuple(_failures(rows)),
     )
+
+
+def sequences_in_words(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a line about each folder of real sequences: how many, and their events, all and those that are judged."""
+    for preset in sorted({row["preset"] for row in rows if row["scenario"] == REAL}):
+        mine = [row for row in rows if (row["scenario"], row["preset"]) == (REAL, preset)]
+        held = provenance(mine)
+        judged = [(row["seed"], event_of(row)) for row in mine if row["metric"] == "recovered"]
+        returns = {(seed, event["index"]) for seed, event in judged if event is not None}
+        count = f"{held.episodes} sequence{'s' if held.episodes > 1 else ''}, {held.frames} frames"
+        yield f"{preset}: {count}; {held.events}; {len(returns)} with a return that is judged"
 
 
 def _events(rows: Sequence[Row]) -> str:
@@ -60,6 +71,10 @@ def _events(rows: Sequence[Row]) -> str:
             episode = (row["controller"], row["tracker"]) if row["controller"] else ()
             events[(row["seed"], event["index"], *episode)] = event
     return suite(rows[0]["suite"]).events.describe(list(events.values()))
+
+
+def _recorded(row: Row) -> str:
+    return "real recording, blocks of time" if suite(row["suite"]).on_sequences is None else "real sequences"
 
 
 def _split(seeds: Sequence[int]) -> str:

@@ -72,7 +72,8 @@ class Table:
 
 def leaderboard(suite: Suite, entries: Sequence[Entry], roles: Sequence[str]) -> Table:
     """Return the headline metrics of the contestants with one of these roles, the best first."""
-    metrics = [m for m in map(suite.metric, suite.headline) if any(e["metric"] == m.name for e in entries)]
+    headline = suite.headline_in(entries[0]["scenario"]) if entries else ()
+    metrics = [m for m in map(suite.metric, headline) if any(e["metric"] == m.name for e in entries)]
     return _table(suite, metrics, [entry for entry in entries if entry["role"] in roles], entries)
 
 
@@ -91,7 +92,8 @@ def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequen
     Args:
         comparisons: of that contestant. order: possible names of ``other``.
     """
-    metrics = [m for m in map(suite.metric, suite.compared) if any(c["metric"] == m.name for c in comparisons)]
+    compared = suite.compared_in(comparisons[0]["scenario"]) if comparisons else ()
+    metrics = [m for m in map(suite.metric, compared) if any(c["metric"] == m.name for c in comparisons)]
     lines = []
     for other in order:
         mine = {entry["metric"]: entry for entry in comparisons if entry["other"] == other}
@@ -124,7 +126,7 @@ def column_of(metric: Metric) -> Column:
     if "_per_" in metric.name:
         return Column(metric.name.replace("_", " "), "", goal, metric.summary)
     words = [_WRITTEN_OUT.get(word, word) for word in metric.name.split("_")]
-    if words[-1] in ("m", "px", "s"):
+    if words[-1] in ("m", "px", "s") and metric.unit != "fraction":
         words.pop()
     return Column(" ".join(words), unit_sign(metric.unit), goal, metric.summary)
 

@@ -13,7 +13,7 @@
 ``controller``          name of the controller that steered the camera; null on a set path
 ``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``
 ``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
-``seed``                the episode's seed; of recordings the number of a block of 500 frames
+``seed``                the episode's seed; of recordings the number of a block of 500 frames, or of a ``sequence``
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)
@@ -22,7 +22,7 @@
                         frame-out that the row is about::
 
                             {"index": 0, "exit_frame": 57, "length_frames": 43, "back_frame": 104 or null,
-                             "kind": "road" | "excursion", "side": "left"|"right"|"top"|"bottom",
+                             "kind": "road" | "excursion" | "unseen", "side": "left"|"right"|"top"|"bottom",
                              "turned": true if it turned at a crossing while outside}
 
                         ``back_frame`` is the first frame on which the whole car is in the picture again;
@@ -79,10 +79,10 @@ tracker without a posterior in the episode; for others a frame without one is a 
 ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
 posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``,
 ``precision_curve`` and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``,
-``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_seen``, ``time_in_view``
-and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1 if every frame-out that can be
-judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``, ``failed_at_frame`` (only if the tracker
-failed), ``frames``.
+``precision_20_px``, ``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``),
+``time_seen``, ``time_in_view`` and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1
+if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
+``failed_at_frame`` (only if the tracker failed), ``frames``. For real sequences see ``frame_out.real``.
 
 Rows of suite ``stereo`` about events, see ``metrics.people`` for the classes of frames:
 
@@ -139,7 +139,7 @@ from trackers.atomic_file import write_atomic
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
 REAL = "real"
-"""Scenario and renderer in rows about real recordings; the preset is the recording, the seed a block of time."""
+"""Scenario and renderer of real recordings; preset: recording, or folder of sequences; seed: its block, or sequence."""
 HUMAN = "human"
 """Controller in rows of a person who played; the role is ``external``."""
 

@@ -71,6 +71,15 @@ def versions_on_files(suite: str, entrant: Entrant) -> dict[str, str]:
     return {**package_versions(), "judge": _modules_hash(judge.__module__), "tracker": tracker}
 
 
+def versions_on_sequences(suite: str, entrant: Entrant, loop: str) -> dict[str, str]:
+    """Return ``versions`` of rows about real sequences: of packages, ``judge``, ``loop`` (its module), ``tracker``."""
+    judging = suites.suite(suite).on_sequences
+    assert judging is not None
+    judge = _modules_hash(judging.judge.__module__)
+    tracker = _hash_with(entrant.module, entrant.parameters)
+    return {**package_versions(), "judge": judge, "loop": _modules_hash(loop), "tracker": tracker}
+
+
 def modules_of(suite: str, scenario: str) -> tuple[str, str, str]:
     """Return the modules of a scene, of the judge and of the loop that runs episodes."""
     return type(catalog.scenario(scenario)).__module__, suites.suite(suite).judge.__module__, jobs.__name__

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.run.records import Row
+from benchmarks.run.records import REAL, Row
 from benchmarks.scores.statistics import Comparison, holm
 from benchmarks.scores.summary import paired
 from benchmarks.suites.registry import EventTest, Metric, event_of, suite
@@ -19,7 +19,9 @@ def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str,
     """
     judged = suite(first[0]["suite"])
     words = judged.events
-    of_episodes = words.episodes or (() if words.tests else tuple(map(judged.metric, judged.compared)))
+    compared = tuple(map(judged.metric, judged.compared_in(first[0]["scenario"])))
+    in_sequences = first[0]["scenario"] == REAL and judged.on_sequences is not None
+    of_episodes = compared if in_sequences else words.episodes or (() if words.tests else compared)
     whole = [("whole episodes", metric, paired(first, second, metric)) for metric in of_episodes]
     found = [(name, metric, comparison) for name, metric, comparison in whole if comparison is not None]
     for attribute, is_one in words.tests.items():

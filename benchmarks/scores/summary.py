@@ -50,6 +50,11 @@ def write_summary(directory: Path) -> list[dict[str, Any]]:
     return summary
 
 
+def read_summary(directory: Path) -> list[dict[str, Any]]:
+    """Return the summary of the rows in a directory. Raises ValueError if it holds no records."""
+    return summarise(grouped(read_rows(directory)))
+
+
 def grouped(rows: Iterable[Row]) -> Groups:
     """Return rows by condition and contestant, named by ``label_of``."""
     groups: Groups = defaultdict(lambda: defaultdict(list))
@@ -134,7 +139,7 @@ def _compare_along(
     for other, rows in contestants.items():
         if other == label or any(rows[0][each] != mine[each] for each in kept):
             continue
-        for metric in map(scores.metric, scores.compared):
+        for metric in map(scores.metric, scores.compared_in(condition[1])):
             comparison = paired(contestants[label], rows, metric)
             if comparison is not None:
                 entries.append(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from scenarios.scenario import Frame
+from scenarios.scenario import Episode, Frame
 from scenarios.truth import Truth
 from trackers.gaps.types import GapMethod
 from trackers.types import CameraCommand, Track
@@ -83,6 +83,23 @@ class Judge(Protocol):
     def sheet(self) -> ScoreSheet:
         """Return a fresh sheet for one contestant."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class OnSequences:
+    """How a suite judges trackers on real sequences of pictures with boxes of one target.
+
+    Attributes:
+        judge: makes the judge of a sequence.
+        headline: metrics of the leaderboard; the first one ranks. Ranks in simulated episodes are compared in them.
+        compared: metrics of comparisons.
+        silence: score of a frame without an answer, in words.
+    """
+
+    judge: Callable[[Episode], Judge]
+    headline: tuple[str, ...]
+    compared: tuple[str, ...]
+    silence: str
 
 
 class Recording(Protocol):

@@ -13,14 +13,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from benchmarks.report.palette import LineStyle
-from benchmarks.run.records import Row
-from benchmarks.suites.judging import Judge, Recording
+from benchmarks.run.records import REAL, Row
+from benchmarks.suites.judging import Judge, OnSequences, Recording
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
 from sim.checks import check
 
 if TYPE_CHECKING:
+    from benchmarks.report.facts import Facts
     from benchmarks.run.contestants import Entrant
     from benchmarks.video.drawing import Drawing
 
@@ -99,22 +100,6 @@ class Plot:
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
-    """A table of the report about the episodes themselves, independent of contestants.
-
-    Attributes:
-        title, words: of the table, note below it. lines: name of a line -> suffix after ``_`` in the names of its rows.
-        columns: metrics, with rows named without the suffix. beside: name of what was measured elsewhere -> its rows.
-    """
-
-    title: str
-    words: str
-    lines: Mapping[str, str]
-    columns: tuple[Metric, ...]
-    beside: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
 class EventWords:
     """A suite's description of its events, the parts of an episode with rows of their own.
 
@@ -177,6 +162,7 @@ class Suite:
         truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
         recordings: reads files of real tracks, see ``frameout bench --real``; None: the suite judges none.
+        on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
         ratios_on_files: takes rows about recordings to lines of text that ``frameout bench --real`` prints.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
     """
@@ -204,6 +190,7 @@ class Suite:
     truth: TruthExtent = "all"
     follows_many: bool = False
     recordings: Callable[[Sequence[Path]], Sequence[Recording]] | None = None
+    on_sequences: OnSequences | None = None
     ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
 
@@ -233,6 +220,14 @@ class Suite:
         """Return the indices of the targets: the scenario's one, or all objects where many are followed."""
         return tuple(range(len(truth.names))) if self.follows_many else (truth.index_of(scenario.target),)
 
+    def headline_in(self, scenario: str) -> tuple[str, ...]:
+        """Return the metrics of the leaderboard of a scenario, or of real recordings."""
+        return self.on_sequences.headline if scenario == REAL and self.on_sequences else self.headline
+
+    def compared_in(self, scenario: str) -> tuple[str, ...]:
+        """Return the metrics of comparisons in a scenario, or on real recordings."""
+        return self.on_sequences.compared if scenario == REAL and self.on_sequences else self.compared
+
     def metric(self, name: str) -> Metric:
         """Return one metric by name. Raises ValueError for an unknown name."""
         known = {metric.name: metric for metric in self.metrics}
@@ -244,7 +239,9 @@ class Suite:
 def register_suite(new: Suite) -> None:
     """Register a suite under its name. Raises ValueError if the name is taken, or for the name of an unknown metric."""
     check("suite", new.name not in _SUITES, "a new name", f"{new.name!r}, which is taken")
-    for name in (*new.headline, *new.compared, *new.tuned_for):
+    real = new.on_sequences
+    on_sequences = () if real is None else (*real.headline, *real.compared)
+    for name in (*new.headline, *new.compared, *new.tuned_for, *on_sequences):
         new.metric(name)
     _SUITES[new.name] = new
 

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.report.facts import Facts
 from benchmarks.suites.fish.motion_statistics import motion_statistics
 from benchmarks.suites.judging import Score
-from benchmarks.suites.registry import Facts, Metric
+from benchmarks.suites.registry import Metric
 
 _ANY = "any"
 _LAGS = ("5", "50", "100", "200")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,25 +48,45 @@ def score_episode(
     on_other = localisation.on_other(truth, estimate)
     error_m = offscreen.ground_error_m(truth, estimate)
     one_second = round(truth.rate_hz)
-    scores, kept = [], []
+    scores: list[Score] = []
     for frame_out in frame_outs:
-        judged = recovery.judge_recovery(
-            frame_out, on_target, on_other, kept_frames=one_second, closed_loop=closed_loop
-        )
-        if judged is not None:
-            kept.append(judged.kept)
-            scores.append(Score("recovered", float(judged.recovered), event=frame_out))
-            scores.append(Score("kept", float(judged.kept), event=frame_out))
-            scores.append(Score("locked_on_wrong_car", float(judged.locked_on_other), event=frame_out))
-        scores += recovery.time_scores(frame_out, on_target, closed_loop=closed_loop)
+        scores += recovery_scores(frame_out, on_target, on_other, one_second, closed_loop=closed_loop)
         scores += _errors_while_out(frame_out, error_m)
     scores += offscreen_scores(truth, estimate, error_m)
-    scores += _in_view_scores(truth, estimate, on_target, failed_at_frame)
-    scores.append(Score("run_kept", float(all(kept)) if kept else None))
-    silent = np.isnan(estimate.position_px).any(axis=1)
-    scores.append(Score("silent_frames", float(silent.sum())))
+    scores += in_view_scores(truth, estimate, on_target, failed_at_frame)
+    scores += [run_kept(scores), silent_frames(estimate)]
     scores += [Score(metric, score(truth, estimate)) for metric, score in _ADDED.items()]
     return scores
+
+
+def recovery_scores(
+    frame_out: FrameOut,
+    on_target: NDArray[np.bool_],
+    on_other: NDArray[np.int64] | None,
+    one_second: int,
+    *,
+    closed_loop: bool,
+) -> Iterator[Score]:
+    """Yield the scores of the recovery from one frame-out; ``on_other`` is None where no other car is known."""
+    others = np.full(len(on_target), -1) if on_other is None else on_other
+    judged = recovery.judge_recovery(frame_out, on_target, others, kept_frames=one_second, closed_loop=closed_loop)
+    if judged is not None:
+        yield Score("recovered", float(judged.recovered), event=frame_out)
+        yield Score("kept", float(judged.kept), event=frame_out)
+        if on_other is not None:
+            yield Score("locked_on_wrong_car", float(judged.locked_on_other), event=frame_out)
+    yield from recovery.time_scores(frame_out, on_target, closed_loop=closed_loop)
+
+
+def run_kept(scores: Sequence[Score]) -> Score:
+    """Return whether all frame-outs that can be judged were kept, from their scores; null without any."""
+    kept = [score.value for score in scores if score.metric == "kept"]
+    return Score("run_kept", float(all(kept)) if kept else None)
+
+
+def silent_frames(estimate: EstimateSeries) -> Score:
+    """Return the number of frames without an answer."""
+    return Score("silent_frames", float(np.isnan(estimate.position_px).any(axis=1).sum()))
 
 
 def _errors_while_out(frame_out: FrameOut, error_m: NDArray[np.float64]) -> Iterator[Score]:
@@ -103,12 +123,13 @@ def offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDAr
         yield Score("credible_level_histogram", posterior.level_histogram(level).tolist(), weight)
 
 
-def _in_view_scores(
+def in_view_scores(
     truth: TruthSeries,
     estimate: EstimateSeries,
     on_target: NDArray[np.bool_],
     failed_at_frame: int | None,
 ) -> Iterator[Score]:
+    """Yield the scores in pixels: the target's presence, VOT-LT's curves, and OTB's scores of the frames in view."""
     present, absent = in_view.present_and_absent(truth.state, truth.visible_fraction)
     says = estimate.says_in_view(truth.size_px)
     failed = in_view.failed_frames(truth.frame_count, failed_at_frame)
@@ -127,5 +148,6 @@ def _in_view_scores(
         error_px = single_object.centre_error_px(estimate.position_px, target_px, truth.size_px)
         curve = single_object.success_curve(iou[present])
         yield Score("centre_error_px", float(error_px[present].mean()), weight)
+        yield Score("precision_20_px", single_object.precision_20_px(error_px[present]), weight)
         yield Score("success_auc", single_object.success_auc(curve), weight)
         yield Score("success_curve", curve.tolist(), weight)

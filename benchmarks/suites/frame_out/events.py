@@ -17,7 +17,7 @@ def _tests() -> dict[str, EventTest]:
         "on the road": lambda frame_out: frame_out["kind"] == "road",
         "off the road": lambda frame_out: frame_out["kind"] == "excursion",
         "with a turn": lambda frame_out: bool(frame_out["turned"]),
-        "without a turn": lambda frame_out: not frame_out["turned"],
+        "without a turn": lambda frame_out: frame_out["turned"] is False,
     }
     for side in ("left", "right", "top", "bottom"):
         tests[f"left by the {side}"] = _is_by(side)
@@ -39,6 +39,8 @@ def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
     if not frame_outs:
         return "no frame-outs"
     lengths = [each["length_frames"] for each in frame_outs]
+    if all(each["kind"] == "unseen" for each in frame_outs):
+        return f"{len(frame_outs)} absences of {min(lengths)} to {max(lengths)} frames"
     turned = sum(bool(each["turned"]) for each in frame_outs)
     excursions = sum(each["kind"] == "excursion" for each in frame_outs)
     return (

@@ -13,6 +13,7 @@ from benchmarks.suites.frame_out.judge import FrameOutJudge
 from benchmarks.suites.frame_out.metrics import localisation, offscreen, posterior, single_object
 from benchmarks.suites.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.suites.frame_out.picture import show_frame_out
+from benchmarks.suites.frame_out.real import ON_SEQUENCES
 from benchmarks.suites.frame_out.references import ORACLES
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
@@ -107,6 +108,7 @@ FRAME_OUT = Suite(
             "f",
         ),
         _error("centre_error_px", "centre error on frames in view", "px"),
+        _rate("precision_20_px", "frames in view with a centre error of at most 20 px (OTB)"),
         _rate("success_auc", "area under the success curve (OTB)"),
         TIME_SEEN,
         TIME_IN_VIEW,
@@ -139,6 +141,7 @@ FRAME_OUT = Suite(
     figures=figures,
     picture=show_frame_out,
     references=ORACLES,
+    on_sequences=ON_SEQUENCES,
     oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: "
     "what they miss is hardly predictable.",
     definitions={
@@ -157,11 +160,12 @@ FRAME_OUT = Suite(
         offscreen_scores: ("offscreen_error_m", "coverage_50", "coverage_90", "coverage_95", "nees"),
         posterior.Calibration: ("coverage_50", "coverage_90", "coverage_95", "nees"),
         posterior.coverage: ("coverage_50", "coverage_90", "coverage_95"),
-        in_view.present_and_absent: ("in_view_tpr", "in_view_tnr", "centre_error_px", "success_auc"),
+        in_view.present_and_absent: ("in_view_tpr", "in_view_tnr", "centre_error_px", "precision_20_px", "success_auc"),
         in_view.true_positive_rate: ("in_view_tpr",),
         in_view.true_negative_rate: ("in_view_tnr",),
         long_term.precision_recall_curves: ("precision_curve", "recall_curve"),
         single_object.centre_error_px: ("centre_error_px",),
+        single_object.precision_20_px: ("precision_20_px",),
         single_object.success_curve: ("success_auc",),
         single_object.success_auc: ("success_auc",),
         view_time: ("time_seen", "time_in_view", "losses_per_minute"),

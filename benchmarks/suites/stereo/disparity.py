@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 
+from benchmarks.report.facts import Facts
 from benchmarks.suites.judging import Score, truth_as
-from benchmarks.suites.registry import Facts, Metric
+from benchmarks.suites.registry import Metric
 from benchmarks.suites.stereo.metrics.disparity import DisparityErrors, disparity_error_px, seen_by_both
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.floor_plan import PLACES

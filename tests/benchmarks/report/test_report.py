@@ -157,7 +157,7 @@ def test_styles_differ_and_ours_is_in_front() -> None:
 
 def entry(tracker: str, metric: str, mean: float, role: str = "baseline") -> dict[str, object]:
     interval = {"ci_low": mean - 0.1, "ci_high": mean + 0.1, "n": 5}
-    return {"tracker": tracker, "role": role, "metric": metric, "mean": mean, **interval}
+    return {"scenario": "town", "tracker": tracker, "role": role, "metric": metric, "mean": mean, **interval}
 
 
 def test_the_leaderboard_puts_the_best_first_and_marks_it() -> None:
@@ -202,7 +202,7 @@ def test_a_reference_is_never_marked_best_and_shares_the_scale(role: str) -> Non
 def test_differences_are_marked_only_where_no_doubt_is_left(
     difference: float, low: float, high: float, p_holm: float, mark: str
 ) -> None:
-    comparison = {"other": "a", "metric": "recovery_rate", "difference": difference}
+    comparison = {"scenario": "town", "other": "a", "metric": "recovery_rate", "difference": difference}
     comparison |= {"ci_low": low, "ci_high": high, "p_holm": p_holm}
     (line,) = tables.paired_differences(FRAME_OUT, [comparison], ["a"]).lines
     assert line.cells[0].mark == mark

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.scores.runs import runs
 from benchmarks.suites.frame_out.metrics.series import TruthSeries
@@ -23,9 +25,10 @@ class FrameOut:
             episode ended before.
         watch_end_frame: first frame of the next frame-out, or the number of frames: end of the watch for recovery.
         kind: ``excursion`` if the target was off the road on any frame from the exit to ``back_frame`` (or the last
-            frame outside), else ``road``.
-        side: side of the picture by which it left.
-        turned: whether it turned at a crossing while outside.
+            frame outside), else ``road``. In a real sequence ``unseen``: outside the picture or hidden, on a way that
+            is not known.
+        side: side of the picture by which it left; "" where it is not known.
+        turned: whether it turned at a crossing while outside; None where it is not known.
     """
 
     index: int
@@ -33,9 +36,9 @@ class FrameOut:
     length_frames: int
     back_frame: int | None
     watch_end_frame: int
-    kind: Literal["road", "excursion"]
+    kind: Literal["road", "excursion", "unseen"]
     side: str
-    turned: bool
+    turned: bool | None
 
     @property
     def first_frame(self) -> int:
@@ -51,16 +54,12 @@ class FrameOut:
 
 def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
     """Return the episode's frame-outs in order: every maximal stretch of frames with state ``out``."""
-    spans = list(runs(truth.state == "out"))
-    watch_ends = [*(exit_frame for exit_frame, _ in spans[1:]), truth.frame_count]
-    found = []
-    for index, ((exit_frame, end), watch_end) in enumerate(zip(spans, watch_ends, strict=False)):
-        whole_again = np.flatnonzero(truth.state[end:watch_end] == "in")
-        back_frame = end + int(whole_again[0]) if len(whole_again) else None
+    found: list[FrameOut] = []
+    for exit_frame, end, back_frame, watch_end in _stretches_outside(truth.state):
         until = end if back_frame is None else back_frame
         found.append(
             FrameOut(
-                index=index,
+                index=len(found),
                 exit_frame=exit_frame,
                 length_frames=end - exit_frame,
                 back_frame=back_frame,
@@ -71,3 +70,20 @@ def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
             )
         )
     return found
+
+
+def find_absences(state: NDArray[np.str_]) -> list[FrameOut]:
+    """Return the same of a real sequence, from the target's state (F,) alone."""
+    return [
+        FrameOut(index, exit_frame, end - exit_frame, back_frame, watch_end, kind="unseen", side="", turned=None)
+        for index, (exit_frame, end, back_frame, watch_end) in enumerate(_stretches_outside(state))
+    ]
+
+
+def _stretches_outside(state: NDArray[np.str_]) -> Iterator[tuple[int, int, int | None, int]]:
+    """Yield the exit frame, its end, ``back_frame`` and ``watch_end_frame`` of each stretch of state ``out``."""
+    spans = list(runs(state == "out"))
+    watch_ends = [*(exit_frame for exit_frame, _ in spans[1:]), len(state)]
+    for (exit_frame, end), watch_end in zip(spans, watch_ends, strict=False):
+        whole_again = np.flatnonzero(state[end:watch_end] == "in")
+        yield exit_frame, end, end + int(whole_again[0]) if len(whole_again) else None, watch_end

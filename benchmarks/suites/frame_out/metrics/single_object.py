@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 THRESHOLDS = np.linspace(0.0, 1.0, 21)
 """Overlaps at which success is counted."""
+PRECISION_PX = 20.0
+"""Largest centre error of a precise frame."""
 
 
 def centre_error_px(
@@ -19,6 +21,11 @@ def centre_error_px(
     worst = float(np.hypot(*size_px))
     error = np.linalg.norm(position_px - truth_px, axis=1)
     return np.minimum(np.nan_to_num(error, nan=worst, posinf=worst), worst)
+
+
+def precision_20_px(error_px: NDArray[np.float64]) -> float:
+    """Return the share of frames with a centre error of at most 20 px, in [0, 1] (ibid.); NaN without frames."""
+    return float((error_px <= PRECISION_PX).mean()) if len(error_px) else float("nan")
 
 
 def success_curve(iou: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,261 @@
+"""Real sequences from the command line: rows, resume, report, compare, ranks; and a simulated episode read back."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from benchmarks.cli import main
+from benchmarks.export.registry import export
+from benchmarks.run.records import read_rows
+from benchmarks.sequences.reading import read_collections
+from benchmarks.suites.frame_out.metrics import localisation
+from tests.benchmarks.export.painted_scene import FRAMES as PAINTED_FRAMES
+from tests.benchmarks.export.painted_scene import WIDTH_PX, painted_data_set, truths
+from tests.benchmarks.sequences.written import AWAY, FRAMES, lines_of, true_boxes, write_lines, write_otb
+from trackers.registry import NoParameters, register
+from trackers.types import Estimate, Observation
+
+TRACKERS = ("fake_red", "fake_stays", "fake_breaks")
+
+
+class _Fake:
+    Parameters = NoParameters
+
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
+        self._frame = 0
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        self._box = box_xyxy
+
+    def update(self, observation: Observation) -> Estimate:
+        self._frame += 1
+        return Estimate(0.5 * (self._box[:2] + self._box[2:]), self._box)
+
+
+@register("fake_red", role="ours", summary="the box about all red pixels", suites=("frame-out",))
+class Red(_Fake):
+    """Is right wherever the box is seen."""
+
+    def update(self, observation: Observation) -> Estimate:
+        rows, columns = np.nonzero((observation.image_rgb == (220, 20, 20)).all(axis=2))
+        if not len(rows):
+            return Estimate(np.full(2, -50.0), in_view_probability=0.0)
+        self._box = np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1], dtype=float)
+        return Estimate(0.5 * (self._box[:2] + self._box[2:]), self._box, in_view_probability=1.0)
+
+
+@register("fake_stays", role="external", summary="the first box", suites=("frame-out",))
+class Stays(_Fake):
+    """Never moves."""
+
+
+@register("fake_breaks", role="external", summary="breaks on frame 30", suites=("frame-out",))
+class Breaks(Red):
+    """Is as good, and breaks."""
+
+    def update(self, observation: Observation) -> Estimate:
+        self._frame += 1
+        if self._frame == 30:
+            raise RuntimeError("no red on Tuesdays")
+        return super().update(observation)
+
+
+@register(
+    "fake_runner", role="external", summary="six pixels a frame to the right, ever less sure", suites=("frame-out",)
+)
+class Runner(_Fake):
+    """Follows the painted car nearly."""
+
+    def update(self, observation: Observation) -> Estimate:
+        self._frame += 1
+        box = runner_box(self._box, self._frame)
+        return Estimate(0.5 * (box[:2] + box[2:]), box, in_view_probability=runner_probability(self._frame))
+
+
+def runner_box(first: NDArray[np.float64], frame: int) -> NDArray[np.float64]:
+    step = np.array([6.0, 0.25]) * frame
+    return first + np.concatenate([step, step]) + np.array([0.0, 0.0, 0.6, 0.4])
+
+
+def runner_probability(frame: int) -> float:
+    return float(np.clip(1.0 - 0.12 * frame, 0.0, 1.0))
+
+
+def bench(real: Path, out: Path, *more: str) -> int:
+    return main(["bench", "frame-out", "--real", str(real), "--trackers", *TRACKERS, "--out", str(out), *more])
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("real")
+    for name in ("Car1", "Car2"):
+        write_otb(folder / "cars" / name)
+    write_otb(folder / "cars" / "Car3", true_boxes(away=range(0)))
+    assert bench(folder / "cars", folder / "out") == 1
+    return folder
+
+
+def summary(folder: Path) -> dict[tuple[str, str], dict[str, Any]]:
+    entries = json.loads((folder / "out" / "summary.json").read_text())
+    return {(entry["tracker"], entry["metric"]): entry for entry in entries}
+
+
+def test_rows_name_the_sequence_and_the_folder(ran: Path) -> None:
+    rows = read_rows(ran / "out")
+    assert {(row["scenario"], row["preset"], row["renderer"], row["controller"]) for row in rows} == {
+        ("real", "cars", "real", None)
+    }
+    named = {(row["seed"], row["sequence"]) for row in rows}
+    assert named == {(0, "Car1"), (1, "Car2"), (2, "Car3")}
+    assert {row["value"] for row in rows if row["metric"] == "frames"} == {float(FRAMES)}
+
+
+def test_means_are_over_sequences(ran: Path) -> None:
+    found = summary(ran)
+    right, still = found["fake_red", "success_auc"], found["fake_stays", "success_auc"]
+    # IoU 1 is above 20 of 21 thresholds.
+    assert (right["mean"], right["n"], right["role"]) == (pytest.approx(20 / 21, abs=1e-6), 3, "ours")
+    assert 0.0 < still["mean"] < 0.3
+    assert found["fake_red", "in_view_gm"]["mean"] == 1.0
+    assert (found["fake_red", "recovery_rate"]["mean"], found["fake_red", "recovery_rate"]["n"]) == (1.0, 2)
+    assert found["fake_stays", "in_view_tnr"]["mean"] == 0.0
+    assert found["fake_red", "f_measure"]["mean"] == pytest.approx(1.0)
+    assert not {"offscreen_error_m", "coverage_95", "wrong_car_rate"} & {metric for _, metric in found}
+
+
+def test_a_tracker_that_breaks_is_scored_to_the_end(ran: Path) -> None:
+    seen_before = np.mean([k < 30 or k in AWAY for k in range(FRAMES) if k not in AWAY])
+    rows = [row for row in read_rows(ran / "out") if row["tracker"] == "fake_breaks" and row["sequence"] == "Car1"]
+    values = {row["metric"]: row["value"] for row in rows if row["frame_out"] is None}
+    assert values["in_view_tpr"] == pytest.approx(seen_before, abs=1e-5)
+    assert values["failed_at_frame"] == 30
+
+
+def test_the_same_command_continues_and_a_new_annotation_is_run_again(
+    ran: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def seconds() -> dict[tuple[str, int], float]:
+        return {(row["tracker"], row["seed"]): row["seconds"] for row in read_rows(ran / "out")}
+
+    truth = ran / "cars" / "Car2" / "groundtruth_rect.txt"
+    before, written = seconds(), truth.read_text()
+    assert bench(ran / "cars", ran / "out") == 0
+    assert seconds() == before
+    try:
+        write_lines(truth, lines_of(true_boxes(away=range(15, 21))))
+        assert bench(ran / "cars", ran / "out") == 1
+        rows = [row for row in read_rows(ran / "out") if row["sequence"] == "Car2" and row["metric"] == "in_view_tnr"]
+        assert {row["weight"] for row in rows} == {6.0}
+        assert "rows that are outdated" in capsys.readouterr().err
+    finally:
+        truth.write_text(written)
+        bench(ran / "cars", ran / "out")
+
+
+def test_leaderboard_report_and_compare_speak_of_sequences(ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bench(ran / "cars", ran / "out")
+    told = capsys.readouterr()
+    assert "real, cars, real: 3 sequences" in told.out
+    assert "cars: 3 sequences, 180 frames; 2 absences of 5 to 5 frames; 2 with a return that is judged" in told.out
+    assert "tell no focal length: 1.2 times the longer side" in told.err
+    assert main(["report", str(ran / "out"), "--markdown"]) == 0
+    assert "| `fake_red` " in capsys.readouterr().out
+    page = (ran / "out" / "report.html").read_text()
+    assert "real sequences" in page
+    assert "frameout bench frame-out --real FILE" in page
+    assert main(["compare", "fake_red", "fake_stays", "--directory", str(ran / "out")]) == 0
+    told = capsys.readouterr()
+    assert "whole episodes" in told.out
+    assert "success_auc" in told.out
+
+
+def test_ranks_stand_beside_those_of_simulated_rows(ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = (ran / "out" / "records.jsonl").read_text().splitlines()
+    simulated = [json.loads(line) | {"scenario": "town-v1", "renderer": "raster"} for line in lines]
+    (ran / "sim").mkdir(exist_ok=True)
+    write_lines(ran / "sim" / "records.jsonl", [json.dumps(row) for row in simulated])
+    bench(ran / "cars", ran / "out", "--beside", str(ran / "sim"))
+    told = capsys.readouterr().out
+    assert "success_auc, real cars and town-v1 cars raster: Kendall's tau 1.00" in told
+    assert "real: fake_red 0.952, fake_breaks " in told
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["frame-out", "--real", "nowhere"], "real: expected folders that exist, got "),
+        (["frame-out", "--layout", "otb"], "layout: expected none but with --real and a suite that judges pictures"),
+        (["frame-out", "--real", "CARS", "--seeds", "0:2"], "seeds: expected none with --real, which runs no episodes"),
+        (["frame-out", "--real", "CARS", "--trackers", "blind_below"], "which need pictures alone, got 'blind_below'"),
+        (["frame-out", "--real", "CARS", "--beside", "nowhere"], "directory: expected one that holds records.jsonl"),
+        (["frame-out", "--real", "CARS", "--rate-hz", "0"], "rate_hz: expected a number of frames a second > 0, got 0"),
+        (["fish", "--real", "CARS", "--layout", "otb"], "layout: expected none but with --real and a suite that"),
+        (["stereo", "--real", "CARS"], "real: expected a suite that judges recordings, got stereo"),
+    ],
+)
+def test_wrong_arguments_are_named(
+    ran: Path, words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [str(ran / "cars") if word == "CARS" else word for word in words]
+    assert main(["bench", *words, "--out", str(tmp_path)]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_broken_picture_ends_the_run_with_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = write_otb(tmp_path / "Car1")
+    (folder / "img" / "0007.png").write_bytes(b"gone")
+    assert bench(folder, tmp_path / "out") == 2
+    assert "img/0007.png: expected a picture that can be read, got 4 other bytes" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("exported")
+    export(painted_data_set(folder / "set"), "otb", folder / "otb")
+    return folder / "otb"
+
+
+def directly(score: Callable[[NDArray[np.float64], NDArray[np.bool_]], Any]) -> Any:
+    """Score the runner by the truth of the simulated episode, on the frames that show a pixel of the car."""
+    shown = np.array([truth.visible_fraction[1] > 0 for truth in truths()])
+    true_box = np.array([truth.box_xyxy[1] for truth in truths()])
+    box = np.array([runner_box(true_box[0], k) if k else true_box[0] for k in range(PAINTED_FRAMES)])
+    return score(localisation.box_iou(box, true_box), shown)
+
+
+def success_auc(iou: NDArray[np.float64], shown: NDArray[np.bool_]) -> float:
+    return float(np.mean([np.mean(iou[shown] > t / 20) for t in range(21)]))
+
+
+def best_f(iou: NDArray[np.float64], shown: NDArray[np.bool_]) -> float:
+    sure = np.array([1.0, *(runner_probability(k) for k in range(1, PAINTED_FRAMES))])
+    first = truths()[0].box_xyxy[1]
+    inside = np.array([0.5 * runner_box(first, k)[::2].sum() < WIDTH_PX for k in range(PAINTED_FRAMES)])
+    best = 0.0
+    for t in range(21):
+        said = inside & (sure >= t / 20) & (sure > 0)
+        total = float(iou[said & shown].sum())
+        precision, recall = total / said.sum() if said.any() else 1.0, total / shown.sum()
+        best = max(best, 2 * precision * recall / (precision + recall) if precision + recall else 0.0)
+    return best
+
+
+def test_an_exported_episode_read_back_has_the_scores_of_the_simulated_one(exported: Path, tmp_path: Path) -> None:
+    (collection,) = read_collections([exported])
+    for sequence in collection.sequences:
+        for box, truth in zip(sequence.box_xyxy, truths(), strict=True):
+            expected = truth.box_xyxy[1] if truth.visible_fraction[1] > 0 else np.full(4, np.nan)
+            np.testing.assert_allclose(box, expected, atol=1e-3)
+    out = tmp_path / "out"
+    assert main(["bench", "frame-out", "--real", str(exported), "--trackers", "fake_runner", "--out", str(out)]) == 0
+    found = {entry["metric"]: entry["mean"] for entry in json.loads((out / "summary.json").read_text())}
+    assert found["success_auc"] == pytest.approx(directly(success_auc), abs=1e-5)
+    assert found["f_measure"] == pytest.approx(directly(best_f), abs=1e-5)
+    assert 0.2 < found["success_auc"] < 0.95

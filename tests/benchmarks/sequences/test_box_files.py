@@ -1,0 +1,75 @@
+"""Files of boxes: what is read whatever the separators and line ends, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.sequences.box_files import read_boxes
+
+PLACE = st.floats(-1e5, 1e5, allow_nan=False).map(lambda number: round(number, 3))
+LENGTH = st.floats(0.5, 1e4).map(lambda number: round(number, 3))
+BOX = st.tuples(PLACE, PLACE, LENGTH, LENGTH)
+LINE = st.tuples(
+    st.none() | BOX, st.sampled_from([",", "\t", " ", ", ", "   ", " ,\t", ";"]), st.sampled_from(["", " "])
+)
+
+
+@given(
+    st.lists(LINE, min_size=1, max_size=8),
+    st.sampled_from(["\n", "\r\n"]),
+    st.booleans(),
+    st.sampled_from(["", "\n", "\r\n\r\n", "\n  \n"]),
+    st.sampled_from(["NaN", "nan", "NAN"]),
+)
+def test_boxes_are_read_whatever_lies_between_them(
+    tmp_path_factory: pytest.TempPathFactory,
+    lines: list[tuple[tuple[float, ...] | None, str, str]],
+    line_end: str,
+    marked: bool,
+    tail: str,
+    nan: str,
+) -> None:
+    text = [pad + between.join([nan] * 4 if box is None else map(repr, box)) + pad for box, between, pad in lines]
+    path = tmp_path_factory.mktemp("boxes") / "boxes.txt"
+    path.write_bytes((b"\xef\xbb\xbf" if marked else b"") + (line_end.join(text) + tail).encode())
+    expected = [[math.nan] * 4 if box is None else list(box) for box, _, _ in lines]
+    np.testing.assert_array_equal(read_boxes(path), np.array(expected))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", r"x/boxes.txt: expected lines of left,top,width,height, got an empty file"),
+        (b"\n \n", r"x/boxes.txt: expected lines of left,top,width,height, got an empty file"),
+        (b"1,2,3,4\n1,2,3\n", r"x/boxes.txt, line 2: expected left,top,width,height, got '1,2,3'"),
+        (b"1,2,3,4\n\n1,2,3,4\n", r"line 2: expected left,top,width,height, got ''"),
+        (b"1,2,3,4,5\n", r"line 1: expected left,top,width,height, got '1,2,3,4,5'"),
+        (b"1,,3,4\n", r"line 1: expected left,top,width,height, got '1,,3,4'"),
+        (b"1,2,3,car\n", r"line 1: expected left,top,width,height, got '1,2,3,car'"),
+        (b"1,2,3,inf\n", r"line 1: expected left,top,width,height, got '1,2,3,inf'"),
+        (b"1,2,3,1_0\n", r"line 1: expected left,top,width,height, got '1,2,3,1_0'"),
+        (b"1,2,3,4\n1,2,-3,4\n", r"line 2: expected .* a width and height above 0, .* got 1,2,-3,4"),
+        (b"1,2,3,0\n", r"line 1: expected .* a width and height above 0, .* got 1,2,3,0"),
+        (b"1,2,3,4\n5,6,7,8\nNaN,2,3,4\n", r"line 3: expected .* NaN,NaN,NaN,NaN, got nan,2,3,4"),
+        (b"1,2,3,1e999\n", r"line 1: expected .* above 0, .* got 1,2,3,inf"),
+        (b"\xff\xfe1\x00", r"x/boxes.txt: expected text with numbers, got bytes that are none"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "x" / "boxes.txt"
+    path.parent.mkdir()
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=message):
+        read_boxes(path)
+
+
+def test_four_zeros_are_no_box(tmp_path: Path) -> None:
+    path = tmp_path / "boxes.txt"
+    path.write_text("1 1 2 2\n0 0 0 0\n")
+    assert np.isnan(read_boxes(path)).tolist() == [[False] * 4, [True] * 4]
