@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
-from benchmarks.run.contestants import Entrant, entrants
+from benchmarks.run.contestants import Entrant, entrants_of
 from benchmarks.suites.registry import Scene, Suite
 from scenarios import catalog
 from trackers.controllers.catalogue import ControllerEntry, controller_entry, controllers
@@ -50,7 +50,7 @@ def parties(
         ValueError: for scenarios that the suite does not have.
     """
     scenes = _scenes(suite, scenarios, presets)
-    tracking = _shared(trackers, [entrants(suite.tracked_by(scene)).__contains__ for scene in scenes])
+    tracking = _shared(trackers, [entrants_of(suite, scene).__contains__ for scene in scenes])
     driving = _shared(steering, [partial(_steers, scene) for scene in scenes])
     found = []
     for (scene, shown), watching, commanding in zip(scenes.items(), tracking, driving, strict=True):
@@ -60,7 +60,7 @@ def parties(
             Party(
                 catalog.scenario(scene.scenario).id,
                 shown,
-                watching or scene.trackers or _defaults(entrants(suite.tracked_by(scene)), variants),
+                watching or scene.trackers or _defaults(entrants_of(suite, scene), variants),
                 commanding or (_defaults(_controllers(scene), variants) if suite.judges_controllers else ()),
             )
         )
@@ -72,11 +72,11 @@ def parties(
 def _scenes(suite: Suite, scenarios: Sequence[str], presets: Sequence[str]) -> dict[Scene, tuple[str, ...]]:
     """Return the scenes, each with its presets."""
     given = [catalog.scenario(name).id for name in scenarios]
-    scenes = {catalog.scenario(scene.scenario).id: scene for scene in suite.scenes}
+    latest = [catalog.scenario(scene.scenario).id for scene in suite.scenes]
     for name in given:
-        if name not in scenes:
-            raise ValueError(f"scenario: expected one of {', '.join(scenes)}; got {name!r}")
-    chosen = [scene for scenario, scene in scenes.items() if scenario in (given or scenes)]
+        if not suite.is_about(name):
+            raise ValueError(f"scenario: expected one of {', '.join(latest)}; got {name!r}")
+    chosen = [replace(suite.scene(name), scenario=name) for name in given or latest]
     if not presets:
         return {scene: (scene.preset or suite.preset,) for scene in chosen}
     shares = _shared(presets, [catalog.scenario(scene.scenario).presets.__contains__ for scene in chosen])

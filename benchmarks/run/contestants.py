@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
 from benchmarks.run.source_files import is_users
-from benchmarks.suites.registry import DEFAULT, suites
+from benchmarks.suites.registry import DEFAULT, Scene, Suite, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
 from sim.render.compilation import forget_stale_kernels
@@ -59,6 +59,11 @@ def entrants(suite: str | None = None) -> dict[str, Entrant]:
     trackers = (_from_registry(entry) for entry in registry.entries().values())
     references = (reference for each in suites().values() for reference in each.references)
     return {each.name: each for each in (*trackers, *references) if suite is None or suite in each.suites}
+
+
+def entrants_of(suite: Suite, scene: Scene) -> dict[str, Entrant]:
+    """Return all that may take part in a scene of a suite, by name: its trackers, and those of the suite itself."""
+    return entrants(suite.tracked_by(scene)) | entrants(suite.name)
 
 
 def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from benchmarks.run.contestants import entrant, entrants, load_modules
+from benchmarks.run.contestants import entrant, entrants, entrants_of, load_modules
 from benchmarks.run.current_blocks import ESTIMATES, current_blocks, with_estimates
 from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job
@@ -258,7 +258,7 @@ def _registered(experiment: Experiment) -> list[str]:
 
 def _check_trackers(experiment: Experiment) -> None:
     judged = suite(experiment.suite)
-    known, expected = entrants(), entrants(judged.tracked_by(judged.scene(experiment.scenario)))
+    known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
     for name in experiment.trackers:
         if name not in expected:
             whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""

@@ -284,7 +284,7 @@ def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str |
     if suite(job.suite).judges_controllers:
         carrier = catalog.scenario(job.scenario).carrier.name
         steering = controller_role or catalogue.controller_entry(str(job.controller), carrier).role
-        # A pair with a blind tracker sees nothing, whatever its controller.
-        heading["role"] = "blind" if tracker_role == "blind" else steering
+        # A pair with a blind tracker sees nothing, and one with an oracle sees all, whatever its controller.
+        heading["role"] = tracker_role if tracker_role in ("blind", "oracle") else steering
         heading |= {"tracker_role": tracker_role, "link": job.link}
     return heading

@@ -8,6 +8,7 @@ from benchmarks.suites.follow.events import COMPARED, EVENTS
 from benchmarks.suites.follow.figures import figures
 from benchmarks.suites.follow.judge import FollowJudge
 from benchmarks.suites.follow.metrics import following
+from benchmarks.suites.follow.references import ORACLE
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 
 
@@ -67,6 +68,8 @@ FOLLOW = Suite(
     events=EVENTS,
     silence="no estimate for its controller; only where the camera looks is scored",
     figures=figures,
+    references=(ORACLE,),
+    oracles="An oracle's controller steers by the true position: what it misses is due to carrier, gusts, controller.",
     contestants=("controller", "tracker"),
     truth="target",
     definitions={

@@ -22,7 +22,7 @@ STANDARD = ("standard",)
 
 def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
     chosen = parties(FOLLOW, (), STANDARD, (), (), variants=True)
-    assert [party.scenario for party in chosen] == ["road-town-v1", "stereo-follow-v1", "fish-tank-v1", "harbour-v1"]
+    assert [party.scenario for party in chosen] == ["road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1"]
     for party in chosen:
         roles = [entrants()[name].role for name in party.trackers]
         assert roles == ["ours", "as-written"]
@@ -37,16 +37,29 @@ def test_names_go_where_they_are_known() -> None:
     assert rooms.trackers == ("stereo_wb", "opencv_mil")
     assert town.controllers == rooms.controllers == ("hold", "centre")
     (only,) = parties(FOLLOW, (), STANDARD, ("colour_pf",), (), variants=True)
-    assert only.scenario == "road-town-v1"
+    assert only.scenario == "road-town-v2"
     (only,) = parties(FOLLOW, ("stereo-follow",), STANDARD, (), ("hold",), variants=True)
-    assert (only.scenario, only.controllers) == ("stereo-follow-v1", ("hold",))
+    assert (only.scenario, only.controllers) == ("stereo-follow-v2", ("hold",))
+
+
+def test_an_earlier_version_takes_part_if_it_is_named() -> None:
+    (town,) = parties(FOLLOW, ("road-town-v1",), STANDARD, (), (), variants=True)
+    assert town.scenario == "road-town-v1"
+    assert town.trackers == FOLLOW.scene("road-town").trackers
+
+
+def test_the_suites_own_reference_takes_part_if_it_is_named() -> None:
+    (_, rooms, *_) = parties(FOLLOW, (), STANDARD, ("oracle_target",), ("hold",), variants=True)
+    assert (rooms.scenario, rooms.trackers) == ("stereo-follow-v2", ("oracle_target",))
+    (town,) = parties(FRAME_OUT, (), STANDARD, (), (), variants=True)
+    assert "oracle_target" not in town.trackers
 
 
 def test_presets_go_where_they_are_known() -> None:
     def chosen(*presets: str) -> list[tuple[str, tuple[str, ...]]]:
         return [(p.scenario, p.presets) for p in parties(STEREO, (), presets, (), (), variants=True)]
 
-    people, sheets = "stereo-follow-v1", "paper-sheet-v1"
+    people, sheets = "stereo-follow-v2", "paper-sheet-v1"
     assert chosen("standard") == [(people, ("standard",))]
     assert chosen("paper-b2") == [(sheets, ("paper-b2",))]
     assert chosen("quick", "paper-b1", "hard") == [(people, ("quick", "hard")), (sheets, ("paper-b1",))]
@@ -56,14 +69,14 @@ def test_presets_go_where_they_are_known() -> None:
 
 def test_without_presets_each_scenario_has_its_default() -> None:
     presets = {party.scenario: party.presets for party in parties(FOLLOW, (), (), (), (), variants=True)}
-    assert presets["road-town-v1"] == presets["fish-tank-v1"] == ("standard",)
+    assert presets["road-town-v2"] == presets["fish-tank-v1"] == ("standard",)
     assert presets["harbour-v1"] == ("patrol",)
 
 
 def test_what_nobody_knows_is_kept_to_be_refused() -> None:
     (party,) = parties(FOLLOW, (), STANDARD, ("nix",), (), variants=True)
     assert party.trackers == ("nix",)
-    with pytest.raises(ValueError, match=r"scenario: expected one of road-town-v1, stereo-follow-v1.*; got 'fish-v1'"):
+    with pytest.raises(ValueError, match=r"scenario: expected one of road-town-v1, road-town-v2.*; got 'fish-v1'"):
         parties(FOLLOW, ("fish-v1",), STANDARD, (), (), variants=True)
 
 

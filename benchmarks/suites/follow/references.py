@@ -1,0 +1,55 @@
+"""The reference of the suite ``follow``, with unfair knowledge."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.run.contestants import Entrant
+from scenarios.loop import given
+from scenarios.scenario import Frame
+from trackers.registry import NoParameters
+from trackers.types import Estimate, Start
+
+_CERTAIN_PX = 1e-3
+"""Standard deviation of the answered position."""
+
+
+class TrueTarget:
+    """Answers with the target's true position on every frame, also outside the picture.
+
+    A controller that steers by it misses the target only as far as the carrier's limits, the gusts and the controller
+    itself are to blame. The tracker's share is what is missing to it with a tracker in its place.
+    """
+
+    def __init__(self, target: str) -> None:
+        self._target = target
+
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
+        """See ``scenarios.loop.Contestant``."""
+        return given(start) if start.box_xyxy is not None else self.update(frame)
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``scenarios.loop.Contestant``. The distance along the axis is answered too: some carriers steer by it."""
+        truth = frame.truth
+        target = truth.index_of(self._target)
+        middle_m = truth.T_world_object[target, :3, 3] + 0.5 * truth.size_m[target, 2] * np.array([0.0, 0.0, 1.0])
+        depth_m = float((middle_m - truth.T_world_camera[:3, 3]) @ truth.T_world_camera[:3, 2])
+        return Estimate(
+            truth.position_px[target].copy(),
+            truth.box_xyxy[target].copy(),
+            in_view_probability=float(truth.state[target] in ("in", "partial")),
+            covariance_px=_CERTAIN_PX**2 * np.eye(2),
+            depth_m=depth_m if depth_m > 0 else None,
+        )
+
+
+ORACLE = Entrant(
+    name="oracle_target",
+    role="oracle",
+    summary="the target's true position on every picture: what a controller could do with a perfect tracker",
+    suites=("follow",),
+    reproducible=True,
+    parameters=NoParameters(),
+    module=TrueTarget.__module__,
+    create=lambda episode, scenario, rng, many=False: TrueTarget(scenario.target),
+)
