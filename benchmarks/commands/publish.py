@@ -90,14 +90,15 @@ class Publish:
         durations = []
         for run in runs:
             with progress_bar(f"measuring {run.table.name}") as progress:
-                measure = lambda run, progress=progress: run.seconds_of_seed(progress)  # noqa: E731
-                duration = duration_of(run, self.out, self.out / run.table.name, measure)
+                duration = duration_of(run, self.out, self.out / run.table.name, progress)
             durations.append(duration)
             seeds, hours = run.table.seeds, duration.hours(self._cores)
             left = f"{duration.missing:.0f}"
             shown.add_row(run.table.name, f"{seeds.start}:{seeds.stop}", left, _hours(hours), duration.source)
         console_of().print(shown)
-        print(f"about {_hours(_sum_of_hours(durations, self._cores))} h on {self._cores} cores in all", flush=True)
+        unknown = " and those not known (?)" if any(math.isnan(each.seed_s) for each in durations) else ""
+        hours = _hours(_sum_of_hours(durations, self._cores))
+        print(f"in all about {hours} h{unknown} on {self._cores} cores that do nothing else", flush=True)
         return durations
 
     @property
@@ -109,13 +110,13 @@ class Publish:
         status, started = 0, time.monotonic()
         for number, run in enumerate(runs, start=1):
             table, folder = run.table, self.out / run.table.name
-            on_test_split = table.seeds.stop > ledger.TEST_SPLIT.start
-            with ledger.recorded(run.command, table.seeds, f"table {table.name}" if on_test_split else ""):
-                with progress_bar(f"{table.name}, {number} of {len(runs)} tables") as progress:
-                    run.run(folder, cores(self.workers), progress)
-                now = ledger.commit()
-                check("publish", now == commit, f"the commit {commit} of the start until the end", now)
-                print(write_table(run, folder, commit))
+            why = f"table {table.name}" if table.seeds.stop > ledger.TEST_SPLIT.start else ""
+            title = f"{table.name}, {number} of {len(runs)} tables"
+            with ledger.recorded(run.command, table.seeds, why), progress_bar(title) as progress:
+                run.run(folder, cores(self.workers), progress)
+            now = ledger.commit()
+            check("publish", now == commit, f"the commit {commit} of the start until the end", now)
+            print(write_table(run, folder, commit))
             failures = read_table(table.name)["failures"]
             for failure in failures:
                 print(f"error: {table.name}: {failure['contestant']} failed on seed {failure['seed']}", file=sys.stderr)

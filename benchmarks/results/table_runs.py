@@ -149,9 +149,9 @@ class PaperRun(TableRun):
         if isinstance(made, TrackerExperiment):
             return _seconds_of(made.runs(_TRIAL_SEEDS, renderer, workers=0), report)
         assert isinstance(made, CameraExperiment)
-        started = time.perf_counter()
+        started = time.process_time()
         made.block(_TRIAL_SEEDS.start, renderer)
-        return time.perf_counter() - started
+        return time.process_time() - started
 
     def findings(self, rows: list[Row]) -> list[dict[str, Any]]:
         """See ``TableRun``."""

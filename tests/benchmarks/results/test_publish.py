@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import lzma
 from collections.abc import Callable
@@ -11,10 +12,12 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.papers import b1
 from benchmarks.results import ledger, table_files
 from benchmarks.results.published import PublishedTable
 from benchmarks.results.table_runs import BenchRun
 from benchmarks.run.records import FILE_NAME, read_blocks
+from scenarios.scenario import RendererName
 from tests.benchmarks.results.conftest import SMOKE, commit_all, git
 
 pytestmark = pytest.mark.usefixtures("smoke", "unmeasured")
@@ -231,3 +234,58 @@ def test_wrong_words_are_named(
 ) -> None:
     assert publish(tmp_path / "out", *words) == 2
     assert message in capsys.readouterr().err
+
+
+class QuickSheet(type(b1.EXPERIMENT)):  # type: ignore[misc]
+    """Paper B1 whose measurements are typed in."""
+
+    def measure(self, seed: int, renderer: RendererName) -> dict[str, float]:
+        """See ``CameraExperiment``."""
+        return {claim.metric: 0.01 * seed for claim in self.claims} | {"frames": 9.0}
+
+
+def test_a_paper_is_published_with_its_claims(
+    checkout: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    listed: Callable[..., None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    fields = {field.name: getattr(b1.EXPERIMENT, field.name) for field in dataclasses.fields(b1.EXPERIMENT)}
+    monkeypatch.setattr(b1, "EXPERIMENT", QuickSheet(**fields))
+    listed(PublishedTable(name="sheet", kind="paper", experiment="B1", seeds=range(3, 5)))
+    assert publish(tmp_path / "out") == 0
+    made = json.loads((ledger.TABLES_FOLDER / "sheet.json").read_text())
+    assert made["command"] == "frameout paper B1 --seeds 3:5"
+    assert {found["metric"] for found in made["findings"]} == {claim.metric for claim in b1.EXPERIMENT.claims}
+    assert {found["mean"] for found in made["findings"]} == {0.035}
+    assert [entry["mean"] for entry in made["summary"]] == [found["mean"] for found in made["findings"]]
+    assert publish(tmp_path / "out", "--check") == 0
+    assert "sheet: the same figures on seeds 3:5" in capsys.readouterr().out
+    ledger.TEMPLATE.write_text("{{ paper('sheet') }}\n")
+    assert main(["publish", "--render"]) == 0
+    page = ledger.RESULTS.read_text()
+    assert page.count(": yes |") == sum(found["agrees"] is True for found in made["findings"])
+    assert page.count(": no |") == sum(found["agrees"] is False for found in made["findings"]) > 0
+
+
+def test_a_speed_is_published_without_rows(
+    checkout: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    listed: Callable[..., None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    entry = {"scenario": SMOKE.scenario, "preset": "quick", "metric": "frames_per_s", "unit": "1/s"}
+    entry |= {"mean": 61.25, "ci_low": 58.0, "ci_high": 64.0}
+    monkeypatch.setattr("benchmarks.commands.speed.measure_scenario", lambda *_: [entry])
+    listed(PublishedTable(name="fast", kind="speed", scenario=SMOKE.scenario, preset="quick", seeds=range(1)))
+    assert publish(tmp_path / "out") == 0
+    assert "about 0.00 h and those not known (?)" in capsys.readouterr().out
+    made = json.loads((ledger.TABLES_FOLDER / "fast.json").read_text())
+    assert (made["rows"], made["summary"]) == (None, [entry])
+    ledger.TEMPLATE.write_text("{{ figures('fast') }}\n")
+    assert main(["publish", "--render"]) == 0
+    assert "| frames per s | /s | 61.2 (58.0–64.0) |" in ledger.RESULTS.read_text()
+    assert publish(tmp_path / "out", "--check") == 2
+    assert "tables: expected some with rows, as times are never equal, got 'fast'" in capsys.readouterr().err
