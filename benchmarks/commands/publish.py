@@ -92,13 +92,13 @@ class Publish:
             with progress_bar(f"measuring {run.table.name}") as progress:
                 duration = duration_of(run, self.out, self.out / run.table.name, progress)
             durations.append(duration)
-            seeds, hours = run.table.seeds, duration.hours(self._cores)
-            left = f"{duration.missing:.0f}"
-            shown.add_row(run.table.name, f"{seeds.start}:{seeds.stop}", left, _hours(hours), duration.source)
+            seeds, left = run.table.seeds, f"{duration.missing:.0f}"
+            hours_left = _hours(duration.hours(self._cores))
+            shown.add_row(run.table.name, f"{seeds.start}:{seeds.stop}", left, hours_left, duration.source)
         console_of().print(shown)
         unknown = " and those not known (?)" if any(math.isnan(each.seed_s) for each in durations) else ""
-        hours = _hours(_sum_of_hours(durations, self._cores))
-        print(f"in all about {hours} h{unknown} on {self._cores} cores that do nothing else", flush=True)
+        in_all = _hours(_sum_of_hours(durations, self._cores))
+        print(f"in all about {in_all} h{unknown} on {self._cores} cores that do nothing else", flush=True)
         return durations
 
     @property
