@@ -119,8 +119,7 @@ about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_
 ``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
 
-A result directory also holds ``summary.json``, ``comparisons.json`` (``benchmarks.scores.summary``), the report, and
-``estimates`` if asked for (``benchmarks.estimates``).
+Beside it lie ``summary.json``, ``comparisons.json`` (``scores.summary``), the report, ``estimates`` if asked for.
 """
 
 from __future__ import annotations
