@@ -23,8 +23,9 @@ LISTS = {
     "benchmarks/suites/registry.py": "_MODULES",
     "trackers/registry.py": "_MODULES",
     "trackers/controllers/catalogue.py": "_MODULES",
+    "benchmarks/results/published.py": "TABLES",
 }
-"""The one list of each registry."""
+"""The one list of each registry, and that of the published tables."""
 
 
 SCENES = tuple(entry for entry in catalog.entries() if entry.place.startswith("scenarios."))

@@ -6,17 +6,16 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from benchmarks.commands.console import console_of
 from benchmarks.report import tables
+from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
 from benchmarks.run.records import REAL
 from benchmarks.scores.summary import condition_of, steering_words
 from benchmarks.suites.registry import suite
 
 _WIDTH = 132
-_MARKDOWN_WIDTH = 400
 _WIDE_ENOUGH_FOR_INTERVALS = 120
 _ROLE_STYLES = {"ours": "bold green", "oracle": "italic", "blind": "italic", "variant": "dim"}
 
@@ -28,7 +27,7 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = Fal
         summary: as ``write_summary`` returns it.
         markdown: print Markdown tables.
     """
-    console = Console(width=_MARKDOWN_WIDTH) if markdown else console_of(_WIDTH)
+    console = console_of(_WIDTH)
     intervals = markdown or console.width >= _WIDE_ENOUGH_FOR_INTERVALS
     for condition, entries in _conditions(summary):
         episodes = max(entry["n"] for entry in entries)
@@ -38,8 +37,10 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = Fal
         title = f"{condition}: {episodes} {units}{', 95 % intervals over them' if intervals else ''}"
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
-            console.print(f"{title}\n")
-            console.print(_markdown(board, scores.contestants))
+            print(f"{title}\n")
+            heads = [*scores.contestants, "role", *map(head, board.columns)]
+            lines = map(names_and_cells, board.lines)
+            print(markdown_table(heads, lines, words=len(scores.contestants) + 1), end="\n\n")
         else:
             console.print(_for_terminal(title, board, scores.contestants, intervals))
 
@@ -59,27 +60,8 @@ def _for_terminal(title: str, board: tables.Table, names: Sequence[str], interva
         table.add_column(name, no_wrap=True, min_width=max(len(line.names[place]) for line in board.lines))
     table.add_column("role", no_wrap=True, min_width=len("as-written"))
     for column in board.columns:
-        table.add_column(_head(column), justify="right", min_width=9 if intervals else 5)
+        table.add_column(head(column), justify="right", min_width=9 if intervals else 5)
     for line in board.lines:
-        cells = [f"{cell.text}\n{_short(cell.interval)}".rstrip() if intervals else cell.text for cell in line.cells]
+        cells = [f"{cell.text}\n{short(cell.interval)}".rstrip() if intervals else cell.text for cell in line.cells]
         table.add_row(*line.names, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
     return table
-
-
-def _markdown(board: tables.Table, names: Sequence[str]) -> Table:
-    table = Table(*names, "role", box=box.MARKDOWN)
-    for column in board.columns:
-        table.add_column(_head(column), justify="right", no_wrap=True)
-    for line in board.lines:
-        cells = [f"{cell.text} ({_short(cell.interval)})" if cell.interval else cell.text for cell in line.cells]
-        table.add_row(*(f"`{name}`" for name in line.names), line.role, *cells)
-    return table
-
-
-def _head(column: tables.Column) -> str:
-    """Return a metric's name in words with its unit and an arrow for the better direction."""
-    return " ".join(filter(None, (column.title, f"({column.unit})" if column.unit else "", column.goal)))
-
-
-def _short(interval: str) -> str:
-    return interval.replace(" … ", "–")

@@ -46,7 +46,11 @@ class TrackerExperiment(PaperExperiment):
 
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
         """See ``PaperExperiment``."""
-        runs = Experiment(
+        return run_experiment(self.runs(seeds, renderer, workers), out, progress).moved
+
+    def runs(self, seeds: range, renderer: RendererName, workers: int) -> Experiment:
+        """Return what is run."""
+        return Experiment(
             suite=self.suite,
             scenario=self.scenario,
             presets=(self.preset,),
@@ -56,7 +60,6 @@ class TrackerExperiment(PaperExperiment):
             workers=workers,
             settings=self.settings,
         )
-        return run_experiment(runs, out, progress).moved
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
         """See ``PaperExperiment``: the paper's frames; where it names none, the suite's picture."""

@@ -17,6 +17,11 @@ from sim.checks import check
 TEST_SPLIT = range(10_000, 20_000)
 """Seeds of published figures; no parameter is chosen on them."""
 LEDGER = Path(__file__).with_name("test_split_runs.jsonl")
+TABLES_FOLDER = LEDGER.with_name("tables")
+"""A committed file for each published table, see ``table_files``."""
+TEMPLATE = LEDGER.with_name("RESULTS.template.md")
+RESULTS = LEDGER.parents[2] / "RESULTS.md"
+PACKAGES = ("sim", "trackers", "scenarios", "benchmarks")
 _WITHOUT_EFFECT = {"publish", "out", "workers", "backend", "json"}
 """Options that change no figure and are left out of commands."""
 
@@ -33,7 +38,7 @@ def recorded(command: str, seeds: range, why: str) -> Iterator[None]:
     on_test_split = seeds.start < TEST_SPLIT.stop and seeds.stop > TEST_SPLIT.start
     text = f"{seeds.start}:{seeds.stop}"
     check("publish", not why or on_test_split, "seeds of the test split, 10000:20000", text)
-    entry = {"command": command, "commit": _commit(), "split": "test", "seeds": text, "why": why} if why else None
+    entry = {"command": command, "commit": commit(), "split": "test", "seeds": text, "why": why} if why else None
     yield
     if entry is not None:
         if not any(_same(entry, known) for known in _entries()):
@@ -75,15 +80,25 @@ def _same(first: dict[str, str], second: dict[str, str]) -> bool:
     return all(first[key] == second[key] for key in ("command", "commit"))
 
 
-def _commit() -> str:
-    """Return the commit of the checkout. Raises ValueError without one, and for uncommitted changes of code."""
+def commit() -> str:
+    """Return the commit of the checkout. Raises ValueError without one, and for code that is not committed."""
     _git("ls-files", "--error-unmatch", LEDGER.name, expected="a checkout of the repository, got none")
-    root = _git("rev-parse", "--show-toplevel", expected="a checkout")
-    packages = [f"{root}/{name}" for name in ("sim", "trackers", "scenarios", "benchmarks")]
-    changes = _git("diff", "--name-only", "HEAD", "--", *packages, f":!{LEDGER.name}", expected="a commit")
-    changed = changes.partition("\n")[0]
+    changed = uncommitted()
     check("publish", not changed, "committed code", f"changes in {changed}")
     return _git("rev-parse", "--short=10", "HEAD", expected="a commit")
+
+
+def uncommitted() -> str:
+    """Return the first changed or new file of our packages, "" if all is as committed.
+
+    What publishing itself writes does not count: the ledger, the tables, and the prose around them.
+    Raises ValueError outside a checkout.
+    """
+    root = _git("rev-parse", "--show-toplevel", expected="a checkout")
+    packages = [f"{root}/{name}" for name in PACKAGES]
+    written = [f":!{name}" for name in (LEDGER.name, TABLES_FOLDER.name, TEMPLATE.name)]
+    changes = _git("status", "--porcelain", "--untracked-files=all", "--", *packages, *written, expected="a commit")
+    return changes.splitlines()[0].split(maxsplit=1)[1] if changes else ""
 
 
 def _git(*arguments: str, expected: str) -> str:

@@ -140,6 +140,13 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     return outcome
 
 
+def jobs_of(experiment: Experiment) -> list[Job]:
+    """Return the jobs of an experiment, for a trial: their rows have no versions and leave no notes."""
+    load_modules(experiment.modules)
+    check_names(experiment)
+    return [replace(job, notes=None, versions={}) for job in _jobs(experiment, _versions(experiment), Path())]
+
+
 def make_folder(out: Path) -> None:
     """Make a folder for results. Raises ValueError if it cannot be made or written."""
     try:

@@ -119,8 +119,7 @@ about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_
 ``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
 
-Beside ``records.jsonl`` a result directory holds ``summary.json`` and ``comparisons.json`` (see
-``benchmarks.scores.summary``), the report's files and, if asked for, ``estimates`` (see ``benchmarks.estimates``).
+Beside it lie ``summary.json``, ``comparisons.json`` (``scores.summary``), the report, ``estimates`` if asked for.
 """
 
 from __future__ import annotations
@@ -128,7 +127,7 @@ from __future__ import annotations
 import itertools
 import json
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -219,18 +218,19 @@ def append_block(directory: Path, rows: Sequence[Row]) -> None:
 
 
 def read(directory: Path) -> Contents:
-    """Return the contents of a directory's rows.
-
-    Raises:
-        ValueError: if the directory holds no records.
-    """
+    """Return the contents of a directory's rows. Raises ValueError if it holds no records."""
     path = directory / FILE_NAME
     check("directory", path.is_file(), f"one that holds {FILE_NAME}", repr(str(directory)))
+    return blocks_of_lines(path.read_bytes().splitlines())
+
+
+def blocks_of_lines(lines: Iterable[bytes]) -> Contents:
+    """Return the contents of the lines of a file of rows."""
     whole: dict[BlockKey, list[tuple[bytes, Row]]] = {}
     growing: list[tuple[bytes, Row]] = []
     replaced: list[tuple[bytes, Row]] = []
     broken: list[bytes] = []
-    for line in path.read_bytes().splitlines():
+    for line in lines:
         row = _parsed(line)
         if growing and (row is None or block_key(growing[0][1]) != block_key(row)):
             replaced += growing
@@ -254,7 +254,7 @@ def read_blocks(directory: Path) -> dict[BlockKey, list[Row]]:
 
 def read_rows(directory: Path) -> list[Row]:
     """Return all rows of whole blocks in canonical order."""
-    return [row for rows in read_blocks(directory).values() for row in rows]
+    return list(itertools.chain.from_iterable(read_blocks(directory).values()))
 
 
 def tidy(directory: Path, outdated: Collection[BlockKey] = ()) -> str | None:

@@ -45,7 +45,7 @@ def test_a_run_to_be_published_is_in_the_ledger_when_it_is_through(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(ledger, "LEDGER", tmp_path / "ledger.jsonl")
-    monkeypatch.setattr(ledger, "_commit", lambda: "0123456789")
+    monkeypatch.setattr(ledger, "commit", lambda: "0123456789")
     assert bench(tmp_path / "a", "--seeds", "10000:10001") == 0
     assert "--publish WHY" in capsys.readouterr().err
     assert ledger.published_runs() == {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -11,28 +10,9 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.commands.bench import Bench
 from benchmarks.results import ledger
+from tests.benchmarks.results.conftest import git
 
 TEST_SEEDS = range(9_999, 10_001)
-
-
-def git(folder: Path, *arguments: str) -> str:
-    author = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
-    done = subprocess.run(["git", *author, *arguments], cwd=folder, capture_output=True, text=True, check=True)
-    return done.stdout.strip()
-
-
-@pytest.fixture
-def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A repository with a module and an empty ledger, where that of ours is looked for."""
-    file = tmp_path / "benchmarks/results/test_split_runs.jsonl"
-    file.parent.mkdir(parents=True)
-    file.touch()
-    (tmp_path / "benchmarks/module.py").touch()
-    git(tmp_path, "init", "--quiet")
-    git(tmp_path, "add", ".")
-    git(tmp_path, "commit", "--quiet", "-m", "first")
-    monkeypatch.setattr(ledger, "LEDGER", file)
-    return tmp_path
 
 
 def publish(command: str = "frameout bench stereo", why: str = "a table", seeds: range = TEST_SEEDS) -> None:

@@ -1,0 +1,177 @@
+"""``frameout publish``: make the published tables, check them, and put them into RESULTS.md."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import tyro
+from rich import box
+from rich.table import Table
+
+from benchmarks.commands.arguments import COUNT, FOLDER, WORKERS, cores, names
+from benchmarks.commands.console import console_of
+from benchmarks.commands.progress import progress_bar
+from benchmarks.results import ledger
+from benchmarks.results.checking import differences, other_versions
+from benchmarks.results.durations import Duration, duration_of
+from benchmarks.results.published import tables_named
+from benchmarks.results.results_page import results_page
+from benchmarks.results.table_files import read_table, write_table
+from benchmarks.results.table_runs import TableRun, run_of
+from benchmarks.run.experiment import make_folder
+from sim.checks import check
+from trackers.atomic_file import write_atomic
+
+_COMMIT = "commit.json"
+"""In the folder of a table's rows: where they were made."""
+
+
+@dataclass(frozen=True)
+class Publish:
+    """Make the published tables: run what benchmarks/results/published.py lists, and write the files that RESULTS.md is
+    made from to benchmarks/results/tables.
+
+    A run that was stopped continues with the same command. It starts with an estimate of its time. It needs a checkout
+    without changes to the code, and a folder without rows of another commit. Each table on the test split is recorded
+    in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker failed.
+
+    Attributes:
+        tables: names of tables (default: all).
+        dry_run: only list the tables, their seeds and the hours that they take.
+        check: make the tables anew in a temporary folder instead, and compare all figures but times with the published
+            ones; exit status 1 if one differs.
+        episodes: with --check, make only this number of each table's first seeds.
+        render: make RESULTS.md from benchmarks/results/RESULTS.template.md and the published tables instead.
+        out: folder for the rows.
+        workers: number of worker processes; 0 = run in this process.
+    """
+
+    tables: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    dry_run: bool = False
+    check: bool = False
+    episodes: Annotated[int | None, COUNT] = None
+    render: bool = False
+    out: Annotated[Path, FOLDER] = Path("results/published")
+    workers: Annotated[int | None, WORKERS] = None
+    resumes = True
+
+    def run(self) -> int:
+        """Do it; return the exit status."""
+        chosen = [name for name in ("dry_run", "check", "render") if getattr(self, name)]
+        check("publish", len(chosen) <= 1, "one of --dry-run, --check, --render", " ".join(chosen))
+        positive = self.episodes is None or (self.check and self.episodes >= 1)
+        check("episodes", positive, "a whole number >= 1, with --check alone", self.episodes)
+        if self.render:
+            return _render()
+        runs = [run_of(table) for table in tables_named(names(self.tables))]
+        for run in runs:
+            _ = run.command  # Unknown names are refused before anything runs.
+        if self.check:
+            return max([self._check(run) for run in runs])
+        commit = "" if self.dry_run else ledger.commit()
+        make_folder(self.out)
+        for run in () if self.dry_run else runs:
+            _claim(self.out / run.table.name, commit)
+        durations = self._plan(runs)
+        return 0 if self.dry_run else self._publish(runs, durations, commit)
+
+    def _plan(self, runs: list[TableRun]) -> list[Duration]:
+        """Print the tables with their times, and return these."""
+        shown = Table(box=box.SIMPLE_HEAD)
+        for head in ("table", "seeds", "left to make", "hours left", "by the time of"):
+            shown.add_column(head, justify="right" if head in ("left to make", "hours left") else "left")
+        durations = []
+        for run in runs:
+            with progress_bar(f"measuring {run.table.name}") as progress:
+                duration = duration_of(run, self.out, self.out / run.table.name, progress)
+            durations.append(duration)
+            seeds, left = run.table.seeds, f"{duration.missing:.0f}"
+            hours_left = _hours(duration.hours(self._cores))
+            shown.add_row(run.table.name, f"{seeds.start}:{seeds.stop}", left, hours_left, duration.source)
+        console_of().print(shown)
+        unknown = " and those not known (?)" if any(math.isnan(each.seed_s) for each in durations) else ""
+        in_all = _hours(_sum_of_hours(durations, self._cores))
+        print(f"in all about {in_all} h{unknown} on {self._cores} cores that do nothing else", flush=True)
+        return durations
+
+    @property
+    def _cores(self) -> int:
+        """How many run at a time: one for each worker, and no more than this process may use."""
+        return max(1, min(cores(self.workers), cores(None)))
+
+    def _publish(self, runs: list[TableRun], durations: list[Duration], commit: str) -> int:
+        status, started = 0, time.monotonic()
+        for number, run in enumerate(runs, start=1):
+            table, folder = run.table, self.out / run.table.name
+            why = f"table {table.name}" if table.seeds.stop > ledger.TEST_SPLIT.start else ""
+            title = f"{table.name}, {number} of {len(runs)} tables"
+            with ledger.recorded(run.command, table.seeds, why), progress_bar(title) as progress:
+                run.run(folder, cores(self.workers), progress)
+            now = ledger.commit()
+            check("publish", now == commit, f"the commit {commit} of the start until the end", now)
+            print(write_table(run, folder, commit))
+            failures = read_table(table.name)["failures"]
+            for failure in failures:
+                print(f"error: {table.name}: {failure['contestant']} failed on seed {failure['seed']}", file=sys.stderr)
+            status = max(status, int(bool(failures)))
+            print(_left(durations, number, time.monotonic() - started, self._cores), flush=True)
+        print("RESULTS.md is made by: frameout publish --render")
+        return status
+
+    def _check(self, run: TableRun) -> int:
+        """Print what differs from the published table; return 1 if anything does."""
+        changed, name = ledger.uncommitted(), run.table.name
+        if changed:
+            print(f"note: the code is not as committed: changes in {changed}", file=sys.stderr)
+        with TemporaryDirectory() as place, progress_bar(f"{name} anew") as progress:
+            lines = differences(run, Path(place), self.episodes, cores(self.workers), progress)
+            parts = other_versions(run, Path(place)) if any(Path(place).iterdir()) else []
+        if parts:
+            print(f"note: {name} was published with another version of: {', '.join(parts)}", file=sys.stderr)
+        seeds = run.table.seeds[: self.episodes]
+        print("\n".join(lines) or f"{name}: the same figures on seeds {seeds.start}:{seeds.stop}")
+        return int(bool(lines))
+
+
+def _claim(folder: Path, commit: str) -> None:
+    """Mark a table's folder as made at ``commit``. Raises ValueError if it holds rows of another one."""
+    make_folder(folder)
+    mark = folder / _COMMIT
+    if not mark.is_file():
+        others = sorted(each.name for each in folder.iterdir())
+        check("out", not others, "folders of tables that this command made", f"{str(folder)!r} with {others[:1]}")
+        write_atomic(mark, json.dumps({"commit": commit}) + "\n")
+    made_at = json.loads(mark.read_text())["commit"]
+    wanted = f"rows of commit {commit}, which is checked out (or another --out)"
+    check("out", made_at == commit, wanted, f"{str(folder)!r} with rows of commit {made_at}")
+
+
+def _render() -> int:
+    page = ledger.RESULTS
+    write_atomic(page, results_page())
+    print(page)
+    return 0
+
+
+def _left(durations: list[Duration], done: int, took_s: float, workers: int) -> str:
+    """Return a line about the time left, by how much longer the tables so far took than they were to take."""
+    expected_h = _sum_of_hours(durations[:done], workers)
+    factor = took_s / 3600.0 / expected_h if expected_h > 0 else 1.0
+    left_h = factor * _sum_of_hours(durations[done:], workers)
+    return f"{done} of {len(durations)} tables; {took_s / 3600.0:.2f} h passed, about {_hours(left_h)} h left"
+
+
+def _sum_of_hours(durations: list[Duration], workers: int) -> float:
+    """Return the sum of the hours that can be foretold."""
+    return sum(hours for each in durations if not math.isnan(hours := each.hours(workers)))
+
+
+def _hours(hours: float) -> str:
+    return "?" if math.isnan(hours) else f"{hours:.2f}"

@@ -1,0 +1,33 @@
+"""Tables as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from benchmarks.report.tables import Cell, Column, Line
+
+
+def markdown_table(heads: Sequence[str], lines: Iterable[Sequence[str]], words: int) -> str:
+    """Return a table; the first ``words`` columns are text, the others numbers, which stand at the right."""
+    ruler = ["---"] * words + ["---:"] * (len(heads) - words)
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (heads, ruler, *lines))
+
+
+def names_and_cells(line: Line) -> list[str]:
+    """Return the cells of a contestant's line: its names, its role, its numbers."""
+    return [*(f"`{name}`" for name in line.names), line.role, *map(number_and_interval, line.cells)]
+
+
+def number_and_interval(cell: Cell) -> str:
+    """Return a number with its interval, as ``94.2 (89.3–98.3)``."""
+    return f"{cell.text} ({short(cell.interval)})" if cell.interval else cell.text
+
+
+def head(column: Column) -> str:
+    """Return a metric's name in words with its unit and an arrow for the better direction."""
+    return " ".join(filter(None, (column.title, f"({column.unit})" if column.unit else "", column.goal)))
+
+
+def short(interval: str) -> str:
+    """Return an interval as ``89.3–98.3``."""
+    return interval.replace(" … ", "–")

@@ -1,0 +1,61 @@
+"""Makes a published table again and compares its figures with the committed ones."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from benchmarks.results.figures_hash import Blocks, differing, hash_of_figures
+from benchmarks.results.table_files import TableFile, read_rows_of, read_table
+from benchmarks.results.table_runs import TableRun, run_of
+from benchmarks.run.experiment import Progress
+from benchmarks.run.records import BlockKey, read_blocks
+from sim.checks import check
+
+
+def differences(run: TableRun, out: Path, episodes: int | None, workers: int, progress: Progress) -> list[str]:
+    """Make a table anew in ``out``; return lines about figures that are not the committed ones, none if all are.
+
+    Args:
+        out: empty folder. episodes: number of first seeds to make; None = all.
+
+    Raises:
+        ValueError: before the run, for a table that is not published, was published with other data, or has no rows;
+            for fewer ``episodes`` of one whose rows are not kept.
+    """
+    name = run.table.name
+    kept, kept_rows = read_table(name), read_rows_of(name)
+    check("tables", kept["rows"] is not None, "some with rows, as times are never equal", repr(name))
+    check("tables", run.command == kept["command"], f"{name} as published, `{kept['command']}`", f"`{run.command}`")
+    check("episodes", episodes is None or kept_rows is not None, f"none, as rows of {name} are not kept", episodes)
+    if kept_rows is not None and hash_of_figures(kept_rows) != kept["rows"]["sha256"]:
+        return [f"{name}: its committed rows are not those of its hash"]
+    seeds = run.table.seeds[:episodes]
+    run_of(replace(run.table, seeds=seeds)).run(out, workers, progress)
+    made = read_blocks(out)
+    if kept_rows is None:
+        same = hash_of_figures(made) == kept["rows"]["sha256"]
+        return [] if same else [f"{name}: its figures are other ones; its rows are not kept, so which is not known"]
+    wanted = {key: rows for key, rows in kept_rows.items() if key.seed in seeds}
+    return _lines(name, differing(wanted, made))
+
+
+def other_versions(run: TableRun, out: Path) -> list[str]:
+    """Return the parts that made the rows in ``out`` in another version than the published ones."""
+    kept: TableFile = read_table(run.table.name)
+    published: Blocks = read_rows_of(run.table.name) or {}
+    parts = set()
+    for key, rows in read_blocks(out).items():
+        before = published.get(key)
+        versions = kept["versions"]["shared"] if before is None else before[0]["versions"]
+        parts |= {part for part, version in versions.items() if rows[0]["versions"].get(part) != version}
+    return sorted(parts)
+
+
+def _lines(name: str, keys: Sequence[BlockKey]) -> list[str]:
+    seeds: dict[str, list[int]] = defaultdict(list)
+    for key in keys:
+        seeds["+".join(filter(None, (key.controller, key.tracker)))].append(key.seed)
+    return [f"{name}: {who} has other figures on {len(of)} seeds, first on {of[0]}" for who, of in seeds.items()]

@@ -1,0 +1,64 @@
+"""How long published tables will take on this machine."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.results.table_files import seconds_by_contestant
+from benchmarks.results.table_runs import TableRun
+from benchmarks.run.experiment import Progress
+from benchmarks.run.records import FILE_NAME, read_blocks
+from trackers.atomic_file import write_atomic
+
+_MEASURED = "seconds-of-a-seed.json"
+_ROWS = "its rows so far"
+_ENOUGH_SEEDS = 3
+"""With as many begun, the first one has rows of all contestants."""
+
+
+@dataclass(frozen=True)
+class Duration:
+    """The time that a table takes.
+
+    Attributes:
+        seed_s: one seed with all contestants on one core; NaN if it cannot be foretold.
+        missing: number of seeds that are not made yet, parts of them counted.
+        source: where ``seed_s`` comes from.
+    """
+
+    seed_s: float
+    missing: float
+    source: str
+
+    def hours(self, workers: int) -> float:
+        """Return the hours left on so many cores."""
+        return self.seed_s * self.missing / max(workers, 1) / 3600.0
+
+
+def duration_of(run: TableRun, out: Path, folder: Path, progress: Progress) -> Duration:
+    """Return how long a table takes: by its rows so far, else as measured before, else by a few frames.
+
+    Args:
+        out: folder of all tables, which keeps what was measured. folder: of this table.
+        progress: of the measurement.
+    """
+    blocks = read_blocks(folder) if (folder / FILE_NAME).is_file() else {}
+    contestants = len({(key.tracker, key.controller) for key in blocks})
+    missing = len(run.table.seeds) - len(blocks) / max(contestants, 1)
+    if missing <= 0:
+        return Duration(0.0, 0.0, _ROWS)
+    seconds = seconds_by_contestant(blocks)
+    if seconds and len({key.seed for key in blocks}) >= _ENOUGH_SEEDS:
+        return Duration(sum(seconds.values()), missing, _ROWS)
+    return Duration(_measured(run, out, progress), missing, "a few frames")
+
+
+def _measured(run: TableRun, out: Path, progress: Progress) -> float:
+    file = out / _MEASURED
+    known: dict[str, float] = json.loads(file.read_text()) if file.is_file() else {}
+    if run.command not in known:
+        known[run.command] = round(run.seconds_of_seed(progress), 3)
+        write_atomic(file, json.dumps(known, indent=1) + "\n")
+    return known[run.command]

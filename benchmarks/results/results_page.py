@@ -1,0 +1,138 @@
+"""RESULTS.md, made from its template and the published tables.
+
+The template, ``RESULTS.template.md``, is prose with calls in double braces (Jinja's):
+
+================================================  ======================================================================
+``table(NAME, …, columns=[…], roles=[…])``       a line for each contestant, the best in the first column first;
+                                                 several tables stand below each other; by default the suite's headline
+                                                 metrics, and all roles
+``paper(NAME)``                                  a paper's claims beside our figures
+``figures(NAME)``                                all metrics of a speed, a line for each
+``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
+``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference
+================================================  ======================================================================
+
+A contestant is a tracker, or CONTROLLER+TRACKER. Tables end with a line that names their command, commit and seeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined, TemplateError
+
+from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
+from benchmarks.report.numbers import interval_text, number_text, unit_sign
+from benchmarks.report.tables import column_of, leaderboard
+from benchmarks.results import ledger
+from benchmarks.results.table_files import TableFile, read_table
+from benchmarks.suites.registry import suite
+from sim.checks import check
+
+
+def results_page() -> str:
+    """Return RESULTS.md.
+
+    Raises:
+        ValueError: for a template that cannot be read, an unknown table, contestant or metric, and a table of several
+            commits, seeds or budgets.
+    """
+    environment = Environment(undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False)
+    environment.globals |= {each.__name__: each for each in (table, paper, figures, value, difference)}
+    try:
+        return environment.from_string(ledger.TEMPLATE.read_text()).render()
+    except TemplateError as error:
+        raise ValueError(f"template: expected one that can be read, got {ledger.TEMPLATE.name}: {error}") from None
+
+
+def table(*names: str, columns: Sequence[str] = (), roles: Sequence[str] = ()) -> str:
+    """See the module."""
+    shown = [read_table(name) for name in names]
+    check_one_origin(shown)
+    scores = suite(shown[0]["summary"][0]["suite"])
+    # A metric that a suite does not have is named by its error.
+    ranked = replace(scores, headline=tuple(scores.metric(name).name for name in columns) or scores.headline)
+    several, lines = len(shown) > 1, []
+    for each in shown:
+        board = leaderboard(ranked, each["summary"], roles or sorted({entry["role"] for entry in each["summary"]}))
+        preset = [f"`{each['summary'][0]['preset']}`"] if several else []
+        lines += [[*preset, *names_and_cells(line)] for line in board.lines]
+    texts = [*(["preset"] if several else []), *scores.contestants, "role"]
+    heads = [*texts, *(head(column_of(scores.metric(name))) for name in ranked.headline)]
+    return f"{markdown_table(heads, lines, words=len(texts))}\n\n{_origin(shown)}"
+
+
+def paper(name: str) -> str:
+    """See the module."""
+    shown = read_table(name)
+    check("paper", bool(shown["findings"]), "a table of a paper's experiment", repr(name))
+    verdicts = {True: ": yes", False: ": no", None: ""}
+    lines = []
+    for found in shown["findings"]:
+        method = f"`{found['tracker']}`" if found["tracker"] else ""
+        minus = f" minus `{found['minus']}`" if found["minus"] else ""
+        expected = f"{found['expected']}{verdicts[found['agrees']]}"
+        lines.append([method + minus, found["counted"], found["paper"], _number(found, sign=True), expected])
+    heads = ["method", "counted", "the paper", "here", "expected"]
+    return f"{markdown_table(heads, lines, words=len(heads))}\n\n{_origin([shown])}"
+
+
+def figures(name: str) -> str:
+    """See the module."""
+    shown = read_table(name)
+    lines = [[each["metric"].replace("_", " "), unit_sign(each["unit"]), _number(each)] for each in shown["summary"]]
+    return f"{markdown_table(['', 'unit', 'mean'], lines, words=2)}\n\n{_origin([shown])}"
+
+
+def value(name: str, contestant: str, metric: str) -> str:
+    """See the module."""
+    return _number(_entry(read_table(name), "summary", contestant, metric))
+
+
+def difference(name: str, contestant: str, other: str, metric: str) -> str:
+    """See the module."""
+    entry = _entry(read_table(name), "comparisons", contestant, metric, other)
+    return _number({**entry, "mean": entry["difference"], "unit": suite(entry["suite"]).metric(metric).unit})
+
+
+def check_one_origin(shown: Sequence[TableFile]) -> None:
+    """Raise ValueError for tables of several commits or seeds, or with contestants that were tuned unequally."""
+    names = ", ".join(each.name for each in shown)
+    for key in ("commit", "seeds"):
+        found = sorted({each[key] for each in shown})
+        check("table", len(found) == 1, f"one {key.removesuffix('s')} in {names}", ", ".join(found))
+    for kind in ("trackers", "controllers"):
+        spent: dict[str, list[str]] = {}
+        for each in shown:
+            for name, budget in each["budgets"].get(kind, {}).items():
+                spent.setdefault(", ".join(f"{key} {of}" for key, of in budget.items()), []).append(name)
+        found = [f"{' '.join(sorted(set(of)))}: {budget}" for budget, of in spent.items()]
+        check("table", len(found) <= 1, f"{kind} of {names} tuned with one budget", "; ".join(found))
+
+
+def _entry(shown: TableFile, key: str, contestant: str, metric: str, other: str | None = None) -> Mapping[str, Any]:
+    found = [
+        entry
+        for entry in shown[key]
+        if entry["metric"] == metric
+        and contestant in (entry["tracker"], f"{entry.get('controller')}+{entry['tracker']}")
+        and entry.get("other") == other
+    ]
+    wanted = f"one number of {contestant}{f' against {other}' if other else ''} in {metric}"
+    check("value", len(found) == 1, f"{wanted} in {shown.name}", len(found))
+    entry: Mapping[str, Any] = found[0]
+    return entry
+
+
+def _number(entry: Mapping[str, Any], *, sign: bool = False) -> str:
+    unit = entry["unit"]
+    text = " ".join(filter(None, (number_text(entry["mean"], unit), unit_sign(unit) if sign else "")))
+    interval = interval_text(entry["ci_low"], entry["ci_high"], unit)
+    return f"{text} ({short(interval)})" if interval else text
+
+
+def _origin(shown: Sequence[TableFile]) -> str:
+    names = " ".join(each.name for each in shown)
+    return f"Made by `frameout publish {names}` at commit {shown[0]['commit']}, seeds {shown[0]['seeds']}."

@@ -1,0 +1,232 @@
+"""How a published table is made: by the same code as its command, into a folder, resumable."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import time
+from abc import ABC, abstractmethod
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from benchmarks.commands.bench import Bench
+from benchmarks.commands.paper import Paper
+from benchmarks.commands.selection import parties
+from benchmarks.commands.speed import Speed
+from benchmarks.papers.camera_experiment import CameraExperiment
+from benchmarks.papers.experiment import PaperExperiment
+from benchmarks.papers.repeat import findings
+from benchmarks.papers.tracker_experiment import TrackerExperiment
+from benchmarks.results.episode_time import seconds_of_episode
+from benchmarks.results.ledger import command_of
+from benchmarks.results.published import PublishedTable
+from benchmarks.results.tuning_budgets import budgets_of
+from benchmarks.run.experiment import Experiment, Progress, check_names, jobs_of, run
+from benchmarks.run.records import Row, rounded
+from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
+from benchmarks.suites.registry import suite
+from sim.checks import check
+
+_TRIAL_SEEDS = range(1)
+"""A development seed."""
+
+
+@dataclass(frozen=True)
+class TableRun(ABC):
+    """The run of one published table.
+
+    Attributes:
+        table: its data.
+    """
+
+    table: PublishedTable
+
+    @property
+    @abstractmethod
+    def command(self) -> str:
+        """The command that makes the same rows."""
+
+    @abstractmethod
+    def run(self, out: Path, workers: int, progress: Progress) -> None:
+        """Make what ``out`` lacks."""
+
+    @abstractmethod
+    def seconds_of_seed(self, report: Progress) -> float:
+        """Measure about how many seconds of one core one seed takes with all contestants, on a development seed."""
+
+    def budgets(self, rows: list[Row]) -> dict[str, dict[str, Any]]:
+        """Return what the tuning of contestants took, see ``budgets_of``."""
+        return {}
+
+    def findings(self, rows: list[Row]) -> list[dict[str, Any]]:
+        """Return findings beside a paper's claims; none where there is no paper."""
+        return []
+
+    def entries(self, out: Path, findings: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+        """Return the lists of summary.json and comparisons.json."""
+        lists = [out / SUMMARY_FILE_NAME, out / COMPARISONS_FILE_NAME]
+        summary, comparisons = (json.loads(file.read_text()) if file.is_file() else [] for file in lists)
+        return summary, comparisons
+
+
+class BenchRun(TableRun):
+    """Runs a suite."""
+
+    @cached_property
+    def experiment(self) -> Experiment:
+        """What is run. Raises ValueError for unknown names."""
+        table = self.table
+        names = ((table.scenario,), (table.preset,), table.trackers, table.controllers)
+        found = parties(suite(table.suite), *names, variants=table.variants)
+        known = bool(found) and found[0].scenario == table.scenario
+        check("scenario", known, f"one of suite {table.suite} with its version", repr(table.scenario))
+        experiment = Experiment(
+            suite=table.suite,
+            scenario=table.scenario,
+            presets=(table.preset,),
+            trackers=found[0].trackers,
+            controllers=found[0].controllers or None,
+            seeds=table.seeds,
+            renderer=table.renderer,
+        )
+        check_names(experiment)
+        return experiment
+
+    @property
+    def command(self) -> str:
+        """See ``TableRun``."""
+        made = self.experiment
+        options = Bench(
+            suites=(made.suite,),
+            scenario=(made.scenario,),
+            preset=made.presets,
+            trackers=made.trackers,
+            controllers=made.controllers or (),
+            seeds=_words(made.seeds),
+            renderer=made.renderer,
+        )
+        return command_of("bench", options, "suites")
+
+    def run(self, out: Path, workers: int, progress: Progress) -> None:
+        """See ``TableRun``."""
+        run(replace(self.experiment, workers=workers), out, progress)
+
+    def seconds_of_seed(self, report: Progress) -> float:
+        """See ``TableRun``."""
+        return _seconds_of(self.experiment, report)
+
+    def budgets(self, rows: list[Row]) -> dict[str, dict[str, Any]]:
+        """See ``TableRun``. Of papers there are none: their parameters are as written."""
+        return budgets_of(rows)
+
+
+class PaperRun(TableRun):
+    """Repeats a paper's experiment."""
+
+    @cached_property
+    def experiment(self) -> PaperExperiment:
+        """What is run."""
+        found: PaperExperiment = importlib.import_module(
+            f"benchmarks.papers.{self.table.experiment.lower()}"
+        ).EXPERIMENT
+        return found
+
+    @property
+    def command(self) -> str:
+        """See ``TableRun``."""
+        options = Paper(self.table.experiment, seeds=_words(self.table.seeds), renderer=self.table.renderer)
+        return command_of("paper", options, "experiment")
+
+    def run(self, out: Path, workers: int, progress: Progress) -> None:
+        """See ``TableRun``."""
+        self.experiment.run(out, self.table.seeds, self.table.renderer, workers, progress)
+
+    def seconds_of_seed(self, report: Progress) -> float:
+        """See ``TableRun``."""
+        made, renderer = self.experiment, self.table.renderer
+        if isinstance(made, TrackerExperiment):
+            return _seconds_of(made.runs(_TRIAL_SEEDS, renderer, workers=0), report)
+        assert isinstance(made, CameraExperiment)
+        started = time.process_time()
+        made.block(_TRIAL_SEEDS.start, renderer)
+        return time.process_time() - started
+
+    def findings(self, rows: list[Row]) -> list[dict[str, Any]]:
+        """See ``TableRun``."""
+        return [
+            {
+                "tracker": found.claim.tracker,
+                "minus": found.claim.minus,
+                "metric": found.claim.metric,
+                "counted": found.claim.counted,
+                "paper": found.claim.words,
+                "expected": found.expected,
+                "agrees": found.agrees,
+                "unit": found.unit,
+                **{key: rounded(asdict(found)[key]) for key in ("mean", "ci_low", "ci_high")},
+                "n": found.episodes,
+            }
+            for found in findings(self.experiment, rows)
+        ]
+
+    def entries(self, out: Path, findings: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+        """See ``TableRun``. Measurements of a camera belong to no suite: each finding is an entry of their summary."""
+        made = self.experiment
+        if isinstance(made, TrackerExperiment):
+            return super().entries(out, findings)
+        heading = {"suite": made.suite, "scenario": made.scenario, "preset": made.preset}
+        heading |= {"tracker": "none", "role": "measured", "renderer": self.table.renderer}
+        numbers = ("unit", "mean", "ci_low", "ci_high", "n")
+        summary = [
+            {**heading, "metric": each["metric"], "better": "higher", **{key: each[key] for key in numbers}}
+            for each in findings
+        ]
+        return summary, []
+
+
+class SpeedRun(TableRun):
+    """Times pictures. Nothing of it can be equal in another run: there are no rows."""
+
+    @property
+    def _options(self) -> Speed:
+        table = self.table
+        return Speed(
+            (table.scenario,), table.preset, seeds=_words(table.seeds), frames=table.frames, stored=table.stored
+        )
+
+    @property
+    def command(self) -> str:
+        """See ``TableRun``."""
+        return command_of("speed", self._options, "scenarios")
+
+    def run(self, out: Path, workers: int, progress: Progress) -> None:
+        """See ``TableRun``. Measured on one core, whatever ``workers``."""
+        if not (out / SUMMARY_FILE_NAME).is_file():
+            replace(self._options, out=out).run()
+
+    def seconds_of_seed(self, report: Progress) -> float:
+        """See ``TableRun``. Its frames are what is measured: to foretell their time takes as long."""
+        return float("nan")
+
+
+def run_of(table: PublishedTable) -> TableRun:
+    """Return the run of a table."""
+    if table.kind == "bench":
+        return BenchRun(table)
+    return PaperRun(table) if table.kind == "paper" else SpeedRun(table)
+
+
+def _seconds_of(experiment: Experiment, report: Progress) -> float:
+    jobs = jobs_of(replace(experiment, seeds=_TRIAL_SEEDS))
+    seconds = 0.0
+    for done, job in enumerate(jobs):
+        report(done, len(jobs))
+        seconds += seconds_of_episode(job)
+    report(len(jobs), len(jobs))
+    return seconds
+
+
+def _words(seeds: range) -> str:
+    return f"{seeds.start}:{seeds.stop}"

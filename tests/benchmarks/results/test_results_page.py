@@ -1,0 +1,184 @@
+"""RESULTS.md comes from its template and the published tables, and no table of it mixes runs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.cli import main
+from benchmarks.results import ledger, table_files
+from benchmarks.results.figures_hash import hash_of_figures
+from benchmarks.results.results_page import results_page
+from benchmarks.scores.summary import write_summary
+from tests.benchmarks.fake_rows import write_rows
+
+ROOT = Path(__file__).parents[3]
+COLUMNS = "columns=['recovery_rate', 'offscreen_error_30_m']"
+
+
+@pytest.fixture(scope="module")
+def contents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Return what the file of a table of hand-made rows holds."""
+    rows = tmp_path_factory.mktemp("rows")
+    write_rows(rows)
+    return {
+        "table": "first",
+        "command": "frameout bench frame-out",
+        "commit": "0123456789",
+        "seeds": "10000:10008",
+        "budgets": {"trackers": {"sharp": {"trials": 8, "seeds": "0:8"}, "hold": {"trials": 8, "seeds": "0:8"}}},
+        "summary": write_summary(rows),
+        "comparisons": json.loads((rows / "comparisons.json").read_text()),
+        "findings": [],
+    }
+
+
+@pytest.fixture
+def published(checkout: Path, contents: dict[str, Any]) -> dict[str, Any]:
+    """Return the contents of a published table ``first``."""
+    keep("first", contents)
+    return contents
+
+
+def keep(name: str, contents: dict[str, Any], **other: Any) -> None:
+    ledger.TABLES_FOLDER.mkdir(exist_ok=True)
+    text = json.dumps({**contents, "table": name, **other})
+    (ledger.TABLES_FOLDER / f"{name}.json").write_text(text)
+
+
+def rendered(template: str) -> str:
+    ledger.TEMPLATE.write_text(template)
+    return results_page()
+
+
+def entry(contents: dict[str, Any], tracker: str, metric: str) -> dict[str, Any]:
+    (found,) = [each for each in contents["summary"] if (each["tracker"], each["metric"]) == (tracker, metric)]
+    return found
+
+
+def percents(entry: dict[str, Any]) -> str:
+    return f"{100 * entry['mean']:.1f} ({100 * entry['ci_low']:.1f}–{100 * entry['ci_high']:.1f})"
+
+
+def test_a_table_stands_where_the_template_names_it(published: dict[str, Any]) -> None:
+    lines = rendered(f"# Head\n\n{{{{ table('first', {COLUMNS}) }}}}\n\nwords\n").splitlines()
+    assert lines[:2] == ["# Head", ""]
+    assert lines[2] == "| tracker | role | recovery rate (%) ↑ | offscreen error 30 (m) ↓ |"
+    assert lines[3] == "| --- | --- | ---: | ---: |"
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[4:10]]
+    assert {cell[0] for cell in cells} == {f"`{each['tracker']}`" for each in published["summary"]}
+    recovered = [float(cell[2].split(" ")[0]) for cell in cells]
+    assert recovered == sorted(recovered, reverse=True)
+    (mine,) = [cell for cell in cells if cell[0] == "`sharp`"]
+    assert mine[1:3] == ["ours", percents(entry(published, "sharp", "recovery_rate"))]
+    assert lines[10:] == [
+        "",
+        "Made by `frameout publish first` at commit 0123456789, seeds 10000:10008.",
+        "",
+        "words",
+    ]
+    chosen = rendered(f"{{{{ table('first', {COLUMNS}, roles=['ours', 'oracle']) }}}}\n")
+    assert chosen.count("\n| `") == 2
+
+
+def test_numbers_in_prose_come_from_the_tables(published: dict[str, Any]) -> None:
+    text = rendered(
+        "{{ value('first', 'sharp', 'recovery_rate') }} {{ value('first', 'sharp', 'offscreen_error_30_m') }}"
+    )
+    metres = entry(published, "sharp", "offscreen_error_30_m")
+    numbers = f"{metres['mean']:.2f} ({metres['ci_low']:.2f}–{metres['ci_high']:.2f})"
+    assert text == f"{percents(entry(published, 'sharp', 'recovery_rate'))} {numbers}"
+    (found,) = [
+        each
+        for each in published["comparisons"]
+        if (each["tracker"], each["other"], each["metric"]) == ("sharp", "blunt", "recovery_rate")
+    ]
+    text = rendered("{{ difference('first', 'sharp', 'blunt', 'recovery_rate') }}")
+    assert text == percents({**found, "mean": found["difference"]}).replace("-", "\u2212")
+
+
+def test_tables_of_one_run_stand_below_each_other(published: dict[str, Any]) -> None:
+    harder = [{**each, "preset": "hard"} for each in published["summary"]]
+    keep("second", published, summary=harder)
+    lines = rendered(f"{{{{ table('first', 'second', {COLUMNS}) }}}}\n").splitlines()
+    assert lines[0].startswith("| preset | tracker | role | recovery rate")
+    assert [line.split("|")[1].strip() for line in lines[2:14]] == ["`standard`"] * 6 + ["`hard`"] * 6
+    assert lines[-1].startswith("Made by `frameout publish first second`")
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        ({"commit": "fedcba9876"}, "table: expected one commit in first, second, got 0123456789, fedcba9876"),
+        ({"seeds": "10000:10004"}, "table: expected one seed in first, second, got 10000:10004, 10000:10008"),
+        (
+            {"budgets": {"trackers": {"blunt": {"trials": 40, "seeds": "0:8"}}}},
+            "table: expected trackers of first, second tuned with one budget, "
+            "got hold sharp: trials 8, seeds 0:8; blunt: trials 40, seeds 0:8",
+        ),
+    ],
+)
+def test_a_table_does_not_mix_runs(other: dict[str, Any], message: str, published: dict[str, Any]) -> None:
+    keep("second", published, **other)
+    with pytest.raises(ValueError, match=message):
+        rendered("{{ table('first', 'second') }}")
+    assert rendered("{{ value('second', 'sharp', 'recovery_rate') }}")
+
+
+def test_one_table_of_two_budgets_is_refused(published: dict[str, Any]) -> None:
+    spent = {"lead": {"trials": 8}, "centre": {"trials": 6}}
+    keep("second", published, budgets={"trackers": {"sharp": {"trials": 40}}, "controllers": spent})
+    with pytest.raises(ValueError, match="controllers of second tuned with one budget, got lead: trials 8; centre:"):
+        rendered("{{ table('second') }}")
+
+
+@pytest.mark.parametrize(
+    ("template", "message"),
+    [
+        ("{{ table('third') }}", "table: expected one that was published, got 'third'"),
+        ("{{ table('first', columns=['speed']) }}", "metric: expected one of .*; got 'speed'"),
+        ("{{ value('first', 'sharper', 'recovery_rate') }}", "value: expected one number of sharper in recovery_rate"),
+        ("{{ paper('first') }}", "paper: expected a table of a paper's experiment, got 'first'"),
+        ("{{ mean('first') }}", "template: expected one that can be read, got .*'mean' is undefined"),
+        ("{{ table('first' }}", "template: expected one that can be read"),
+    ],
+)
+def test_what_the_template_asks_for_in_vain_is_named(template: str, message: str, published: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=message):
+        rendered(template)
+
+
+def test_a_paper_stands_beside_our_figures(published: dict[str, Any]) -> None:
+    found = {"tracker": "hold", "minus": "", "metric": "kept_rate", "counted": "kept", "paper": "it is lost"}
+    numbers = {"mean": 0.08, "ci_low": 0.02, "ci_high": 0.16, "n": 8, "unit": "fraction"}
+    keep("second", published, findings=[{**found, **numbers, "expected": "at most 30 %", "agrees": True}])
+    assert "| `hold` | kept | it is lost | 8.0 % (2.0–16.0) | at most 30 %: yes |" in rendered("{{ paper('second') }}")
+
+
+def test_the_command_writes_the_page(published: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    ledger.TEMPLATE.write_text("{{ value('first', 'sharp', 'recovery_rate') }}\n")
+    assert main(["publish", "--render"]) == 0
+    assert ledger.RESULTS.read_text() == f"{percents(entry(published, 'sharp', 'recovery_rate'))}\n"
+
+
+def test_the_committed_page_is_what_the_template_gives() -> None:
+    """In a process of its own: other tests register suites and metrics here."""
+    script = "from benchmarks.results.results_page import results_page; print(results_page(), end='')"
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout == (ROOT / "RESULTS.md").read_text(), "make it anew: frameout publish --render"
+
+
+def test_the_committed_rows_are_those_of_their_hashes() -> None:
+    files = sorted(ledger.TABLES_FOLDER.glob("*.json"))
+    for file in files:
+        rows = table_files.read_rows_of(file.stem)
+        if rows is not None:
+            kept = json.loads(file.read_text())["rows"]
+            assert hash_of_figures(rows) == kept["sha256"], file.name
+            assert sum(map(len, rows.values())) == kept["count"], file.name
+    assert sum(file.stat().st_size for file in ledger.TABLES_FOLDER.glob("*.xz")) <= table_files.ROOM_BYTES
