@@ -206,13 +206,15 @@ PRESETS: dict[str, RoadTown] = {
     **_SHARED,
     "quick": replace(
         STANDARD,
-        summary="small and short, to try things out: one frame-out while the car turns",
+        summary="small and short, to try things out: one long frame-out, mostly while the car turns",
         width_px=320,
         height_px=240,
         frame_count=150,
-        turn_preference=3.0,
+        cruise_mps=(9.0, 13.0),
+        turn_preference=20.0,
+        stop_share=0.1,
         excursions=(0, 0),
-        frame_outs=FrameOuts(count=(1, 1), frames=(25, 60), turn_share=1.0),
+        frame_outs=FrameOuts(count=(1, 1), frames=(25, 60), turn_share=0.9),
     ),
     "oblique": replace(
         STANDARD,
