@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, signal
 
+from scenarios.road_town.oblique import gust_angles_rad, pitched_forward
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.smooth import smooth_step
 from sim.optics import PinholeCamera, look_down_pose
@@ -29,9 +30,9 @@ HELICOPTER = Carrier(
     "down",
 )
 """A stick moves from its centre to its stop within about half a second."""
-_ATTITUDE_TIME_CONSTANT_S = 0.6
+ATTITUDE_TIME_CONSTANT_S = 0.6
 RESPONSE_TIME_S = 0.5
-_WANDER_SHARE = 0.13
+WANDER_SHARE = 0.13
 """Standard deviation of a set path's deviation, as a share of half the picture's width on the ground."""
 
 
@@ -66,14 +67,16 @@ class AirState:
     Attributes:
         altitude_m: height of a set path and of the start.
         attitude_rad: (T, 3) roll, pitch and yaw deviations in rough air.
-        wander_m: (T, 2) slow deviation of a set path from the car's path.
-        yaw_rad: (T,) heading of a set path; the closed loop starts with the first value.
+        wander_m: (T, 2) slow deviation of a set path from the car's path, or of a pilot's aim from the car.
+        yaw_rad: (T,) heading of a set path of edition 1; all other flights start with the first value.
+        mount_rad: angle by which the camera is pitched forward from straight down.
     """
 
     altitude_m: float
     attitude_rad: NDArray[np.float64]
     wander_m: NDArray[np.float64]
     yaw_rad: NDArray[np.float64]
+    mount_rad: float = 0.0
 
 
 def draw_air(
@@ -86,12 +89,16 @@ def draw_air(
     frames, dt = len(car_position_m), 1.0 / preset.rate_hz
     deviation = np.deg2rad(preset.attitude_noise_deg) * np.array([1.0, 1.0, 1.5])
     altitude = rng.uniform(*preset.altitude_m)
-    attitude = _coloured_noise(rng, frames, 3, _ATTITUDE_TIME_CONSTANT_S / dt) * deviation
+    attitude = coloured_noise(rng, frames, 3, ATTITUDE_TIME_CONSTANT_S / dt) * deviation
     half_width_m = altitude * np.tan(0.5 * np.deg2rad(preset.field_of_view_deg))
-    wander = _coloured_noise(rng, frames, 2, 2.5 / dt) * _WANDER_SHARE * half_width_m
+    wander = coloured_noise(rng, frames, 2, 2.5 / dt) * WANDER_SHARE * half_width_m
     heading = np.unwrap(car_heading_rad)
-    yaw = ndimage.gaussian_filter1d(heading, 2.0 / dt, mode="nearest") + rng.normal(0, 0.3)
-    return AirState(float(altitude), attitude, wander, yaw)
+    if preset.edition == 1:
+        heading = ndimage.gaussian_filter1d(heading, 2.0 / dt, mode="nearest")
+    yaw = heading + rng.normal(0, 0.3)
+    low, high = preset.camera_pitch_deg
+    mount = float(np.deg2rad(rng.uniform(low, high))) if high > 0.0 else 0.0
+    return AirState(float(altitude), attitude, wander, yaw, mount)
 
 
 def set_path(
@@ -117,13 +124,23 @@ def set_path(
     )
 
 
-def gust_attitude_rad(pulses: list[Pulse], altitude_m: float, frame_count: int) -> NDArray[np.float64]:
-    """Return roll, pitch and yaw (T, 3) of the helicopter due to gusts."""
+def gust_attitude_rad(
+    pulses: list[Pulse], altitude_m: float, frame_count: int, mount_rad: float = 0.0
+) -> NDArray[np.float64]:
+    """Return roll, pitch and yaw (T, 3) of the helicopter due to gusts, at the height at which they begin.
+
+    A camera pitched forward by ``mount_rad`` is swung aside by yaw instead of roll.
+    """
     attitude = np.zeros((frame_count, 3))
     for pulse in pulses:
-        if pulse.tilts:
+        if not pulse.tilts:
+            continue
+        share = pulse.share(frame_count)
+        if mount_rad > 0.0:
+            pitch, yaw = gust_angles_rad(pulse.offset_m, altitude_m, mount_rad)
+            attitude[:, 1:] += share[:, None] * np.array([pitch, yaw])
+        else:
             ahead, left = pulse.offset_m
-            share = pulse.share(frame_count)
             attitude[:, 0] += share * np.arctan2(left, altitude_m)
             attitude[:, 1] += share * np.arctan2(ahead, altitude_m)
     return attitude
@@ -133,13 +150,33 @@ class Helicopter:
     """A steered helicopter: it follows commands with a first-order response, while air and gusts tilt it."""
 
     def __init__(self, preset: RoadTown, air: AirState, pulses: list[Pulse], start_m: NDArray[np.float64]) -> None:
-        frames = len(air.attitude_rad)
         self._dt_s = 1.0 / preset.rate_hz
-        self._attitude_rad = air.attitude_rad + gust_attitude_rad(pulses, air.altitude_m, frames)
+        self._air = air
+        self._attitude_rad = air.attitude_rad
+        self.meet(pulses)
         self._position_m = np.array([*start_m, air.altitude_m])
         self._yaw_rad = float(air.yaw_rad[0])
         self._velocity_mps = np.zeros(3)
         self._yaw_rate_rad_s = 0.0
+
+    @property
+    def position_m(self) -> NDArray[np.float64]:
+        """Position (3,)."""
+        return self._position_m
+
+    @property
+    def yaw_rad(self) -> float:
+        """Heading, without that of the air."""
+        return self._yaw_rad
+
+    def meet(self, gusts: list[Pulse]) -> None:
+        """Add gusts to the air of this flight."""
+        air, frames = self._air, len(self._attitude_rad)
+        self._attitude_rad = self._attitude_rad + gust_attitude_rad(gusts, air.altitude_m, frames, air.mount_rad)
+
+    def fly_at(self, velocity_mps: NDArray[np.float64]) -> None:
+        """Set the velocity (2,) over the ground at the start."""
+        self._velocity_mps[:2] = velocity_mps
 
     def fly(self, command: CameraCommand) -> None:
         """Advance by one frame.
@@ -167,7 +204,8 @@ class Helicopter:
     def pose(self, frame: int) -> NDArray[np.float64]:
         """Return T_world_camera (4, 4) of the given frame."""
         roll, pitch, yaw = self._attitude_rad[frame]
-        return look_down_pose(self._position_m, self._yaw_rad + yaw, pitch, roll)
+        level = look_down_pose(self._position_m, self._yaw_rad + yaw, pitch, roll)
+        return pitched_forward(level, self._air.mount_rad)
 
 
 def swing_out(camera: PinholeCamera, altitude_m: float, direction_rad: float, margin_m: float) -> tuple[float, float]:
@@ -184,7 +222,7 @@ def swing_out(camera: PinholeCamera, altitude_m: float, direction_rad: float, ma
     return float(distance * c), float(distance * s)
 
 
-def _coloured_noise(
+def coloured_noise(
     rng: np.random.Generator, frames: int, channels: int, time_constant_frames: float
 ) -> NDArray[np.float64]:
     """Return noise (T, channels) of unit variance: white noise through two equal low passes."""

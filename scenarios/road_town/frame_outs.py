@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town.flight import AirState, Pulse, set_path, swing_out
-from scenarios.road_town.presets import APART_FRAMES, OVERHANG_FRAMES, SETTLE_FRAMES, RoadTown
+from scenarios.road_town.presets import SETTLE_FRAMES, RoadTown
+from scenarios.road_town.schedule import no_schedule, schedules
 from sim.optics import PinholeCamera
 
 _STEERING_LAG_M = 9.0
 """Distance by which a steered camera trails the car; gusts in closed loop swing the view further out by as much."""
-_LENGTH_DRAWS, _PLACEMENTS, _FITS = 40, 400, 6
-"""Numbers of draws of lengths, of placements per draw, and of fits per draw before lengths are drawn anew."""
 _DRIFT_FROM_FRAMES = 45
 """Only frame-outs of at least this length may come from the helicopter's drift."""
 _DRIFT_SPEED_MPS = 16.0
@@ -64,64 +62,13 @@ def draw_pulses(
     Raises:
         ValueError: if no schedule fits, which a test over many seeds excludes for the presets.
     """
-    # An excursion too near either end cannot lie within a frame-out; it then happens in the picture.
-    first, last = (
-        SETTLE_FRAMES + 22,
-        preset.frame_count - SETTLE_FRAMES - preset.frame_outs.excursion_frames - 8,
-    )
-    events = {**events, "excursion": [frame for frame in events["excursion"] if first <= frame <= last]}
-    for _ in range(_LENGTH_DRAWS):
-        lengths = _draw_lengths(preset, events, rng)
-        schedules = (_place(preset, events, lengths, rng) for _ in range(_PLACEMENTS))
-        for wanted in islice((schedule for schedule in schedules if schedule), _FITS):
-            pulses = [_draw_pulse(preset, camera, air, *span, closed_loop, rng) for span in wanted]
-            pulses = _fit(preset, camera, air, car_position_m, car_corners_m, pulses, wanted)
-            states = picture_states(camera, set_path(preset, air, car_position_m, pulses), car_corners_m)
-            if _acceptable(preset, states, wanted):
-                return pulses
-    (least, most), (short, long) = preset.frame_outs.count, preset.frame_outs.frames
-    raise ValueError(
-        f"frame_count: expected enough for {least} to {most} frame-outs of {short} to {long} frames, "
-        f"got {preset.frame_count}"
-    )
-
-
-def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random.Generator) -> list[int]:
-    """Return the length of every frame-out, in frames; the first ones are for the excursions."""
-    settings = preset.frame_outs
-    low, high = np.log(settings.frames[0]), np.log(settings.frames[1] + 1)
-    count = int(rng.integers(settings.count[0], settings.count[1] + 1))
-    lengths = np.exp(rng.uniform(low, high, count)).astype(int).tolist()
-    for k in range(min(count, len(events["excursion"]))):
-        # Long enough for the car to be well off the road when it is back in the picture.
-        lengths[k] = max(lengths[k], settings.excursion_frames)
-    # Drop frame-outs instead of shortening them: this keeps the preset's distribution of lengths.
-    while len(lengths) > settings.count[0] and sum(lengths) + APART_FRAMES * len(lengths) > preset.frame_count - 50:
-        lengths.pop()
-    return lengths
-
-
-def _place(
-    preset: RoadTown, events: dict[str, list[int]], lengths: list[int], rng: np.random.Generator
-) -> list[tuple[int, int]] | None:
-    """Return (first frame out, frames out) of every frame-out in order, or None if two are too close."""
-    settings, excursions, turns = preset.frame_outs, events["excursion"], events["turn"]
-    spans: list[tuple[int, int]] = []
-    for k, frames in enumerate(lengths):
-        if settings.start_frame is not None and k == 0:
-            start = settings.start_frame
-        elif k < len(excursions):
-            start = excursions[k] - int(rng.integers(0, 8))
-        elif turns and rng.random() < settings.turn_share:
-            start = turns[int(rng.integers(len(turns)))] - int(rng.integers(0, max(2, frames // 2)))
-        else:
-            start = int(rng.integers(SETTLE_FRAMES, max(preset.frame_count - frames, SETTLE_FRAMES + 1)))
-        spans.append((start, frames))
-    spans.sort()
-    ends = [-OVERHANG_FRAMES] + [start + frames for start, frames in spans]
-    starts = [start for start, _ in spans] + [preset.frame_count + OVERHANG_FRAMES]
-    apart = all(start - end >= APART_FRAMES for start, end in zip(starts, ends, strict=True))
-    return spans if apart else None
+    for wanted in schedules(preset, events, rng):
+        pulses = [_draw_pulse(preset, camera, air, *span, closed_loop, rng) for span in wanted]
+        pulses = _fit(preset, camera, air, car_position_m, car_corners_m, pulses, wanted)
+        states = picture_states(camera, set_path(preset, air, car_position_m, pulses), car_corners_m)
+        if _acceptable(preset, states, wanted):
+            return pulses
+    raise no_schedule(preset)
 
 
 def _draw_pulse(

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from scenarios.road_town.blocks import fill_blocks
 from scenarios.road_town.excursion import Excursion, with_excursion
-from scenarios.road_town.flight import AirState, Pulse, draw_air, set_path
-from scenarios.road_town.frame_outs import draw_pulses
+from scenarios.road_town.flight import AirState, Pulse
+from scenarios.road_town.flight_plan import plan_flight
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.palette import draw_paint
 from scenarios.road_town.patterns import make_streets
+from scenarios.road_town.piloted_flight import Drive
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.route import Route, random_route
 from scenarios.road_town.traffic import Driver, Motion, simulate
@@ -49,6 +50,7 @@ class Plan:
     Attributes:
         sizes_m: (N, 3) length, width, height of the cars.
         excursions: where the target's route is off the road.
+        pulses: swings of the view. camera_poses: T_world_camera (T, 4, 4) of the set path.
         sun_azimuth_rad, sun_elevation_rad: direction of the sun.
     """
 
@@ -64,13 +66,9 @@ class Plan:
     excursions: tuple[Excursion, ...]
     air: AirState
     pulses: tuple[Pulse, ...]
+    camera_poses: NDArray[np.float64]
     sun_azimuth_rad: float
     sun_elevation_rad: float
-
-    @property
-    def camera_poses(self) -> NDArray[np.float64]:
-        """T_world_camera (T, 4, 4) of the set path."""
-        return set_path(self.preset, self.air, self.motion.position_m[:, TARGET], list(self.pulses))
 
     def target_corners_m(self) -> NDArray[np.float64]:
         """Corners (T, 8, 3) of the target's bounding box."""
@@ -84,7 +82,7 @@ class Plan:
 
 def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
     """Draw the plan of an episode. The same arguments always give the same plan."""
-    streams = {name: generator(seed, name) for name in ("streets", "blocks", "looks", "traffic", "air", "sun")}
+    streams = {name: generator(seed, name) for name in ("streets", "blocks", "looks", "traffic", "sun")}
     pattern = str(streams["streets"].choice(preset.street_patterns))
     graph = make_streets(pattern, streams["streets"], preset.extent_m)
     layout = fill_blocks(graph, streams["blocks"], preset.extent_m)
@@ -93,20 +91,18 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
     target, layout, excursions = _target_driver(preset, layout, streams["traffic"])
     drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
     motion = simulate(drivers, preset.frame_count, preset.rate_hz)
-    air = draw_air(preset, motion.position_m[:, TARGET], motion.heading_rad[:, TARGET], streams["air"])
     camera = PinholeCamera.from_field_of_view(
         preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
     )
-    pulses = draw_pulses(
-        preset,
-        camera,
-        air,
+    events = _events(target.route, excursions, motion)
+    drive = Drive(
         motion.position_m[:, TARGET],
+        motion.heading_rad[:, TARGET],
+        motion.speed_mps[:, TARGET],
         _corners(motion, sizes[TARGET]),
-        _events(target.route, excursions, motion),
-        closed_loop,
-        streams["air"],
+        sizes[TARGET],
     )
+    flown = plan_flight(preset, camera, layout, drive, events, closed_loop, seed)
     return Plan(
         preset,
         seed,
@@ -118,8 +114,9 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
         tuple(driver.route for driver in drivers),
         motion,
         excursions,
-        air,
-        tuple(pulses),
+        flown.air,
+        tuple(flown.pulses),
+        flown.camera_poses,
         float(streams["sun"].uniform(-np.pi, np.pi)),
         float(np.deg2rad(streams["sun"].uniform(*preset.sun_elevation_deg))),
     )

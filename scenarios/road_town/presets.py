@@ -95,6 +95,7 @@ class RoadTown:
         excursions: range of the number of excursions off the road per episode, both ends included.
         altitude_m: range.
         attitude_noise_deg: standard deviation of roll and pitch; yaw has 1.5 times that.
+        camera_pitch_deg: range of the angle by which the camera is pitched forward from straight down.
         frame_outs: see ``FrameOuts``.
         sun_elevation_deg: range.
         ego: errors of the measured pose, or None for no instruments.
@@ -119,6 +120,7 @@ class RoadTown:
     excursions: tuple[int, int] = (0, 1)
     altitude_m: tuple[float, float] = (50.0, 80.0)
     attitude_noise_deg: float = 1.5
+    camera_pitch_deg: tuple[float, float] = (0.0, 0.0)
     frame_outs: FrameOuts = FrameOuts()
     sun_elevation_deg: tuple[float, float] = (35.0, 65.0)
     ego: EgoErrors | None = EgoErrors()
@@ -133,6 +135,7 @@ class RoadTown:
         check_within(self, "rate_hz cruise_mps turn_preference altitude_m", 0, above=True)
         check_within(self, "traffic_cars excursions attitude_noise_deg", 0)
         check_within(self, "stop_share", 0, 1)
+        check_within(self, "camera_pitch_deg", 0, 60)
         check_within(self, "sun_elevation_deg", 0, 90, above=True)
         good = SMALLEST_EXTENT_M <= self.extent_m < LAND_REACHES_M
         check("extent_m", good, f"a number in [{SMALLEST_EXTENT_M:g}, {LAND_REACHES_M:g})", self.extent_m)
@@ -146,7 +149,7 @@ class RoadTown:
 
 STANDARD = RoadTown("the benchmark: towns, traffic, two to four frame-outs of 5 to 120 frames")
 
-PRESETS: dict[str, RoadTown] = {
+_SHARED: dict[str, RoadTown] = {
     "paper-a2": RoadTown(
         "paper A, experiment 1: one winding road, closed loop, a gust while the car rounds a bend",
         width_px=320,
@@ -196,14 +199,41 @@ PRESETS: dict[str, RoadTown] = {
         attitude_noise_deg=3.0,
         sun_elevation_deg=(12.0, 25.0),
     ),
+}
+"""Presets that both editions have in common, but for the flights."""
+
+PRESETS: dict[str, RoadTown] = {
+    **_SHARED,
     "quick": replace(
         STANDARD,
-        summary="small and short, to try things out",
+        summary="small and short, to try things out: one long frame-out, mostly while the car turns",
         width_px=320,
         height_px=240,
-        frame_count=120,
-        frame_outs=FrameOuts(count=(1, 2), frames=(5, 30)),
+        frame_count=150,
+        cruise_mps=(9.0, 13.0),
+        turn_preference=20.0,
+        stop_share=0.1,
+        excursions=(0, 0),
+        frame_outs=FrameOuts(count=(1, 1), frames=(25, 60), turn_share=0.9),
+    ),
+    "oblique": replace(
+        STANDARD,
+        summary="the camera looks ahead and down, from behind the car: houses and trees may hide it",
+        camera_pitch_deg=(35.0, 50.0),
     ),
 }
-PRESETS_V1 = {name: replace(preset, edition=1) for name, preset in PRESETS.items()}
+PRESETS_V1 = {
+    name: replace(preset, edition=1)
+    for name, preset in {
+        **_SHARED,
+        "quick": replace(
+            STANDARD,
+            summary="small and short, to try things out",
+            width_px=320,
+            height_px=240,
+            frame_count=120,
+            frame_outs=FrameOuts(count=(1, 2), frames=(5, 30)),
+        ),
+    }.items()
+}
 """Presets of ``road-town-v1``."""

@@ -26,6 +26,7 @@ class Held:
         length_frames_minimum, length_frames_median, length_frames_maximum: of a frame-out.
         share_turning, share_off_road: share of frame-outs during which the target turns at a crossing, or is off the
             road.
+        share_never_back: share of frame-outs that last until the episode's end.
         share_of_frames_outside: of all frames.
     """
 
@@ -38,6 +39,7 @@ class Held:
     length_frames_maximum: int
     share_turning: float
     share_off_road: float
+    share_never_back: float
     share_of_frames_outside: float
 
 
@@ -51,7 +53,7 @@ class FrameOutSurvey:
 
     scenario: str
 
-    columns = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad")
+    columns = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad", "never\nback")
 
     def measure(self, preset: RoadTown, seeds: range) -> dict[str, Any]:
         """Return the fields of ``Held``."""
@@ -65,6 +67,7 @@ class FrameOutSurvey:
             " / ".join(f"{length:g}" for length in lengths),
             f"{held['share_turning']:.0%}",
             f"{held['share_off_road']:.0%}",
+            f"{held['share_never_back']:.0%}",
         )
 
 
@@ -73,7 +76,7 @@ FRAME_OUTS_V1 = FrameOutSurvey(ROAD_TOWN_V1.id)
 
 
 def _held(preset: RoadTown, scenario: str, seeds: range) -> Held:
-    counts, lengths, turning, off_road, outside = [], [], [], [], []
+    counts, lengths, turning, off_road, never_back, outside = [], [], [], [], [], []
     for seed in seeds:
         plan = make_plan(preset, episode_seed(seed, scenario, 0), closed_loop=False)
         states = picture_states(plan.camera, plan.camera_poses, plan.target_corners_m())
@@ -85,6 +88,7 @@ def _held(preset: RoadTown, scenario: str, seeds: range) -> Held:
             lengths.append(end - start)
             turning.append(any(plan.turning(frame) for frame in range(start, end)))
             off_road.append(not on_road[start:end].all())
+            never_back.append(end == preset.frame_count)
     return Held(
         episodes=len(seeds),
         frames=preset.frame_count,
@@ -95,5 +99,6 @@ def _held(preset: RoadTown, scenario: str, seeds: range) -> Held:
         length_frames_maximum=int(np.max(lengths)),
         share_turning=float(np.mean(turning)),
         share_off_road=float(np.mean(off_road)),
+        share_never_back=float(np.mean(never_back)),
         share_of_frames_outside=float(np.mean(outside)),
     )

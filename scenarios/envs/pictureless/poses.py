@@ -27,6 +27,15 @@ def turn_down(R: NDArray[np.float64], yaw_rad: float, pitch_rad: float, roll_rad
 
 
 @njit(cache=True)
+def pitch_forward(R: NDArray[np.float64], mount_rad: float) -> None:
+    """Turn R_world_camera (3, 3) about the camera's x axis, so that it looks further ahead, in place."""
+    c, s = np.cos(mount_rad), np.sin(mount_rad)
+    for i in range(3):
+        down, axis = R[i, 1], R[i, 2]
+        R[i, 1], R[i, 2] = c * down + s * axis, c * axis - s * down
+
+
+@njit(cache=True)
 def turned(R: NDArray[np.float64], vector: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     """Write R times the rotation by ``vector`` (3,), small angles about the camera's axes (Rodrigues' formula)."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)

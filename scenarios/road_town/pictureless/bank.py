@@ -17,7 +17,7 @@ _MOST_GUSTS = 8
 class RoadPictureless:
     """See ``scenarios.scenario.Pictureless``."""
 
-    version = 1
+    version = 2
     runs = TrackerRuns(
         ("centre", "disturbed:centre", "centre", "disturbed:centre", "hold"), wrong_from_m=3.0, jump_m=4.0
     )
@@ -27,15 +27,16 @@ class RoadPictureless:
         return preset.ego is not None
 
     def arrays(self, preset: RoadTown, seed: int) -> dict[str, NDArray[np.float64]]:
-        """Return the target's path and the helicopter's air in closed loop.
+        """Return the target's path, and air and camera of the helicopter in closed loop.
 
         ``target_m`` (T, 2), ``target_rad`` (T,) and ``size_m`` (3,) of the car; ``attitude_rad`` (T, 3) of rough air
         and gusts; ``start_m`` (3,) of the helicopter; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of a set path; ``onsets``
-        (8,) frames on which gusts begin, -1 for none.
+        (8,) frames on which gusts begin, -1 for none; ``mount_rad`` (1,) by which the camera is pitched forward.
         """
         plan = make_plan(preset, seed, closed_loop=True)
         poses = plan.camera_poses
-        frames = preset.frame_count
+        frames, air = preset.frame_count, plan.air
+        gusts_rad = gust_attitude_rad(list(plan.pulses), air.altitude_m, frames, air.mount_rad)
         onsets = np.full(_MOST_GUSTS, -1.0)
         starts = [float(pulse.start_frame) for pulse in plan.pulses][:_MOST_GUSTS]
         onsets[: len(starts)] = starts
@@ -43,10 +44,11 @@ class RoadPictureless:
             "target_m": plan.motion.position_m[:, TARGET],
             "target_rad": plan.motion.heading_rad[:, TARGET],
             "size_m": plan.sizes_m[TARGET],
-            "attitude_rad": plan.air.attitude_rad + gust_attitude_rad(list(plan.pulses), plan.air.altitude_m, frames),
-            "start_m": np.array([*poses[0, :2, 3], plan.air.altitude_m]),
+            "attitude_rad": air.attitude_rad + gusts_rad,
+            "mount_rad": np.array([air.mount_rad]),
+            "start_m": np.array([*poses[0, :2, 3], air.altitude_m]),
             "path_m": poses[:, :2, 3],
-            "yaw_rad": plan.air.yaw_rad,
+            "yaw_rad": air.yaw_rad,
             "onsets": onsets,
         }
 

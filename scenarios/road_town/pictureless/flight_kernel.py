@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scenarios.envs.pictureless.episode_state import state_dtype
-from scenarios.envs.pictureless.poses import turn_down, turned
+from scenarios.envs.pictureless.poses import pitch_forward, turn_down, turned
 from scenarios.road_town.flight import (
     ALTITUDE_RANGE_M,
     MAXIMUM_CLIMB_MPS,
@@ -52,6 +52,7 @@ def fly(state: Any, interval_s: float) -> None:
 def look_down(
     state: Any,
     attitude_rad: NDArray[np.float64],
+    mount_rad: float,
     position_noise_m: float,
     attitude_noise_rad: float,
     rng: np.random.Generator,
@@ -61,8 +62,10 @@ def look_down(
 
     Args:
         attitude_rad: (3,) roll, pitch, yaw due to air and gusts on this frame.
+        mount_rad: by which the camera is pitched forward.
     """
     turn_down(state.R, state.yaw_rad + attitude_rad[2], attitude_rad[1], attitude_rad[0])
+    pitch_forward(state.R, mount_rad)
     for axis in range(3):
         state.camera_m[axis] = state.place_m[axis]
         noise_m = position_noise_m * rng.standard_normal()

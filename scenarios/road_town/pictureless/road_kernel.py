@@ -40,6 +40,7 @@ class Flights(NamedTuple):
     target_rad: NDArray[np.float64]
     size_m: NDArray[np.float64]
     attitude_rad: NDArray[np.float64]
+    mount_rad: NDArray[np.float64]
     start_m: NDArray[np.float64]
     path_m: NDArray[np.float64]
     yaw_rad: NDArray[np.float64]
@@ -104,7 +105,8 @@ def _observe(state: Any, flights: Any, sighting: Any, rng: np.random.Generator, 
     episode, noise, camera = state.episode, flights.noise[0], flights.camera
     place_target(state, flights.target_m, flights.target_rad)
     attitude_rad = flights.attitude_rad[episode, state.frame]
-    look_down(state, attitude_rad, noise.position_noise_m, noise.attitude_noise_rad, rng, scratch)
+    mount_rad = flights.mount_rad[episode, 0]
+    look_down(state, attitude_rad, mount_rad, noise.position_noise_m, noise.attitude_noise_rad, rng, scratch)
     look(state, flights.size_m[episode], camera, 0.0)
     track(state, flights.errors[0], flights.size_m[episode], state.target_rad, camera, rng)
     write_sighting_down(state, camera, sighting)

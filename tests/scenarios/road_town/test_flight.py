@@ -14,12 +14,12 @@ from scenarios.road_town.flight import (
     set_path,
 )
 from scenarios.road_town.frame_outs import IN, OUT, PARTIAL, frame_out_spans, picture_states
-from scenarios.road_town.presets import PRESETS
+from scenarios.road_town.presets import PRESETS_V1
 from sim.optics import PinholeCamera, intersect_plane, project
 from sim.rng import generator
 from trackers.types import CameraCommand
 
-PRESET = PRESETS["standard"]
+PRESET = PRESETS_V1["standard"]
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50.0))
 
 

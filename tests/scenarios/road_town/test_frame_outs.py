@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from scenarios.road_town.flight import draw_air, set_path
 from scenarios.road_town.frame_outs import IN, OUT, _acceptable, draw_pulses, frame_out_spans, picture_states
-from scenarios.road_town.presets import PRESETS, FrameOuts
+from scenarios.road_town.presets import PRESETS_V1, FrameOuts
 from sim.optics import PinholeCamera
 from sim.rng import generator
 
-STANDARD = PRESETS["standard"]
+STANDARD = PRESETS_V1["standard"]
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50.0))
 
 
@@ -80,7 +80,7 @@ def test_impossible_wishes_are_refused_by_name():
 
 def test_a_long_excursion_lets_no_other_frame_out_be_long() -> None:
     """Lengths of 25 and 8 frames are wanted; 14 is the largest length without an excursion."""
-    preset = PRESETS["paper-a3"]
+    preset = PRESETS_V1["paper-a3"]
     wanted = [(40, 25), (110, 8)]
 
     def states(*spans: tuple[int, int]) -> np.ndarray:

@@ -53,6 +53,15 @@ def test_who_never_gives_a_posterior_has_no_coverage_and_who_did_in_view_has() -
     assert values(in_view_alone)["coverage_95"] == (0.0, 4.0)
 
 
+def test_a_frame_out_without_a_return_counts_in_the_errors_outside_and_is_not_judged() -> None:
+    states = [*["in"] * 10, *["out"] * 40]
+    scores = score_episode(truth_of(states), estimate_at(np.zeros((50, 2))), None, closed_loop=False)
+    of_frame_out = {score.metric for score in scores if score.event is not None}
+    assert {"offscreen_error_30_m", "offscreen_error_by_frame_m"} <= of_frame_out
+    assert "recovered" not in of_frame_out
+    assert [score.weight for score in scores if score.metric == "offscreen_error_m"] == [40.0]
+
+
 LEVELS = st.lists(st.floats(0, 1), min_size=4, max_size=4)
 NEES = st.lists(st.floats(0, 200), min_size=4, max_size=4)
 

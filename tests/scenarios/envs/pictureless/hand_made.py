@@ -37,6 +37,7 @@ def bank() -> EpisodeBank:
         "target_rad": np.array([[0.0] * FRAMES, [0.5 * np.pi] * FRAMES]),
         "size_m": np.tile([4.6, 1.9, 1.5], (2, 1)),
         "attitude_rad": attitude_rad,
+        "mount_rad": np.zeros((2, 1)),
         "start_m": np.tile([0.0, 0.0, 60.0], (2, 1)),
         "path_m": target_m.copy(),
         "yaw_rad": np.zeros((2, FRAMES)),

@@ -17,16 +17,17 @@ RATE_HZ = 15.0
 
 
 @njit
-def fly_one(states: Any, wanted: Any, attitude_rad: Any, rng: Any, scratch: Any) -> None:
+def fly_one(states: Any, wanted: Any, attitude_rad: Any, mount_rad: float, rng: Any, scratch: Any) -> None:
     for axis in range(4):
         states[0].obeyed[axis] = wanted[axis]
     fly(states[0], 1.0 / RATE_HZ)
-    look_down(states[0], attitude_rad, 0.0, 0.0, rng, scratch)
+    look_down(states[0], attitude_rad, mount_rad, 0.0, 0.0, rng, scratch)
 
 
-def test_helicopters_fly_alike() -> None:
+@pytest.mark.parametrize("mount_rad", [0.0, 0.7])
+def test_helicopters_fly_alike(mount_rad: float) -> None:
     rng = np.random.default_rng(3)
-    air = AirState(70.0, rng.normal(0, 0.1, (300, 3)), np.zeros((300, 2)), np.full(300, 0.7))
+    air = AirState(70.0, rng.normal(0, 0.1, (300, 3)), np.zeros((300, 2)), np.full(300, 0.7), mount_rad)
     pulse = Pulse(50, 6, 20, 8, (30.0, -20.0), True)
     helicopter = Helicopter(RoadTown(""), air, [pulse], np.array([5.0, -3.0]))
     states, scratch = np.zeros(1, FLIGHT_STATE), np.zeros(3)
@@ -36,7 +37,7 @@ def test_helicopters_fly_alike() -> None:
         # Commands exceed every limit at times, and the flight is long enough to reach the lowest height.
         command = rng.normal([0, 0, -4, 0], [25, 25, 6, 1])
         helicopter.fly(CameraCommand(*command))
-        fly_one(states, command, attitude_rad[frame], rng, scratch)
+        fly_one(states, command, attitude_rad[frame], mount_rad, rng, scratch)
         pose = helicopter.pose(frame)
         np.testing.assert_allclose(states["R"][0], pose[:3, :3], atol=1e-9)
         np.testing.assert_allclose(states["camera_m"][0], pose[:3, 3], atol=1e-9)

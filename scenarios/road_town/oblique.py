@@ -1,0 +1,80 @@
+"""A camera that is pitched forward under the helicopter: its pose, and swings of its view.
+
+Nadir is the direction straight down. The view's aim is where the optical axis meets the ground, ``h tan(a)`` ahead at
+height h and angle a from nadir.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.optics import PinholeCamera
+
+HIGHEST_RAY_RAD = math.radians(85.0)
+"""Largest angle from nadir of the upper border of the picture in a gust: the horizon stays out of it."""
+_YAWS_RAD = np.linspace(0.0, 0.5 * np.pi, 181)
+
+
+def pitched_forward(T_world_camera: NDArray[np.float64], mount_rad: float) -> NDArray[np.float64]:
+    """Return the pose of a camera turned by ``mount_rad`` about its x axis, so that it looks further ahead."""
+    if mount_rad == 0.0:
+        return T_world_camera
+    c, s = math.cos(mount_rad), math.sin(mount_rad)
+    pitched = T_world_camera.copy()
+    pitched[:3, :3] @= np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    return pitched
+
+
+def gust_out(
+    camera: PinholeCamera, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
+) -> tuple[float, float]:
+    """Return the aim's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
+
+    The nose turns aside or goes down. ``direction_rad`` is that of the displacement, 0 = ahead, counter-clockwise; one
+    ahead is taken backwards, for with the nose up the horizon would be seen.
+    """
+    back, aside = abs(math.cos(direction_rad)), math.sin(direction_rad)
+    slant_m = altitude_m / math.cos(mount_rad)
+    half_high_rad = math.atan(0.5 * camera.height_px / camera.focal_px)
+    whole_yaw_rad = _yaw_to_border(camera, mount_rad) + margin_m / (altitude_m * math.tan(mount_rad))
+    whole_pitch_rad = half_high_rad + margin_m / slant_m
+    scale = min(whole_pitch_rad / max(back, 1e-6), whole_yaw_rad / max(abs(aside), 1e-6))
+    aim_m = altitude_m * math.tan(mount_rad - scale * back)
+    yaw_rad = scale * aside
+    return aim_m * math.cos(yaw_rad) - altitude_m * math.tan(mount_rad), aim_m * math.sin(yaw_rad)
+
+
+def drift_out(
+    camera: PinholeCamera, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
+) -> tuple[float, float]:
+    """Return the helicopter's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
+
+    ``direction_rad`` as in ``gust_out``; a displacement backwards is taken ahead, over the car, for the ground in the
+    upper half of the picture reaches too far.
+    """
+    ahead, left = abs(math.cos(direction_rad)), math.sin(direction_rad)
+    half_high_rad = math.atan(0.5 * camera.height_px / camera.focal_px)
+    border_ahead_m = altitude_m * (math.tan(mount_rad) - math.tan(mount_rad - half_high_rad))
+    border_left_m = 0.5 * camera.width_px / camera.focal_px * altitude_m / math.cos(mount_rad)
+    distance_m = min(border_ahead_m / max(ahead, 1e-6), border_left_m / max(abs(left), 1e-6)) + margin_m
+    return distance_m * ahead, distance_m * left
+
+
+def gust_angles_rad(offset_m: tuple[float, float], altitude_m: float, mount_rad: float) -> tuple[float, float]:
+    """Return (pitch, yaw) of the helicopter that displace the aim by ``offset_m`` (ahead, left)."""
+    aim_m = altitude_m * math.tan(mount_rad)
+    ahead_m, left_m = aim_m + offset_m[0], offset_m[1]
+    return math.atan(math.hypot(ahead_m, left_m) / altitude_m) - mount_rad, math.atan2(left_m, ahead_m)
+
+
+def _yaw_to_border(camera: PinholeCamera, mount_rad: float) -> float:
+    """Return the yaw that moves the middle of the picture to its left or right border.
+
+    A point on the axis is seen, after a yaw y, at the tangent ``sin(a) sin(y) / (sin(a)^2 cos(y) + cos(a)^2)``.
+    """
+    s, c = math.sin(mount_rad), math.cos(mount_rad)
+    tangent = s * np.sin(_YAWS_RAD) / (s * s * np.cos(_YAWS_RAD) + c * c)
+    return float(np.interp(0.5 * camera.width_px / camera.focal_px, tangent, _YAWS_RAD))

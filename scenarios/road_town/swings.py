@@ -1,0 +1,92 @@
+"""Swings of the view of edition 2: drawn before the flight, by the clock, not fitted to what the car does."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from scenarios.road_town.flight import AirState, Pulse, swing_out
+from scenarios.road_town.oblique import drift_out, gust_out
+from scenarios.road_town.presets import SETTLE_FRAMES, RoadTown
+from scenarios.road_town.schedule import no_schedule, schedules
+from sim.optics import PinholeCamera
+
+OUT_FROM_SHARE = 0.65
+"""Share of a swing's rise after which a centred car is out; it is back at the same share before the end of the fall."""
+_DRIFT_FROM_FRAMES = 45
+"""Frame-outs of at least this length come from drifts, shorter ones from gusts."""
+_SHORT_FRAMES, _SHORT_MARGIN_M, _MARGIN_M = 15, (12.0, 16.0), (13.0, 24.0)
+"""Ranges of the distance by which a centred car is outside the border, in short frame-outs and in longer ones."""
+_DRIFT_SPEED_MPS = 20.0
+_STEERING_LAG_M = 9.0
+"""Distance by which a steered camera trails the car; gusts in closed loop swing the view further out by as much."""
+_RIGHT_ANGLE_RAD = 0.5 * math.pi
+_PEAK_SPEED = 1.875
+"""Largest speed of a smooth step, in steps per duration."""
+
+
+def draw_swings(
+    preset: RoadTown,
+    camera: PinholeCamera,
+    air: AirState,
+    events: dict[str, list[int]],
+    closed_loop: bool,
+    rng: np.random.Generator,
+) -> list[Pulse]:
+    """Return the scheduled swings, in order. They take a car out that is in the middle of the picture.
+
+    Args:
+        events: frames at which the car starts a ``turn`` or an ``excursion``; swings are placed over them.
+
+    Raises:
+        ValueError: if no schedule fits, which a test over many seeds excludes for the presets.
+    """
+    wanted = next(schedules(preset, events, rng), None)
+    if wanted is None:
+        raise no_schedule(preset)
+    return [_draw_swing(preset, camera, air, *span, closed_loop, rng) for span in wanted]
+
+
+def begun_at(swing: Pulse, frame: int, frame_count: int) -> Pulse | None:
+    """Return a swing that begins on a frame; shorter, or None, if the episode would end before the car is back."""
+    rise, fall = swing.rise_frames, swing.fall_frames
+    latest = frame_count - SETTLE_FRAMES - frame - rise - round((1 - OUT_FROM_SHARE) * fall)
+    return replace(swing, start_frame=frame, hold_frames=min(swing.hold_frames, latest)) if latest > 0 else None
+
+
+def _draw_swing(
+    preset: RoadTown,
+    camera: PinholeCamera,
+    air: AirState,
+    start: int,
+    frames: int,
+    closed_loop: bool,
+    rng: np.random.Generator,
+) -> Pulse:
+    settings = preset.frame_outs
+    direction = 0.0 if settings.aim == "ahead" else float(rng.uniform(-np.pi, np.pi))
+    margin = float(rng.uniform(*(_SHORT_MARGIN_M if frames < _SHORT_FRAMES else _MARGIN_M)))
+    if closed_loop:
+        margin += _STEERING_LAG_M
+    tilts = closed_loop or settings.gusts_only or frames < _DRIFT_FROM_FRAMES
+    if not tilts:
+        # Near to one of the borders' normals: the way out of a corner would take seconds.
+        nearest = round(direction / _RIGHT_ANGLE_RAD) * _RIGHT_ANGLE_RAD
+        direction = 0.5 * (direction + nearest)
+    offset = _offset_m(camera, air, direction, margin, tilts)
+    rise, fall = (int(n) for n in rng.integers(5, 11, 2))
+    if not tilts:
+        rise = fall = int(_PEAK_SPEED * math.hypot(*offset) / _DRIFT_SPEED_MPS * preset.rate_hz)
+    hold = max(frames - round((1 - OUT_FROM_SHARE) * (rise + fall)), 1)
+    return Pulse(start - round(OUT_FROM_SHARE * rise), rise, hold, fall, offset, tilts)
+
+
+def _offset_m(
+    camera: PinholeCamera, air: AirState, direction_rad: float, margin_m: float, tilts: bool
+) -> tuple[float, float]:
+    if air.mount_rad == 0.0:
+        return swing_out(camera, air.altitude_m, direction_rad, margin_m)
+    out = gust_out if tilts else drift_out
+    return out(camera, air.altitude_m, air.mount_rad, direction_rad, margin_m)
