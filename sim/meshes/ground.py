@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.checks import check
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets, palette, swatch_uv
 
@@ -54,30 +55,42 @@ def surroundings(extent_m: float, outer_m: float, texture: Texture) -> TexturedM
     return facets.mesh(texture)
 
 
-def kerb(polyline_m: NDArray[np.float64], width_m: float, height_m: float, rgb: tuple[int, int, int]) -> TexturedMesh:
+def kerb(
+    polyline_m: NDArray[np.float64],
+    width_m: float,
+    height_m: float,
+    rgb: tuple[int, int, int],
+    *,
+    bevel_m: float = 0.0,
+) -> TexturedMesh:
     """Return a low strip of stone along a polyline (n, 2), open below; n >= 2 distinct points.
 
+    Args:
+        bevel_m: width of each side, seen from above. The sides of a kerb without any are upright, and darker; one
+            with bevels is open at its ends, too.
+
     Raises:
-        ValueError: if there are fewer than two points or a size is not positive.
+        ValueError: if there are fewer than two points, a size is not positive, or the bevels leave no top.
     """
     _require_positive("width_m", width_m)
     _require_positive("height_m", height_m)
+    check("bevel_m", 0.0 <= bevel_m < 0.5 * width_m, f"a length in [0, {0.5 * width_m:g}) m", bevel_m)
     points = np.asarray(polyline_m, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
         raise ValueError(f"polyline_m: expected at least two points (n, 2), got shape {points.shape}")
     points = _simplified(points)
-    sideways = _mitred_normals(points) * (0.5 * width_m)
-    left, right = points + sideways, points - sideways
+    normals, foot_m, top_m = _mitred_normals(points), 0.5 * width_m, 0.5 * width_m - bevel_m
     rings = np.zeros((len(points), 4, 3))
     # Up the left side, over to the right one and down; the face back along the ground is left out.
-    for k, (edge, height) in enumerate([(left, 0.0), (left, height_m), (right, height_m), (right, 0.0)]):
-        rings[:, k, :2] = edge
+    for k, (aside_m, height) in enumerate([(foot_m, 0.0), (top_m, height_m), (-top_m, height_m), (-foot_m, 0.0)]):
+        rings[:, k, :2] = points + normals * aside_m
         rings[:, k, 2] = height
     side, top = swatch_uv(0, 2), swatch_uv(1, 2)
     facets = Facets()
-    facets.loft(rings, lambda segment, k: (side, top, side, None)[k], side, side)
-    darker = tuple(int(0.8 * c) for c in rgb)
-    return facets.mesh(palette([(darker[0], darker[1], darker[2]), rgb]))
+    end = None if bevel_m > 0.0 else side
+    facets.loft(rings, lambda segment, k: (side, top, side, None)[k], end, end)
+    darker = (int(0.8 * rgb[0]), int(0.8 * rgb[1]), int(0.8 * rgb[2]))
+    return facets.mesh(palette([rgb if bevel_m > 0.0 else darker, rgb]))
 
 
 def _add_square(

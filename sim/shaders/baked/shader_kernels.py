@@ -34,7 +34,8 @@ class BakedArrays(NamedTuple):
         place: (R, 8), base, step a column, step a row and offset of u, and those of v.
         maps: (R, 3) int32, first sample, columns and rows of each panel in light: (T, 4) R, G, B and nothing.
         sun_maps: (R, 3) int32, the same in sun_share: (S,); no columns where there is no sun.
-        sun_cosine: (R,). shadow_cosine: (R,) the same as the shadow map takes it, see ``shadow_row``. sun: (3,) on a surface perpendicular to it. towards_sun: (3,) unit vector.
+        sun_cosine: (R,). shadow_cosine: (R,) the same as the shadow map takes it, see ``shadow_row``.
+        sun: (3,) on a surface perpendicular to it. towards_sun: (3,) unit vector.
         casts: whether moving bodies may stand in the sun. shadows: of these.
         cubes: (B, 6, 3) ambient cubes. body_sun: (B,) share of the sun that arrives.
         is_floor: (R,) bool, moving bodies darken it by ``contact``: (C,), rows of ``contact_columns``.
