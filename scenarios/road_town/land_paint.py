@@ -42,14 +42,14 @@ def paint_countryside(extent_m: float, rng: np.random.Generator, size_px: int) -
     return canvas.picture
 
 
-def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator) -> None:
-    """Paint the details of gardens: terraces, beds, sheds' floors, pools, garden paths, driveways."""
+def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator, *, edition: int) -> None:
+    """Paint the details of gardens: terraces, beds, sheds' floors, garden paths, driveways; pools in edition 1."""
     for building in layout.buildings:
         frame = _HouseFrame(building)
         _paint_beds(canvas, frame, rng)
         if rng.random() < 0.6:
             _paint_terrace(canvas, frame, rng)
-        if rng.random() < 0.12:
+        if edition == 1 and rng.random() < 0.12:
             pool = frame.place(rng.uniform(-0.3, 0.3), -0.5, (0.0, -6.5))
             canvas.polygon(rectangle(pool, (7.2, 4.2), building.yaw_rad), pick(PATHS, rng))
             canvas.polygon(rectangle(pool, (6.2, 3.2), building.yaw_rad), pick((POOL,), rng))

@@ -40,7 +40,7 @@ def build_town(layout: Layout, rng: np.random.Generator, edition: int = 2) -> Wo
         edition: see ``RoadTown``.
     """
     world = World()
-    town = Texture(paint_ground(layout, rng), smooth=True)
+    town = Texture(paint_ground(layout, rng, edition=edition), smooth=True)
     world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
     fields = Texture(paint_countryside(layout.extent_m, rng, _FIELDS_PX), smooth=True)
     world.add(surroundings(layout.extent_m, LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
