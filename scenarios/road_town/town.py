@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from scenarios.road_town.canvas import rings_of
+from scenarios.road_town.countryside import FIELDS_PX, add_countryside
 from scenarios.road_town.ground import paint_ground
 from scenarios.road_town.land_paint import paint_countryside
 from scenarios.road_town.layout import Layout
@@ -22,7 +23,6 @@ from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.pose import pose_on_ground
 from sim.world import Body, World
 
-_FIELDS_PX = 1024
 _KERB_SIZE_M = (0.3, 0.04)
 _KERB_BEVEL_M = 0.1
 """Upright sides and the shadows of a higher kerb are a fraction of a pixel wide, and break up into dark dots."""
@@ -42,8 +42,11 @@ def build_town(layout: Layout, rng: np.random.Generator, edition: int = 2) -> Wo
     world = World()
     town = Texture(paint_ground(layout, rng, edition=edition), smooth=True)
     world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
-    fields = Texture(paint_countryside(layout.extent_m, rng, _FIELDS_PX), smooth=True)
-    world.add(surroundings(layout.extent_m, LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
+    if edition == 1:
+        fields = Texture(paint_countryside(layout.extent_m, rng, FIELDS_PX), smooth=True)
+        world.add(surroundings(layout.extent_m, LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
+    else:
+        add_countryside(world, layout.extent_m, rng)
     add_kerbs(world, layout, edition)
     for k, building in enumerate(layout.buildings):
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)

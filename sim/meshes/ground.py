@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -32,8 +34,12 @@ def ground(extent_m: float, texture: Texture) -> TexturedMesh:
     return facets.mesh(texture)
 
 
-def surroundings(extent_m: float, outer_m: float, texture: Texture) -> TexturedMesh:
-    """Return flat land around a square ground: tiles of its size on all sides, without the ground itself.
+Height = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+"""Height of the land in metres at places x and y."""
+
+
+def surroundings(extent_m: float, outer_m: float, texture: Texture, height_m: Height | None = None) -> TexturedMesh:
+    """Return land around a square ground: tiles of its size on all sides, without the ground itself.
 
     Neighbouring tiles are mirror images, so that the texture runs on over their edges.
 
@@ -41,6 +47,7 @@ def surroundings(extent_m: float, outer_m: float, texture: Texture) -> TexturedM
         extent_m: side of the ground, and of a tile, > 0.
         outer_m: the land reaches at least to a square of this side, > extent_m.
         texture: covers one tile.
+        height_m: of the land, 0 on the ground's edge; None for flat land.
     """
     _require_positive("extent_m", extent_m)
     if not outer_m > extent_m:
@@ -52,7 +59,18 @@ def surroundings(extent_m: float, outer_m: float, texture: Texture) -> TexturedM
             if (i, j) != (0, 0):
                 centre = (i * extent_m, j * extent_m)
                 _add_square(facets, centre, extent_m, CELLS // 2, mirrored=(i % 2 == 1, j % 2 == 1))
-    return facets.mesh(texture)
+    flat = facets.mesh(texture)
+    return flat if height_m is None else _raised(flat, height_m)
+
+
+def _raised(flat: TexturedMesh, height_m: Height) -> TexturedMesh:
+    """Return flat land with heights, and with the normals of the slopes."""
+    x, y = flat.vertices_m[:, 0].astype(float), flat.vertices_m[:, 1].astype(float)
+    east, north = (height_m(x + dx, y + dy) - height_m(x - dx, y - dy) for dx, dy in ((0.5, 0.0), (0.0, 0.5)))
+    normals = np.column_stack([-east, -north, np.ones_like(x)])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    vertices_m = np.column_stack([x, y, height_m(x, y)])
+    return replace(flat, vertices_m=vertices_m.astype(np.float32), normals=normals.astype(np.float32))
 
 
 def kerb(

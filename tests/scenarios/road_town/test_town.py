@@ -50,7 +50,7 @@ def test_there_is_one_body_a_thing(world, layout):
     assert count["tree"] == len(layout.trees)
     assert count["vehicle"] == sum(sum(park.taken) for park in layout.car_parks)
     assert count["ground"] == 2
-    assert set(count) == {"ground", "kerb", "building", "tree", "vehicle"}
+    assert set(count) == {"ground", "kerb", "building", "tree", "vehicle", "wood", "hedge"}
     assert len({body.name for body in world.bodies}) == len(world.bodies)
     assert not any(body.movable for body in world.bodies)
 
