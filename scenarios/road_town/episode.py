@@ -36,7 +36,7 @@ class RoadTownEpisode(Stage):
 
     def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
         self._covers_all = covers_all(truth)
-        world = build_town(plan.layout, generator(plan.seed, "town"))
+        world = build_town(plan.layout, generator(plan.seed, "town"), plan.preset.edition)
         self._cars = [
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)

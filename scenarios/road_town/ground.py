@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scenarios.road_town.canvas import Canvas, rectangle
 from scenarios.road_town.land_paint import furnish_gardens, paint_land
 from scenarios.road_town.layout import BUILDING, OTHER, ROAD, Layout
+from scenarios.road_town.pools import paint_pool, place_pools
 from scenarios.road_town.road_map import road_area
 from scenarios.road_town.street_paint import paint_car_park, paint_streets
 
@@ -20,13 +21,22 @@ TEXTURE_PX = 4096
 _LAND_GRAIN, _PAVED_GRAIN = 8.0, 4.5
 
 
-def paint_ground(layout: Layout, rng: np.random.Generator, size_px: int = TEXTURE_PX) -> NDArray[np.uint8]:
-    """Return the ground's picture (size_px, size_px, 3) sRGB; its top is +y, its left -x."""
+def paint_ground(
+    layout: Layout, rng: np.random.Generator, size_px: int = TEXTURE_PX, *, edition: int = 2
+) -> NDArray[np.uint8]:
+    """Return the ground's picture (size_px, size_px, 3) sRGB; its top is +y, its left -x.
+
+    Args:
+        edition: see ``RoadTown``.
+    """
     land = paint_land(layout, rng, size_px // 2)
     picture = np.asarray(cv2.resize(land, (size_px, size_px), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
     canvas = Canvas(picture, layout.extent_m)
     canvas.grain(rng, _LAND_GRAIN)
-    furnish_gardens(canvas, layout, rng)
+    furnish_gardens(canvas, layout, rng, edition=edition)
+    if edition > 1:
+        for pool in place_pools(layout, rng):
+            paint_pool(canvas, pool, rng)
     paint_streets(canvas, layout.graph, rng)
     for car_park in layout.car_parks:
         paint_car_park(canvas, car_park, rng)

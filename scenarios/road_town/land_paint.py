@@ -30,11 +30,13 @@ def paint_land(layout: Layout, rng: np.random.Generator, size_px: int) -> NDArra
     return _varied(canvas.picture, rng)
 
 
-def paint_countryside(extent_m: float, rng: np.random.Generator, size_px: int) -> NDArray[np.uint8]:
+def paint_countryside(
+    extent_m: float, rng: np.random.Generator, size_px: int, fields: int = _FIELDS
+) -> NDArray[np.uint8]:
     """Return the picture (size_px, size_px, 3) of a square of land without houses and streets."""
     canvas = Canvas(np.full((size_px, size_px, 3), MEADOW, dtype=np.uint8), extent_m)
     _paint_meadows(canvas, rng)
-    _paint_fields(canvas, rng)
+    _paint_fields(canvas, rng, fields)
     _paint_footpaths(canvas, rng)
     _paint_tufts(canvas, rng)
     canvas.picture = _varied(canvas.picture, rng)
@@ -42,14 +44,14 @@ def paint_countryside(extent_m: float, rng: np.random.Generator, size_px: int) -
     return canvas.picture
 
 
-def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator) -> None:
-    """Paint the details of gardens: terraces, beds, sheds' floors, pools, garden paths, driveways."""
+def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator, *, edition: int) -> None:
+    """Paint the details of gardens: terraces, beds, sheds' floors, garden paths, driveways; pools in edition 1."""
     for building in layout.buildings:
         frame = _HouseFrame(building)
         _paint_beds(canvas, frame, rng)
         if rng.random() < 0.6:
             _paint_terrace(canvas, frame, rng)
-        if rng.random() < 0.12:
+        if edition == 1 and rng.random() < 0.12:
             pool = frame.place(rng.uniform(-0.3, 0.3), -0.5, (0.0, -6.5))
             canvas.polygon(rectangle(pool, (7.2, 4.2), building.yaw_rad), pick(PATHS, rng))
             canvas.polygon(rectangle(pool, (6.2, 3.2), building.yaw_rad), pick((POOL,), rng))
@@ -115,10 +117,10 @@ def _paint_tufts(canvas: Canvas, rng: np.random.Generator) -> None:
     canvas.discs(places, rng.uniform(0.15, 0.55, len(places)), colours)
 
 
-def _paint_fields(canvas: Canvas, rng: np.random.Generator) -> None:
+def _paint_fields(canvas: Canvas, rng: np.random.Generator, count: int = _FIELDS) -> None:
     """Paint fields and allotments with rows, mostly near the edge of the land."""
     half_m = 0.5 * canvas.extent_m
-    for _ in range(_FIELDS):
+    for _ in range(count):
         angle = rng.uniform(0, 2 * np.pi)
         centre = half_m * rng.uniform(0.5, 1.1) * np.array([np.cos(angle), np.sin(angle)])
         field = rectangle(centre, tuple(rng.uniform(22, 70, 2)), float(rng.uniform(0, np.pi)))

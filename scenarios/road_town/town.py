@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from scenarios.road_town.canvas import rings_of
+from scenarios.road_town.countryside import FIELDS_PX, add_countryside
 from scenarios.road_town.ground import paint_ground
 from scenarios.road_town.land_paint import paint_countryside
 from scenarios.road_town.layout import Layout
@@ -22,22 +23,31 @@ from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.pose import pose_on_ground
 from sim.world import Body, World
 
-_FIELDS_PX = 1024
-_KERB_SIZE_M = (0.2, 0.12)
+_KERB_SIZE_M = (0.3, 0.04)
+_KERB_BEVEL_M = 0.1
+"""Upright sides and the shadows of a higher kerb are a fraction of a pixel wide, and break up into dark dots."""
+_FIRST_KERB_SIZE_M = (0.2, 0.12)
 _KERB_TOLERANCE_M = 0.06
 _KERB_PIECE_M = 25.0
 _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
 
 
-def build_town(layout: Layout, rng: np.random.Generator) -> World:
-    """Return the world of a town with all its static objects."""
+def build_town(layout: Layout, rng: np.random.Generator, edition: int = 2) -> World:
+    """Return the world of a town with all its static objects.
+
+    Args:
+        edition: see ``RoadTown``.
+    """
     world = World()
-    town = Texture(paint_ground(layout, rng), smooth=True)
+    town = Texture(paint_ground(layout, rng, edition=edition), smooth=True)
     world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
-    fields = Texture(paint_countryside(layout.extent_m, rng, _FIELDS_PX), smooth=True)
-    world.add(surroundings(layout.extent_m, LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
-    _add_kerbs(world, layout)
+    if edition == 1:
+        fields = Texture(paint_countryside(layout.extent_m, rng, FIELDS_PX), smooth=True)
+        world.add(surroundings(layout.extent_m, LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
+    else:
+        add_countryside(world, layout.extent_m, rng)
+    add_kerbs(world, layout, edition)
     for k, building in enumerate(layout.buildings):
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
         pose = pose_on_ground(*building.centre_m, building.yaw_rad)
@@ -72,12 +82,13 @@ def _scaled(mesh: TexturedMesh, factor: float) -> TexturedMesh:
     return replace(mesh, vertices_m=(factor * mesh.vertices_m).astype(np.float32))
 
 
-def _add_kerbs(world: World, layout: Layout) -> None:
+def add_kerbs(world: World, layout: Layout, edition: int) -> None:
     """Add the kerbs around the carriageways, in pieces that renderers can cull."""
+    size_m, bevel_m = (_FIRST_KERB_SIZE_M, 0.0) if edition == 1 else (_KERB_SIZE_M, _KERB_BEVEL_M)
     pieces = 0
     for ring in rings_of(road_area(layout.graph).simplify(_KERB_TOLERANCE_M)):
         corners = shapely.get_coordinates(ring.segmentize(_KERB_PIECE_M))
         for start in range(0, len(corners) - 1, _KERB_PIECE_CORNERS):
-            piece = kerb(corners[start : start + _KERB_PIECE_CORNERS + 1], *_KERB_SIZE_M, KERB)
+            piece = kerb(corners[start : start + _KERB_PIECE_CORNERS + 1], *size_m, KERB, bevel_m=bevel_m)
             world.add(piece, np.eye(4), name=f"kerb-{pieces}", category="kerb")
             pieces += 1

@@ -25,6 +25,7 @@ from trackers.types import CameraCommand, EgoPose, Start
 NOD_RAD, NOD_KEPT = np.deg2rad(0.12), 0.8
 """The robot shakes: standard deviation of nod and roll, and their autoregression coefficient."""
 _NEAR_M = 1.5
+_SHADOW_TEXELS = 1024
 
 
 class StereoFollowEpisode(Stage):
@@ -38,7 +39,8 @@ class StereoFollowEpisode(Stage):
         world = World()
         baked = build(world, plan.building)
         self._people = People(world, plan)
-        self._baked_light = BakedLightShader(world, baked)
+        shadows = {} if preset.edition == 1 else {"shadow_texels": _SHADOW_TEXELS, "panels_raised": False}
+        self._baked_light = BakedLightShader(world, baked, **shadows)
         self._pair = StereoRig(world, self._camera, renderer, plan.seed)
         super().__init__(
             world, self._pair, frame_count=preset.frame_count, rate_hz=preset.rate_hz, closed_loop=plan.closed_loop

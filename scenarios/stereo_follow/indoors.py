@@ -17,12 +17,21 @@ _CELL_M = 2.0
 _GRAIN_TEXELS = 256
 
 
-def panel(corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture: Texture) -> TexturedMesh:
-    """Return a rectangle that faces ``side_a x side_b``; the texture's lower left corner lies at ``corner_m``.
+Window = tuple[float, float, float, float]
+"""Part of a texture: left, lower, right and upper edge as shares of its width and height, from the lower left."""
+WHOLE: Window = (0.0, 0.0, 1.0, 1.0)
+
+
+def panel(
+    corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture: Texture, window: Window = WHOLE
+) -> TexturedMesh:
+    """Return a rectangle that faces ``side_a x side_b``; the window's lower left corner lies at ``corner_m``.
 
     Args:
         corner_m, side_a_m, side_b_m: (3,) one corner and the two sides that begin there.
+        window: part of the texture that covers the rectangle.
     """
+    left, low, right, high = window
     corner, a, b = (np.asarray(each, dtype=float) for each in (corner_m, side_a_m, side_b_m))
     steps_a, steps_b = (
         np.linspace(0.0, 1.0, int(np.ceil(np.linalg.norm(side) / _CELL_M - 1e-9)) + 1) for side in (a, b)
@@ -31,7 +40,8 @@ def panel(corner_m: ArrayLike, side_a_m: ArrayLike, side_b_m: ArrayLike, texture
     for u0, u1 in pairwise(steps_a):
         for v0, v1 in pairwise(steps_b):
             at = np.array([(u0, v0), (u1, v0), (u1, v1), (u0, v1)])
-            facets.polygon(corner + at @ np.stack([a, b]), np.column_stack([at[:, 0], 1.0 - at[:, 1]]))
+            u, v = left + (right - left) * at[:, 0], low + (high - low) * at[:, 1]
+            facets.polygon(corner + at @ np.stack([a, b]), np.column_stack([u, 1.0 - v]))
     return facets.mesh(texture)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scenarios.stereo_follow.indoors import panel, plain
+from scenarios.stereo_follow.indoors import WHOLE, Window, panel, plain
 from sim.mesh import Texture
 from sim.shaders.lamps import BrightArea
 from sim.world import Body, World
@@ -27,10 +27,11 @@ class Panel:
     Attributes:
         name: of its body.
         corner_m, side_a_m, side_b_m: (3,) one corner and the two sides that begin there, world frame.
-        texture: with its lower left corner at ``corner_m``.
+        texture: with the lower left corner of its ``window`` at ``corner_m``.
         luminance_nit: of its own light; 0 for none.
         temperature_k: colour temperature of that light.
         group: of lights that are switched together.
+        window: part of the texture that covers the panel.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Panel:
     luminance_nit: float = 0.0
     temperature_k: float = 6500.0
     group: str = ""
+    window: Window = WHOLE
 
 
 def new_panel(
@@ -53,7 +55,7 @@ def new_panel(
 
 def add_panel(world: World, piece: Panel) -> Body:
     """Add a panel to a world as a static body."""
-    mesh = panel(piece.corner_m, piece.side_a_m, piece.side_b_m, piece.texture)
+    mesh = panel(piece.corner_m, piece.side_a_m, piece.side_b_m, piece.texture, piece.window)
     return world.add(mesh, np.eye(4), name=piece.name, category="building")
 
 
@@ -74,6 +76,8 @@ def wall(
 ) -> Iterator[Panel]:
     """Yield the panels of an upright wall that faces the right of the line from ``start_m`` to ``end_m``.
 
+    The texture covers the whole wall once; each panel shows its part.
+
     Args:
         offset_m: distance of the wall before that line.
     """
@@ -89,7 +93,8 @@ def wall(
     for left_m, right_m, low_m, high_m in pieces:
         if right_m - left_m > 1e-6 and high_m - low_m > 1e-6:
             corner = start + left_m * along + low_m * up
-            yield Panel(name, corner, (right_m - left_m) * along, (high_m - low_m) * up, texture)
+            window = (left_m / length_m, low_m / height_m, right_m / length_m, high_m / height_m)
+            yield Panel(name, corner, (right_m - left_m) * along, (high_m - low_m) * up, texture, window=window)
 
 
 def box(

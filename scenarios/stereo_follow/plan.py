@@ -60,7 +60,7 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool) -> Plan:
         preset,
         seed,
         closed_loop,
-        draw_building(floor_plan, generator(seed, "building")),
+        draw_building(floor_plan, generator(seed, "building"), preset.edition),
         crowd,
         draw_light_plan(preset, places, generator(seed, "light")),
         tuple(looks),

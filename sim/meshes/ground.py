@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.checks import check
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets, palette, swatch_uv
 
@@ -31,8 +34,12 @@ def ground(extent_m: float, texture: Texture) -> TexturedMesh:
     return facets.mesh(texture)
 
 
-def surroundings(extent_m: float, outer_m: float, texture: Texture) -> TexturedMesh:
-    """Return flat land around a square ground: tiles of its size on all sides, without the ground itself.
+Height = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+"""Height of the land in metres at places x and y."""
+
+
+def surroundings(extent_m: float, outer_m: float, texture: Texture, height_m: Height | None = None) -> TexturedMesh:
+    """Return land around a square ground: tiles of its size on all sides, without the ground itself.
 
     Neighbouring tiles are mirror images, so that the texture runs on over their edges.
 
@@ -40,6 +47,7 @@ def surroundings(extent_m: float, outer_m: float, texture: Texture) -> TexturedM
         extent_m: side of the ground, and of a tile, > 0.
         outer_m: the land reaches at least to a square of this side, > extent_m.
         texture: covers one tile.
+        height_m: of the land, 0 on the ground's edge; None for flat land.
     """
     _require_positive("extent_m", extent_m)
     if not outer_m > extent_m:
@@ -51,33 +59,56 @@ def surroundings(extent_m: float, outer_m: float, texture: Texture) -> TexturedM
             if (i, j) != (0, 0):
                 centre = (i * extent_m, j * extent_m)
                 _add_square(facets, centre, extent_m, CELLS // 2, mirrored=(i % 2 == 1, j % 2 == 1))
-    return facets.mesh(texture)
+    flat = facets.mesh(texture)
+    return flat if height_m is None else _raised(flat, height_m)
 
 
-def kerb(polyline_m: NDArray[np.float64], width_m: float, height_m: float, rgb: tuple[int, int, int]) -> TexturedMesh:
+def _raised(flat: TexturedMesh, height_m: Height) -> TexturedMesh:
+    """Return flat land with heights, and with the normals of the slopes."""
+    x, y = flat.vertices_m[:, 0].astype(float), flat.vertices_m[:, 1].astype(float)
+    east, north = (height_m(x + dx, y + dy) - height_m(x - dx, y - dy) for dx, dy in ((0.5, 0.0), (0.0, 0.5)))
+    normals = np.column_stack([-east, -north, np.ones_like(x)])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    vertices_m = np.column_stack([x, y, height_m(x, y)])
+    return replace(flat, vertices_m=vertices_m.astype(np.float32), normals=normals.astype(np.float32))
+
+
+def kerb(
+    polyline_m: NDArray[np.float64],
+    width_m: float,
+    height_m: float,
+    rgb: tuple[int, int, int],
+    *,
+    bevel_m: float = 0.0,
+) -> TexturedMesh:
     """Return a low strip of stone along a polyline (n, 2), open below; n >= 2 distinct points.
 
+    Args:
+        bevel_m: width of each side, seen from above. The sides of a kerb without any are upright, and darker; one
+            with bevels is open at its ends, too.
+
     Raises:
-        ValueError: if there are fewer than two points or a size is not positive.
+        ValueError: if there are fewer than two points, a size is not positive, or the bevels leave no top.
     """
     _require_positive("width_m", width_m)
     _require_positive("height_m", height_m)
+    check("bevel_m", 0.0 <= bevel_m < 0.5 * width_m, f"a length in [0, {0.5 * width_m:g}) m", bevel_m)
     points = np.asarray(polyline_m, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
         raise ValueError(f"polyline_m: expected at least two points (n, 2), got shape {points.shape}")
     points = _simplified(points)
-    sideways = _mitred_normals(points) * (0.5 * width_m)
-    left, right = points + sideways, points - sideways
+    normals, foot_m, top_m = _mitred_normals(points), 0.5 * width_m, 0.5 * width_m - bevel_m
     rings = np.zeros((len(points), 4, 3))
     # Up the left side, over to the right one and down; the face back along the ground is left out.
-    for k, (edge, height) in enumerate([(left, 0.0), (left, height_m), (right, height_m), (right, 0.0)]):
-        rings[:, k, :2] = edge
+    for k, (aside_m, height) in enumerate([(foot_m, 0.0), (top_m, height_m), (-top_m, height_m), (-foot_m, 0.0)]):
+        rings[:, k, :2] = points + normals * aside_m
         rings[:, k, 2] = height
     side, top = swatch_uv(0, 2), swatch_uv(1, 2)
     facets = Facets()
-    facets.loft(rings, lambda segment, k: (side, top, side, None)[k], side, side)
-    darker = tuple(int(0.8 * c) for c in rgb)
-    return facets.mesh(palette([(darker[0], darker[1], darker[2]), rgb]))
+    end = None if bevel_m > 0.0 else side
+    facets.loft(rings, lambda segment, k: (side, top, side, None)[k], end, end)
+    darker = (int(0.8 * rgb[0]), int(0.8 * rgb[1]), int(0.8 * rgb[2]))
+    return facets.mesh(palette([rgb if bevel_m > 0.0 else darker, rgb]))
 
 
 def _add_square(

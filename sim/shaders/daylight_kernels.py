@@ -23,6 +23,8 @@ P0, P1, P2, P3, P4, P5, P6 = (np.float32(coefficient) for coefficient in _FIT)
 ONE, HALF, ZERO = np.float32(1.0), np.float32(0.5), np.float32(0.0)
 PER_PI = np.float32(1.0 / np.pi)
 FLATTEST = np.float32(0.05)
+NOT_IN_MAP = np.float32(-1.0)
+"""In place of the cosine between normal and sun: the surface is not in the shadow map, and cannot shade itself."""
 ALWAYS = np.float32(3e38)
 FARTHEST_M = np.float32(1e6)
 BYTE = np.uint32(255)
@@ -176,10 +178,14 @@ def _light_coordinate(
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _raise_by_bias(texel_m: np.float32, cosine: NDArray[np.float32], height: NDArray[np.float32]) -> None:
-    """Add the rise of a lit surface itself within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``."""
+    """Add the rise of a lit surface itself within the 2x2 texels: ``texel (1.5 tan(n, l) + 0.75)``.
+
+    Nothing is added where the cosine is ``NOT_IN_MAP``.
+    """
     for k in range(cosine.shape[0]):
         c = max(cosine[k], FLATTEST)
-        height[k] += texel_m * (np.float32(1.5) * np.sqrt(max(ONE - c * c, ZERO)) / c + np.float32(0.75))
+        rise = texel_m * (np.float32(1.5) * np.sqrt(max(ONE - c * c, ZERO)) / c + np.float32(0.75))
+        height[k] += rise if cosine[k] >= ZERO else ZERO
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
@@ -229,7 +235,7 @@ def shadow_row(
 ) -> None:
     """Multiply ``lit`` (N,) by the share of sun rays that arrive where ``max(0, n . l)`` is ``cosine``.
 
-    The map's outermost texels are never covered, so places outside are lit.
+    ``cosine`` may also be ``NOT_IN_MAP``. The map's outermost texels are never covered, so places outside are lit.
 
     Args:
         first_column: of the N columns of ``depth_m``, ``cosine`` and ``lit``.

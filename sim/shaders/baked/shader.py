@@ -26,7 +26,7 @@ from sim.shaders.baked.shader_kernels import BakedArrays, add_up, baked_row, new
 from sim.shaders.black_body import black_body_rgb
 from sim.shaders.contact_shadows import STEP_M, ContactShadows
 from sim.shaders.daylight import shadows_in_view
-from sim.shaders.daylight_kernels import ShadowArrays
+from sim.shaders.daylight_kernels import NOT_IN_MAP, ShadowArrays
 from sim.shaders.lamps import BrightArea
 from sim.world import World
 
@@ -48,8 +48,16 @@ class BakedLightShader:
 
     lighting = RowStage(baked_row, new_baked_scratch)
 
-    def __init__(self, world: World, baked: BakedLight) -> None:
-        """Set all groups to full strength. ``world`` already holds all its bodies, also the moving ones."""
+    def __init__(
+        self, world: World, baked: BakedLight, *, shadow_texels: int = _SHADOW_TEXELS, panels_raised: bool = True
+    ) -> None:
+        """Set all groups to full strength. ``world`` already holds all its bodies, also the moving ones.
+
+        Args:
+            shadow_texels: side of the moving bodies' shadow map, see ``ShadowCaster``.
+            panels_raised: whether panels too are compared with the shadow map as if they lay higher by its bias. Only
+                moving bodies need this, which are in the map; a shadow on a raised floor begins beside the feet.
+        """
         self._world, self._baked = world, baked
         count = len(world.bodies)
         geometry = baked.geometry
@@ -96,15 +104,16 @@ class BakedLightShader:
             ]
         )
         self._sun_maps = np.zeros((len(baked.panels), 3), np.int32)
-        self._cosine = np.zeros(len(baked.panels), np.float32)
+        self._cosine = self._shadow_cosine = np.zeros(len(baked.panels), np.float32)
         self._towards_sun = np.array([0.0, 0.0, 1.0])
         self._caster: ShadowCaster | None = None
         if baked.sun is not None:
             self._sun_maps = np.stack(baked.sun.where[:3], axis=1).astype(np.int32)
             self._towards_sun = baked.sun.towards
             self._cosine = np.maximum(geometry.normal @ self._towards_sun, 0.0).astype(np.float32)
+            self._shadow_cosine = self._cosine if panels_raised else np.full_like(self._cosine, NOT_IN_MAP)
             if any(body.movable for body in world.bodies):
-                self._caster = ShadowCaster(world, self._towards_sun, _SHADOW_TEXELS, casting="movers")
+                self._caster = ShadowCaster(world, self._towards_sun, shadow_texels, casting="movers")
         self._cubes = np.zeros((count, 6, 3), np.float32)
         self._body_sun = np.zeros(count, np.float32)
         self._strengths = dict.fromkeys(baked.groups, 1.0)
@@ -192,6 +201,7 @@ class BakedLightShader:
             self._sun_maps,
             sun_shares,
             self._cosine,
+            self._shadow_cosine,
             self._sun,
             self._towards_sun.astype(np.float32),
             casts,

@@ -34,7 +34,8 @@ class BakedArrays(NamedTuple):
         place: (R, 8), base, step a column, step a row and offset of u, and those of v.
         maps: (R, 3) int32, first sample, columns and rows of each panel in light: (T, 4) R, G, B and nothing.
         sun_maps: (R, 3) int32, the same in sun_share: (S,); no columns where there is no sun.
-        sun_cosine: (R,). sun: (3,) on a surface perpendicular to it. towards_sun: (3,) unit vector.
+        sun_cosine: (R,). shadow_cosine: (R,) the same as the shadow map takes it, see ``shadow_row``.
+        sun: (3,) on a surface perpendicular to it. towards_sun: (3,) unit vector.
         casts: whether moving bodies may stand in the sun. shadows: of these.
         cubes: (B, 6, 3) ambient cubes. body_sun: (B,) share of the sun that arrives.
         is_floor: (R,) bool, moving bodies darken it by ``contact``: (C,), rows of ``contact_columns``.
@@ -51,6 +52,7 @@ class BakedArrays(NamedTuple):
     sun_maps: NDArray[np.int32]
     sun_share: NDArray[np.float32]
     sun_cosine: NDArray[np.float32]
+    shadow_cosine: NDArray[np.float32]
     sun: NDArray[np.float32]
     towards_sun: NDArray[np.float32]
     casts: bool
@@ -74,7 +76,7 @@ class BakedScratch(NamedTuple):
             red, green and blue; these five are (W,) views of it.
         sample: (W,) uint32, number of the sample before a pixel.
         darkening: (W,) by bodies nearby. sun_lit: (W,) share of the sun on a surface. cosine: (W,) between normal and
-            the sun's direction.
+            the sun's direction, see ``shadow_row``.
         shining_first, shining_last: (W,) uint32, first column of each run that shines, and the one after its last.
     """
 
@@ -183,7 +185,7 @@ def _light_panel(
     if is_sunny:
         start, wide, high = light.sun_maps[panel, 0], light.sun_maps[panel, 1], light.sun_maps[panel, 2]
         place_run(light.place, panel, row, start, wide, high, first, last, depth_m, sample, x, y)
-        _fill(light.sun_cosine[panel], first, last, scratch.cosine)
+        _fill(light.shadow_cosine[panel], first, last, scratch.cosine)
         mix_run(light.sun_share, wide, first, last, sample, x, y, light.sun_cosine[panel], scratch.sun_lit)
     dark, bright = np.uint64(light.contact_within[row, 0]), np.uint64(light.contact_within[row, 1])
     dark, bright = max(first, dark), min(last, bright)

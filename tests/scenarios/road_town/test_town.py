@@ -12,14 +12,20 @@ import shapely
 from scenarios.road_town.blocks import fill_blocks
 from scenarios.road_town.ground import class_map
 from scenarios.road_town.layout import BUILDING, ROAD, Layout
+from scenarios.road_town.palette import KERB
 from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.road_map import RoadMap, road_area
-from scenarios.road_town.town import add_vehicle, build_town
+from scenarios.road_town.town import add_kerbs, add_vehicle, build_town
+from sim.mesh import Texture
+from sim.meshes.ground import ground
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose
 from sim.pose import pose_on_ground
 from sim.render.raster import Raster
 from sim.rng import generator
+from sim.shaders.daylight import DaylightShader, Sun
 from sim.world import World
+
+PLAIN = Texture(np.full((4, 4, 3), KERB, np.uint8))
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +50,7 @@ def test_there_is_one_body_a_thing(world, layout):
     assert count["tree"] == len(layout.trees)
     assert count["vehicle"] == sum(sum(park.taken) for park in layout.car_parks)
     assert count["ground"] == 2
-    assert set(count) == {"ground", "kerb", "building", "tree", "vehicle"}
+    assert set(count) == {"ground", "kerb", "building", "tree", "vehicle", "wood", "hedge"}
     assert len({body.name for body in world.bodies}) == len(world.bodies)
     assert not any(body.movable for body in world.bodies)
 
@@ -74,7 +80,7 @@ def test_kerbs_run_along_the_edge_of_the_road(world, layout):
     edge = road_area(layout.graph).boundary
     corners = np.concatenate([_corners_world_m(world, b.index) for b in world.bodies if b.category == "kerb"])
     assert shapely.distance(edge, shapely.points(corners[:, :2])).max() < 0.3
-    assert 0.08 < corners[:, 2].max() < 0.2
+    assert 0.02 < corners[:, 2].max() < 0.2
     # The whole edge has a kerb: the joined outlines of its pieces reach each point.
     outlines = [
         shapely.LineString(_corners_world_m(world, b.index)[face][[0, 1, 2, 0], :2])
@@ -86,6 +92,31 @@ def test_kerbs_run_along_the_edge_of_the_road(world, layout):
     along = shapely.points(shapely.get_coordinates(shapely.segmentize(edge, 3.0)))
     _, distance = tree.query_nearest(along, return_distance=True, all_matches=False)
     assert distance.max() < 0.3
+
+
+def test_no_dark_dots_along_kerbs(layout):
+    """Kerbs in the sun and the ground beside them are nowhere as dark as the upright sides of the first edition's."""
+    darkest = {}
+    for edition in (1, 2):
+        with World() as world:
+            world.add(ground(layout.extent_m, PLAIN), np.eye(4), name="ground", category="ground")
+            add_kerbs(world, layout, edition)
+            shader = DaylightShader(world, Sun((0.7, 0.2, 0.6), 90_000.0), 18_000.0)
+            middles_m = [street.centre_m[len(street.centre_m) // 2] for street in layout.graph.streets[:8]]
+            darkest[edition] = min(_darkest(world, shader, middle_m) for middle_m in middles_m)
+    assert darkest[2] > 0.4
+    assert darkest[1] < 0.2
+
+
+def _darkest(world: World, shader: DaylightShader, middle_m: np.ndarray) -> float:
+    """Return the darkest pixel of a picture from 60 m above, as a share of the median."""
+    camera = PinholeCamera.from_field_of_view(320, 240, np.deg2rad(25))
+    T_world_camera = look_down_pose(np.array([*middle_m, 60.0]), 0.4, 0.15, 0.1)
+    seen = Raster(world).gbuffer(camera, T_world_camera)
+    kerbs = [body.index for body in world.bodies if body.category == "kerb"]
+    assert np.isin(seen.instance_id, kerbs).sum() > 300
+    lux = shader.shade(seen, camera, T_world_camera)[:, 1]
+    return float(lux.min() / np.median(lux))
 
 
 def test_parked_cars_stand_in_their_bays(world, layout):

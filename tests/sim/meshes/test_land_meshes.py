@@ -70,3 +70,12 @@ def test_an_impossible_kerb_is_named() -> None:
         kerb(np.zeros((1, 2)), 0.2, 0.1, (190, 188, 180))
     with pytest.raises(ValueError, match="height_m: expected a length > 0 m, got 0"):
         kerb(np.array([[0.0, 0.0], [1.0, 0.0]]), 0.2, 0.0, (190, 188, 180))
+    with pytest.raises(ValueError, match="bevel_m: expected"):
+        kerb(np.array([[0.0, 0.0], [1.0, 0.0]]), 0.2, 0.1, (190, 188, 180), bevel_m=0.1)
+
+
+def test_a_bevelled_kerb_has_no_upright_face():
+    mesh = kerb(np.array([[0.0, 0.0], [9.0, 0.0]]), 0.3, 0.04, (190, 188, 180), bevel_m=0.1)
+    assert mesh.normals[:, 2].min() > 0.9
+    assert np.ptp(mesh.vertices_m[:, 1]) == pytest.approx(0.3)
+    assert mesh.vertices_m[:, 2].max() == pytest.approx(0.04)

@@ -207,6 +207,27 @@ def test_things_that_move_cast_shadows_in_the_sun_and_darken_the_ground_they_sta
     np.testing.assert_array_equal(light(-50.0, sky=1.0), open_sky)
 
 
+def test_a_shoe_shades_the_floor_where_panels_are_not_raised():
+    panels: list[Panel] = []
+    beyond = look_down_pose(np.array([4.0, 2.0, 8.0]), 0.0, 0.0, 0.0)
+    with World() as world:
+        _add(world, panels, (0, 0, 0), 6 * X, 4 * Y)
+        shoe = world.add(box((0.1, 0.4, 0.12), GREY), pose(2.0, 2.0), name="shoe", category="person", movable=True)
+        baked = bake_light(panels, {"sun": [SUN]})
+
+        def at_the_foot(x_m: float, *, panels_raised: bool) -> float:
+            # A coarse map, with a bias of more than the shoe's height.
+            shader = BakedLightShader(world, baked, shadow_texels=64, panels_raised=panels_raised)
+            world.move(shoe, pose(x_m, 2.0))
+            row = int(60 + (4.0 - 2.1) * CAMERA.focal_px / 8.0)
+            return float(_radiance(world, shader, beyond)[0][row, 1, 80])
+
+        sunny = at_the_foot(-50.0, panels_raised=False)
+        # The shoe ends at x = 2.05, and the sun stands behind it, 45 degrees high.
+        assert at_the_foot(2.0, panels_raised=False) < 0.3 * sunny
+        assert at_the_foot(2.0, panels_raised=True) > 0.9 * sunny
+
+
 def test_illuminance_is_that_of_cubes_and_sun(yard):
     world, baked = yard
     shader = BakedLightShader(world, baked)
