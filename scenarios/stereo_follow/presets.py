@@ -27,6 +27,7 @@ class StereoFollow:
         alike: number of others with a top of the target's colour; the first of them also has the trousers' colour.
         uniformed: number of others in the same working clothes as the target; 0: no one wears working clothes.
         pauses: number of times that the target stands still.
+        leg_m: shortest and longest straight piece of the target's path within a room (edition 2).
         lamp_events: number of times that a room's lights are switched. clouds: number of clouds before the sun.
         lamps_off_s, cloud_s: shortest and longest time that lamps are off, and that a cloud stays.
         lamps_left_on: smallest and largest share of a room's lamps that stay on, so that brightness changes more than
@@ -54,6 +55,7 @@ class StereoFollow:
     alike: int = 1
     uniformed: int = 0
     pauses: int = 1
+    leg_m: tuple[float, float] = (2.0, 7.0)
     lamp_events: int = 1
     clouds: int = 1
     lamps_off_s: tuple[float, float] = (2.5, 8.0)
@@ -75,7 +77,7 @@ class StereoFollow:
         counts = "crossers oncomers followers walkers standers alike uniformed pauses lamp_events clouds"
         for name in counts.split():
             check(name, getattr(self, name) >= 0, "a whole number >= 0", getattr(self, name))
-        for name, largest in (("lamps_off_s", np.inf), ("cloud_s", np.inf), ("lamps_left_on", 1.0)):
+        for name, largest in (("lamps_off_s", np.inf), ("cloud_s", np.inf), ("lamps_left_on", 1.0), ("leg_m", np.inf)):
             low, high = getattr(self, name)
             wanted = f"two numbers in [0, {largest:g}] in ascending order"
             check(name, 0 <= low <= high <= largest, wanted, getattr(self, name))
