@@ -13,20 +13,18 @@ from scenarios.stereo_follow.presets import StereoFollow
 from scenarios.stereo_follow.robot import HandDriver, Robot
 from scenarios.stereo_follow.sight import is_in_sight, seen_frames
 from scenarios.stereo_follow.sight_driver import SightDriver
-from scenarios.stereo_follow.walks import STEP_M, at_distance, changing_pace, rounded_way, steady_pace
+from scenarios.stereo_follow.target_way import targets_way
+from scenarios.stereo_follow.walks import STEP_M, at_distance, changing_pace, steady_pace
 from scenarios.stereo_follow.whims import draw_whims
 from trackers.types import CameraCommand
 
 _TRIES = 40
-_HEAD_START_M, _LEG_M = 2.4, 3.5
+_HEAD_START_M = 2.4
 _FOLLOWED_FROM_M, _FOLLOWED_UP_TO_M = 1.3, 5.5
 _HEAD_STARTS_M, _SPEEDS_MPS = (1.8, 3.8), (0.6, 1.6)
 _ASIDE_AT_FIRST_RAD = 0.25
 _NEAREST_M = 0.8
 SEEN_AT_FIRST_FRAMES = 10
-_NEAR_PASSAGE_M = 8.0
-_CHANGES_ROOM = 0.8
-_SHARPEST_COSINE = -0.2
 
 Drive = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Places (F, 2) and headings (F,) of the robot."""
@@ -75,7 +73,7 @@ def _driven_by_truth(preset: StereoFollow, plan: FloorPlan, rng: np.random.Gener
     pace_m = _HEAD_START_M + steady_pace(
         preset.frame_count, preset.rate_hz, rng.uniform(0.95, 1.25), rng, preset.pauses
     )
-    way_m = _targets_way(plan, pace_m[-1], (_LEG_M, np.inf), rng)
+    way_m = targets_way(preset, plan, pace_m[-1], rng)
     target_m = at_distance(way_m, pace_m)
     robot = Robot(plan, way_m[0], _direction_rad(way_m[0], way_m[int(_HEAD_START_M / STEP_M)]), preset.rate_hz)
     driver = HandDriver(plan, rng.uniform(1.3, 2.0), rng)
@@ -93,7 +91,7 @@ def _driven_by_sight(preset: StereoFollow, plan: FloorPlan, rng: np.random.Gener
     """Draw a target that walks at changing speeds, and a driver who knows what the picture shows him (edition 2)."""
     frames, rate_hz = preset.frame_count, preset.rate_hz
     pace_m = rng.uniform(*_HEAD_STARTS_M) + changing_pace(frames, rate_hz, _SPEEDS_MPS, rng, preset.pauses)
-    way_m = _targets_way(plan, pace_m[-1], preset.leg_m, rng)
+    way_m = targets_way(preset, plan, pace_m[-1], rng)
     target_m = at_distance(way_m, pace_m)
     heading_rad = _direction_rad(way_m[0], target_m[0]) + rng.uniform(-_ASIDE_AT_FIRST_RAD, _ASIDE_AT_FIRST_RAD)
     whims = draw_whims(frames, rate_hz, rng)
@@ -139,40 +137,3 @@ def _driven(
 
 def _direction_rad(from_m: NDArray[np.float64], to_m: NDArray[np.float64]) -> float:
     return float(np.arctan2(to_m[1] - from_m[1], to_m[0] - from_m[0]))
-
-
-def _targets_way(
-    plan: FloorPlan, length_m: float, leg_m: tuple[float, float], rng: np.random.Generator
-) -> NDArray[np.float64]:
-    """Return the target's path (S, 2) from the robot's start, longer than ``length_m``.
-
-    Args:
-        leg_m: shortest and longest straight piece of it within a room.
-    """
-    rooms = list(plan.rooms)
-    room = rooms[rng.integers(len(rooms))]
-    stop_m = plan.free_area(room).draw(rng)
-    if room == "corridor":
-        stop_m[0] = max(stop_m[0], -_NEAR_PASSAGE_M)
-    way_m = rounded_way(np.array([stop_m, stop_m]))
-    while (left_m := length_m + 1.0 - STEP_M * (len(way_m) - 1)) > 0:
-        for _ in range(_TRIES):
-            neighbours = [rooms[k] for k in (rooms.index(room) - 1, rooms.index(room) + 1) if 0 <= k < len(rooms)]
-            next_room = neighbours[rng.integers(len(neighbours))] if rng.random() < _CHANGES_ROOM else room
-            way_on_m = plan.way(np.array([way_m[-1], plan.free_area(next_room).draw(rng)]), rng)
-            is_dead_end = next_room == "corridor" and left_m > plan.corridor.x1 - plan.corridor.x0
-            if not is_dead_end and _goes_on(way_m, way_on_m, leg_m):
-                break
-        room = next_room
-        way_m = rounded_way(np.concatenate([way_m[:-1], way_on_m]))
-    return way_m
-
-
-def _goes_on(way_m: NDArray[np.float64], way_on_m: NDArray[np.float64], leg_m: tuple[float, float]) -> bool:
-    """Return whether a way on (M, 2) ends in a piece of a wanted length and never turns back towards the follower."""
-    corners_m = np.concatenate([way_m[-1 - int(1.0 / STEP_M) : -1][:1], way_on_m])
-    sides_m = np.diff(corners_m, axis=0)
-    lengths_m = np.linalg.norm(sides_m, axis=1)
-    along = sides_m / np.maximum(lengths_m, 1e-9)[:, None]
-    is_sharp = np.einsum("nk,nk->n", along[1:], along[:-1]) <= _SHARPEST_COSINE
-    return bool(leg_m[0] < lengths_m[-1] < leg_m[1] and not is_sharp.any())
