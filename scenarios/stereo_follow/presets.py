@@ -81,7 +81,13 @@ class StereoFollow:
         counts = "crossers oncomers followers walkers standers alike uniformed pauses lamp_events clouds"
         for name in counts.split():
             check(name, getattr(self, name) >= 0, "a whole number >= 0", getattr(self, name))
-        for name, largest in (("lamps_off_s", np.inf), ("cloud_s", np.inf), ("lamps_left_on", 1.0), ("leg_m", np.inf), ("corner_deg", 100.0)):
+        for name, largest in (
+            ("lamps_off_s", np.inf),
+            ("cloud_s", np.inf),
+            ("lamps_left_on", 1.0),
+            ("leg_m", np.inf),
+            ("corner_deg", 100.0),
+        ):
             low, high = getattr(self, name)
             wanted = f"two numbers in [0, {largest:g}] in ascending order"
             check(name, 0 <= low <= high <= largest, wanted, getattr(self, name))

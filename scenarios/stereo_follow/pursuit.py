@@ -97,16 +97,27 @@ def _driven_by_sight(preset: StereoFollow, plan: FloorPlan, rng: np.random.Gener
     whims = draw_whims(frames, rate_hz, rng)
 
     def drive(others_m: NDArray[np.float64]) -> Drive:
-        robot, driver = Robot(plan, way_m[0], heading_rad, rate_hz), SightDriver(plan, whims, rate_hz)
-
-        def command(frame: int, place_m: NDArray[np.float64]) -> CameraCommand:
-            among_m = others_m[:, frame]
-            is_seen = is_in_sight(robot.place_m, robot.heading_rad, place_m, among_m, plan.openings_m)
-            return driver.command(robot, place_m if is_seen else None, among_m)
-
-        return _driven(robot, target_m, command)
+        robot = Robot(plan, way_m[0], heading_rad, rate_hz)
+        return drive_by_sight(plan, robot, SightDriver(plan, whims, rate_hz), target_m, others_m)
 
     return Pursuit(way_m, pace_m, target_m, *drive(np.empty((0, frames, 2))), drive=drive)
+
+
+def drive_by_sight(
+    plan: FloorPlan,
+    robot: Robot,
+    driver: SightDriver,
+    target_m: NDArray[np.float64],
+    others_m: NDArray[np.float64],
+) -> Drive:
+    """Return the drive of a driver who is told of the target (F, 2) where it is in sight among others (N, F, 2)."""
+
+    def command(frame: int, place_m: NDArray[np.float64]) -> CameraCommand:
+        among_m = others_m[:, frame]
+        is_seen = is_in_sight(robot.place_m, robot.heading_rad, place_m, among_m, plan.openings_m)
+        return driver.command(robot, place_m if is_seen else None, among_m)
+
+    return _driven(robot, target_m, command)
 
 
 def _too_near_m(pursuit: Pursuit, plan: FloorPlan) -> float:
