@@ -11,7 +11,7 @@ from scipy.ndimage import binary_dilation, gaussian_filter1d
 
 from scenarios.stereo_follow.floor_plan import FloorPlan
 from scenarios.stereo_follow.presets import StereoFollow
-from scenarios.stereo_follow.pursuit import SEEN_AT_FIRST_FRAMES, Pursuit, draw_pursuit
+from scenarios.stereo_follow.pursuit import NEAREST_M, SEEN_AT_FIRST_FRAMES, Pursuit, draw_pursuit
 from scenarios.stereo_follow.walks import STEP_M, Walk, at_distance, rounded_way, sideways, walk_of
 
 _APART_M = {"target": 0.55, "robot": 0.6, "other": 0.5}
@@ -104,6 +104,8 @@ def _first_that_fits(
         if not _keeps_off(scene, place_m):
             continue
         with_him = scene.with_person(place_m)
+        if with_him.pursuit.nearest_m < min(scene.pursuit.nearest_m, NEAREST_M):
+            continue
         if all(_is_apart(with_him.robot_m, other_m, _APART_M["robot"]) for other_m in with_him.others_m):
             return with_him
     return None

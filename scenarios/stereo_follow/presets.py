@@ -119,8 +119,9 @@ PRESETS = {
         width_px=320,
         height_px=240,
         crossers=1,
-        leg_m=(1.2, 2.4),
-        corner_deg=(50.0, 100.0),
+        pauses=0,
+        leg_m=(1.4, 2.4),
+        corner_deg=(60.0, 100.0),
         stays=0.9,
     ),
     "paper-b3": StereoFollow(
@@ -145,4 +146,5 @@ PRESETS = {
     ),
 }
 PRESETS_V1 = {name: replace(preset, edition=1) for name, preset in PRESETS.items()}
+PRESETS_V1["quick"] = replace(PRESETS_V1["quick"], summary="a short episode in small pictures", pauses=1)
 """Presets of ``stereo-follow-v1``."""

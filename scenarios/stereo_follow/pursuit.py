@@ -23,7 +23,7 @@ _HEAD_START_M = 2.4
 _FOLLOWED_FROM_M, _FOLLOWED_UP_TO_M = 1.3, 5.5
 _HEAD_STARTS_M, _SPEEDS_MPS = (1.8, 3.8), (0.6, 1.6)
 _ASIDE_AT_FIRST_RAD = 0.25
-_NEAREST_M = 0.8
+NEAREST_M = 1.1
 SEEN_AT_FIRST_FRAMES = 10
 
 Drive = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -47,6 +47,11 @@ class Pursuit:
     robot_m: NDArray[np.float64]
     robot_heading_rad: NDArray[np.float64]
     drive: Callable[[NDArray[np.float64]], Drive] | None
+
+    @property
+    def nearest_m(self) -> float:
+        """Least distance of the robot from the target."""
+        return float(np.linalg.norm(self.target_m - self.robot_m, axis=1).min())
 
     def among(self, others_m: Sequence[NDArray[np.float64]]) -> Pursuit:
         """Return the pursuit among other people, each (F, 2). It is the same until one of them hides the target."""
@@ -130,8 +135,7 @@ def _too_near_m(pursuit: Pursuit, plan: FloorPlan) -> float:
         np.empty((0, SEEN_AT_FIRST_FRAMES, 2)),
         plan.openings_m,
     )
-    distance_m = np.linalg.norm(pursuit.target_m - pursuit.robot_m, axis=1)
-    return _NEAREST_M - float(distance_m.min()) if is_seen.all() else np.inf
+    return NEAREST_M - pursuit.nearest_m if is_seen.all() else np.inf
 
 
 def _driven(
