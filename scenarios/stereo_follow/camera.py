@@ -21,6 +21,8 @@ BASELINE_M = 0.12
 """Distance from the left camera to the right one."""
 _MISALIGNED_RAD = np.deg2rad(0.03)
 _GAIN_DIFFERENCE = 0.015
+HALF_VIEW_RAD = float(np.deg2rad(33.0))
+"""Half of the horizontal field of view."""
 LONGEST_EXPOSURE_S = 20.85e-3
 """Exposure time at the largest shutter number."""
 _LARGEST_WHITE_BALANCE, _LARGEST_SHUTTER, _LARGEST_GAIN = 1023, 707, 683
@@ -43,7 +45,7 @@ SENSOR = SensorConfig(
 
 def camera(width_px: int, height_px: int) -> PinholeCamera:
     """Return the camera, with a horizontal field of view of 66 degrees, for a picture size."""
-    return PinholeCamera.from_field_of_view(width_px, height_px, float(np.deg2rad(66.0)))
+    return PinholeCamera.from_field_of_view(width_px, height_px, 2.0 * HALF_VIEW_RAD)
 
 
 def camera_model(camera: PinholeCamera) -> CameraModel:

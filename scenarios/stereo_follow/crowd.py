@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,20 +11,14 @@ from scipy.ndimage import binary_dilation, gaussian_filter1d
 
 from scenarios.stereo_follow.floor_plan import FloorPlan
 from scenarios.stereo_follow.presets import StereoFollow
-from scenarios.stereo_follow.robot import HandDriver, Robot
-from scenarios.stereo_follow.walks import STEP_M, Walk, at_distance, rounded_way, sideways, steady_pace, walk_of
+from scenarios.stereo_follow.pursuit import NEAREST_M, SEEN_AT_FIRST_FRAMES, Pursuit, draw_pursuit
+from scenarios.stereo_follow.walks import STEP_M, Walk, at_distance, rounded_way, sideways, walk_of
 
-_HEAD_START_M = 2.4
 _APART_M = {"target": 0.55, "robot": 0.6, "other": 0.5}
-_FOLLOWED_FROM_M, _FOLLOWED_UP_TO_M = 1.3, 5.5
 _TRIES = 40
-_SEEN_AT_FIRST_FRAMES, _CLEAR_SIGHT_M = 10, 0.7
+_CLEAR_SIGHT_M = 0.7
 _MAKES_WAY_FRAMES = 12
 _CHANGES_SIDE_S, _FASTEST_WALK_MPS = 0.4, 1.9
-_LEG_M = 3.5
-_SHARPEST_COSINE = -0.2
-_NEAR_PASSAGE_M = 8.0
-_CHANGES_ROOM = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +37,13 @@ class Crowd:
 
 
 def draw_crowd(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Crowd:
-    """Draw all paths. People keep the distances of a crowd to the target, to the robot and to each other."""
-    way_m, along_m, driven_m, heading_rad = _followed_way(preset, plan, rng)
-    target_m = at_distance(way_m, along_m)
-    walks, kinds = [walk_of(target_m, preset.rate_hz)], ["target"]
-    scene = _Scene(preset, plan, way_m, along_m, target_m, driven_m)
+    """Draw all paths. People keep the distances of a crowd to the target, to the robot and to each other.
+
+    Each person is drawn around the drive among those before him; then the robot is driven again among all of them.
+    """
+    scene = _Scene(preset, plan, draw_pursuit(preset, plan, rng))
+    kinds = ["target"]
+    walks = [walk_of(scene.target_m, preset.rate_hz)]
     for kind, count in (
         ("follower", preset.followers),
         ("oncomer", preset.oncomers),
@@ -56,122 +52,79 @@ def draw_crowd(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) 
         ("walker", preset.walkers),
     ):
         for _ in range(count):
-            place_m = _first_that_fits(scene, walks, _DRAWN[kind], rng)
-            if place_m is not None:
-                walks.append(walk_of(place_m, preset.rate_hz, rng.uniform(-np.pi, np.pi)))
+            with_him = _first_that_fits(scene, _DRAWN[kind], rng)
+            if with_him is not None:
+                scene = with_him
+                walks.append(walk_of(scene.others_m[-1], preset.rate_hz, rng.uniform(-np.pi, np.pi)))
                 kinds.append(kind)
-    return Crowd(tuple(walks), tuple(kinds), driven_m, heading_rad)
+    return Crowd(tuple(walks), tuple(kinds), scene.robot_m, scene.pursuit.robot_heading_rad)
 
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """The paths of target and robot, around which other people's paths are drawn."""
+    """Target, robot and the others so far (F, 2) each, around which another person's path is drawn."""
 
     preset: StereoFollow
     plan: FloorPlan
-    way_m: NDArray[np.float64]
-    along_m: NDArray[np.float64]
-    target_m: NDArray[np.float64]
-    robot_m: NDArray[np.float64]
+    pursuit: Pursuit
+    others_m: tuple[NDArray[np.float64], ...] = ()
 
+    @property
+    def way_m(self) -> NDArray[np.float64]:
+        return self.pursuit.way_m
 
-def _followed_way(
-    preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the target's path (S, 2), its distance along it (F,), and the robot's places (F, 2) and headings (F,).
+    @property
+    def along_m(self) -> NDArray[np.float64]:
+        return self.pursuit.along_m
 
-    This is the first of some draws in which the target's distance from the robot stays in range, otherwise the draw
-    that comes closest to that.
-    """
-    tried = []
-    for _ in range(_TRIES):
-        way_m, along_m = _targets_way(preset, plan, rng)
-        target_m = at_distance(way_m, along_m)
-        first_m = way_m[int(_HEAD_START_M / STEP_M)] - way_m[0]
-        driven_m, headings = _drive(preset, plan, target_m, way_m[0], float(np.arctan2(first_m[1], first_m[0])), rng)
-        distance_m = np.linalg.norm(target_m - driven_m, axis=1)
-        off_m = max(_FOLLOWED_FROM_M - distance_m.min(), distance_m.max() - _FOLLOWED_UP_TO_M)
-        tried.append((off_m, (way_m, along_m, driven_m, headings)))
-        if off_m <= 0:
-            break
-    return min(tried, key=lambda pair: pair[0])[1]
+    @property
+    def target_m(self) -> NDArray[np.float64]:
+        return self.pursuit.target_m
 
+    @property
+    def robot_m(self) -> NDArray[np.float64]:
+        return self.pursuit.robot_m
 
-def _targets_way(
-    preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the target's path (S, 2) from the robot's start, and its distance along it on each frame (F,)."""
-    pace_m = _HEAD_START_M + steady_pace(
-        preset.frame_count, preset.rate_hz, rng.uniform(0.95, 1.25), rng, preset.pauses
-    )
-    rooms = list(plan.rooms)
-    room = rooms[rng.integers(len(rooms))]
-    stop_m = plan.free_area(room).draw(rng)
-    if room == "corridor":
-        stop_m[0] = max(stop_m[0], -_NEAR_PASSAGE_M)
-    way_m = rounded_way(np.array([stop_m, stop_m]))
-    while (left_m := pace_m[-1] + 1.0 - STEP_M * (len(way_m) - 1)) > 0:
-        for _ in range(_TRIES):
-            neighbours = [rooms[k] for k in (rooms.index(room) - 1, rooms.index(room) + 1) if 0 <= k < len(rooms)]
-            next_room = neighbours[rng.integers(len(neighbours))] if rng.random() < _CHANGES_ROOM else room
-            leg_m = plan.way(np.array([way_m[-1], plan.free_area(next_room).draw(rng)]), rng)
-            is_dead_end = next_room == "corridor" and left_m > plan.corridor.x1 - plan.corridor.x0
-            if not is_dead_end and _goes_on(way_m, leg_m):
-                break
-        room = next_room
-        way_m = rounded_way(np.concatenate([way_m[:-1], leg_m]))
-    return way_m, pace_m
-
-
-def _goes_on(way_m: NDArray[np.float64], leg_m: NDArray[np.float64]) -> bool:
-    """Return whether a leg (M, 2) is long and has no turn, at its start or later, back towards the follower."""
-    corners_m = np.concatenate([way_m[-1 - int(1.0 / STEP_M) : -1][:1], leg_m])
-    sides_m = np.diff(corners_m, axis=0)
-    lengths_m = np.linalg.norm(sides_m, axis=1)
-    along = sides_m / np.maximum(lengths_m, 1e-9)[:, None]
-    return bool(lengths_m[-1] > _LEG_M and (np.einsum("nk,nk->n", along[1:], along[:-1]) > _SHARPEST_COSINE).all())
-
-
-def _drive(
-    preset: StereoFollow,
-    plan: FloorPlan,
-    target_m: NDArray[np.float64],
-    start_m: NDArray[np.float64],
-    heading_rad: float,
-    rng: np.random.Generator,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return places (F, 2) and headings (F,) of the robot, driven by hand after the target."""
-    robot = Robot(plan, start_m, heading_rad, preset.rate_hz)
-    driver = HandDriver(plan, rng.uniform(1.3, 2.0), rng)
-    driven_m, headings = [], []
-    for place_m in target_m:
-        driven_m.append(robot.place_m)
-        headings.append(robot.heading_rad)
-        robot.drive(driver.command(robot, place_m))
-    return np.array(driven_m), np.array(headings)
+    def with_person(self, place_m: NDArray[np.float64]) -> _Scene:
+        """Return the scene with another person (F, 2), whom the driver sees."""
+        others_m = (*self.others_m, place_m)
+        return replace(self, others_m=others_m, pursuit=self.pursuit.among(others_m))
 
 
 def _first_that_fits(
     scene: _Scene,
-    walks: list[Walk],
     draw: Callable[[_Scene, np.random.Generator], NDArray[np.float64] | None],
     rng: np.random.Generator,
-) -> NDArray[np.float64] | None:
-    """Return places (F, 2) of one more person, the first of some draws that keeps its distances; None if none does."""
+) -> _Scene | None:
+    """Return the scene with one more person, the first of some draws that keeps its distances; None if none does."""
     for _ in range(_TRIES):
         place_m = draw(scene, rng)
         if place_m is None or not scene.plan.is_free(place_m).all() or _hides_at_first(scene, place_m):
             continue
-        keeps_off = [(scene.target_m, _APART_M["target"]), (scene.robot_m, _APART_M["robot"])]
-        keeps_off += [(walk.place_m, _APART_M["other"]) for walk in walks[1:]]
-        if all(np.linalg.norm(place_m - other_m, axis=1).min() > apart_m for other_m, apart_m in keeps_off):
-            return place_m
+        if not _keeps_off(scene, place_m):
+            continue
+        with_him = scene.with_person(place_m)
+        if with_him.pursuit.nearest_m < min(scene.pursuit.nearest_m, NEAREST_M):
+            continue
+        if all(_is_apart(with_him.robot_m, other_m, _APART_M["robot"]) for other_m in with_him.others_m):
+            return with_him
     return None
+
+
+def _keeps_off(scene: _Scene, place_m: NDArray[np.float64]) -> bool:
+    """Return whether a person at places (F, 2) keeps the distances of a crowd."""
+    near = [(scene.target_m, _APART_M["target"]), (scene.robot_m, _APART_M["robot"])]
+    near += [(other_m, _APART_M["other"]) for other_m in scene.others_m]
+    return all(_is_apart(place_m, other_m, apart_m) for other_m, apart_m in near)
+
+
+def _is_apart(place_m: NDArray[np.float64], other_m: NDArray[np.float64], apart_m: float) -> bool:
+    return bool(np.linalg.norm(place_m - other_m, axis=1).min() > apart_m)
 
 
 def _hides_at_first(scene: _Scene, place_m: NDArray[np.float64]) -> bool:
     """Return whether a person at places (F, 2) is near the line of sight to the target on the first frames."""
-    first = slice(0, _SEEN_AT_FIRST_FRAMES)
+    first = slice(0, SEEN_AT_FIRST_FRAMES)
     robot_m, sight_m = scene.robot_m[first], (scene.target_m - scene.robot_m)[first]
     to_m = place_m[first] - robot_m
     share = np.clip(np.einsum("fk,fk->f", to_m, sight_m) / np.einsum("fk,fk->f", sight_m, sight_m), 0.0, 1.0)

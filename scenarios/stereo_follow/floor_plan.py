@@ -125,6 +125,11 @@ class FloorPlan:
         """``free_parts`` as (P, 4) rectangles x0, y0, x1, y1."""
         return np.array([[part.x0, part.y0, part.x1, part.y1] for part in self.free_parts])
 
+    @property
+    def openings_m(self) -> NDArray[np.float64]:
+        """``openings`` as (2, 4) rectangles x0, y0, x1, y1."""
+        return np.array([[gap.x0, gap.y0, gap.x1, gap.y1] for gap in self.openings])
+
     def is_free(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return whether a person or the robot can be at points (..., 2)."""
         free = np.zeros(points_m.shape[:-1], dtype=np.bool_)

@@ -27,6 +27,9 @@ class StereoFollow:
         alike: number of others with a top of the target's colour; the first of them also has the trousers' colour.
         uniformed: number of others in the same working clothes as the target; 0: no one wears working clothes.
         pauses: number of times that the target stands still.
+        leg_m, corner_deg: least and largest length of a straight piece of the target's path in a room, and angle
+            between two pieces (edition 2).
+        stays: share of the pieces after which the target stays in the room (edition 2).
         lamp_events: number of times that a room's lights are switched. clouds: number of clouds before the sun.
         lamps_off_s, cloud_s: shortest and longest time that lamps are off, and that a cloud stays.
         lamps_left_on: smallest and largest share of a room's lamps that stay on, so that brightness changes more than
@@ -54,6 +57,9 @@ class StereoFollow:
     alike: int = 1
     uniformed: int = 0
     pauses: int = 1
+    leg_m: tuple[float, float] = (2.0, 7.0)
+    corner_deg: tuple[float, float] = (0.0, 100.0)
+    stays: float = 0.4
     lamp_events: int = 1
     clouds: int = 1
     lamps_off_s: tuple[float, float] = (2.5, 8.0)
@@ -75,13 +81,20 @@ class StereoFollow:
         counts = "crossers oncomers followers walkers standers alike uniformed pauses lamp_events clouds"
         for name in counts.split():
             check(name, getattr(self, name) >= 0, "a whole number >= 0", getattr(self, name))
-        for name, largest in (("lamps_off_s", np.inf), ("cloud_s", np.inf), ("lamps_left_on", 1.0)):
+        for name, largest in (
+            ("lamps_off_s", np.inf),
+            ("cloud_s", np.inf),
+            ("lamps_left_on", 1.0),
+            ("leg_m", np.inf),
+            ("corner_deg", 100.0),
+        ):
             low, high = getattr(self, name)
             wanted = f"two numbers in [0, {largest:g}] in ascending order"
             check(name, 0 <= low <= high <= largest, wanted, getattr(self, name))
         check("cloud_edge_s", self.cloud_edge_s > 0, "a number > 0", self.cloud_edge_s)
         check("sky_behind_cloud", 0 < self.sky_behind_cloud <= 1, "a number in (0, 1]", self.sky_behind_cloud)
         check("brightening_s", self.brightening_s >= 0, "a number >= 0", self.brightening_s)
+        check("stays", 0 <= self.stays <= 1, "a number in [0, 1]", self.stays)
         check("dropped_share", 0 <= self.dropped_share <= 1, "a number in [0, 1]", self.dropped_share)
 
 
@@ -100,7 +113,17 @@ PRESETS = {
         clouds=2,
         dropped_share=0.02,
     ),
-    "quick": StereoFollow("a short episode in small pictures", frame_count=60, width_px=320, height_px=240, crossers=1),
+    "quick": StereoFollow(
+        "a short episode in small pictures; the person goes round corners",
+        frame_count=60,
+        width_px=320,
+        height_px=240,
+        crossers=1,
+        pauses=0,
+        leg_m=(1.4, 2.4),
+        corner_deg=(60.0, 100.0),
+        stays=0.9,
+    ),
     "paper-b3": StereoFollow(
         "the paper's experiment: ten drives of 853 frames are its 8,530; all wear the same, light comes and goes",
         frame_count=853,
@@ -123,4 +146,5 @@ PRESETS = {
     ),
 }
 PRESETS_V1 = {name: replace(preset, edition=1) for name, preset in PRESETS.items()}
+PRESETS_V1["quick"] = replace(PRESETS_V1["quick"], summary="a short episode in small pictures", pauses=1)
 """Presets of ``stereo-follow-v1``."""

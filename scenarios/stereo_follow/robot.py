@@ -99,6 +99,16 @@ def _is_free(free_m: NDArray[np.float64], x_m: float, y_m: float) -> bool:
     return free
 
 
+@njit(cache=True)
+def is_straight_way(from_m: NDArray[np.float64], to_m: NDArray[np.float64], free_m: NDArray[np.float64]) -> bool:
+    """Return whether the robot can drive on a straight line between two places (2,); ``free_m`` as for ``driven``."""
+    for share in np.linspace(0.0, 1.0, 20):
+        x_m, y_m = from_m[0] + share * (to_m[0] - from_m[0]), from_m[1] + share * (to_m[1] - from_m[1])
+        if not _is_free(free_m, x_m, y_m):
+            return False
+    return True
+
+
 class HandDriver:
     """A human driver who follows the target with a delay of about a quarter of a second.
 

@@ -86,6 +86,26 @@ def steady_pace(
     return np.concatenate([[0.0], np.cumsum(speed_mps * waver * going)[:-1]]) / rate_hz
 
 
+def changing_pace(
+    frames: int, rate_hz: float, speeds_mps: tuple[float, float], rng: np.random.Generator, pauses: int
+) -> NDArray[np.float64]:
+    """Return distances (F,) walked since frame 0 at speeds that are drawn anew every few seconds, with pauses.
+
+    A pause takes one to two and a half seconds.
+    """
+    speed_mps = np.empty(frames)
+    begin = 0
+    while begin < frames:
+        end = begin + max(int(rng.uniform(1.5, 4.0) * rate_hz), 1)
+        speed_mps[begin:end] = rng.uniform(*speeds_mps)
+        begin = end
+    for _ in range(pauses):
+        begin = int(rng.uniform(0.15, 0.85) * frames)
+        speed_mps[begin : begin + int(rng.uniform(1.0, 2.5) * rate_hz)] = 0.0
+    speed_mps = gaussian_filter1d(speed_mps, 0.3 * rate_hz, mode="nearest")
+    return np.concatenate([[0.0], np.cumsum(speed_mps)[:-1]]) / rate_hz
+
+
 def _evenly(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     length_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points_m, axis=0), axis=1))])
     count = max(int(np.ceil(length_m[-1] / STEP_M)), 1)

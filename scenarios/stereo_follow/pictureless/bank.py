@@ -52,7 +52,7 @@ class StereoPictureless:
             "size_m": np.array(person_size_m(plan.looks[TARGET])),
             "others_m": others,
             "free_m": floor.free_m,
-            "openings_m": np.array([[a.x0, a.y0, a.x1, a.y1] for a in floor.openings]),
+            "openings_m": floor.openings_m,
             "path_m": crowd.robot_m,
             "yaw_rad": crowd.robot_heading_rad,
             "onsets": _onsets(crowd.walks[TARGET].place_m, others, crowd.robot_m, crowd.robot_heading_rad),

@@ -1,4 +1,4 @@
-"""Motion and view of many robots at a time."""
+"""Motion of many robots and their cameras at a time."""
 
 from __future__ import annotations
 
@@ -20,8 +20,6 @@ DRIVE_STATE = state_dtype(
 )
 """State of a drive: with its speed, the camera's shaking, and the odometry."""
 _HALF_TURN_RAD = 0.5 * np.pi
-_HALF_WIDTH_M = 0.25
-"""Half width of people as occluders and as targets."""
 
 
 @njit(cache=True)
@@ -57,36 +55,3 @@ def look_ahead(state: Any, rng: np.random.Generator) -> None:
     for axis in range(2):
         state.camera_m[axis], state.camera_measured_m[axis] = state.place_m[axis], state.odometry[axis]
     state.camera_m[2] = state.camera_measured_m[2] = CAMERA_HEIGHT_M
-
-
-@njit(cache=True)
-def is_walled(from_x_m: float, from_y_m: float, to_x_m: float, to_y_m: float, openings_m: NDArray[np.float64]) -> bool:
-    """Return whether a wall blocks the line between two places; its only gaps are (W, 4), x0, y0, x1, y1."""
-    for k in range(len(openings_m)):
-        for side in (0, 2):
-            wall_x_m = openings_m[k, side]
-            if (wall_x_m - from_x_m) * (wall_x_m - to_x_m) < 0.0:
-                y_m = from_y_m + (to_y_m - from_y_m) * (wall_x_m - from_x_m) / (to_x_m - from_x_m)
-                if not openings_m[k, 1] < y_m < openings_m[k, 3]:
-                    return True
-    return False
-
-
-@njit(cache=True)
-def covered_share(state: Any, others_m: NDArray[np.float64], openings_m: NDArray[np.float64]) -> float:
-    """Return the share of the target that is hidden by walls, or by the person (N, 2) who hides most of it."""
-    from_x_m, from_y_m = state.place_m[0], state.place_m[1]
-    if is_walled(from_x_m, from_y_m, state.target_m[0], state.target_m[1], openings_m):
-        return 1.0
-    to_x_m, to_y_m = state.target_m[0] - from_x_m, state.target_m[1] - from_y_m
-    most, distance_m = 0.0, max(np.hypot(to_x_m, to_y_m), 1e-6)
-    for n in range(len(others_m)):
-        x_m, y_m = others_m[n, 0] - from_x_m, others_m[n, 1] - from_y_m
-        share = (x_m * to_x_m + y_m * to_y_m) / distance_m**2
-        if 0.02 < share < 1.0:
-            # The person's shadow on the plane of the target.
-            aside_m = (x_m * to_y_m - y_m * to_x_m) / distance_m / share
-            shadow_m = _HALF_WIDTH_M / share
-            both_m = min(_HALF_WIDTH_M, aside_m + shadow_m) - max(-_HALF_WIDTH_M, aside_m - shadow_m)
-            most = max(most, both_m / (2.0 * _HALF_WIDTH_M))
-    return most

@@ -17,7 +17,8 @@ from scenarios.envs.pictureless.sight_kernel import look, place_target, write_si
 from scenarios.envs.pictureless.starts import begin_state
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.odometry import SCALE_ERROR, TURN_SCALE_ERROR
-from scenarios.stereo_follow.pictureless.drive_kernel import covered_share, drive, is_walled, look_ahead
+from scenarios.stereo_follow.pictureless.drive_kernel import drive, look_ahead
+from scenarios.stereo_follow.sight import covered_share, is_walled
 
 _NEAREST_M, _FARTHEST_M = 0.5, 8.0
 """The tracker may confuse people at these distances with the target."""
@@ -123,7 +124,7 @@ def _observe(
     look_ahead(state, rng)
     people_m, doors_m = others_m[episode, state.frame], openings_m[episode]
     _notice_others(state, people_m, doors_m, camera)
-    look(state, size_m[episode], camera, covered_share(state, people_m, doors_m))
+    look(state, size_m[episode], camera, covered_share(state.place_m, state.target_m, people_m, doors_m))
     sight_rad = np.arctan2(state.target_m[1] - state.camera_m[1], state.target_m[0] - state.camera_m[0])
     track(state, errors, size_m[episode], sight_rad, camera, rng)
     write_sighting_ahead(state, camera, sighting)

@@ -1,17 +1,16 @@
-"""The kernel's motion, odometry and occlusion equal those of the rendered env."""
+"""The kernel's motion and odometry equal those of the rendered env."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-import pytest
 from numba import njit
 
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.odometry import Odometry
-from scenarios.stereo_follow.pictureless.drive_kernel import DRIVE_STATE, covered_share, drive, look_ahead
+from scenarios.stereo_follow.pictureless.drive_kernel import DRIVE_STATE, drive, look_ahead
 from scenarios.stereo_follow.robot import Robot
 from trackers.types import CameraCommand
 
@@ -23,11 +22,6 @@ def drive_one(states: Any, wanted: Any, free_m: Any, rng: Any) -> None:
     states[0].obeyed[0], states[0].obeyed[3] = wanted[0], wanted[1]
     drive(states[0], free_m, 1.0 / RATE_HZ, rng)
     look_ahead(states[0], rng)
-
-
-@njit
-def covered_one(states: Any, others_m: Any, openings_m: Any) -> Any:
-    return covered_share(states[0], others_m, openings_m)
 
 
 def test_robots_drive_and_measure_alike() -> None:
@@ -54,17 +48,3 @@ def test_robots_drive_and_measure_alike() -> None:
         np.testing.assert_allclose(states["camera_measured_m"][0], believed[:3, 3], atol=1e-9)
         shaken = camera_pose(robot.place_m, robot.heading_rad, *states["shake_rad"][0])
         np.testing.assert_allclose(states["R"][0], shaken[:3, :3], atol=1e-9)
-
-
-def test_walls_and_people_hide() -> None:
-    states = np.zeros(1, DRIVE_STATE)
-    states["place_m"], states["target_m"] = [-2.0, 1.0, 0.0], [2.0, 1.0]
-    wall, far_away = np.array([[0.0, 0.0, 0.0, 2.0]]), np.full((1, 2), 1e6)
-    assert covered_one(states, far_away, wall) == 0.0
-    # The opening is elsewhere.
-    assert covered_one(states, far_away, np.array([[0.0, 3.0, 0.0, 5.0]])) == 1.0
-    # On the line, the person's shadow is wider than the target; at the sum of both half widths it misses the target.
-    assert covered_one(states, np.array([[0.0, 1.0]]), wall) == 1.0
-    assert covered_one(states, np.array([[0.0, 1.0 + 0.5 * 0.5]]), wall) == pytest.approx(0.5)
-    assert covered_one(states, np.array([[0.0, 1.0 + 0.5 * 0.76]]), wall) == 0.0
-    assert covered_one(states, np.array([[3.0, 1.0]]), wall) == 0.0, "the person stands behind the target"

@@ -1,0 +1,154 @@
+"""The target's path, and the robot that is driven by hand after him."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.stereo_follow.floor_plan import FloorPlan
+from scenarios.stereo_follow.presets import StereoFollow
+from scenarios.stereo_follow.robot import HandDriver, Robot
+from scenarios.stereo_follow.sight import is_in_sight, seen_frames
+from scenarios.stereo_follow.sight_driver import SightDriver
+from scenarios.stereo_follow.target_way import targets_way
+from scenarios.stereo_follow.walks import STEP_M, at_distance, changing_pace, steady_pace
+from scenarios.stereo_follow.whims import draw_whims
+from trackers.types import CameraCommand
+
+_TRIES = 40
+_HEAD_START_M = 2.4
+_FOLLOWED_FROM_M, _FOLLOWED_UP_TO_M = 1.3, 5.5
+_HEAD_STARTS_M, _SPEEDS_MPS = (1.8, 3.8), (0.6, 1.6)
+_ASIDE_AT_FIRST_RAD = 0.25
+NEAREST_M = 1.1
+SEEN_AT_FIRST_FRAMES = 10
+
+Drive = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Places (F, 2) and headings (F,) of the robot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pursuit:
+    """A target and the robot behind him over F frames.
+
+    Attributes:
+        way_m: (S, 2) the target's path from the robot's start. along_m: (F,) his distance along it.
+        target_m: (F, 2) his places.
+        robot_m, robot_heading_rad: (F, 2) and (F,) of the robot.
+        drive: returns the robot's drive among other people, places (N, F, 2); None if they make no difference to it.
+    """
+
+    way_m: NDArray[np.float64]
+    along_m: NDArray[np.float64]
+    target_m: NDArray[np.float64]
+    robot_m: NDArray[np.float64]
+    robot_heading_rad: NDArray[np.float64]
+    drive: Callable[[NDArray[np.float64]], Drive] | None
+
+    @property
+    def nearest_m(self) -> float:
+        """Least distance of the robot from the target."""
+        return float(np.linalg.norm(self.target_m - self.robot_m, axis=1).min())
+
+    def among(self, others_m: Sequence[NDArray[np.float64]]) -> Pursuit:
+        """Return the pursuit among other people, each (F, 2). It is the same until one of them hides the target."""
+        if self.drive is None:
+            return self
+        robot_m, heading_rad = self.drive(np.array(others_m))
+        return replace(self, robot_m=robot_m, robot_heading_rad=heading_rad)
+
+
+def draw_pursuit(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Pursuit:
+    """Draw the target's path and the drive after him without other people."""
+    draw, off = (_driven_by_truth, _out_of_reach_m) if preset.edition == 1 else (_driven_by_sight, _too_near_m)
+    tried = []
+    for _ in range(_TRIES):
+        pursuit = draw(preset, plan, rng)
+        tried.append((off(pursuit, plan), pursuit))
+        if tried[-1][0] <= 0:
+            break
+    return min(tried, key=lambda pair: pair[0])[1]
+
+
+def _driven_by_truth(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Pursuit:
+    """Draw a target that walks steadily, and a driver who always knows where it is (edition 1)."""
+    pace_m = _HEAD_START_M + steady_pace(
+        preset.frame_count, preset.rate_hz, rng.uniform(0.95, 1.25), rng, preset.pauses
+    )
+    way_m = targets_way(preset, plan, pace_m[-1], rng)
+    target_m = at_distance(way_m, pace_m)
+    robot = Robot(plan, way_m[0], _direction_rad(way_m[0], way_m[int(_HEAD_START_M / STEP_M)]), preset.rate_hz)
+    driver = HandDriver(plan, rng.uniform(1.3, 2.0), rng)
+    drive = _driven(robot, target_m, lambda _, place_m: driver.command(robot, place_m))
+    return Pursuit(way_m, pace_m, target_m, *drive, drive=None)
+
+
+def _out_of_reach_m(pursuit: Pursuit, plan: FloorPlan) -> float:
+    """Return by how much the target's distance leaves its range (edition 1)."""
+    distance_m = np.linalg.norm(pursuit.target_m - pursuit.robot_m, axis=1)
+    return float(max(_FOLLOWED_FROM_M - distance_m.min(), distance_m.max() - _FOLLOWED_UP_TO_M))
+
+
+def _driven_by_sight(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Pursuit:
+    """Draw a target that walks at changing speeds, and a driver who knows what the picture shows him (edition 2)."""
+    frames, rate_hz = preset.frame_count, preset.rate_hz
+    pace_m = rng.uniform(*_HEAD_STARTS_M) + changing_pace(frames, rate_hz, _SPEEDS_MPS, rng, preset.pauses)
+    way_m = targets_way(preset, plan, pace_m[-1], rng)
+    target_m = at_distance(way_m, pace_m)
+    heading_rad = _direction_rad(way_m[0], target_m[0]) + rng.uniform(-_ASIDE_AT_FIRST_RAD, _ASIDE_AT_FIRST_RAD)
+    whims = draw_whims(frames, rate_hz, rng)
+
+    def drive(others_m: NDArray[np.float64]) -> Drive:
+        robot = Robot(plan, way_m[0], heading_rad, rate_hz)
+        return drive_by_sight(plan, robot, SightDriver(plan, whims, rate_hz), target_m, others_m)
+
+    return Pursuit(way_m, pace_m, target_m, *drive(np.empty((0, frames, 2))), drive=drive)
+
+
+def drive_by_sight(
+    plan: FloorPlan,
+    robot: Robot,
+    driver: SightDriver,
+    target_m: NDArray[np.float64],
+    others_m: NDArray[np.float64],
+) -> Drive:
+    """Return the drive of a driver who is told of the target (F, 2) where it is in sight among others (N, F, 2)."""
+
+    def command(frame: int, place_m: NDArray[np.float64]) -> CameraCommand:
+        among_m = others_m[:, frame]
+        is_seen = is_in_sight(robot.place_m, robot.heading_rad, place_m, among_m, plan.openings_m)
+        return driver.command(robot, place_m if is_seen else None, among_m)
+
+    return _driven(robot, target_m, command)
+
+
+def _too_near_m(pursuit: Pursuit, plan: FloorPlan) -> float:
+    """Return by how much the target comes too near, infinite if it is not seen at first (edition 2)."""
+    first = slice(0, SEEN_AT_FIRST_FRAMES)
+    is_seen = seen_frames(
+        pursuit.robot_m[first],
+        pursuit.robot_heading_rad[first],
+        pursuit.target_m[first],
+        np.empty((0, SEEN_AT_FIRST_FRAMES, 2)),
+        plan.openings_m,
+    )
+    return NEAREST_M - pursuit.nearest_m if is_seen.all() else np.inf
+
+
+def _driven(
+    robot: Robot, target_m: NDArray[np.float64], command: Callable[[int, NDArray[np.float64]], CameraCommand]
+) -> Drive:
+    """Return the drive of a robot that obeys ``command(frame, target's place)``."""
+    driven_m, headings = [], []
+    for frame, place_m in enumerate(target_m):
+        driven_m.append(robot.place_m)
+        headings.append(robot.heading_rad)
+        robot.drive(command(frame, place_m))
+    return np.array(driven_m), np.array(headings)
+
+
+def _direction_rad(from_m: NDArray[np.float64], to_m: NDArray[np.float64]) -> float:
+    return float(np.arctan2(to_m[1] - from_m[1], to_m[0] - from_m[0]))
