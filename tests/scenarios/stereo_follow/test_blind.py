@@ -67,7 +67,7 @@ def _constant_shares(preset: StereoFollow, episodes: int) -> tuple[float, float]
     return _right_share(held_out_m, best_m), _right_share(held_out_m, blind_m)
 
 
-@pytest.mark.parametrize(("name", "episodes"), [("standard", 10), ("hard", 8), ("quick", 24), ("paper-b3", 2)])
+@pytest.mark.parametrize(("name", "episodes"), [("standard", 8), ("hard", 5), ("quick", 20), ("paper-b3", 2)])
 def test_no_constant_answer_is_right_often_in_edition_2(name: str, episodes: int) -> None:
     # Half the detection F1 of the methods as written is 0.34 and 0.35 on the first edition's test split.
     best, blind_ahead = _constant_shares(PRESETS[name], episodes)
@@ -76,6 +76,6 @@ def test_no_constant_answer_is_right_often_in_edition_2(name: str, episodes: int
 
 
 def test_a_constant_answer_is_right_in_most_frames_of_edition_1() -> None:
-    best, blind_ahead = _constant_shares(PRESETS_V1["standard"], 10)
+    best, blind_ahead = _constant_shares(PRESETS_V1["standard"], 6)
     assert best > 0.6
     assert blind_ahead > 0.6
