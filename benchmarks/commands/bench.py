@@ -164,7 +164,8 @@ class Bench:
             mine, default = getattr(self, name), getattr(type(self), name)
             check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
         known = {name: each for name, each in registry.entries().items() if wanted.name in each.suites}
-        default = tuple(name for name, each in known.items() if each.role != "variant" or not self.quick)
+        present = {name: each for name, each in known.items() if each.available()}
+        default = tuple(name for name, each in present.items() if each.role != "variant" or not self.quick)
         out = self.out or Path("results") / f"{wanted.name}-real"
         with progress_bar(f"{wanted.name}, real tracks") as progress:
             return out, run_on_files(wanted, self.real, names(self.trackers) or default, out, self.limit_s, progress)
