@@ -45,6 +45,7 @@ _MODULES = (
     "trackers.paper_a.background_pf",
     "trackers.mosaic_graph.tracker",
     "trackers.paper_b.stereo_colour",
+    "trackers.baselines.stereo_gate",
     "trackers.stereo_people.tracker",
     "trackers.fish_chain.tracker",
     "trackers.paper_c.tracker",
