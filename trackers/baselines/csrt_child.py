@@ -24,7 +24,8 @@ def serve(requests, replies):
     import numpy as np
 
     cv2.setNumThreads(1)
-    tracker = cv2.TrackerCSRT_create()
+    new_tracker = cv2.TrackerCSRT_create  # type: ignore[attr-defined]
+    tracker = new_tracker()
     replies.write(HELLO)
     replies.flush()
     while len(head := requests.read(REQUEST.size)) == REQUEST.size:
@@ -33,7 +34,7 @@ def serve(requests, replies):
         bgr = np.ascontiguousarray(rgb[..., ::-1])
         found = True
         if kind == b"i":
-            tracker = cv2.TrackerCSRT_create()
+            tracker = new_tracker()
             tracker.init(bgr, tuple(box))
         else:
             found, box = tracker.update(bgr)
