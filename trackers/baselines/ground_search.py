@@ -22,6 +22,7 @@ _FARTHEST_M = 120.0
 _FIRST_PATCH = 3 * CELLS
 _SHORTEST_M, _LONGEST_M = 1.0, 30.0
 _LEAST_SCALE, _LARGEST_SCALE = 0.1, 10.0
+_INSIDE_LEVEL = 127
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,26 @@ class GroundSearch:
     def _find(
         self, image_rgb: NDArray[np.uint8], centre_m: NDArray[np.float64], radius_m: float, is_lost: bool
     ) -> NDArray[np.float64] | None:
+        """Return the place (2,) of a good enough match in the square around a place, inside the picture."""
+        p = self._parameters
+        window = self._window(centre_m, radius_m)
+        if window is None:
+            return None
+        corner_m, size = window
+        patch = self.view.rectified(image_rgb, corner_m, size, self._cell_m)
+        allowed = self._allowed(image_rgb, corner_m, size)
+        spot = self._look.anywhere(patch, allowed) if is_lost else self._look.near(patch, allowed, self._turn_rad)
+        if spot is None or spot.similarity < (p.least_similarity_lost if is_lost else p.least_similarity):
+            return None
+        self._turn_rad = spot.turn_rad
+        return corner_m + self._cell_m * spot.centre
+
+    def _window(
+        self, centre_m: NDArray[np.float64], radius_m: float
+    ) -> tuple[NDArray[np.float64], tuple[int, int]] | None:
+        """Return corner (2,) and size (columns, rows) of the patch that covers a square on the ground, as far as the
+        picture shows it, with the look's margin; None if it shows nothing of it.
+        """
         low_m, high_m = centre_m - radius_m, centre_m + radius_m
         corners_m = self.view.footprint_m()
         if np.isfinite(corners_m).all():
@@ -125,18 +146,18 @@ class GroundSearch:
             return None
         margin = self._look.margin_cells
         columns, rows = (np.ceil((high_m - low_m) / self._cell_m).astype(int) + 2 * margin).tolist()
-        corner_m = low_m - margin * self._cell_m
-        patch = self.view.rectified(image_rgb, corner_m, (columns, rows), self._cell_m)
+        return low_m - margin * self._cell_m, (columns, rows)
+
+    def _allowed(
+        self, image_rgb: NDArray[np.uint8], corner_m: NDArray[np.float64], size: tuple[int, int]
+    ) -> NDArray[np.bool_]:
+        """Return which cells (rows, columns) of a patch may hold the car's centre: inside picture and margin."""
+        (columns, rows), margin = size, self._look.margin_cells
         inside = np.full(image_rgb.shape[:2], 255, np.uint8)
-        allowed = self.view.rectified(inside, corner_m, (columns, rows), self._cell_m) > 127
+        allowed = self.view.rectified(inside, corner_m, size, self._cell_m) > _INSIDE_LEVEL
         allowed[:margin] = allowed[rows - margin :] = False
         allowed[:, :margin] = allowed[:, columns - margin :] = False
-        spot = self._look.anywhere(patch, allowed) if is_lost else self._look.near(patch, allowed, self._turn_rad)
-        p = self._parameters
-        if spot is None or spot.similarity < (p.least_similarity_lost if is_lost else p.least_similarity):
-            return None
-        self._turn_rad = spot.turn_rad
-        return corner_m + self._cell_m * spot.centre
+        return allowed
 
 
 def _check_overlap(box_xyxy: NDArray[np.float64], observation: Observation) -> None:
