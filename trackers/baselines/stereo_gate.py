@@ -170,6 +170,10 @@ class StereoColourGate(StereoNearest):
 
     Parameters = StereoColourGateParameters
 
+    def __init__(self, parameters: StereoColourGateParameters, rng: np.random.Generator) -> None:
+        super().__init__(parameters, rng)
+        self._colours = parameters
+
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """See ``StereoNearest``; without a candidate in the box, the first match gives the colours."""
         self._histogram: NDArray[np.float64] | None = None
@@ -180,7 +184,7 @@ class StereoColourGate(StereoNearest):
     ) -> NDArray[np.float64]:
         if self._histogram is None:
             return away
-        p, bins = self._parameters, self._bins(observation)
+        p, bins = self._colours, self._bins(observation)
         similarities = np.array([bhattacharyya(histogram_of(bins[c.pixels]), self._histogram) for c in candidates])
         if self._is_lost:
             return np.where(similarities >= p.least_similarity, 1.0 - similarities, np.inf)
@@ -189,7 +193,7 @@ class StereoColourGate(StereoNearest):
     def _learn(self, observation: Observation, found: Candidate) -> None:
         now = histogram_of(self._bins(observation)[found.pixels])
         before = now if self._histogram is None else self._histogram
-        self._histogram = before + self._parameters.learning * (now - before)
+        self._histogram = before + self._colours.learning * (now - before)
 
     def _bins(self, observation: Observation) -> NDArray[np.uint8]:
         return hs_bins(self._matcher.smaller(observation.image_rgb)).ravel()
