@@ -36,6 +36,8 @@ Role = Literal["ours", "variant", "as-written", "baseline", "blind", "oracle", "
 
 _MODULES = (
     "trackers.baselines.single_target",
+    "trackers.baselines.ground_followers",
+    "trackers.baselines.csrt_pipe",
     "trackers.baselines.sort",
     "trackers.baselines.bytetrack",
     "trackers.paper_a.colour_pf",
@@ -43,6 +45,7 @@ _MODULES = (
     "trackers.paper_a.background_pf",
     "trackers.mosaic_graph.tracker",
     "trackers.paper_b.stereo_colour",
+    "trackers.baselines.stereo_gate",
     "trackers.stereo_people.tracker",
     "trackers.fish_chain.tracker",
     "trackers.paper_c.tracker",
@@ -107,6 +110,7 @@ class TrackerEntry(MethodEntry):
         tuned_as: name under which its tuned values are stored.
         reproducible: False for a method that draws random numbers without a seed.
         suites: names of its suites; () = the default one.
+        available: whether all that it needs is installed; without it the tracker is left out of default runs.
     """
 
     name: str
@@ -117,6 +121,7 @@ class TrackerEntry(MethodEntry):
     tuned_as: str
     reproducible: bool
     suites: tuple[str, ...]
+    available: Callable[[], bool]
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then overrides, then ``changes``."""
@@ -147,10 +152,22 @@ def tunable(default: float, low: float, high: float, *, log: bool = False) -> An
     return dataclasses.field(default=default, metadata={"low": low, "high": high, "log": log})
 
 
+def _needs_nothing() -> bool:
+    return True
+
+
 def register(
-    name: str, *, role: Role, summary: str, reproducible: bool = True, suites: tuple[str, ...] = ()
+    name: str,
+    *,
+    role: Role,
+    summary: str,
+    reproducible: bool = True,
+    suites: tuple[str, ...] = (),
+    available: Callable[[], bool] = _needs_nothing,
 ) -> Callable[[_T], _T]:
     """Class decorator: register a tracker under ``name`` for ``suites``; () = the default one.
+
+    The other arguments are attributes of ``TrackerEntry``.
 
     Raises:
         ValueError: for a name that is taken, an unknown role, or a class without parameters.
@@ -158,7 +175,7 @@ def register(
 
     def add(tracker: _T) -> _T:
         check_registered(tracker, role, get_args(Role))
-        _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible, suites))
+        _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible, suites, available))
         return tracker
 
     return add
@@ -175,7 +192,7 @@ def check_registered(registered: type, role: str, roles: tuple[str, ...]) -> Non
 def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> None:
     """Register an ablation of a tracker: the same code, tuned values and suites, with ``overrides``."""
     base = _ENTRIES[of]
-    _add(TrackerEntry(name, "variant", summary, base.tracker, overrides, base.tuned_as, base.reproducible, base.suites))
+    _add(dataclasses.replace(base, name=name, role="variant", summary=summary, overrides=overrides))
 
 
 def entries() -> dict[str, TrackerEntry]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -32,7 +33,7 @@ from benchmarks.commands.selection import parties
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
-from benchmarks.run.contestants import load_modules
+from benchmarks.run.contestants import Entrant, load_modules
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
@@ -215,7 +216,7 @@ class Bench:
     def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:
         self._check_real()
         known = {name: each for name, each in registry.entries().items() if wanted.name in each.suites}
-        default = tuple(name for name, each in known.items() if each.role != "variant" or not self.quick)
+        default = self._installed(known)
         out = self.out or Path("results") / f"{wanted.name}-real"
         with progress_bar(f"{wanted.name}, real tracks") as progress:
             return out, run_on_files(wanted, self.real, names(self.trackers) or default, out, self.limit_s, progress)
@@ -223,12 +224,17 @@ class Bench:
     def _run_on_sequences(self, wanted: Suite) -> tuple[Path, Outcome]:
         self._check_real()
         collections = read_collections(self.real, self.layout, self.target, self.rate_hz)
-        known = trackers_on_pictures(wanted)
-        default = tuple(name for name, each in known.items() if each.role != "variant" or not self.quick)
+        default = self._installed(trackers_on_pictures(wanted))
         trackers = names(self.trackers) or default
         out, repeats = self.out or Path("results") / f"{wanted.name}-real", 1 if self.quick else 3
         with progress_bar(f"{wanted.name}, real sequences, {len(trackers)} trackers") as progress:
             return out, run_on_sequences(wanted, collections, trackers, out, repeats, self.limit_s, progress)
+
+    def _installed(self, known: Mapping[str, registry.TrackerEntry | Entrant]) -> tuple[str, ...]:
+        """Return the names of all that need nothing which is not installed, without ablations if it is to be quick."""
+        return tuple(
+            name for name, each in known.items() if each.available() and not (self.quick and each.role == "variant")
+        )
 
     def _experiments(self, wanted: Suite) -> list[Experiment]:
         """Return the experiments, one for each scenario.

@@ -60,7 +60,7 @@ def parties(
             Party(
                 catalog.scenario(scene.scenario).id,
                 shown,
-                watching or scene.trackers or _defaults(entrants_of(suite, scene), variants),
+                watching or scene.trackers or _default_trackers(suite, scene, variants),
                 commanding or (_defaults(_controllers(scene), variants) if suite.judges_controllers else ()),
             )
         )
@@ -105,6 +105,11 @@ def _steers(scene: Scene, name: str) -> bool:
 
 def _controllers(scene: Scene) -> Mapping[str, ControllerEntry]:
     return controllers(catalog.scenario(scene.scenario).carrier.name)
+
+
+def _default_trackers(suite: Suite, scene: Scene, variants: bool) -> tuple[str, ...]:
+    """Return a scene's entrants that need nothing which is not installed."""
+    return _defaults({name: each for name, each in entrants_of(suite, scene).items() if each.available()}, variants)
 
 
 def _defaults(known: Mapping[str, Entrant | ControllerEntry], variants: bool) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -42,6 +42,7 @@ class Entrant:
         parameters: its settings.
         module: where it is defined.
         create: makes a fresh contestant, see ``Creation``.
+        available: see ``registry.TrackerEntry``.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Entrant:
     parameters: Any
     module: str
     create: Creation
+    available: Callable[[], bool] = lambda: True
 
 
 def entrants(suite: str | None = None) -> dict[str, Entrant]:
@@ -127,4 +129,5 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         parameters=parameters,
         module=entry.tracker.__module__,
         create=create,
+        available=entry.available,
     )

@@ -50,8 +50,9 @@ def check_posterior(estimate: Estimate) -> None:
 
 
 def names() -> list[str]:
-    """Return the names of the package's own trackers; tests register others."""
-    return [name for name, entry in entries().items() if entry.tracker.__module__.startswith("trackers.")]
+    """Return the names of the package's own trackers that have all they need; tests register others."""
+    own = {name: entry for name, entry in entries().items() if entry.tracker.__module__.startswith("trackers.")}
+    return [name for name, entry in own.items() if entry.available()]
 
 
 def is_stereo(entry: TrackerEntry) -> list[bool]:

@@ -178,7 +178,7 @@ class OpenCvMil:
         """Start on the part of the box that is inside the picture."""
         box_size(box_xyxy)
         size = np.array([observation.camera.width_px, observation.camera.height_px])
-        self._box_xyxy = _visible_part(box_xyxy, observation.camera)
+        self._box_xyxy = visible_part(box_xyxy, observation.camera)
         x, y, right, bottom = (int(value) for value in self._box_xyxy)
         # OpenCV tries no box that ends at the last row or column.
         width, height = (np.minimum([right - x, bottom - y], size - 1)).tolist()
@@ -196,7 +196,7 @@ class OpenCvMil:
         return Estimate(box_centre(self._box_xyxy), self._box_xyxy.copy())
 
 
-def _visible_part(box_xyxy: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float64]:
+def visible_part(box_xyxy: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float64]:
     """Return the part of a box inside the picture, in whole pixels, at least 5 x 5; with 4 x 4 OpenCV does not
     terminate.
     """

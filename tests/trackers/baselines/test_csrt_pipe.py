@@ -1,0 +1,194 @@
+"""CSRT behind its pipe: with children that speak the protocol, and with OpenCV's own where it is installed."""
+
+from __future__ import annotations
+
+import gc
+import io
+import os
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from benchmarks.commands.selection import parties
+from benchmarks.suites.registry import suite
+from tests.fakes import DrawnTown, drive, look_down, straight_road
+from trackers.baselines import csrt_pipe
+from trackers.baselines.child_pipe import ChildError, ChildPipe
+from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, serve
+from trackers.baselines.csrt_pipe import PYTHON_VARIABLE, CsrtPipe, has_csrt
+from trackers.registry import entry
+from trackers.types import CameraModel, Observation
+
+CHILD = """#!{python}
+import os, struct, sys, time
+request, reply = struct.Struct({request!r}), struct.Struct({reply!r})
+read, write = sys.stdin.buffer, sys.stdout.buffer
+write.write({hello!r}); write.flush()
+box, updates = (0, 0, 0, 0), 0
+while len(head := read.read(request.size)) == request.size:
+    kind, width, height, *given = request.unpack(head)
+    assert len(read.read(3 * width * height)) == 3 * width * height
+    if kind == b"i":
+        box = given
+    else:
+        updates += 1
+        box = (box[0] + 3, *box[1:])
+    {fault}
+    write.write(reply.pack(updates != 2, *map(float, box))); write.flush()
+"""
+
+
+def fake(folder: Path, monkeypatch: pytest.MonkeyPatch, fault: str = "", hello: bytes = HELLO) -> None:
+    """Make a program that follows by 3 pixels a picture, except on the second one, the interpreter of CSRT."""
+    program = folder / "python"
+    words = {"request": REQUEST.format, "reply": REPLY.format, "hello": hello, "fault": fault or "pass"}
+    program.write_text(CHILD.format(python=sys.executable, **words))
+    program.chmod(0o755)
+    monkeypatch.setenv(PYTHON_VARIABLE, str(program))
+
+
+def picture(k: int = 0, width: int = 64, height: int = 48) -> Observation:
+    return Observation(np.zeros((height, width, 3), np.uint8), k / 15, CameraModel(width, height, 50.0))
+
+
+def is_running(pid: int) -> bool:
+    """Return whether there is a process, a zombie included."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_boxes_come_back_and_a_failure_keeps_the_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(tmp_path, monkeypatch)
+    tracker = entry("opencv_csrt").create(np.random.default_rng(0))
+    tracker.initialise(picture(), np.array([10.0, 8.0, 22.0, 20.0]))
+    first, second, third = (tracker.update(picture(k)) for k in (1, 2, 3))
+    np.testing.assert_array_equal(first.box_xyxy, [13.0, 8.0, 25.0, 20.0])
+    np.testing.assert_array_equal(second.box_xyxy, first.box_xyxy)
+    np.testing.assert_array_equal(third.position_px, [25.0, 14.0])
+    assert [each.in_view_probability for each in (first, second, third)] == [1.0, 0.0, 1.0]
+
+
+def test_a_large_picture_and_another_size_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(tmp_path, monkeypatch)
+    tracker = entry("opencv_csrt").create(np.random.default_rng(0))
+    tracker.initialise(picture(0, 1280, 720), np.array([10.0, 8.0, 22.0, 20.0]))
+    assert tracker.update(picture(1, 30, 20)).box_xyxy[0] == 13.0
+
+
+def test_a_tiny_picture_has_no_answer_and_no_child(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
+    tracker = entry("opencv_csrt").create(np.random.default_rng(0))
+    tracker.initialise(picture(0, 9, 7), np.array([1.0, 1.0, 5.0, 5.0]))
+    assert np.isnan(tracker.update(picture(1, 9, 7)).position_px).all()
+
+
+def test_a_dropped_tracker_leaves_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(tmp_path, monkeypatch)
+    tracker = entry("opencv_csrt").create(np.random.default_rng(0))
+    tracker.initialise(picture(), np.array([10.0, 8.0, 22.0, 20.0]))
+    pid = tracker._csrt._pipe.pid
+    assert is_running(pid)
+    del tracker
+    gc.collect()
+    assert not is_running(pid)
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("time.sleep(60)", r"opencv_csrt: expected a box .* but it did not answer within 0\.5 s"),
+        ("sys.exit('no memory left')", "opencv_csrt: expected a box .* but it ended: no memory left"),
+        ("os.kill(os.getpid(), 9)", "opencv_csrt: expected a box .* but it ended$"),
+    ],
+)
+def test_a_child_that_hangs_or_dies_is_reported_once(
+    fault: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake(tmp_path, monkeypatch, fault=f"updates == 1 and {fault}")
+    csrt = CsrtPipe(limit_s=10.0)
+    csrt.start(picture().image_rgb, np.array([10.0, 8.0, 22.0, 20.0]))
+    monkeypatch.setattr(csrt._pipe, "_limit_s", 0.5 if "sleep" in fault else 10.0)
+    pid = csrt._pipe.pid
+    with pytest.raises(RuntimeError, match=message):
+        csrt.update(picture().image_rgb)
+    assert not is_running(pid)
+    with pytest.raises(RuntimeError, match="it is closed"):
+        csrt.update(picture().image_rgb)
+
+
+def test_a_child_that_reads_nothing_is_late_too() -> None:
+    pipe = ChildPipe([sys.executable, "-c", "import time; time.sleep(60)"], limit_s=0.3)
+    with pytest.raises(ChildError, match=r"it did not answer within 0\.3 s"):
+        pipe.ask(bytes(1 << 20), 1)
+    assert not is_running(pipe.pid)
+
+
+def test_a_missing_interpreter_or_package_is_told_with_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
+    assert not has_csrt()
+    with pytest.raises(RuntimeError, match=r"FRAMEOUT_CSRT_PYTHON: expected .* make one by: python -m venv ~/\.cache"):
+        CsrtPipe()
+    fake(tmp_path, monkeypatch, hello=b"something else 1")
+    with pytest.raises(RuntimeError, match="expected the greeting"):
+        CsrtPipe()
+    (tmp_path / "python").write_text(f"#!{sys.executable}\nraise ImportError('No module named cv2')\n")
+    with pytest.raises(RuntimeError, match="it ended: ImportError: No module named cv2"):
+        CsrtPipe()
+
+
+def test_default_runs_take_it_where_its_interpreter_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    frame_out = suite("frame-out")
+    for present in (False, True):
+        if present:
+            fake(tmp_path, monkeypatch)
+        else:
+            monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
+        [party] = parties(frame_out, (), (), (), (), variants=False)
+        assert ("opencv_csrt" in party.trackers) == present
+    monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
+    [party] = parties(frame_out, (), (), ("opencv_csrt",), (), variants=False)
+    assert party.trackers == ("opencv_csrt",)
+
+
+def test_the_child_hands_pictures_to_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[tuple[NDArray[np.uint8], object]] = []
+
+    class Csrt:
+        def init(self, bgr: NDArray[np.uint8], box: tuple[int, ...]) -> None:
+            seen.append((bgr, box))
+
+        def update(self, bgr: NDArray[np.uint8]) -> tuple[bool, tuple[int, ...]]:
+            seen.append((bgr, None))
+            return True, (4, 5, 6, 7)
+
+    monkeypatch.setitem(sys.modules, "cv2", SimpleNamespace(setNumThreads=lambda count: None, TrackerCSRT_create=Csrt))
+    rgb = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+    requests = REQUEST.pack(b"i", 3, 2, 1, 0, 2, 2) + rgb.tobytes() + REQUEST.pack(b"u", 3, 2, 0, 0, 0, 0)
+    replies = io.BytesIO()
+    serve(io.BytesIO(requests + rgb.tobytes()), replies)
+    assert replies.getvalue() == HELLO + REPLY.pack(True, 1, 0, 2, 2) + REPLY.pack(True, 4, 5, 6, 7)
+    assert [box for _, box in seen] == [(1, 0, 2, 2), None]
+    np.testing.assert_array_equal(seen[1][0], rgb[..., ::-1])
+
+
+@pytest.mark.skipif(not csrt_pipe.has_csrt(), reason="no interpreter with opencv-contrib-python-headless")
+def test_opencv_csrt_follows_a_drawn_car_and_answers_alike_twice() -> None:
+    road = straight_road()
+    town = DrawnTown(road, 160.0, np.random.default_rng(0))
+    frames = list(drive(town, road, 110.0, 0.4, [look_down(0, 0, 60.0, 0.0)] * 15))
+    runs = []
+    for _ in range(2):
+        tracker = entry("opencv_csrt").create(np.random.default_rng(0))
+        tracker.initialise(frames[0].observation, frames[0].box_xyxy)
+        runs.append([tracker.update(frame.observation).position_px for frame in frames[1:]])
+    np.testing.assert_array_equal(*runs)
+    assert np.hypot(*(runs[0][-1] - frames[-1].position_px)) < 24

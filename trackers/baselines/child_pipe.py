@@ -1,0 +1,108 @@
+"""A child process that answers requests over its standard streams in a limited time and never outlives its owner."""
+
+from __future__ import annotations
+
+import os
+import select
+import subprocess
+import tempfile
+import time
+import weakref
+from collections.abc import Sequence
+from contextlib import ExitStack
+
+_ENDING_S = 5.0
+_CHUNK_BYTES = 1 << 16
+
+
+class ChildError(RuntimeError):
+    """The child ended, or did not answer in time."""
+
+
+class ChildPipe:
+    """Sends requests to a child process and reads replies of known length.
+
+    The child is killed and waited for by ``close``, when the pipe is dropped, and at the interpreter's exit.
+    """
+
+    def __init__(self, command: Sequence[str], limit_s: float) -> None:
+        """Start ``command``.
+
+        Args:
+            limit_s: longest time of a request with its reply.
+
+        Raises:
+            OSError: if there is no such program.
+        """
+        self._limit_s = limit_s
+        with ExitStack() as files:
+            # A file, since a full pipe that nobody reads would stop the child.
+            self._errors = files.enter_context(tempfile.TemporaryFile())
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, bufsize=0
+            )
+            self._close = weakref.finalize(self, _end, self._process, files.pop_all())
+        assert self._process.stdin is not None
+        os.set_blocking(self._process.stdin.fileno(), False)
+
+    @property
+    def pid(self) -> int:
+        """The child's process id."""
+        return self._process.pid
+
+    def ask(self, request: bytes, reply_bytes: int) -> bytes:
+        """Send a request, maybe empty, and return the reply of ``reply_bytes``.
+
+        Raises:
+            ChildError: if the child ends or is late; it is then closed. The message holds its last words on stderr.
+        """
+        process, until_s = self._process, time.monotonic() + self._limit_s
+        assert process.stdin is not None
+        assert process.stdout is not None
+        if not self._close.alive:
+            raise ChildError("it is closed")
+        try:
+            unsent = memoryview(request)
+            while unsent:
+                self._wait(until_s, writing=True)
+                unsent = unsent[os.write(process.stdin.fileno(), unsent[:_CHUNK_BYTES]) :]
+            reply = b""
+            while len(reply) < reply_bytes:
+                self._wait(until_s, writing=False)
+                part = os.read(process.stdout.fileno(), reply_bytes - len(reply))
+                if not part:
+                    raise ChildError(f"it ended{self._last_words()}")
+                reply += part
+        except (BrokenPipeError, ChildError) as error:
+            message = str(error) if isinstance(error, ChildError) else f"it ended{self._last_words()}"
+            self.close()
+            raise ChildError(message) from None
+        return reply
+
+    def close(self) -> None:
+        """Kill the child and wait for its end; a second call does nothing."""
+        self._close()
+
+    def _wait(self, until_s: float, *, writing: bool) -> None:
+        """Wait until the child can take or has bytes."""
+        stream = self._process.stdin if writing else self._process.stdout
+        assert stream is not None
+        waiting = select.poll()
+        waiting.register(stream, select.POLLOUT if writing else select.POLLIN)
+        if not waiting.poll(max(1000.0 * (until_s - time.monotonic()), 0.0)):
+            raise ChildError(f"it did not answer within {self._limit_s:g} s")
+
+    def _last_words(self) -> str:
+        """Return the last line of the child's stderr, after a colon, or nothing."""
+        self._process.wait(_ENDING_S)
+        self._errors.seek(0)
+        lines = self._errors.read().decode(errors="replace").strip().splitlines()
+        return f": {lines[-1]}" if lines else ""
+
+
+def _end(process: subprocess.Popen[bytes], files: ExitStack) -> None:
+    process.kill()
+    process.wait()
+    for stream in (process.stdin, process.stdout, files):
+        if stream is not None:
+            stream.close()

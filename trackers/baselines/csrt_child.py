@@ -1,0 +1,46 @@
+"""OpenCV's CSRT behind a pipe: runs in an interpreter of its own, with opencv-contrib-python-headless and numpy alone.
+
+On stdin come requests, on stdout go replies, both little-endian and of fixed form:
+
+* greeting, once, from here: ``HELLO``;
+* request: ``REQUEST`` = kind (``i`` = start on a box, ``u`` = next picture), width and height of the picture, and the
+  box's x, y, width and height (only read for ``i``); then height x width x 3 bytes RGB, row by row;
+* reply: ``REPLY`` = whether the target was found, and the box's x, y, width and height.
+
+It ends when stdin does.
+"""
+
+import struct
+import sys
+
+HELLO = b"frameout-csrt-1\n"
+REQUEST = struct.Struct("<cII4i")
+REPLY = struct.Struct("<?4d")
+
+
+def serve(requests, replies):
+    """Answer every request of one binary stream on another."""
+    import cv2
+    import numpy as np
+
+    cv2.setNumThreads(1)
+    new_tracker = cv2.TrackerCSRT_create  # type: ignore[attr-defined]
+    tracker = new_tracker()
+    replies.write(HELLO)
+    replies.flush()
+    while len(head := requests.read(REQUEST.size)) == REQUEST.size:
+        kind, width, height, *box = REQUEST.unpack(head)
+        rgb = np.frombuffer(requests.read(width * height * 3), np.uint8).reshape(height, width, 3)
+        bgr = np.ascontiguousarray(rgb[..., ::-1])
+        found = True
+        if kind == b"i":
+            tracker = new_tracker()
+            tracker.init(bgr, tuple(box))
+        else:
+            found, box = tracker.update(bgr)
+        replies.write(REPLY.pack(bool(found), *(float(value) for value in box)))
+        replies.flush()
+
+
+if __name__ == "__main__":
+    serve(sys.stdin.buffer, sys.stdout.buffer)

@@ -1,0 +1,125 @@
+"""``opencv_csrt``: CSRT of OpenCV's contrib modules, in a child process with an environment of its own.
+
+The contrib wheel cannot stand beside the plain one, so an interpreter of its own runs ``csrt_child.py``::
+
+    python -m venv ~/.cache/frameout/csrt
+    ~/.cache/frameout/csrt/bin/pip install opencv-contrib-python-headless numpy
+
+Another interpreter that has both packages is named by the environment variable ``FRAMEOUT_CSRT_PYTHON``.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.baselines import csrt_child
+from trackers.baselines.child_pipe import ChildError, ChildPipe
+from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST
+from trackers.baselines.single_target import visible_part
+from trackers.kernels.boxes import box_centre, box_size
+from trackers.registry import NoParameters, register
+from trackers.types import Estimate, Observation
+
+PYTHON_VARIABLE = "FRAMEOUT_CSRT_PYTHON"
+DEFAULT_FOLDER = "~/.cache/frameout/csrt"
+MAKE_IT = f"python -m venv {DEFAULT_FOLDER} && {DEFAULT_FOLDER}/bin/pip install opencv-contrib-python-headless numpy"
+LIMIT_S = 30.0
+"""Longest time of the child for one picture, and for its start."""
+_LEAST_SIDE_PX = 16
+"""A smaller picture is not handed to OpenCV."""
+
+
+def csrt_python() -> Path:
+    """Return the interpreter that runs CSRT, which may not exist."""
+    return Path(os.environ.get(PYTHON_VARIABLE) or f"{DEFAULT_FOLDER}/bin/python").expanduser()
+
+
+def has_csrt() -> bool:
+    """Return whether there is such an interpreter; its packages are only seen when it starts."""
+    return csrt_python().is_file()
+
+
+class CsrtPipe:
+    """CSRT in a child process; pictures are sent, boxes come back."""
+
+    def __init__(self, limit_s: float = LIMIT_S) -> None:
+        """Start the child.
+
+        Raises:
+            RuntimeError: if the interpreter or a package is missing; the message says how to make it.
+        """
+        python = csrt_python()
+        try:
+            self._pipe = ChildPipe([str(python), "-I", csrt_child.__file__], limit_s)
+            hello = self._pipe.ask(b"", len(HELLO))
+        except (OSError, ChildError) as error:
+            raise RuntimeError(
+                f"{PYTHON_VARIABLE}: expected a Python with opencv-contrib-python-headless, got {python} ({error}); "
+                f"make one by: {MAKE_IT}"
+            ) from None
+        if hello != HELLO:
+            raise RuntimeError(f"{PYTHON_VARIABLE}: expected the greeting {HELLO!r}, got {hello!r} from {python}")
+
+    def start(self, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> None:
+        """Start on a box (4,) in whole pixels inside a picture (H, W, 3)."""
+        x, y, right, bottom = (int(value) for value in box_xyxy)
+        self._ask(b"i", image_rgb, (x, y, right - x, bottom - y))
+
+    def update(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+        """Return the box (4,) in the next picture, None where CSRT fails."""
+        found, x, y, width, height = self._ask(b"u", image_rgb, (0, 0, 0, 0))
+        return np.array([x, y, x + width, y + height]) if found and width > 0 and height > 0 else None
+
+    def close(self) -> None:
+        """End the child; dropping the object does the same."""
+        self._pipe.close()
+
+    def _ask(self, kind: bytes, image_rgb: NDArray[np.uint8], box: tuple[int, ...]) -> tuple[float, ...]:
+        height, width = image_rgb.shape[:2]
+        request = REQUEST.pack(kind, width, height, *box) + image_rgb.tobytes()
+        try:
+            return REPLY.unpack(self._pipe.ask(request, REPLY.size))
+        except ChildError as error:
+            raise RuntimeError(f"opencv_csrt: expected a box from its child process, but {error}") from None
+
+
+@register(
+    "opencv_csrt",
+    role="baseline",
+    summary="OpenCV's CSRT, a general tracker; needs an environment of its own (see its docstring)",
+    suites=("frame-out", "stereo"),
+    available=has_csrt,
+)
+class OpenCvCsrt:
+    """``cv2.TrackerCSRT`` (Lukežič et al., Discriminative correlation filter with channel and spatial reliability,
+    CVPR 2017), with OpenCV's settings. It gets pictures and the first box alone.
+
+    Its estimate is always inside the picture: where it fails, the last box stays and is said to be out of view. It
+    takes part in default runs where its interpreter exists; named, it runs or says how to make one (module docstring).
+    """
+
+    Parameters = NoParameters
+
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
+        self._csrt: CsrtPipe | None = None
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Start on the part of the box that is inside the picture."""
+        box_size(box_xyxy)
+        camera = observation.camera
+        self._box_xyxy = visible_part(box_xyxy, camera)
+        if min(camera.width_px, camera.height_px) >= _LEAST_SIDE_PX:
+            self._csrt = self._csrt or CsrtPipe()
+            self._csrt.start(observation.image_rgb, self._box_xyxy)
+
+    def update(self, observation: Observation) -> Estimate:
+        """Return CSRT's box, or the last one where it fails; NaN if the picture is too small for it."""
+        if self._csrt is None:
+            return Estimate(np.full(2, np.nan))
+        found = self._csrt.update(observation.image_rgb)
+        self._box_xyxy = self._box_xyxy if found is None else found
+        return Estimate(box_centre(self._box_xyxy), self._box_xyxy.copy(), in_view_probability=float(found is not None))
