@@ -53,7 +53,13 @@ class FrameOutSurvey:
 
     scenario: str
 
-    columns = ("frame-outs\nan episode", "frames outside,\nmin / median / max", "with a\nturn", "off the\nroad", "never\nback")
+    columns = (
+        "frame-outs\nan episode",
+        "frames outside,\nmin / median / max",
+        "with a\nturn",
+        "off the\nroad",
+        "never\nback",
+    )
 
     def measure(self, preset: RoadTown, seeds: range) -> dict[str, Any]:
         """Return the fields of ``Held``."""
