@@ -67,7 +67,7 @@ class LineOfSight:
     def _near(self, camera_m: NDArray[np.float64], place_m: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the indices of the houses, and after them trees, that the line of sight may touch in the plan."""
         line, to_places = place_m - camera_m, self._places_m - camera_m
-        along = np.clip(to_places @ line / max(line @ line, 1e-9), 0.0, 1.0)
+        along = np.clip(to_places @ line / max(float(line @ line), 1e-9), 0.0, 1.0)
         miss_m = to_places - along[:, None] * line
         return np.flatnonzero((miss_m**2).sum(axis=1) < self._reach_m**2)
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera
 
-HIGHEST_RAY_RAD = math.radians(85.0)
-"""Largest angle from nadir of the upper border of the picture in a gust: the horizon stays out of it."""
 _YAWS_RAD = np.linspace(0.0, 0.5 * np.pi, 181)
 
 

@@ -71,7 +71,7 @@ def draw_errors(frame_count: int, rate_hz: float, rng: np.random.Generator) -> P
     """Draw the errors of one flight."""
     slow = coloured_noise(rng, frame_count, 3, _ERROR_TIME_S * rate_hz)
     return PilotErrors(
-        _SIGHTING_ERROR_M * (slow[:, 0] + 1j * slow[:, 1]),
+        _SIGHTING_ERROR_M * (slow[:, :2] @ np.array([1.0, 1j])),
         _HEADING_ERROR_RAD * slow[:, 2],
         1.0 + _SPEED_ERROR * rng.normal(size=frame_count),
         _DIRECTION_ERROR_RAD * rng.normal(size=frame_count),
