@@ -128,8 +128,8 @@ class _MotionModel:
 class BackgroundMotionFilter:
     """Estimates the picture's motion from pixels alone (paper A.3.2).
 
-    Readings: the weight's sum is over all corners, as for independent errors; the estimate is the weighted mean; the
-    search for a corner starts where the last motion predicts it; without a tracked corner all weights are equal.
+    Readings: the weight's sum is over all corners, as for independent errors; the estimate is the weighted mean;
+    without a tracked corner all weights are equal.
     """
 
     def __init__(
@@ -139,16 +139,14 @@ class BackgroundMotionFilter:
         self._parameters = parameters
         self._filter = ParticleFilter[CornerFlow](_MotionModel(parameters), parameters.particles, rng)
         self._grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
-        self._motion = STILL
 
     def update(self, image_rgb: NDArray[np.uint8]) -> PictureMotion:
         """Return the motion of the ground from the last picture to this one (H, W, 3)."""
         grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
         centre = 0.5 * np.array([grey.shape[1], grey.shape[0]])
         corners = find_corners(self._grey, self._parameters.corners, self._parameters.border_px)
-        expected = self._motion.move(corners - centre) + centre
-        corners, flow = follow_corners(self._grey, grey, corners, expected)
+        corners, flow = follow_corners(self._grey, grey, corners)
         posterior = self._filter.step(CornerFlow(corners - centre, flow))
         x, y, rotation = posterior.weights @ posterior.states
-        self._grey, self._motion = grey, PictureMotion(np.array([x, y]), float(rotation))
-        return self._motion
+        self._grey = grey
+        return PictureMotion(np.array([x, y]), float(rotation))
