@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 ROAD_EXISTENCE, OTHER_EXISTENCE, BUILDING_EXISTENCE = 1.0, 0.8, 0.1
 ROAD, OTHER, BUILDING = 0, 1, 2
-WITHIN = 1.1
-"""Squared distance c, in variances, within which a pixel is of a class: fitted on development towns."""
 _MOST_SAMPLED = 256
 
 
@@ -23,12 +21,12 @@ def classify_pixels(
     """Return the class of each pixel (H, W): 0 road, 1 other, 2 building.
 
     ``d_l² = 1/3 Σ_bands (x - μ_l)² / s_l`` for the statistics of each light l of a class; a pixel is within a class if
-    ``d_l² < c`` in one of its lights; road if within road's alone, other if within other's alone, building if within
+    ``d_l² < 1`` in one of its lights; road if within road's alone, other if within other's alone, building if within
     neither or both (equations 4.5-4.9).
 
-    Readings: the distance is standardised per band and its mean over the bands is compared with a constant c, which is
-    ``rd² < rs`` if c = 1 and all bands have the same variance. Ours: the statistics of each light apart (the paper has
-    one light), and c = 1.1, see ``benchmarks/papers/ground_colours.py``.
+    Reading: the distance is standardised per band and its mean over the bands is compared with one, which is
+    ``rd² < rs`` if all bands have the same variance. Ours: each light has statistics of its own; the paper has one
+    light, see ``benchmarks/papers/ground_colours.py``.
 
     Args:
         image_rgb: (H, W, 3).
@@ -41,7 +39,7 @@ def classify_pixels(
         for band in range(3):
             for value in range(256):
                 difference = value - mean_rgb[light, band]
-                share[light, band, value] = difference**2 / (3.0 * WITHIN * variance_rgb[light, band])
+                share[light, band, value] = difference**2 / (3.0 * variance_rgb[light, band])
     rows, columns, _ = image_rgb.shape
     classes = np.empty((rows, columns), np.uint8)
     for i in range(rows):
