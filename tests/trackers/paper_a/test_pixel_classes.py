@@ -22,8 +22,7 @@ def test_classes_are_the_papers_in_each_light() -> None:
     for i in range(40):
         for j in range(50):
             within = [
-                sum((float(image[i, j, band]) - MEAN[k, band]) ** 2 / VARIANCE[k, band] for band in range(3)) / 3
-                < 1
+                sum((float(image[i, j, band]) - MEAN[k, band]) ** 2 / VARIANCE[k, band] for band in range(3)) / 3 < 1
                 for k in range(3)
             ]
             is_road, is_other = within[0] or within[1], within[2]
