@@ -11,7 +11,7 @@ from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.report.numbers import number_text
 from scenarios.road_town.scenario import ROAD_TOWN_V1
 from scenarios.scenario import RendererName
-from trackers import registry
+from trackers.paper_a.background_pf import BackgroundParameters
 from trackers.paper_a.ground_classes import load_class_statistics
 
 _COUNTED = "of the frame-outs {}, those after which it is on the car again and still is one second later"
@@ -28,7 +28,7 @@ class BackgroundExperiment(TrackerExperiment):
 
     def matrix(self, seeds: range, renderer: RendererName) -> Matrix:
         """See ``PaperExperiment``: the confusion matrix of the pixel classes in the experiment's own towns."""
-        model = registry.entry(_METHOD).tracker.Parameters().class_model
+        model = BackgroundParameters().class_model
         towns = seeds[:_TOWNS]
         shares = confusion(ROAD_TOWN_V1, self.preset, towns, _FIRST_ONLY, load_class_statistics(model), renderer)
         words = (
