@@ -51,7 +51,7 @@ _SUMMARIES = {
     "speed": "time rendering against PyBullet's TinyRenderer, and steps of the envs",
     "train": "train a policy that steers by a tracker's estimate",
     "tune": "search parameters of trackers and controllers on development seeds",
-    "learn-colours": "learn colour models of road, building and other from development towns",
+    "learn-colours": "learn colour models of road and other ground from development towns",
     "learn-swims": "learn from simulated swims what gap methods ship",
     "learn-alarms": "learn from episodes what baselines that raise alarms ship",
 }

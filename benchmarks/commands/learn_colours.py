@@ -1,4 +1,4 @@
-"""``frameout learn-colours``: learn colour models of road, building and other from development towns."""
+"""``frameout learn-colours``: learn colour models of road and other ground from development towns."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sim.checks import check
 
 @dataclass(frozen=True)
 class LearnColours:
-    """Learn mean and variance of the colours of road, building and other; write them to the file that trackers load.
+    """Learn mean and variance of the colours of road and other ground in each light; write them to the trackers' file.
 
     Pictures come from development towns only, labels from their truth.
 
@@ -22,8 +22,8 @@ class LearnColours:
         every: use one of this number of frames.
     """
 
-    preset: tuple[str, ...] = ("standard",)
-    seeds: Annotated[str, SEEDS] = "0:8"
+    preset: tuple[str, ...] = ("quick",)
+    seeds: Annotated[str, SEEDS] = "0:16"
     every: int = 60
     resumes = False
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from rich.table import Table
 
@@ -23,6 +23,7 @@ class Claim:
         tracker: name of the method; "" without one.
         tolerance: distance from ``level`` that still agrees, for the bound ``within``.
         minus: name of the method whose number on the same episodes is subtracted; "" without one.
+        fitted: whether scene or method was set so that this number is the paper's: then it is no evidence for it.
     """
 
     metric: str
@@ -33,6 +34,7 @@ class Claim:
     tracker: str = ""
     tolerance: float = 0.0
     minus: str = ""
+    fitted: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,9 +94,20 @@ class Finding:
         return f"{self.claim.bound} {scale * self.claim.level:g} {unit_sign(self.unit)}".rstrip()
 
 
-def print_findings(title: str, found: Sequence[Finding], seeds: range) -> None:
-    """Print our findings beside the paper's claims."""
-    table = Table(title=f"{title}: seeds {ranges_text(seeds)}, 95 % intervals over them")
+class Matrix(NamedTuple):
+    """A table of numbers with a title and words about it; ``names`` head its rows and columns."""
+
+    title: str
+    words: str
+    names: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def print_findings(title: str, found: Sequence[Finding], seeds: range, fitted: str = "") -> None:
+    """Print our findings beside the paper's claims, those against a fitted figure marked, and what was fitted."""
+    caption = f"fitted: {fitted}" if fitted else None
+    heading = f"{title}: seeds {ranges_text(seeds)}, 95 % intervals over them"
+    table = Table(title=heading, caption=caption, caption_justify="left")
     methods = any(each.claim.tracker for each in found)
     for head in (*(["method"] if methods else []), "the paper", "here", "renderer", "value", "interval", "expected"):
         table.add_column(head)
@@ -102,6 +115,16 @@ def print_findings(title: str, found: Sequence[Finding], seeds: range) -> None:
         claim = each.claim
         verdict = {True: ": yes", False: ": NO", None: ""}[each.agrees]
         named = [claim.tracker] if methods else []
-        expected = f"{each.expected}{verdict}"
+        expected = f"{each.expected}{verdict}{' (fitted)' if claim.fitted else ''}"
         table.add_row(*named, claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
+    console_of().print(table)
+
+
+def print_matrix(matrix: Matrix) -> None:
+    """Print a matrix under its title, with the words about it below."""
+    table = Table(title=matrix.title, caption=matrix.words, caption_justify="left")
+    for head in ("", *matrix.names):
+        table.add_column(head)
+    for name, row in zip(matrix.names, matrix.rows, strict=True):
+        table.add_row(name, *row)
     console_of().print(table)

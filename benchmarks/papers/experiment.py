@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.papers.claims import Claim
+from benchmarks.papers.claims import Claim, Matrix
 from benchmarks.report.pictures import write_picture
 from benchmarks.run.experiment import Progress
 from benchmarks.run.records import Row, read_rows
@@ -32,6 +32,7 @@ class PaperExperiment(ABC):
 
     Attributes:
         name: of the command's argument. title, setting: in words.
+        fitted: what of scene and method was set so that results agree with the paper's, in words; "" for nothing.
         suite: of the rows. scenario: catalogue id. preset: of the scenario.
         claims: of the paper. notes: on the figures.
         controller: steers by the estimate; None on a set path.
@@ -45,6 +46,7 @@ class PaperExperiment(ABC):
     scenario: str
     preset: str
     claims: tuple[Claim, ...]
+    fitted: str = ""
     notes: tuple[str, ...] = ()
     controller: str | None = None
     seeds: range = range(10_000, 10_050)
@@ -66,6 +68,10 @@ class PaperExperiment(ABC):
     @abstractmethod
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
         """Write the paper's figure to ``out``, and return plots of the rows, if there are any."""
+
+    def matrix(self, seeds: range, renderer: RendererName) -> Matrix | None:
+        """Return a matrix measured on the episodes of ``seeds``, for experiments that have one."""
+        return None
 
     def rows_in(self, out: Path) -> list[Row]:
         """Return the experiment's rows in a folder, of all renderers."""

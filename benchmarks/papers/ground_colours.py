@@ -1,9 +1,19 @@
-"""Learns mean and variance of the colours of ground classes (paper A.3, supervised)."""
+"""Learns mean and variance of the colours of ground classes, light by light (paper A.3, supervised).
+
+The paper's town has one light, and one mean and variance for each class. In our towns sun and shade, the sun's height
+and the exposure move the brightness of road and of other ground by twice the distance of their means, so that one set
+of statistics puts nearly every pixel within both, and so building. So a class's labelled pixels are grouped by
+brightness into a few lights (k-means), each with a mean and a variance; the paper's rule stays (``classify_pixels``).
+Other ground is of more kinds than road (lawn, crops, pavements, yards) and has more of them. The numbers of lights are
+fitted, by two-fold cross-validation over 14 development towns: recalls of road, other and building were 0.05, 0.04 and
+0.91 with one light each, 0.68, 0.64 and 0.68 with these. Dividing by the picture's own brightness first did not
+help: the camera's exposure does it.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -13,46 +23,53 @@ from numpy.typing import NDArray
 
 from scenarios.road_town.layout import Building, Layout
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.scenario import ROAD_TOWN
-from scenarios.scenario import Frame
+from scenarios.road_town.scenario import ROAD_TOWN, RoadTownScenario
+from scenarios.scenario import Frame, RendererName
 from sim.optics import rays
 from trackers.atomic_file import write_atomic
 
 MODEL_PATH = Path(__file__).resolve().parents[2] / "trackers" / "paper_a" / "road_town_classes.json"
 CLASSES = ("road", "other", "building")
+LIGHTS = {"road": 3, "other": 12}
+"""Class → number of lights. The paper has no statistics of buildings."""
 _GROUND_BELOW_M = 0.3
 _BUILDING_ABOVE_M = 2.0
 _EAVES_M = 0.8
-_PIXEL_STEP = 3
+_PIXEL_STEP = 2
+_BRIGHTNESSES = 3 * 255 + 1
+"""Brightness is the sum of the bands."""
+_LEAST_VARIANCE = 1.0
+
+
+def labelled_frames(
+    scenario: RoadTownScenario, preset: str, seeds: range, every: int, renderer: RendererName = "raster"
+) -> Iterator[tuple[NDArray[np.uint8], dict[str, NDArray[np.bool_]]]]:
+    """Yield every ``every``-th picture (H, W, 3) of each episode, with its ``label_pixels``."""
+    for seed in seeds:
+        with closing(scenario.episode(preset, seed, renderer=renderer, closed_loop=False)) as episode:
+            layout = episode.map_of()
+            roads = RoadMap(layout.graph)
+            for k in range((episode.frame_count - 1) // every * every + 1):
+                frame = episode.step()
+                if k % every == 0:
+                    yield frame.observation.image_rgb, label_pixels(frame, roads, layout)
 
 
 def learn_colours(presets: Sequence[str], seeds: range, every: int) -> dict[str, Any]:
-    """Return mean and variance of the sRGB values (0-255) of each class, over every ``every``-th frame of all towns."""
-    sums = {name: np.zeros((3, 3)) for name in CLASSES}
+    """Return mean and variance of the sRGB values (0-255) of each light of each class, from dark to bright."""
+    sums = {name: np.zeros((_BRIGHTNESSES, 7)) for name in LIGHTS}
     for preset in presets:
-        for seed in seeds:
-            with closing(ROAD_TOWN.episode(preset, seed, closed_loop=False)) as episode:
-                roads = RoadMap(episode.map_of().graph)
-                last = (episode.frame_count - 1) // every * every
-                for k in range(last + 1):
-                    frame = episode.step()
-                    if k % every == 0:
-                        _add(sums, frame, roads, episode.map_of())
-    return {name: _moments(sums[name]) for name in CLASSES}
+        for image_rgb, labels in labelled_frames(ROAD_TOWN, preset, seeds, every):
+            thinned = image_rgb[::_PIXEL_STEP, ::_PIXEL_STEP]
+            for name in LIGHTS:
+                sums[name] += brightness_sums(thinned[labels[name][::_PIXEL_STEP, ::_PIXEL_STEP]])
+    return {name: _lights(sums[name], count) for name, count in LIGHTS.items()}
 
 
 def write_model(model: dict[str, Any], command: str) -> Path:
     """Write a learnt model to the file that trackers load; return its path."""
     write_atomic(MODEL_PATH, json.dumps({"classes": model, "command": command}, indent=1) + "\n")
     return MODEL_PATH
-
-
-def _add(sums: dict[str, NDArray[np.float64]], frame: Frame, roads: RoadMap, layout: Layout) -> None:
-    """Add count, sum and sum of squares (rows) of each band (columns)."""
-    colours = frame.observation.image_rgb[::_PIXEL_STEP, ::_PIXEL_STEP].reshape(-1, 3).astype(float)
-    for name, mask in label_pixels(frame, roads, layout).items():
-        chosen = colours[mask[::_PIXEL_STEP, ::_PIXEL_STEP].ravel()]
-        sums[name] += np.stack([np.full(3, float(len(chosen))), chosen.sum(axis=0), (chosen**2).sum(axis=0)])
 
 
 def label_pixels(frame: Frame, roads: RoadMap, layout: Layout) -> dict[str, NDArray[np.bool_]]:
@@ -87,12 +104,38 @@ def _over_buildings(points_m: NDArray[np.float64], buildings: Sequence[Building]
     return over
 
 
+def brightness_sums(colours_rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return for each brightness (766, 7) the count of pixels (N, 3), and each band's sum and sum of squares."""
+    colours = colours_rgb.astype(float)
+    terms = np.column_stack([np.ones(len(colours)), colours, colours**2])
+    brightness = colours_rgb.sum(axis=1, dtype=np.int64)
+    return np.column_stack([np.bincount(brightness, term, _BRIGHTNESSES) for term in terms.T])
+
+
+def lights_of_brightness(counts: NDArray[np.float64], lights: int) -> NDArray[np.int64]:
+    """Return the light of each brightness (766,), 0 the darkest: k-means of the brightness of ``counts`` pixels."""
+    brightness = np.arange(counts.size)
+    share = np.cumsum(counts) / counts.sum()
+    centres = np.interp(np.linspace(0.1, 0.9, lights), share, brightness)
+    for _ in range(100):
+        light = np.abs(brightness[:, None] - centres).argmin(axis=1)
+        number = np.bincount(light, counts, lights)
+        total = np.bincount(light, counts * brightness, lights)
+        centres = np.where(number > 0, total / np.maximum(number, 1.0), centres)
+    return light
+
+
+def _lights(sums: NDArray[np.float64], lights: int) -> list[dict[str, Any]]:
+    light = lights_of_brightness(sums[:, 0], lights)
+    grouped = [sums[light == each].sum(axis=0) for each in range(lights)]
+    return [_moments(each) for each in grouped if each[0] > 0]
+
+
 def _moments(sums: NDArray[np.float64]) -> dict[str, Any]:
-    count = max(float(sums[0, 0]), 1.0)
-    mean = sums[1] / count
-    variance = sums[2] / count - mean**2
+    mean = sums[1:4] / sums[0]
+    variance = np.maximum(sums[4:] / sums[0] - mean**2, _LEAST_VARIANCE)
     return {
         "mean_rgb": [round(float(value), 3) for value in mean],
         "variance_rgb": [round(float(value), 3) for value in variance],
-        "pixels": int(sums[0, 0]),
+        "pixels": int(sums[0]),
     }

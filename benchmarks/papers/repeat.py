@@ -9,7 +9,7 @@ from pathlib import Path
 from markupsafe import Markup
 
 from benchmarks.commands.progress import progress_bar
-from benchmarks.papers.claims import Claim, Finding, print_findings
+from benchmarks.papers.claims import Claim, Finding, print_findings, print_matrix
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.report.numbers import ranges_text
 from benchmarks.report.page import page_style
@@ -42,7 +42,10 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     rows = experiment.rows_in(out)
     found = findings(experiment, rows)
     plots = experiment.show(out, rows, seeds, renderer)
-    print_findings(experiment.title, found, seeds)
+    print_findings(experiment.title, found, seeds, experiment.fitted)
+    matrix = experiment.matrix(seeds, renderer)
+    if matrix is not None:
+        print_matrix(matrix)
     again = "" if renderer == "raster" else f" --renderer {renderer}"
     page = (
         page_environment("papers")
@@ -53,6 +56,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
             findings=found,
             runs_trackers=any(claim.tracker for claim in experiment.claims),
             plots=plots,
+            matrix=matrix,
             pictures=read_pictures(out),
             seeds=ranges_text(seeds),
             command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}{again}",

@@ -23,31 +23,23 @@ class ColourTemplate:
 
     Attributes:
         histogram: (128,), sum 1: p.
-        size_px: (2,) width and height of the car's box, at most the picture's; it stays constant.
-        rectangle_px: (2,) width and height of the rectangle whose colours are compared, around the same centre.
+        size_px: (2,) width and height of the car's box, at most the picture's: the rectangle whose colours are
+            compared; it stays constant.
     """
 
     histogram: NDArray[np.float64]
     size_px: NDArray[np.float64]
-    rectangle_px: NDArray[np.float64]
 
     @classmethod
-    def from_box(
-        cls, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64], share: float = 1.0
-    ) -> ColourTemplate:
+    def from_box(cls, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> ColourTemplate:
         """Take the template from a box (4,) of a picture (H, W, 3).
-
-        Args:
-            share: size of the rectangle as a share of the box, in (0, 1]. Half the box of a car that is diagonal in
-                the picture is road; its middle is car.
 
         Raises:
             ValueError: if the box does not overlap the picture.
         """
         bins = hs_bins(image_rgb)
         size_px = np.minimum(box_size(box_xyxy), bins.shape[::-1])
-        rectangle_px = share * size_px
-        histogram = rectangle_histogram(bins, box_centre(box_xyxy), rectangle_px)
+        histogram = rectangle_histogram(bins, box_centre(box_xyxy), size_px)
         if histogram.sum() == 0.0:
             # The middle is outside the picture: use the visible part of the box.
             low, high = np.maximum(np.floor(box_xyxy[:2]), 0.0), np.maximum(np.ceil(box_xyxy[2:]), 0.0)
@@ -57,7 +49,7 @@ class ColourTemplate:
                 f"box_xyxy: expected a box that overlaps the picture of {image_rgb.shape[1]} x {image_rgb.shape[0]} "
                 f"pixels, got {np.asarray(box_xyxy).tolist()}"
             )
-        return cls(histogram, size_px, rectangle_px)
+        return cls(histogram, size_px)
 
     @property
     def car_px(self) -> float:
@@ -71,4 +63,4 @@ class ColourTemplate:
         proportion to the visible ones; fully outside, the whole picture's histogram is used (3.13).
         """
         outside = bhattacharyya(picture_histogram(bins), self.histogram)
-        return rectangle_similarities(bins, centres_px, self.rectangle_px, self.histogram, outside)
+        return rectangle_similarities(bins, centres_px, self.size_px, self.histogram, outside)

@@ -128,8 +128,12 @@ class _MotionModel:
 class BackgroundMotionFilter:
     """Estimates the picture's motion from pixels alone (paper A.3.2).
 
-    Readings: the weight's sum is over all corners, as for independent errors; the estimate is the weighted mean; the
-    search for a corner starts where the last motion predicts it; without a tracked corner all weights are equal.
+    Readings: the weight's sum is over all corners, as for independent errors; the estimate is the weighted mean;
+    without a tracked corner all weights are equal.
+
+    Ours: the search for a corner starts where the last motion predicts it. The paper's plain pyramidal search starts at
+    the corner itself and loses the gusts that throw the car out of the picture: in a development town (seed 1 of the
+    paper's experiment) the estimate was then 173 px off after a frame-out of 6 frames, and is 19 px off so.
     """
 
     def __init__(

@@ -52,9 +52,9 @@ def move_on(
 ) -> NDArray[np.float64]:
     """Return the states (N, 4) of the next frame: moved by their velocity, then with the picture; no heading noise yet.
 
-    ``(x, y)' = m((x, y) + V (cos θ, sin θ))``, ``V' = |V + N(0, τV²)|``, ``θ'`` the heading as turned by m. With m the
-    paper's rigid motion: ``m(p) = Rot(-ω) p - (Vx, Vy)``, ``θ' = θ - ω`` (paper A, equations 2.2-2.4, 4.19-4.21).
-    Reading: a speed is never negative (it would reverse the heading), so its random walk is reflected at zero.
+    ``(x, y)' = m((x, y) + V (cos θ, sin θ))``, ``V' = V + N(0, τV²)``, ``θ'`` the heading as turned by m. With m the
+    paper's rigid motion: ``m(p) = Rot(-ω) p - (Vx, Vy)``, ``θ' = θ - ω`` (paper A, equations 2.2-2.4, 4.19-4.21). A
+    negative speed is a car that drives backwards.
     """
     heading = np.empty((len(states), 2))
     np.cos(states[:, HEADING], out=heading[:, 0])
@@ -63,7 +63,7 @@ def move_on(
     moved = np.empty_like(states)
     moved[:, POSITION] = motion.move(before)
     turned = motion.move(before + heading) - moved[:, POSITION]
-    moved[:, SPEED] = np.abs(states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states)))
+    moved[:, SPEED] = states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states))
     moved[:, HEADING] = np.arctan2(turned[:, 1], turned[:, 0])
     return moved
 

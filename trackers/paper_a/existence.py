@@ -27,7 +27,7 @@ class ExistenceMap:
         centre_px: NDArray[np.float64],
     ) -> None:
         """Classify a picture (H, W, 3) with its centre (2,); a known road is in pixels from the centre."""
-        self._classes = classify_pixels(image_rgb, statistics.mean_rgb, statistics.variance_rgb)
+        self._classes = classify_pixels(image_rgb, statistics.mean_rgb, statistics.variance_rgb, statistics.of_road)
         self._road = road
         self._centre_px = centre_px
 

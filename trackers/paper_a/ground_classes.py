@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class ClassStatistics:
-    """Colours of the two classes of paper A.3 that are defined by colour.
+    """Colours of the two classes of paper A.3 that are defined by colour, in L lights of both together.
 
     Attributes:
-        mean_rgb, variance_rgb: (2, 3) for road and other, sRGB 0-255.
+        mean_rgb, variance_rgb: (L, 3), sRGB 0-255.
+        of_road: (L,) True for road's, False for other's.
     """
 
     mean_rgb: NDArray[np.float64]
     variance_rgb: NDArray[np.float64]
+    of_road: NDArray[np.bool_]
 
 
 def load_class_statistics(model: str) -> ClassStatistics:
@@ -34,5 +36,8 @@ def load_class_statistics(model: str) -> ClassStatistics:
     if not file.is_file():
         raise ValueError(f"class_model: expected a model's name or the path of a .json file, got {model!r}")
     classes = json.loads(file.read_text())["classes"]
-    read = {key: np.array([classes[name][key] for name in ("road", "other")]) for key in ("mean_rgb", "variance_rgb")}
-    return ClassStatistics(read["mean_rgb"], read["variance_rgb"])
+    road, other = classes["road"], classes["other"]
+    mean_rgb, variance_rgb = (
+        np.array([light[key] for light in (*road, *other)]) for key in ("mean_rgb", "variance_rgb")
+    )
+    return ClassStatistics(mean_rgb, variance_rgb, np.arange(len(mean_rgb)) < len(road))

@@ -16,30 +16,40 @@ def classify_pixels(
     image_rgb: NDArray[np.uint8],
     mean_rgb: NDArray[np.float64],
     variance_rgb: NDArray[np.float64],
+    of_road: NDArray[np.bool_],
 ) -> NDArray[np.uint8]:
     """Return the class of each pixel (H, W): 0 road, 1 other, 2 building.
 
-    ``d_c² = 1/3 Σ_bands (x - μ_c)² / s_c``; road if only ``d_road² < 1``, other if only ``d_other² < 1``, building if
-    neither or both (equations 4.5-4.9). Reading: the distance is standardised per band and its mean over the bands is
-    compared with one, which is ``rd² < rs`` if all bands have the same variance.
+    ``d_l² = 1/3 Σ_bands (x - μ_l)² / s_l`` for the statistics of each light l of a class; a pixel is within a class if
+    ``d_l² < 1`` in one of its lights; road if within road's alone, other if within other's alone, building if within
+    neither or both (equations 4.5-4.9).
+
+    Reading: the distance is standardised per band and its mean over the bands is compared with one, which is
+    ``rd² < rs`` if all bands have the same variance. Ours: each light has statistics of its own; the paper has one
+    light, see ``benchmarks/papers/ground_colours.py``.
 
     Args:
         image_rgb: (H, W, 3).
-        mean_rgb, variance_rgb: (2, 3) μ and s of road and other, 0-255.
+        mean_rgb, variance_rgb: (L, 3) μ and s, 0-255.
+        of_road: (L,) True for road's statistics, False for other's.
     """
-    # Each band's share of each class's distance for each of its 256 values.
-    share = np.empty((2, 3, 256))
-    for c in range(2):
+    # Each band's share of each distance for each of its 256 values.
+    share = np.empty((len(mean_rgb), 3, 256))
+    for light in range(len(mean_rgb)):
         for band in range(3):
             for value in range(256):
-                share[c, band, value] = (value - mean_rgb[c, band]) ** 2 / (3.0 * variance_rgb[c, band])
+                difference = value - mean_rgb[light, band]
+                share[light, band, value] = difference**2 / (3.0 * variance_rgb[light, band])
     rows, columns, _ = image_rgb.shape
     classes = np.empty((rows, columns), np.uint8)
     for i in range(rows):
         for j in range(columns):
             r, g, b = image_rgb[i, j]
-            is_road = share[0, 0, r] + share[0, 1, g] + share[0, 2, b] < 1.0
-            is_other = share[1, 0, r] + share[1, 1, g] + share[1, 2, b] < 1.0
+            is_road, is_other = False, False
+            for light in range(len(mean_rgb)):
+                if share[light, 0, r] + share[light, 1, g] + share[light, 2, b] < 1.0:
+                    is_road = is_road or of_road[light]
+                    is_other = is_other or not of_road[light]
             classes[i, j] = BUILDING if is_road == is_other else ROAD if is_road else OTHER
     return classes
 

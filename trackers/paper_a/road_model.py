@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.paper_a.background_motion import Motion
-from trackers.paper_a.road_lines import LineFinder, RoadEnd, RoadSearch
+from trackers.paper_a.road_end import RoadEnd
+from trackers.paper_a.road_lines import LineFinder, RoadSearch
 from trackers.paper_a.spline import evaluate_spline, fit_cubic_spline
 
 
@@ -53,22 +54,24 @@ class RoadCurve:
         return points_px[:, 1 - self.axis] - values, direction + half_turns * np.pi
 
 
-_KNOT_EVERY = 3
 _LEAST_ADVANCE = 0.3
-_RETRACE_FRAMES = 5
-_KEPT_POINTS = 80
-_END_POINTS = 7
+_KEPT_KNOTS = 80
+_FIRST_STEP = 0.5
 
 
 class RoadModel:
-    """Points of one road's centre line, tracked from frame to frame.
+    """Knots of one road's centre line, tracked from frame to frame.
 
-    * At first, and in every 5th frame while the car is estimated inside the picture, the lines are traced from the car,
-      so that errors of the motion do not add up; the paper does not say how often.
-    * In every other frame the points move with the ground, and each end inside the picture is extended by the second
-      particle filter.
-    * The spline is fitted through every 3rd point of the stretch around the car on which the road is monotone along one
-      image axis, since only there it is a function of that axis.
+    * At first the lines beside the car are found, and traced both ways by the second particle filter: all road in view
+      is newly seen, in steps of half a car's length. It is not traced again while the road is known: as in the paper,
+      errors of the motion add up.
+    * In every other frame the knots move with the ground, and each end inside the picture advances by the part of that
+      motion along the road, at most to the border (``RoadEnd``).
+    * The spline is fitted through the knots around the car between which the road is monotone along one image axis,
+      since only there it is a function of that axis.
+
+    Readings: the paper has one end, ahead; the road behind the car is known the same way. Lines are found again only
+    after all knots are gone or if none were found.
     """
 
     def __init__(self, search: RoadSearch, car_px: float, rng: np.random.Generator) -> None:
@@ -76,9 +79,9 @@ class RoadModel:
         self._search = search
         self._car_px = car_px
         self._rng = rng
-        self._points_px = np.empty((0, 2))
+        self._knots_px = np.empty((0, 2))
         self._half_width_px = 0.0
-        self._frames_since_trace = _RETRACE_FRAMES
+        self._ends: list[RoadEnd] = []
 
     def update(
         self,
@@ -93,68 +96,76 @@ class RoadModel:
         and heading *in the last picture*, the heading None while it is unknown.
         """
         finder = LineFinder(grey, self._car_px, self._search)
-        self._points_px = motion.move(self._points_px)
-        car_px, heading_rad = _carry(motion, car_px, heading_rad)
-        self._frames_since_trace += 1
-        traced = False
-        if finder.inside(car_px) and self._frames_since_trace >= _RETRACE_FRAMES:
-            traced = self._trace(finder, car_px, heading_rad)
-        if not traced:
-            self._grow(finder)
-        return self._curve(car_px)
+        moved_px, heading_rad = _carry(motion, car_px, heading_rad)
+        if len(self._knots_px):
+            self._move(finder, motion)
+        elif finder.inside(moved_px):
+            self._trace(finder, moved_px, heading_rad)
+        return self._curve(moved_px)
 
-    def _trace(self, finder: LineFinder, car_px: NDArray[np.float64], heading_rad: float | None) -> bool:
-        """Trace the lines from the car in both directions; False if there are none, or of another road's width."""
-        all_around = np.arange(36) * np.pi / 36
-        directions = all_around if heading_rad is None else heading_rad + np.linspace(-0.3, 0.3, 7)
+    def _trace(self, finder: LineFinder, car_px: NDArray[np.float64], heading_rad: float | None) -> None:
+        """Find the lines beside the car and trace them both ways; without lines, or alone, there is no road."""
+        all_around = np.arange(180) * np.pi / 180
+        directions = all_around if heading_rad is None else heading_rad + np.linspace(-0.3, 0.3, 35)
         section = finder.cross_section(car_px, directions)
         if section is None:
-            return False
-        known = self._half_width_px
-        if known > 0 and abs(section.half_width_px - known) > 0.25 * known:
-            return False
-        seeds = [
-            RoadEnd(section.centre_px, section.direction_rad + turn, 0.0, finder, self._rng) for turn in (0.0, np.pi)
-        ]
-        ahead, behind = (end.grow(finder, section.half_width_px) for end in seeds)
-        if len(ahead) + len(behind) < 3:
-            return False
-        self._points_px = np.array([*behind[::-1], section.centre_px, *ahead])
+            return
         self._half_width_px = section.half_width_px
-        self._frames_since_trace = 0
-        return True
+        self._knots_px = section.centre_px[None]
+        self._ends = [RoadEnd(section.direction_rad + turn, self._car_px, self._rng) for turn in (np.pi, 0.0)]
+        for last in (False, True):
+            end = self._ends[last]
+            while not end.lost and (room_px := self._room_px(finder, last)) > 0:
+                self._advance(finder, last, min(room_px, _FIRST_STEP * self._car_px))
+        if len(self._knots_px) < 3:
+            self._knots_px = np.empty((0, 2))
 
-    def _grow(self, finder: LineFinder) -> None:
-        """Extend both ends inside the picture."""
-        for _ in range(2):
-            # Each pass extends the last end and reverses the line; two passes restore its order.
-            if len(self._points_px) >= 3 and finder.inside(self._points_px[-1]):
-                end = RoadEnd(*_last_piece(self._points_px[-_END_POINTS:]), finder, self._rng)
-                self._points_px = np.array([*self._points_px, *end.grow(finder, self._half_width_px)])
-                self._points_px = self._points_px[-_KEPT_POINTS:]
-            self._points_px = self._points_px[::-1]
+    def _move(self, finder: LineFinder, motion: Motion) -> None:
+        """Move the knots with the ground, and advance both ends by what the motion shows of the road."""
+        tips_px = [end.tip_px(self._outermost(last)) for last, end in enumerate(self._ends)]
+        self._knots_px = motion.move(self._knots_px)
+        for last, end in enumerate(self._ends):
+            end.turn(self._outward(last))
+            ahead = np.array([np.cos(end.tip_rad), np.sin(end.tip_rad)])
+            shown_px = float((tips_px[last] - motion.move(tips_px[last])) @ ahead)
+            if shown_px > 0 and not end.lost and (room_px := self._room_px(finder, last)) > 0:
+                self._advance(finder, bool(last), min(shown_px, room_px))
+
+    def _room_px(self, finder: LineFinder, last: int) -> float:
+        end = self._ends[last]
+        return finder.room_px(end.tip_px(self._outermost(last)), end.tip_rad, self._half_width_px)
+
+    def _advance(self, finder: LineFinder, last: bool, length_px: float) -> None:
+        end = self._ends[last]
+        knot = end.advance(finder, self._outermost(last), length_px, self._half_width_px)
+        if knot is None:
+            return
+        outward = np.concatenate([self._outward(last), knot[None]])[-_KEPT_KNOTS:]
+        end.turn(outward)
+        self._knots_px = outward if last else outward[::-1]
+
+    def _outward(self, last: int) -> NDArray[np.float64]:
+        """Return the knots (n, 2) in the order towards the first or the last of them."""
+        return self._knots_px if last else self._knots_px[::-1]
+
+    def _outermost(self, last: int) -> NDArray[np.float64]:
+        return self._outward(last)[-1]
 
     def _curve(self, car_px: NDArray[np.float64]) -> RoadCurve | None:
-        points = self._points_px
-        if len(points) < 2:
+        knots = self._knots_px
+        if len(knots) < 2:
             return None
-        nearest = int(np.argmin(np.hypot(*(points - car_px).T)))
-        steps = np.diff(points, axis=0)
+        nearest = int(np.argmin(np.hypot(*(knots - car_px).T)))
+        steps = np.diff(knots, axis=0)
         local = steps[min(nearest, len(steps) - 1)]
         axis = int(np.argmax(np.abs(local)))
-        advance = steps[:, axis] * np.sign(local[axis])
-        good = advance > _LEAST_ADVANCE * self._search.step * self._car_px
+        good = steps[:, axis] * np.sign(local[axis]) > _LEAST_ADVANCE * self._car_px
         first = last = nearest
         while first > 0 and good[first - 1]:
             first -= 1
-        while last < len(points) - 1 and good[last]:
+        while last < len(knots) - 1 and good[last]:
             last += 1
-        if last - first < 1:
-            return None
-        chosen = np.unique(np.append(np.arange(first, last, _KNOT_EVERY), last))
-        if len(chosen) > 2 and chosen[-1] - chosen[-2] < _KNOT_EVERY:
-            chosen = np.delete(chosen, -2)
-        return RoadCurve.through(points[chosen], axis, self._half_width_px)
+        return None if last == first else RoadCurve.through(knots[first : last + 1], axis, self._half_width_px)
 
 
 def _carry(
@@ -166,14 +177,3 @@ def _carry(
         return moved, None
     ahead = motion.move(car_px + np.array([np.cos(heading_rad), np.sin(heading_rad)])) - moved
     return moved, float(np.arctan2(ahead[1], ahead[0]))
-
-
-def _last_piece(points_px: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
-    """Return position (2,), direction and curvature of a line's end, by a parabola through points (n, 2), n >= 3."""
-    chord = points_px[-1] - points_px[0]
-    along = chord / max(float(np.hypot(*chord)), 1e-9)
-    across = np.array([-along[1], along[0]])
-    offsets = points_px - points_px[-1]
-    quadratic, slope, level = np.polyfit(offsets @ along, offsets @ across, 2)
-    direction_rad = float(np.arctan2(along[1], along[0]) + np.arctan(slope))
-    return points_px[-1] + level * across, direction_rad, float(2 * quadratic / (1 + slope**2) ** 1.5)

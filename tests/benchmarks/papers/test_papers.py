@@ -12,6 +12,7 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.commands import paper
 from benchmarks.papers import a2, a3, b1, b2, b3
+from benchmarks.papers.claims import print_findings
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import findings, repeat
 from benchmarks.papers.tracker_experiment import TrackerExperiment
@@ -147,3 +148,10 @@ def test_a_run_leaves_rows_figure_and_page(
     # As many pictures beside each other as the paper shows, as many rows as methods; 4:3 each, and a strip of words.
     shape = (width / len(experiment.frames)) / (height / len(experiment.trackers))
     assert 1.2 < shape < 4 / 3
+
+
+@pytest.mark.parametrize("experiment", [b3.EXPERIMENT, a3.EXPERIMENT], ids=lambda each: each.name)
+def test_the_table_says_what_was_fitted(experiment: TrackerExperiment, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [row(experiment, experiment.trackers[0], "frames", 1.0)]
+    print_findings(experiment.title, findings(experiment, rows), range(1), experiment.fitted)
+    assert ("fitted" in capsys.readouterr().out) == (experiment is b3.EXPERIMENT)

@@ -7,26 +7,38 @@ import pytest
 
 from trackers.paper_a.pixel_classes import BUILDING, OTHER, ROAD, classify_pixels, mean_existence
 
-MEAN = np.array([[100.0, 100.0, 100.0], [60.0, 140.0, 60.0]])
-VARIANCE = np.array([[400.0, 100.0, 400.0], [900.0, 900.0, 100.0]])
+MEAN = np.array([[100.0, 100.0, 100.0], [40.0, 40.0, 44.0], [60.0, 140.0, 60.0]])
+VARIANCE = np.array([[400.0, 100.0, 400.0], [64.0, 64.0, 64.0], [900.0, 900.0, 100.0]])
+OF_ROAD = np.array([True, True, False])
+"""Road in the sun and in the shade, and other ground."""
 
 
-def test_classes_are_the_papers() -> None:
+def test_classes_are_the_papers_in_each_light() -> None:
     image = np.random.default_rng(0).integers(30, 180, (40, 50, 3), dtype=np.uint8)
     image[:10] = (100, 104, 95)
     image[10:20] = (70, 130, 62)
-    classes = classify_pixels(image, MEAN, VARIANCE)
-    distance = ((image[:, :, None] - MEAN) ** 2 / VARIANCE).mean(axis=-1)
-    is_road, is_other = distance[..., 0] < 1, distance[..., 1] < 1
-    expected = np.where(is_road == is_other, BUILDING, np.where(is_road, ROAD, OTHER))
-    np.testing.assert_array_equal(classes, expected)
+    image[20:25] = (43, 38, 46)
+    classes = classify_pixels(image, MEAN, VARIANCE, OF_ROAD)
+    for i in range(40):
+        for j in range(50):
+            within = [
+                sum((float(image[i, j, band]) - MEAN[k, band]) ** 2 / VARIANCE[k, band] for band in range(3)) / 3 < 1
+                for k in range(3)
+            ]
+            is_road, is_other = within[0] or within[1], within[2]
+            expected = BUILDING if is_road == is_other else ROAD if is_road else OTHER
+            assert classes[i, j] == expected
     assert (classes[:10] == ROAD).all()
     assert (classes[10:20] == OTHER).all()
+    assert (classes[20:25] == ROAD).all()
+    assert (classes[25:] == BUILDING).mean() > 0.5
 
 
 def test_what_both_classes_claim_is_building() -> None:
     image = np.full((2, 2, 3), 100, np.uint8)
-    assert (classify_pixels(image, np.stack([MEAN[0], MEAN[0]]), VARIANCE) == BUILDING).all()
+    same = np.stack([MEAN[0], MEAN[0]])
+    assert (classify_pixels(image, same, VARIANCE[:2], np.array([True, False])) == BUILDING).all()
+    assert (classify_pixels(image, same, VARIANCE[:2], np.array([True, True])) == ROAD).all()
 
 
 @pytest.mark.parametrize("axis", [0, 1])

@@ -40,6 +40,14 @@ def says_nothing(estimate: Estimate) -> bool:
     return bool(np.isnan(estimate.position_px).all()) and estimate.in_view_probability == 0.0
 
 
+def predicts(estimate: Estimate, tracker: StereoColour) -> bool:
+    """Return whether the answer is the place where the target is expected, and no candidate was found."""
+    ahead_m, _ = tracker._filter.place_m
+    return (
+        not tracker._found_last and not says_nothing(estimate) and estimate.depth_m == pytest.approx(ahead_m, abs=0.01)
+    )
+
+
 def test_weights_by_hand():
     assert brightness_weight(0.1, 0.3, 0.0) == pytest.approx(0.4)
     assert brightness_weight(0.1, 0.3, 5.0) == pytest.approx(0.4)
@@ -109,7 +117,7 @@ def test_template_and_reference_are_taken_anew_together():
 def test_without_a_candidate_under_the_threshold_nothing_is_learnt():
     tracker = start("stereo_wb_shutter_gain", Board(3.0, 0.6))
     first = tracker._template
-    assert says_nothing(tracker.update(observation([Board(3.0, 0.6, BLUE)], 1)))
+    assert predicts(tracker.update(observation([Board(3.0, 0.6, BLUE)], 1)), tracker)
     assert tracker._template is first
 
 
@@ -124,9 +132,9 @@ def test_a_person_who_crosses_in_front_of_the_target_is_not_taken_for_it(name):
         states.append(tracker._state.now)
         if tracker._template is not before:
             learnt_in.append(states[-1])
-        if not says_nothing(estimate):
-            found += 1
-            assert np.hypot(*(estimate.position_px - centre_px(target))) < 30
+        assert not says_nothing(estimate)
+        found += tracker._found_last
+        assert np.hypot(*(estimate.position_px - centre_px(target))) < (30 if tracker._found_last else 60)
     order = [state for state, last in zip(states, [None, *states], strict=False) if state is not last]
     assert order == [Occlusion.NONE, Occlusion.STARTING, Occlusion.OCCLUDED, Occlusion.ENDING, Occlusion.NONE]
     assert set(learnt_in) == {Occlusion.NONE}
@@ -134,21 +142,30 @@ def test_a_person_who_crosses_in_front_of_the_target_is_not_taken_for_it(name):
 
 
 @pytest.mark.parametrize("name", BOTH)
-def test_a_lost_right_picture_is_a_frame_without_an_answer(name):
+def test_a_frame_without_the_right_picture_is_answered_by_prediction(name):
     tracker = start(name, Board(3.0, 0.0))
     for frame in range(1, 6):
-        estimate = tracker.update(observation([Board(3.0, -0.04 * frame)], frame, right=frame != 4))
-        assert says_nothing(estimate) == (frame == 4)
+        person = Board(3.0, -0.04 * frame)
+        estimate = tracker.update(observation([person], frame, right=frame != 4))
+        assert predicts(estimate, tracker) == (frame == 4)
+        assert estimate.position_px == pytest.approx(centre_px(person), abs=12)
+        assert estimate.box_xyxy == pytest.approx(person_box(person), abs=20)
 
 
 def test_prediction_ends_where_the_target_is_lost_and_it_can_be_found_again():
     tracker = start("stereo_wb", Board(3.0, 0.0))
     for frame in range(1, 5):
         tracker.update(observation([Board(3.0, -0.05 * frame)], frame))
-    lost_m = []
+    lost_m, answered = [], []
     for frame in range(5, 40, 3):
-        assert says_nothing(tracker.update(observation([], frame)))
+        estimate = tracker.update(observation([], frame))
+        assert predicts(estimate, tracker) == (not tracker._lost)
+        assert says_nothing(estimate) == tracker._lost
+        answered.append(not tracker._lost)
         lost_m.append(tracker._filter.place_m.copy())
+    assert answered == sorted(answered, reverse=True)
+    assert answered[0]
+    assert not answered[-1]
     steps_m = np.linalg.norm(np.diff(lost_m, axis=0), axis=1)
     assert steps_m[0] > 0.05
     assert steps_m[-1] == 0.0
@@ -167,7 +184,10 @@ def test_a_first_box_off_the_person_does_no_harm(box_xyxy, right):
     for frame in range(1, 4):
         estimate = tracker.update(observation([Board(3.0, 0.0)], frame))
         # Whatever is found is the only person in the picture.
-        assert says_nothing(estimate) or estimate.position_px == pytest.approx(centre_px(Board(3.0, 0.0)), abs=10)
+        if tracker._found_last:
+            assert estimate.position_px == pytest.approx(centre_px(Board(3.0, 0.0)), abs=10)
+        else:
+            assert says_nothing(estimate) or predicts(estimate, tracker)
 
 
 def test_an_occluder_at_the_last_position_does_not_make_it_valid_again():
@@ -175,7 +195,7 @@ def test_an_occluder_at_the_last_position_does_not_make_it_valid_again():
     lost = []
     for frame in range(1, 40):
         before = [Board(1.8, 0.0, BLUE)] if 25 <= frame < 32 else []
-        assert says_nothing(tracker.update(observation(before, frame)))
+        assert says_nothing(tracker.update(observation(before, frame))) == tracker._lost
         lost.append(tracker._lost)
     assert not lost[0]
     assert lost == sorted(lost)
