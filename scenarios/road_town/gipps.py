@@ -1,8 +1,7 @@
 """Speeds by the model of Gipps (1981), for drivers that are not those of the intelligent driver model.
 
 P. G. Gipps, "A behavioural car-following model for computer simulation", Transportation Research B 15 (1981) 105-111.
-A bend is treated as a car ahead that drives at the speed the bend allows: drivers brake late and firmly, after their
-reaction time, where ``traffic.speed_limit_mps`` has them slow down evenly from afar.
+A bend is treated as a car ahead, at the speed the bend allows and in the distance that drivers keep from it.
 """
 
 from __future__ import annotations
@@ -28,25 +27,28 @@ def bend_speeds_mps(route: Route, cruise_mps: float) -> NDArray[np.float64]:
 
 
 def speed_for_bends_mps(bends_mps: NDArray[np.float64], arc_m: float, speed_mps: float) -> float:
-    """Return the highest safe speed of a car at an arc length: it can brake to the speed of every bend ahead.
+    """Return the highest safe speed after the reaction time, from which a car can brake for every bend ahead.
+
+    ``-b t + sqrt((b t + v)^2 + 2 b d)`` for a bend of speed v, d metres beyond the way driven in that time: the paper's
+    safe speed as Krauss (1998) simplified it.
 
     Args:
         bends_mps: (M,) see ``bend_speeds_mps``.
     """
     points = np.arange(len(bends_mps)) * POINT_SPACING_M
     allowed = np.interp(arc_m + _SEEN_BENDS_M, points, bends_mps)
-    return float(np.minimum(safe_speed_mps(_SEEN_BENDS_M, allowed, speed_mps).min(), allowed.max()))
+    reach = BRAKING_MPS2 * REACTION_S
+    beyond = np.maximum(_SEEN_BENDS_M - REACTION_S * speed_mps, 0.0)
+    return float((np.sqrt((reach + allowed) ** 2 + 2 * BRAKING_MPS2 * beyond) - reach).min())
 
 
-def safe_speed_mps(
-    gap_m: NDArray[np.float64], ahead_mps: NDArray[np.float64] | float, speed_mps: NDArray[np.float64] | float
-) -> NDArray[np.float64]:
-    """Return the paper's safe speed after the reaction time, behind something at ``ahead_mps`` a gap away (all (...)).
+def safe_speed_mps(gap_m: NDArray[np.float64], speed_mps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the paper's safe speeds (N,) after the reaction time, behind something that may stand at once.
 
-    ``-b t + sqrt(b^2 t^2 + 2 b gap - b v t + v_ahead^2)``, at least 0.
+    ``-b t + sqrt(b^2 t^2 + 2 b gap - b v t)``, at least 0.
     """
     reach = BRAKING_MPS2 * REACTION_S
-    squared = reach**2 + 2 * BRAKING_MPS2 * gap_m - reach * speed_mps + np.square(ahead_mps)
+    squared = reach**2 + 2 * BRAKING_MPS2 * gap_m - reach * speed_mps
     speeds: NDArray[np.float64] = np.maximum(np.sqrt(np.maximum(squared, 0.0)) - reach, 0.0)
     return speeds
 
@@ -65,5 +67,5 @@ def acceleration_mps2(
     """
     share = np.clip(speed_mps / cruise_mps, 0.0, 1.0)
     free = speed_mps + 2.5 * ACCELERATION_MPS2 * REACTION_S * (1 - share) * np.sqrt(0.025 + share)
-    wanted = np.minimum(np.minimum(free, bends_mps), safe_speed_mps(np.maximum(gap_m, 0.0), 0.0, speed_mps))
+    wanted = np.minimum(np.minimum(free, bends_mps), safe_speed_mps(np.maximum(gap_m, 0.0), speed_mps))
     return np.clip((wanted - speed_mps) / REACTION_S, -_HARDEST_BRAKING_MPS2, 1.1 * ACCELERATION_MPS2)

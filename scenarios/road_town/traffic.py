@@ -1,7 +1,7 @@
 """Traffic: cars move along their routes, keep their distance and share crossings.
 
-Speeds follow the intelligent driver model (Treiber, Hennecke, Helbing 2000), limited by the bends ahead, or the model of
-``gipps``. One car at a time uses a crossing, first come, first served; some cars stop there first.
+Speeds follow the intelligent driver model (Treiber, Hennecke, Helbing 2000), limited by the bends ahead, or the
+model of ``gipps``. One car at a time uses a crossing, first come, first served; some cars stop there first.
 """
 
 from __future__ import annotations
@@ -72,9 +72,7 @@ class Motion:
         return poses
 
 
-def simulate(
-    drivers: list[Driver], frame_count: int, rate_hz: float, model: Literal["idm", "gipps"] = "idm"
-) -> Motion:
+def simulate(drivers: list[Driver], frame_count: int, rate_hz: float, model: Literal["idm", "gipps"] = "idm") -> Motion:
     """Return the motion of all cars over ``frame_count`` frames; ``model`` sets their speeds."""
     state = _State(drivers) if model == "idm" else _GippsState(drivers)
     arcs, speeds = np.empty((2, frame_count, len(drivers)))

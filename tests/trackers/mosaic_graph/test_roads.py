@@ -169,7 +169,9 @@ def test_on_a_straight_road_a_car_reaches_its_desired_speed() -> None:
     rp.associate(states, roads, rng.random(50))
     for _ in range(150):
         states[:, rp.CRUISE] = 14.0
-        rm.drive(states, roads, HABITS._replace(cruise_rate=0.0), 1 / 15, np.zeros((50, 7)), rng.random((50, 7)))
+        rm.drive(
+            states, roads, HABITS._replace(cruise_rate=0.0), 1 / 15, np.zeros((50, rm.NORMALS)), rng.random((50, 7))
+        )
     np.testing.assert_allclose(states[:, rp.SPEED], 14.0, atol=0.3)
 
 

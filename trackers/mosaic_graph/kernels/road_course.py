@@ -60,8 +60,9 @@ def weight_of_turn(turn: float, turn_weight: float) -> float:
 def choose_way(s: NDArray[np.float64], graph: RoadGraph, turn_weight: float, lane_m: float, uniform: float) -> None:
     """Draw the way at the end of the edge and write it into the state: ``CHOICE`` (-1 at a dead end) and ``BOUND``.
 
-    The weight is that of ``weight_of_turn`` times the agreement with the desired heading ``BOUND``, if there is one: it outlasts redrawn roads. For a car on the
-    crossing the weight is also multiplied by ``fit_of_curve``, and the car is moved onto the path.
+    The weight is that of ``weight_of_turn`` times the agreement with the desired heading ``BOUND``, if there is one: it
+    outlasts redrawn roads. For a car on the crossing the weight is also multiplied by ``fit_of_curve``, and the car is
+    moved onto the path.
     """
     edge, side = int(s[EDGE]), 1 if s[DIRECTION] > 0 else 0
     node = graph.ends[edge, side]

@@ -155,10 +155,11 @@ def drive(
 
     On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the chosen way (pure
     pursuit: ``curvature = 2 sin(alpha) / L``). The speed approaches the goal g, limited by ``_allowed_speed`` and the
-    present curvature: ``a = A (1 - (v / g)^4)``, the free road of the intelligent driver model with its authors' exponent
-    (Treiber, Hennecke, Helbing 2000); the urge covers drivers that differ. Free: the curvature is an Ornstein-Uhlenbeck process, but constant in a turn as far as the speed
-    allows. Turns begin where no road is known, and may end early. Both: ``v' = v + (a + u) dt + n``,
-    ``x' = x + v' dt (cos, sin) + n``; desired speed, urge u, style and place in the lane are Ornstein-Uhlenbeck processes.
+    present curvature: ``a = A (1 - (v / g)^4)``, the free road of the intelligent driver model with its authors'
+    exponent (Treiber, Hennecke, Helbing 2000); the urge covers drivers that differ. Free: the curvature is an
+    Ornstein-Uhlenbeck process, but constant in a turn as far as the speed allows. Turns begin where no road is known,
+    and may end early. Both: ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; desired speed, urge u,
+    style and place in the lane are Ornstein-Uhlenbeck processes.
 
     Args:
         states: (N, COLUMNS).
