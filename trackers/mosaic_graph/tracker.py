@@ -82,7 +82,11 @@ class MosaicGraphParameters:
     summary="ground mosaic, road graph drawn from it, particles that move on it; re-detection in the whole picture",
 )
 class MosaicGraphParticleFilter:
-    """Tracks a car in coordinates of the ground, which the mosaic defines."""
+    """Tracks a car in coordinates of the ground, which the mosaic defines.
+
+    It learns online the colours of roads, the side of the traffic and the place of its lane, the target's usual speed
+    and style of driving, and looks; ``Habits`` names the sources of what it assumes at first.
+    """
 
     Parameters = MosaicGraphParameters
 

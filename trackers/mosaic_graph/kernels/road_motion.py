@@ -73,7 +73,7 @@ class Habits(NamedTuple):
             Acceleration: of city traffic (Treiber & Kesting, Traffic Flow Dynamics, 2013, table 11.2).
         vigour_spread, cornering_spread, style_rate: deviation of the logarithm over drivers, of the accelerations along
             the road and of the lateral one, and its rate of return. Each particle has its own; the filter selects.
-        halt_share, halt_s: share of crossings where a car halts, and mean duration.
+        halt_share, halt_s: share of crossings where a car halts, and mean duration; assumed.
         lane_m, lane_spread_m, lane_rate: offset of the lane to the right of the centre line (left-hand traffic:
             negative), its deviation, and rate of moving into it. Learnt online, see ``LaneOffset``.
         rethink_rate: of drawing the way at a crossing again, up to 5.5 m before its middle.
