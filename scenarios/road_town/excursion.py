@@ -55,8 +55,9 @@ def with_excursion(
         leave = float(rng.uniform(*between_m))
         along = float(rng.uniform(*along_m))
         aside = float(rng.uniform(*aside_m)) * (1 if rng.integers(2) else -1)
-        # To the left, the route first crosses the opposite lane.
-        aside += 3.5 if aside > 0 else 0.0
+        # To the other side, the route first crosses the opposite lane.
+        side = layout.graph.right_sign
+        aside += 3.5 * side if aside * side > 0 else 0.0
         if leave + along > between_m[1] or any(
             p.enter_m - 2 < leave + along and p.leave_m + 2 > leave for p in route.passages
         ):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ class Street:
     Attributes:
         start, end: node indices.
         centre_m: (M, 2) points of the centre line, at most 1 m apart, from start to end.
-        width_m: kerb to kerb, two lanes; traffic keeps right (lane centres are width / 4 right of the centre line).
+        width_m: kerb to kerb, two lanes, whose centres are width / 4 beside the centre line.
     """
 
     start: int
@@ -34,10 +35,17 @@ class RoadGraph:
     Attributes:
         nodes_m: (K, 2).
         streets: edges; traffic uses every street in both directions.
+        traffic_side: the side of the centre line on which it keeps, seen in its direction.
     """
 
     nodes_m: NDArray[np.float64]
     streets: tuple[Street, ...]
+    traffic_side: Literal["right", "left"] = "right"
+
+    @property
+    def right_sign(self) -> float:
+        """+1 where traffic keeps right, -1 where it keeps left."""
+        return 1.0 if self.traffic_side == "right" else -1.0
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ It needs no rendering, so surveys over many seeds and searches over schedules ar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,12 +85,13 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
     streams = {name: generator(seed, name) for name in ("streets", "blocks", "looks", "traffic", "sun")}
     pattern = str(streams["streets"].choice(preset.street_patterns))
     graph = make_streets(pattern, streams["streets"], preset.extent_m)
+    graph = replace(graph, traffic_side=preset.traffic_side)
     layout = fill_blocks(graph, streams["blocks"], preset.extent_m)
     looks = _draw_looks(preset, streams["looks"])
     sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
     target, layout, excursions = _target_driver(preset, layout, streams["traffic"])
     drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
-    motion = simulate(drivers, preset.frame_count, preset.rate_hz)
+    motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
     camera = PinholeCamera.from_field_of_view(
         preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
     )

@@ -92,6 +92,8 @@ class RoadTown:
         turn_preference: weight of turning against going straight on at a crossing.
         start_before_bend: whether the target starts shortly before the sharpest bend of its route.
         stop_share: share of crossings where a car halts first.
+        traffic_side: side of the street on which cars drive.
+        driver: model of all drivers' speeds: ``idm`` = ``traffic``, ``gipps`` = ``gipps``.
         excursions: range of the number of excursions off the road per episode, both ends included.
         altitude_m: range.
         attitude_noise_deg: standard deviation of roll and pitch; yaw has 1.5 times that.
@@ -117,6 +119,8 @@ class RoadTown:
     turn_preference: float = 1.0
     start_before_bend: bool = False
     stop_share: float = 0.25
+    traffic_side: Literal["right", "left"] = "right"
+    driver: Literal["idm", "gipps"] = "idm"
     excursions: tuple[int, int] = (0, 1)
     altitude_m: tuple[float, float] = (50.0, 80.0)
     attitude_noise_deg: float = 1.5
@@ -237,3 +241,14 @@ PRESETS_V1 = {
     }.items()
 }
 """Presets of ``road-town-v1``."""
+
+ABLATIONS: dict[str, RoadTown] = {
+    "standard-left-hand": replace(STANDARD, summary="standard, but cars drive on the left", traffic_side="left"),
+    "standard-gipps": replace(STANDARD, summary="standard, with another model of drivers (Gipps 1981)", driver="gipps"),
+    "standard-slow": replace(STANDARD, summary="standard, with cars that drive 30 % slower", cruise_mps=(4.9, 8.4)),
+    "standard-fast": replace(STANDARD, summary="standard, with cars that drive 30 % faster", cruise_mps=(9.1, 15.6)),
+    "standard-other-town": replace(
+        STANDARD, summary="standard, with winding streets, a pattern that it lacks", street_patterns=("winding",)
+    ),
+}
+"""Further presets of ``road-town-v2``: ``standard`` with one assumption of a tracker violated in each."""

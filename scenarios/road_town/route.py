@@ -1,4 +1,4 @@
-"""Paths of cars: right-hand lanes of streets, joined by smooth curves over the crossings."""
+"""Paths of cars: lanes of streets on the side of the traffic, joined by smooth curves over the crossings."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def _outgoing_lanes(graph: RoadGraph) -> list[list[Lane]]:
 
 
 def _lane_points(graph: RoadGraph, lane: Lane) -> NDArray[np.float64]:
-    """Return the right-hand lane's centre line between the crossings (M, 2), in driving direction."""
+    """Return the lane's centre line between the crossings (M, 2), in driving direction."""
     street = graph.streets[lane[0]]
     centre = street.centre_m if lane[1] else street.centre_m[::-1]
     centre, _ = resample(centre)
@@ -144,7 +144,7 @@ def _lane_points(graph: RoadGraph, lane: Lane) -> NDArray[np.float64]:
     right = np.column_stack([tangent[:, 1], -tangent[:, 0]])
     length = POINT_SPACING_M * (len(centre) - 1)
     trim = round(min(1.1 * street.width_m, 0.3 * length) / POINT_SPACING_M)
-    return (centre + 0.25 * street.width_m * right)[trim : len(centre) - trim]
+    return (centre + graph.right_sign * 0.25 * street.width_m * right)[trim : len(centre) - trim]
 
 
 def _connect(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:

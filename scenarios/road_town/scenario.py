@@ -8,7 +8,7 @@ from scenarios.road_town.episode import RoadTownEpisode
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import make_plan
-from scenarios.road_town.presets import PRESETS, PRESETS_V1, RoadTown
+from scenarios.road_town.presets import ABLATIONS, PRESETS, PRESETS_V1, RoadTown
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.truth import TruthExtent
@@ -27,7 +27,7 @@ class RoadTownScenario:
     truth: type[RoadTruth] = RoadTruth
     carrier: Carrier = HELICOPTER
     pictureless: Pictureless | None = field(default_factory=RoadPictureless)
-    presets: dict[str, RoadTown] = field(default_factory=lambda: dict(PRESETS))
+    presets: dict[str, RoadTown] = field(default_factory=lambda: PRESETS | ABLATIONS)
 
     def episode(
         self,

@@ -34,7 +34,7 @@ def paint_streets(canvas: Canvas, graph: RoadGraph, rng: np.random.Generator) ->
     for strip in strips:
         if strip.clear_m is not None:
             _paint_lines(strip, strip.clear_m)
-            _paint_crossing_ends(strip, strip.clear_m, rng)
+            _paint_crossing_ends(strip, strip.clear_m, graph.right_sign, rng)
 
 
 def paint_car_park(canvas: Canvas, car_park: CarPark, rng: np.random.Generator) -> None:
@@ -179,11 +179,11 @@ def _paint_lines(strip: _Strip, clear_m: float) -> None:
         strip.canvas.bar(strip.at(start, 0.0), strip.at(start + 3.0, 0.0), 0.15, MARKING)
 
 
-def _paint_crossing_ends(strip: _Strip, clear_m: float, rng: np.random.Generator) -> None:
-    """Paint a stop line at each end on the arriving lane (right-hand traffic), and some zebra crossings."""
+def _paint_crossing_ends(strip: _Strip, clear_m: float, right_sign: float, rng: np.random.Generator) -> None:
+    """Paint a stop line at each end on the arriving lane, and some zebra crossings."""
     edge = strip.half_m - EDGE_LINE_INSET_M
     for along, outward in ((clear_m, -1.0), (strip.length_m - clear_m, 1.0)):
-        strip.across(along, 0.0, -outward * edge, 0.4, MARKING)
+        strip.across(along, 0.0, -right_sign * outward * edge, 0.4, MARKING)
         if rng.random() < 0.4:
             for left in np.arange(-edge + 0.2, edge, 1.0):
                 bar = strip.at(along + outward * np.array([0.7, 3.3]), left)

@@ -1,17 +1,19 @@
 """Traffic: cars move along their routes, keep their distance and share crossings.
 
-Speeds follow the intelligent driver model (Treiber, Hennecke, Helbing 2000), limited by the bends ahead. One car at a
-time uses a crossing, first come, first served; some cars stop there first.
+Speeds follow the intelligent driver model (Treiber, Hennecke, Helbing 2000), limited by the bends ahead, or the
+model of ``gipps``. One car at a time uses a crossing, first come, first served; some cars stop there first.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.road_town import gipps
 from scenarios.road_town.route import POINT_SPACING_M, Route
 
 LATERAL_ACCELERATION_MPS2 = 2.2
@@ -70,9 +72,9 @@ class Motion:
         return poses
 
 
-def simulate(drivers: list[Driver], frame_count: int, rate_hz: float) -> Motion:
-    """Return the motion of all cars over ``frame_count`` frames."""
-    state = _State(drivers)
+def simulate(drivers: list[Driver], frame_count: int, rate_hz: float, model: Literal["idm", "gipps"] = "idm") -> Motion:
+    """Return the motion of all cars over ``frame_count`` frames; ``model`` sets their speeds."""
+    state = _State(drivers) if model == "idm" else _GippsState(drivers)
     arcs, speeds = np.empty((2, frame_count, len(drivers)))
     for frame in range(frame_count):
         arcs[frame], speeds[frame] = state.arc_m, state.speed_mps
@@ -119,16 +121,19 @@ class _State:
         free_m = self._gap_to_cars()
         for car in range(len(self.drivers)):
             free_m[car] = min(free_m[car], self._gap_to_crossing(car), self._gap_to_stop(car, dt_s))
-        limit = np.array([self._limit(car) for car in range(len(self.drivers))])
         speed = self.speed_mps
-        wanted_gap = STANDSTILL_GAP_M + speed * TIME_GAP_S
-        acceleration = ACCELERATION_MPS2 * (
-            1 - (speed / np.maximum(limit, 0.5)) ** 4 - (wanted_gap / np.maximum(free_m, 0.3)) ** 2
-        )
-        acceleration = np.clip(acceleration, -HARDEST_BRAKING_MPS2, ACCELERATION_MPS2)
-        self.speed_mps = np.maximum(speed + acceleration * dt_s, 0.0)
+        self.speed_mps = np.maximum(speed + self._acceleration(free_m) * dt_s, 0.0)
         lengths = np.array([d.route.length_m for d in self.drivers])
         self.arc_m = np.minimum(self.arc_m + 0.5 * (speed + self.speed_mps) * dt_s, lengths)
+
+    def _acceleration(self, free_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the acceleration (N,) of every car with a free distance (N,) ahead of it."""
+        limit = np.array([self._limit(car) for car in range(len(self.drivers))])
+        wanted_gap = STANDSTILL_GAP_M + self.speed_mps * TIME_GAP_S
+        acceleration = ACCELERATION_MPS2 * (
+            1 - (self.speed_mps / np.maximum(limit, 0.5)) ** 4 - (wanted_gap / np.maximum(free_m, 0.3)) ** 2
+        )
+        return np.clip(acceleration, -HARDEST_BRAKING_MPS2, ACCELERATION_MPS2)
 
     def _limit(self, car: int) -> float:
         return float(np.interp(self.arc_m[car] / POINT_SPACING_M, self.places[car], self.limits[car]))
@@ -176,3 +181,20 @@ class _State:
             self.waited_s[car] = 0.0
             return np.inf
         return max(gap, 0.0) + STANDSTILL_GAP_M
+
+
+@dataclass(eq=False)
+class _GippsState(_State):
+    """The same with the speeds of ``gipps``."""
+
+    def __post_init__(self) -> None:
+        self.bends = [gipps.bend_speeds_mps(d.route, d.cruise_mps) for d in self.drivers]
+        super().__post_init__()
+
+    def _acceleration(self, free_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the acceleration (N,) of every car with a free distance (N,) ahead of it."""
+        cruise = np.array([driver.cruise_mps for driver in self.drivers])
+        safe = np.array(
+            [gipps.speed_for_bends_mps(*each) for each in zip(self.bends, self.arc_m, self.speed_mps, strict=True)]
+        )
+        return gipps.acceleration_mps2(self.speed_mps, cruise, safe, free_m - STANDSTILL_GAP_M)

@@ -95,10 +95,10 @@ def _project_local(
     return project(camera, T_world_camera, world)[0]
 
 
-def drive(frames: int, rate_hz: float) -> NDArray[np.float64]:
-    """Return x, y, heading (F, 3) of a car that drives east on the right-hand lane of y = 0."""
+def drive(frames: int, rate_hz: float, lane_y_m: float) -> NDArray[np.float64]:
+    """Return x, y, heading (F, 3) of a car that drives east on a lane of the street along y = 0."""
     x = -60.0 + _SPEED_MPS / rate_hz * np.arange(frames)
-    return np.column_stack([x, np.full(frames, -ROAD_WIDTH_M / 4), np.zeros(frames)])
+    return np.column_stack([x, np.full(frames, lane_y_m), np.zeros(frames)])
 
 
 def film(
@@ -109,15 +109,17 @@ def film(
     with_ego: bool = False,
     decoys: int = 3,
     jump_m: float = 0.0,
+    lane_y_m: float = -ROAD_WIDTH_M / 4,
 ) -> list[DrawnFrame]:
     """Return a short film: the car drives, and in ``out`` (first, last frame) a gust swings the view off it.
 
     Half-way through ``out`` the car jumps ``jump_m`` ahead (or back); the camera does not follow the jump.
+    It drives east on the lane at ``lane_y_m``, by default on the right.
     """
     rng = np.random.default_rng(seed)
     camera = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
     texture = ground_texture(rng)
-    path = drive(frames, 15.0)
+    path = drive(frames, 15.0, lane_y_m)
     jump = np.where(np.arange(frames) < sum(out) // 2, 0.0, jump_m)
     noise = np.zeros(5)
     result = []

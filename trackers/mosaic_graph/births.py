@@ -11,6 +11,7 @@ from trackers.mosaic_graph.motion_model import Birth
 from trackers.mosaic_graph.sightings import Sighting
 
 FASTEST_MPS = 15.0
+"""Desired speed of city traffic, 54 km/h (Treiber & Kesting, Traffic Flow Dynamics, 2013, table 11.2)."""
 _REACH_MARGIN_M = 12.0
 _LEAP_M, _SPEED_ERROR_MPS, _HARDEST_MPS2 = 3.0, 2.0, 3.0
 _RELIABLE_S = 3.0

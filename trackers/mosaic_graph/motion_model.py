@@ -12,9 +12,12 @@ from trackers.mosaic_graph.ground_camera import GroundCamera
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.mosaic_graph.kernels.roads import Roads
+from trackers.mosaic_graph.lane_offset import LaneOffset
 
 _AXIS_DEVIATION_RAD, _AXIS_SPACING_RAD_PER_M = 0.12, 0.3
 _FREE_DRIVING_MPS, _CRUISE_PRIOR_S = 4.0, 2.0
+_FASTEST_START_MPS = 14.0
+"""The usual limit in towns, 50 km/h."""
 _BORN_POSITION_M, _BORN_SPEED_MPS, _BORN_HEADING_RAD, _BORN_URGE_MPS2 = 0.4, 1.0, 0.12, 1.5
 _BORN_CURVE_PER_M, _BORN_TURNING, _BORN_TURNS_PER_M, _LONGEST_TURN_RAD = 0.06, 0.3, (0.05, 0.2), 1.7
 
@@ -84,6 +87,10 @@ class CarModel:
     detection_deviation_m: float
     border_m: float
     _driven_s: float = field(default=_CRUISE_PRIOR_S, init=False)
+    _lane: LaneOffset = field(default_factory=LaneOffset, init=False)
+
+    def __post_init__(self) -> None:
+        self._set_lane()
 
     def learn_speed(self, speed_mps: float, dt_s: float) -> None:
         """Move the mean desired speed towards the mean of the target's speeds in free driving."""
@@ -93,16 +100,28 @@ class CarModel:
         mean = self.habits.cruise_mps
         self.habits = self.habits._replace(cruise_mps=mean + dt_s / self._driven_s * (speed_mps - mean))
 
+    def learn_lane(
+        self, position_m: NDArray[np.float64], velocity_mps: NDArray[np.float64], roads: Roads, share: float
+    ) -> None:
+        """Learn the side and the place of the lane from a moving car, see ``LaneOffset.learn``."""
+        self._lane.learn(position_m, velocity_mps, roads, share)
+        self._set_lane()
+
+    def _set_lane(self) -> None:
+        self.habits = self.habits._replace(lane_m=self._lane.mean_m, lane_spread_m=self._lane.spread_m)
+
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Draw states (N, COLUMNS)."""
         states = np.zeros((count, rp.COLUMNS))
         states[:, rp.X : rp.Y + 1] = self.start_m + rng.normal(0, 0.2, (count, 2))
         ahead = rng.random(count) < 0.5
         states[:, rp.HEADING] = self.axis_rad + np.pi * ahead + rng.normal(0, 0.3, count)
-        states[:, rp.SPEED] = rng.uniform(0, 14.0, count)
+        states[:, rp.SPEED] = rng.uniform(0, _FASTEST_START_MPS, count)
         states[:, rp.CRUISE] = np.maximum(states[:, rp.SPEED], self._draw_cruise(count, rng))
         states[:, rp.CHOICE], states[:, rp.BOUND] = -1, np.nan
         states[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, count)
+        states[:, rp.VIGOUR] = rng.normal(0, self.habits.vigour_spread, count)
+        states[:, rp.CORNERING] = rng.normal(0, self.habits.cornering_spread, count)
         return states
 
     def predict(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -112,9 +131,8 @@ class CarModel:
         count = len(states)
         if observed.roads_are_new:
             self._associate_anew(states, observed.roads, rng)
-        rm.drive(
-            states, observed.roads, self.habits, observed.dt_s, rng.normal(size=(count, 7)), rng.random((count, 7))
-        )
+        normals = rng.normal(size=(count, rm.NORMALS))
+        rm.drive(states, observed.roads, self.habits, observed.dt_s, normals, rng.random((count, 7)))
         if observed.births:
             self._give_birth(states, observed, rng)
         return states
@@ -158,7 +176,10 @@ class CarModel:
         replaced = rng.permutation(len(states))
         share = each / len(states)
         for k, birth in enumerate(observed.births):
+            places = replaced[k * each : (k + 1) * each]
             born = np.zeros((each, rp.COLUMNS))
+            # What the filter has learnt of the driver outlives the particles.
+            born[:, rp.VIGOUR], born[:, rp.CORNERING] = states[places, rp.VIGOUR], states[places, rp.CORNERING]
             born[:, rp.X : rp.Y + 1] = birth.position_m + rng.normal(0, _BORN_POSITION_M, (each, 2))
             born[:, rp.HEADING] = birth.heading_rad + rng.normal(0, _BORN_HEADING_RAD, each)
             born[:, rp.SPEED] = np.abs(birth.speed_mps + rng.normal(0, _BORN_SPEED_MPS, each))
@@ -172,7 +193,7 @@ class CarModel:
             born[:, rp.CHOICE], born[:, rp.BOUND] = -1, np.nan
             born[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, each)
             rp.associate(born, observed.roads, rng.random(each))
-            states[replaced[k * each : (k + 1) * each]] = born
+            states[places] = born
 
     def _draw_cruise(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         return rng.normal(self.habits.cruise_mps, self.habits.cruise_spread_mps, count)

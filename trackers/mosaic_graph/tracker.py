@@ -37,6 +37,7 @@ _VAGUE_IF_CUT = 0.25
 _SURE_FRAMES = 4
 _LOOK_AT_PARTICLES = 4
 _SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
+_SHARE_OF_OTHERS = 0.25
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,11 @@ class MosaicGraphParameters:
     summary="ground mosaic, road graph drawn from it, particles that move on it; re-detection in the whole picture",
 )
 class MosaicGraphParticleFilter:
-    """Tracks a car in coordinates of the ground, which the mosaic defines."""
+    """Tracks a car in coordinates of the ground, which the mosaic defines.
+
+    It learns online the colours of roads, the side of the traffic and the place of its lane, the target's usual speed
+    and style of driving, and looks; ``Habits`` names the sources of what it assumes at first.
+    """
 
     Parameters = MosaicGraphParameters
 
@@ -248,6 +253,7 @@ class MosaicGraphParticleFilter:
                 self._last = LastSeen(target.position_m, speed_mps, 0.0)
             self._sightings.rule_out_others(target)
             self._car.learn_speed(speed_mps, dt_s)
+            self._learn_lane(target)
             on_road = float(posterior.weights @ posterior.states[:, rp.ON_ROAD])
             left_m = self._driven[0]
             if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
@@ -264,6 +270,14 @@ class MosaicGraphParticleFilter:
                 self._detector.learn(registered, seen.position_m, seen.axis_rad, _SHAPE_RATE)
         if self._frame % 5 == 0:
             self._detector.learn_rest(registered, None if target is None else target.position_m)
+
+    def _learn_lane(self, target: Sighting) -> None:
+        """Learn the lane from the target, and from others that move: they keep to the same side."""
+        for sighting in self._sightings.seen():
+            if sighting is target and self._held_frames >= _SURE_FRAMES:
+                self._car.learn_lane(sighting.position_m, sighting.velocity_mps, self._roads, 1.0)
+            elif sighting is not target and sighting.age > _SURE_FRAMES:
+                self._car.learn_lane(sighting.position_m, sighting.velocity_mps, self._roads, _SHARE_OF_OTHERS)
 
 
 _ABLATIONS = (

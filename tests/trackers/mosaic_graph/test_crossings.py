@@ -151,7 +151,9 @@ def test_no_car_decides_to_halt_in_the_middle_of_a_crossing() -> None:
         states[:, rp.ON_ROAD] = 1
         roads = roads_of(crossing())
         rp.associate(states, roads, rng.random(100))
-        rm.drive(states, roads, HABITS._replace(halt_share=1.0), 1 / 15, np.zeros((100, 7)), rng.random((100, 7)))
+        rm.drive(
+            states, roads, HABITS._replace(halt_share=1.0), 1 / 15, np.zeros((100, rm.NORMALS)), rng.random((100, 7))
+        )
         halts.append(states[states[:, rp.ON_ROAD] == 1, rp.HALTS].mean())
     assert halts == [0.0, 1.0]
 
@@ -166,7 +168,7 @@ def speed_after_a_step(graph: RoadGraph, x_m: float, y_m: float, speed_mps: floa
     assert state[0, rp.ON_ROAD] == 1
     state[:, [rp.BOUND, rp.CRUISE]] = [bound_rad, 14.0]
     habits = HABITS._replace(cruise_rate=0.0)
-    rm.drive(state, roads, habits, 1 / 15, np.zeros((1, 7)), np.full((1, 7), 0.5))
+    rm.drive(state, roads, habits, 1 / 15, np.zeros((1, rm.NORMALS)), np.full((1, 7), 0.5))
     return float(state[0, rp.SPEED])
 
 

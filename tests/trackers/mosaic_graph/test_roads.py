@@ -20,6 +20,8 @@ HABITS = rm.Habits(
     lateral_acceleration=2.2,
     braking=3.0,
     acceleration=1.8,
+    vigour_spread=0.0,
+    cornering_spread=0.0,
     cruise_mps=8.0,
     cruise_spread_mps=0.0,
     cruise_rate=0.3,
@@ -37,6 +39,7 @@ HABITS = rm.Habits(
     halt_s=1.5,
     turn_weight=0.5,
     lane_m=1.75,
+    lane_spread_m=0.0,
     lane_rate=0.0,
     rethink_rate=0.0,
 )
@@ -65,7 +68,9 @@ def cars(count: int, x_m: float, y_m: float, heading_rad: float, speed_mps: floa
 
 def drive(states: np.ndarray, roads: Roads, frames: int, rng: np.random.Generator) -> None:
     for _ in range(frames):
-        rm.drive(states, roads, HABITS, 1 / 15, rng.normal(size=(len(states), 7)), rng.random((len(states), 7)))
+        rm.drive(
+            states, roads, HABITS, 1 / 15, rng.normal(size=(len(states), rm.NORMALS)), rng.random((len(states), 7))
+        )
 
 
 def test_a_crossing_of_raw_lines_becomes_one_node() -> None:
@@ -148,7 +153,7 @@ def test_a_free_cars_urge_has_the_spread_it_should() -> None:
     states = cars(4000, 0.0, 0.0, 0.0, 30.0)
     habits = HABITS._replace(urge_spread=1.0, cruise_spread_mps=2.0)
     for _ in range(150):
-        rm.drive(states, NO_ROADS, habits, 1 / 15, rng.normal(size=(4000, 7)), rng.random((4000, 7)))
+        rm.drive(states, NO_ROADS, habits, 1 / 15, rng.normal(size=(4000, rm.NORMALS)), rng.random((4000, 7)))
     assert states[:, rp.URGE].std() == pytest.approx(1.0, rel=0.06)
     assert states[:, rp.CRUISE].std() == pytest.approx(2.0, rel=0.06)
     assert states[:, rp.CRUISE].mean() == pytest.approx(8.0, abs=0.2)
@@ -164,7 +169,9 @@ def test_on_a_straight_road_a_car_reaches_its_desired_speed() -> None:
     rp.associate(states, roads, rng.random(50))
     for _ in range(150):
         states[:, rp.CRUISE] = 14.0
-        rm.drive(states, roads, HABITS._replace(cruise_rate=0.0), 1 / 15, np.zeros((50, 7)), rng.random((50, 7)))
+        rm.drive(
+            states, roads, HABITS._replace(cruise_rate=0.0), 1 / 15, np.zeros((50, rm.NORMALS)), rng.random((50, 7))
+        )
     np.testing.assert_allclose(states[:, rp.SPEED], 14.0, atol=0.3)
 
 

@@ -32,7 +32,8 @@ from trackers.mosaic_graph.kernels.road_position import (
 )
 from trackers.mosaic_graph.kernels.roads import RoadGraph
 
-_STRAIGHT_RAD, _SHARPEST_RAD, _TURNING_BACK = 0.6, 2.3, 0.02
+_STRAIGHT_SPREAD_RAD = 0.5
+_SHARPEST_RAD, _SHARPEST_SPREAD_RAD, _TURNING_BACK = 2.3, 0.15, 0.02
 _SAME_WAY_RAD, _OTHER_WAY = 0.3, 1e-3
 _ABREAST_WITHIN_M = 13
 
@@ -46,12 +47,22 @@ def heading_behind(graph: RoadGraph, way: int) -> float:
 
 
 @njit(cache=True)
+def weight_of_turn(turn: float, turn_weight: float) -> float:
+    """Return the prior weight of a way: 1 for going straight on, smoothly down to ``turn_weight`` for a turn by a right
+    angle, and from 130 degrees on to 0.02 of that: drivers hardly turn back.
+    """
+    straight = np.exp(-0.5 * (turn / _STRAIGHT_SPREAD_RAD) ** 2)
+    back = 1.0 / (1.0 + np.exp((_SHARPEST_RAD - abs(turn)) / _SHARPEST_SPREAD_RAD))
+    return (straight + (1.0 - straight) * turn_weight) * (1.0 - (1.0 - _TURNING_BACK) * back)
+
+
+@njit(cache=True)
 def choose_way(s: NDArray[np.float64], graph: RoadGraph, turn_weight: float, lane_m: float, uniform: float) -> None:
     """Draw the way at the end of the edge and write it into the state: ``CHOICE`` (-1 at a dead end) and ``BOUND``.
 
-    Weights: 1 for going on within 35 degrees, ``turn_weight`` for turns up to 130 degrees, 0.02 for turning back, each
-    times the agreement with the desired heading ``BOUND``, if there is one: it outlasts redrawn roads. For a car on the
-    crossing the weight is also multiplied by ``fit_of_curve``, and the car is moved onto the path.
+    The weight is that of ``weight_of_turn`` times the agreement with the desired heading ``BOUND``, if there is one: it
+    outlasts redrawn roads. For a car on the crossing the weight is also multiplied by ``fit_of_curve``, and the car is
+    moved onto the path.
     """
     edge, side = int(s[EDGE]), 1 if s[DIRECTION] > 0 else 0
     node = graph.ends[edge, side]
@@ -65,9 +76,7 @@ def choose_way(s: NDArray[np.float64], graph: RoadGraph, turn_weight: float, lan
             if graph.node_edges[way] == edge and graph.node_sides[way] == side:
                 continue
             control, _, _, turn = curve_over(graph, edge, s[DIRECTION], way, lane_m)
-            weight = 1.0
-            if abs(turn) > _STRAIGHT_RAD:
-                weight = turn_weight if abs(turn) < _SHARPEST_RAD else _TURNING_BACK
+            weight = weight_of_turn(turn, turn_weight)
             if not np.isnan(s[BOUND]):
                 off = wrap(heading_behind(graph, way) - s[BOUND])
                 weight *= np.exp(-0.5 * (off / _SAME_WAY_RAD) ** 2) + _OTHER_WAY

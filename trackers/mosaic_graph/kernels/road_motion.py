@@ -13,6 +13,7 @@ from trackers.mosaic_graph.kernels.road_course import choose_way, distance_to_no
 from trackers.mosaic_graph.kernels.road_position import (
     BOUND,
     CHOICE,
+    CORNERING,
     CRUISE,
     CURVE,
     DIRECTION,
@@ -25,6 +26,7 @@ from trackers.mosaic_graph.kernels.road_position import (
     SPEED,
     TURN,
     URGE,
+    VIGOUR,
     X,
     Y,
     associate_one,
@@ -36,8 +38,12 @@ _COMMITTED_M = 5.5
 _DECIDE_M = 28.0
 _HALT_BEFORE_M = 8.0
 _BEND_STEP_M, _BEND_STEPS, _SHORTEST_BEND_M = 10.0, 3, 3.0
-_HARDEST_BRAKING = 5.0
+_FREE_ROAD_EXPONENT = 4
+_HARDEST_BRAKING = 8.0
+"""On a dry road (Treiber & Kesting, Traffic Flow Dynamics, 2013, section 11.1: 8 to 9 m/s^2 at most)."""
 SHORTEST_LOOK_M, LONGEST_LOOK_M = 3.0, 6.0
+NORMALS = 10
+"""Number of normal variates of a step."""
 _SHARPEST_PER_M, _TURN_PER_M, _STRAIGHT_PER_M = 0.22, 0.13, 0.02
 _LEAST_TURN_RAD, _LEAST_BEND_RAD = 0.3, 0.15
 _HURRY, _HARDEST = 1.2, 1.6
@@ -53,16 +59,23 @@ class Habits(NamedTuple):
     """Parameters of driving. Rates are per second, noises per square root of a second.
 
     Attributes:
-        cruise_mps, cruise_spread_mps, cruise_rate: desired speed: mean, deviation, rate of return to the mean.
+        cruise_mps, cruise_spread_mps, cruise_rate: desired speed: mean, deviation, rate of return to the mean. The mean
+            is learnt online; at first it lies between the usual limits in towns, 30 and 50 km/h.
         urge_spread, urge_rate: additional random acceleration: deviation (m/s^2), rate of decay.
         curve_spread_per_m, curve_rate: curvature of paths off the known roads: deviation, rate of decay.
         unseen_turns_per_m: turns per metre off the known roads.
         speed_noise, heading_noise, position_noise: of the step.
         leave_rate, return_rate: of leaving the road, and of joining one nearby.
-        turn_weight: of a turn at a crossing, against 1 for going straight on.
-        lateral_acceleration, braking, acceleration: m/s^2; comfortable values, and the greatest acceleration.
-        halt_share, halt_s: share of crossings where a car halts, and mean duration.
-        lane_m, lane_rate: offset of the lane to the right of the centre line, and rate of moving into it.
+        turn_weight: of a turn at a crossing by a right angle, against 1 for going straight on.
+        lateral_acceleration, braking, acceleration: m/s^2; medians over drivers of the comfortable ones, and of the
+            greatest acceleration. Lateral: the side friction of 0.23 that drivers accept at 40 km/h (AASHTO, Policy on
+            Geometric Design, 2011, low-speed streets). Braking: 10 ft/s^2, for which amber lights are timed (ITE).
+            Acceleration: of city traffic (Treiber & Kesting, Traffic Flow Dynamics, 2013, table 11.2).
+        vigour_spread, cornering_spread, style_rate: deviation of the logarithm over drivers, of the accelerations along
+            the road and of the lateral one, and its rate of return. Each particle has its own; the filter selects.
+        halt_share, halt_s: share of crossings where a car halts, and mean duration; assumed.
+        lane_m, lane_spread_m, lane_rate: offset of the lane to the right of the centre line (left-hand traffic:
+            negative), its deviation, and rate of moving into it. Learnt online, see ``LaneOffset``.
         rethink_rate: of drawing the way at a crossing again, up to 5.5 m before its middle.
     """
 
@@ -74,10 +87,13 @@ class Habits(NamedTuple):
     speed_noise: float
     leave_rate: float
     turn_weight: float
-    lateral_acceleration: float = 2.2
+    lateral_acceleration: float = 2.3
     braking: float = 3.0
-    acceleration: float = 1.8
-    cruise_mps: float = 9.0
+    acceleration: float = 1.0
+    vigour_spread: float = 0.5
+    cornering_spread: float = 0.25
+    style_rate: float = 0.05
+    cruise_mps: float = 11.1
     urge_rate: float = 0.7
     curve_rate: float = 0.5
     heading_noise: float = 0.06
@@ -85,7 +101,8 @@ class Habits(NamedTuple):
     return_rate: float = 0.5
     halt_share: float = 0.2
     halt_s: float = 1.5
-    lane_m: float = 1.75
+    lane_m: float = 0.0
+    lane_spread_m: float = 0.0
     lane_rate: float = 1.0
     rethink_rate: float = 1.0
 
@@ -97,6 +114,8 @@ def _allowed_speed(s: NDArray[np.float64], graph: RoadGraph, habits: Habits) -> 
     ``v^2 = a_lateral r + 2 b d`` for a bend of radius r at distance d, braking by b.
     """
     allowed = max(s[CRUISE], 0.0)
+    lateral = habits.lateral_acceleration * np.exp(s[CORNERING])
+    braking = habits.braking * np.exp(s[VIGOUR])
     to_node = distance_to_node_m(s, graph)
     street_m = _BEND_STEPS * _BEND_STEP_M
     if s[CHOICE] >= 0:
@@ -104,7 +123,7 @@ def _allowed_speed(s: NDArray[np.float64], graph: RoadGraph, habits: Habits) -> 
         _, _, radius, turn = curve_over(graph, edge, s[DIRECTION], int(s[CHOICE]), habits.lane_m)
         if abs(turn) > _LEAST_TURN_RAD:
             street_m = min(street_m, to_node - reach_before(graph, edge))
-            squared = habits.lateral_acceleration * radius + 2 * habits.braking * max(street_m, 0.0)
+            squared = lateral * radius + 2 * braking * max(street_m, 0.0)
             allowed = min(allowed, np.sqrt(squared))
     heading = s[HEADING]
     for step in range(_BEND_STEPS):
@@ -116,10 +135,10 @@ def _allowed_speed(s: NDArray[np.float64], graph: RoadGraph, habits: Habits) -> 
         bend = abs(wrap(beyond - heading))
         heading = beyond
         if bend > _LEAST_BEND_RAD:
-            squared = habits.lateral_acceleration * length / bend + 2 * habits.braking * way
+            squared = lateral * length / bend + 2 * braking * way
             allowed = min(allowed, np.sqrt(squared))
     if s[HALTS] > 0:
-        allowed = min(allowed, np.sqrt(2 * habits.braking * max(0.0, to_node - _HALT_BEFORE_M)))
+        allowed = min(allowed, np.sqrt(2 * braking * max(0.0, to_node - _HALT_BEFORE_M)))
     return allowed
 
 
@@ -136,14 +155,15 @@ def drive(
 
     On a road: the heading turns towards the lane's point ``L = max(look, 0.5 v)`` ahead along the chosen way (pure
     pursuit: ``curvature = 2 sin(alpha) / L``). The speed approaches the goal g, limited by ``_allowed_speed`` and the
-    present curvature: ``a = A (1 - (v / g)^4)``, the free road of the intelligent driver model (Treiber, Hennecke,
-    Helbing 2000). Free: the curvature is an Ornstein-Uhlenbeck process, but constant in a turn as far as the speed
-    allows. Turns begin where no road is known, and may end early. Both: ``v' = v + (a + u) dt + n``,
-    ``x' = x + v' dt (cos, sin) + n``; the desired speed and the urge u are Ornstein-Uhlenbeck processes.
+    present curvature: ``a = A (1 - (v / g)^4)``, the free road of the intelligent driver model with its authors'
+    exponent (Treiber, Hennecke, Helbing 2000); the urge covers drivers that differ. Free: the curvature is an
+    Ornstein-Uhlenbeck process, but constant in a turn as far as the speed allows. Turns begin where no road is known,
+    and may end early. Both: ``v' = v + (a + u) dt + n``, ``x' = x + v' dt (cos, sin) + n``; desired speed, urge u,
+    style and place in the lane are Ornstein-Uhlenbeck processes.
 
     Args:
         states: (N, COLUMNS).
-        normals: (N, 7) standard normal: speed, heading, x, y, desired speed, urge, curvature.
+        normals: (N, NORMALS) standard normal: speed, heading, x, y, desired speed, urge, curvature, two of style, lane.
         uniforms: (N, 7) in [0, 1): mode, way, halt, release, turn, side, rethinking.
     """
     root = np.sqrt(dt_s)
@@ -153,13 +173,18 @@ def drive(
             s[CRUISE] - habits.cruise_mps, habits.cruise_spread_mps, habits.cruise_rate, dt_s, normals[i, 4]
         )
         s[URGE] = _fade(s[URGE], habits.urge_spread, habits.urge_rate, dt_s, normals[i, 5])
+        s[VIGOUR] = _fade(s[VIGOUR], habits.vigour_spread, habits.style_rate, dt_s, normals[i, 7])
+        s[CORNERING] = _fade(s[CORNERING], habits.cornering_spread, habits.style_rate, dt_s, normals[i, 8])
         on_road = s[ON_ROAD] > 0
         if on_road:
-            s[LATERAL] = habits.lane_m + np.exp(-habits.lane_rate * dt_s) * (s[LATERAL] - habits.lane_m)
+            s[LATERAL] = habits.lane_m + _fade(
+                s[LATERAL] - habits.lane_m, habits.lane_spread_m, habits.lane_rate, dt_s, normals[i, 9]
+            )
             goal, curvature = _follow_road(s, roads.graph, habits, dt_s, uniforms[i])
         else:
             goal, curvature = _go_free(s, roads, habits, dt_s, normals[i, 6], uniforms[i])
-        push = habits.acceleration * (1.0 - (s[SPEED] / max(goal, _SLOWEST_GOAL_MPS)) ** 4)
+        share = (s[SPEED] / max(goal, _SLOWEST_GOAL_MPS)) ** _FREE_ROAD_EXPONENT
+        push = habits.acceleration * np.exp(s[VIGOUR]) * (1.0 - share)
         push = max(push, -_HARDEST_BRAKING)
         s[SPEED] = max(0.0, s[SPEED] + (push + s[URGE]) * dt_s + habits.speed_noise * root * normals[i, 0])
         # A standing car neither turns nor drifts.
@@ -214,7 +239,8 @@ def _follow_road(
     s[CURVE] = curvature
     # No acceleration before the end of a turn.
     if abs(curvature) > _STRAIGHT_PER_M:
-        goal = min(goal, np.sqrt(_HURRY * habits.lateral_acceleration / abs(curvature)))
+        lateral = habits.lateral_acceleration * np.exp(s[CORNERING])
+        goal = min(goal, np.sqrt(_HURRY * lateral / abs(curvature)))
     if uniforms[0] < habits.leave_rate * dt_s:
         s[ON_ROAD] = 0.0
         _begin_turn(s, 2 * _WIDEST_LEAVING_RAD * uniforms[4] - _WIDEST_LEAVING_RAD)
@@ -249,9 +275,10 @@ def _go_free(
         associate_one(s, roads, uniforms[1])
     if s[TURN] == 0.0:
         return goal, s[CURVE]
-    sharpest = _HARDEST * habits.lateral_acceleration / max(s[SPEED], _SLOWEST_FREE_MPS) ** 2
+    lateral = habits.lateral_acceleration * np.exp(s[CORNERING])
+    sharpest = _HARDEST * lateral / max(s[SPEED], _SLOWEST_FREE_MPS) ** 2
     curvature = min(max(s[CURVE], -sharpest), sharpest)
-    goal = min(goal, np.sqrt(habits.lateral_acceleration / max(abs(s[CURVE]), _STRAIGHT_PER_M)))
+    goal = min(goal, np.sqrt(lateral / max(abs(s[CURVE]), _STRAIGHT_PER_M)))
     rest = s[TURN] - curvature * s[SPEED] * dt_s
     if rest * s[TURN] > 0:
         s[TURN] = rest

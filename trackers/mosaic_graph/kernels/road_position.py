@@ -27,7 +27,9 @@ from trackers.mosaic_graph.kernels.roads import Roads
     LOOK,
     LOG_PRIOR,
     BOUND,
-) = range(18)
+    VIGOUR,
+    CORNERING,
+) = range(20)
 """Columns of a state:
 
 - map position (m), heading (rad), speed (m/s);
@@ -36,9 +38,10 @@ from trackers.mosaic_graph.kernels.roads import Roads
 - entry of ``node_edges`` chosen at the next crossing, or -1; desired speed (m/s); 1 if the car halts at that crossing;
 - additional acceleration (m/s^2); curvature of the path (1/m), and if free the rest of a turn (rad);
 - look-ahead distance (m), short for sharp corners; log-prior at birth; desired heading (rad) behind the next crossing,
-  NaN = undecided.
+  NaN = undecided;
+- logarithms of the factors of the driver's accelerations along the road, and across it.
 """
-COLUMNS = 18
+COLUMNS = 20
 _PROBES = 7
 _ON_ROAD_WITHIN_M, _ON_ROAD_COSINE, _ON_ROAD_FREE_WEIGHT = 9.0, 0.17, 1e-9
 _FREE_WITHIN_M, _FREE_COSINE, FREE_WEIGHT = 6.5, 0.64, 0.082
@@ -135,3 +138,24 @@ def nearest_point(x: float, y: float, roads: Roads) -> int:
     if row < 0 or column < 0 or row >= roads.nearest.shape[0] or column >= roads.nearest.shape[1]:
         return -1
     return roads.nearest[row, column]
+
+
+@njit(cache=True)
+def offset_to_right(
+    x: float, y: float, heading_rad: float, roads: Roads, off_ends_m: float, least_cosine: float
+) -> float:
+    """Return the offset to the right of the nearest centre line (m), seen in the direction of travel.
+
+    NaN if none is near, if it is not parallel to the heading, or within ``off_ends_m`` of the end of its edge.
+    """
+    p = nearest_point(x, y, roads)
+    if p < 0:
+        return np.nan
+    graph = roads.graph
+    edge = graph.edge_of_point[p]
+    t_x, t_y = graph.tangents[p, 0], graph.tangents[p, 1]
+    cosine = np.cos(heading_rad) * t_x + np.sin(heading_rad) * t_y
+    if min(p - graph.first[edge], graph.first[edge + 1] - 1 - p) < off_ends_m or abs(cosine) < least_cosine:
+        return np.nan
+    right = t_y * (x - graph.points_m[p, 0]) - t_x * (y - graph.points_m[p, 1])
+    return right if cosine > 0 else -right
