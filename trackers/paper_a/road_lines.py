@@ -66,8 +66,9 @@ class LineFinder:
         lines_px = centre_px + np.array([[-1.0], [1.0]]) * half_width_px * np.array([-along[1], along[0]])
         reach_px = self._centre_px - self.search.nearby * self.car_px - self._thickness_px - 1.0
         seen = (np.abs(lines_px) < reach_px).all(axis=1)
-        speed = np.where(np.abs(along) < 1e-9, 1e-9, along)
-        room_px = ((np.where(along >= 0, reach_px, -reach_px) - lines_px) / speed).min(axis=1)
+        # Along an axis of the picture, the borders beside the road are far away.
+        along = np.where(np.abs(along) < 1e-9, 1e-9, along)
+        room_px = ((np.sign(along) * reach_px - lines_px) / along).min(axis=1)
         return float(room_px[seen].max(initial=0.0))
 
     def edges(self, centre_px: NDArray[np.float64], direction_rad: float, line_px: float) -> NDArray[np.float64]:

@@ -90,7 +90,9 @@ def test_an_end_without_edges_sets_no_knot_and_is_lost_in_the_end() -> None:
 def test_room_ends_where_both_lines_leave_the_picture() -> None:
     finder = LineFinder(np.zeros((240, 320), np.uint8), CAR_PX, RoadSearch())
     margin_px = 0.22 * CAR_PX + 3 + 1
-    assert finder.room_px(np.zeros(2), 0.0, 25.0) == pytest.approx(160 - margin_px)
+    for quarter in range(-2, 4):
+        half_px = 120 if quarter % 2 else 160
+        assert finder.room_px(np.zeros(2), quarter * np.pi / 2, 25.0) == pytest.approx(half_px - margin_px)
     # Diagonally, the line at (17.7, -17.7) meets the right border, and the other one the lower border sooner.
     across = 25.0 / np.sqrt(2)
     assert finder.room_px(np.zeros(2), np.pi / 4, 25.0) == pytest.approx((120 - margin_px + across) * np.sqrt(2))

@@ -97,7 +97,7 @@ def test_it_grows_into_what_is_newly_seen_without_the_car_in_view() -> None:
     line = pixels(road_m[260:330], pose)
     seen = line[(np.abs(line) < CENTRE - 20).all(axis=1)]
     offset, _ = ahead.offset_and_direction(seen, np.zeros(len(seen)))
-    assert np.abs(offset).max() < 1.2 * PX_PER_M
+    assert np.abs(offset).max() < 0.3 * PX_PER_M
 
 
 def test_without_lines_there_is_no_road() -> None:
