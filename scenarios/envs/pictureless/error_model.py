@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios import catalog
 from scenarios.envs.pictureless.bank import pictureless_of
 from scenarios.envs.pictureless.episode_state import LATENTS
 from sim.checks import check
@@ -109,7 +110,8 @@ def model_from_json(text: str) -> ErrorModel:
 
 def model_path(scenario: str, tracker: str) -> Path:
     """Return the file of a tracker's model, which lies beside the module of the scenario's ``Pictureless``."""
-    return Path(inspect.getfile(type(pictureless_of(scenario)))).with_name(f"{tracker}.json")
+    version = catalog.scenario(scenario).id
+    return Path(inspect.getfile(type(pictureless_of(scenario)))).with_name(f"{version}-{tracker}.json")
 
 
 def error_model(scenario: str, tracker: str) -> ErrorModel:
