@@ -39,8 +39,9 @@ class Publish:
     made from to benchmarks/results/tables.
 
     A run that was stopped continues with the same command. It starts with an estimate of its time. It needs a checkout
-    without changes to the code, all that the tables' trackers need, and a folder without rows of another commit. Each table on the test split is recorded
-    in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker failed.
+    without changes to the code, all that the tables' trackers need, and a folder without rows of another commit. Each
+    table on the test split is recorded in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker
+    failed.
 
     Attributes:
         tables: names of tables (default: all; with --check, all published ones that have rows).

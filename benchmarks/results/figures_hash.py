@@ -22,7 +22,7 @@ def hash_of_figures(blocks: Blocks, left_out: Collection[str]) -> str:
     Left out are the columns ``seconds`` and ``versions``, and the metrics of the clock. Rows name no path.
 
     Args:
-        left_out: trackers that no seed makes reproducible: ``unrepeatable`` for a new table, what a published one keeps.
+        left_out: trackers that no seed makes reproducible: ``unrepeatable`` of a new table, or what a table keeps.
     """
     digest = hashlib.sha256()
     for key in sorted(blocks):
