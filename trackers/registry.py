@@ -110,7 +110,8 @@ class TrackerEntry(MethodEntry):
         tuned_as: name under which its tuned values are stored.
         reproducible: False for a method that draws random numbers without a seed.
         suites: names of its suites; () = the default one.
-        available: whether all that it needs is installed; without it the tracker is left out of default runs.
+        missing: says what it needs that is not installed, and how to install it, "" if nothing; with something missing
+            the tracker is left out of default runs.
     """
 
     name: str
@@ -121,7 +122,7 @@ class TrackerEntry(MethodEntry):
     tuned_as: str
     reproducible: bool
     suites: tuple[str, ...]
-    available: Callable[[], bool]
+    missing: Callable[[], str]
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then overrides, then ``changes``."""
@@ -131,6 +132,10 @@ class TrackerEntry(MethodEntry):
     def parameters_class(self) -> type:
         """See ``MethodEntry``."""
         return self.tracker.Parameters  # type: ignore[attr-defined, no-any-return]
+
+    def available(self) -> bool:
+        """Return whether all that it needs is installed."""
+        return not self.missing()
 
     @property
     def follows_many(self) -> bool:
@@ -152,8 +157,8 @@ def tunable(default: float, low: float, high: float, *, log: bool = False) -> An
     return dataclasses.field(default=default, metadata={"low": low, "high": high, "log": log})
 
 
-def _needs_nothing() -> bool:
-    return True
+def _misses_nothing() -> str:
+    return ""
 
 
 def register(
@@ -163,7 +168,7 @@ def register(
     summary: str,
     reproducible: bool = True,
     suites: tuple[str, ...] = (),
-    available: Callable[[], bool] = _needs_nothing,
+    missing: Callable[[], str] = _misses_nothing,
 ) -> Callable[[_T], _T]:
     """Class decorator: register a tracker under ``name`` for ``suites``; () = the default one.
 
@@ -175,7 +180,7 @@ def register(
 
     def add(tracker: _T) -> _T:
         check_registered(tracker, role, get_args(Role))
-        _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible, suites, available))
+        _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible, suites, missing))
         return tracker
 
     return add

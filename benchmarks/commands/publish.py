@@ -19,11 +19,11 @@ from benchmarks.commands.arguments import COUNT, FOLDER, WORKERS, cores, names
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.results import ledger
-from benchmarks.results.checking import differences, other_versions
+from benchmarks.results.checking import differences, other_versions, runs_to_check
 from benchmarks.results.durations import Duration, duration_of
 from benchmarks.results.published import tables_named
 from benchmarks.results.results_page import results_page
-from benchmarks.results.table_files import read_table, write_table
+from benchmarks.results.table_files import read_table, table_file, write_table
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.experiment import make_folder
 from sim.checks import check
@@ -39,11 +39,12 @@ class Publish:
     made from to benchmarks/results/tables.
 
     A run that was stopped continues with the same command. It starts with an estimate of its time. It needs a checkout
-    without changes to the code, and a folder without rows of another commit. Each table on the test split is recorded
-    in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker failed.
+    without changes to the code, all that the tables' trackers need, and a folder without rows of another commit. Each
+    table on the test split is recorded in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker
+    failed.
 
     Attributes:
-        tables: names of tables (default: all).
+        tables: names of tables (default: all; with --check, all published ones that have rows).
         dry_run: only list the tables, their seeds and the hours that they take.
         check: make the tables anew in a temporary folder instead, and compare all figures but times with the published
             ones; exit status 1 if one differs.
@@ -70,11 +71,12 @@ class Publish:
         check("episodes", positive, "a whole number >= 1, with --check alone", self.episodes)
         if self.render:
             return _render()
+        if self.check:
+            return self._check_all()
         runs = [run_of(table) for table in tables_named(names(self.tables))]
         for run in runs:
             _ = run.command  # Unknown names are refused before anything runs.
-        if self.check:
-            return max([self._check(run) for run in runs])
+            run.check_installed()
         commit = "" if self.dry_run else ledger.commit()
         make_folder(self.out)
         for run in () if self.dry_run else runs:
@@ -125,11 +127,22 @@ class Publish:
         print("RESULTS.md is made by: frameout publish --render")
         return status
 
-    def _check(self, run: TableRun) -> int:
-        """Print what differs from the published table; return 1 if anything does."""
-        changed, name = ledger.uncommitted(), run.table.name
+    def _check_all(self) -> int:
+        """Print what differs from published tables; return 1 if anything does."""
+        runs = runs_to_check(names(self.tables), self.episodes)
+        left_out = [
+            table.name for table in tables_named(()) if not self.tables and not table_file(table.name).is_file()
+        ]
+        if left_out:
+            print(f"note: not published, and not checked: {', '.join(left_out)}", file=sys.stderr)
+        changed = ledger.uncommitted()
         if changed:
             print(f"note: the code is not as committed: changes in {changed}", file=sys.stderr)
+        return max([self._check(run) for run in runs])
+
+    def _check(self, run: TableRun) -> int:
+        """Print what differs from the published table; return 1 if anything does."""
+        name = run.table.name
         with TemporaryDirectory() as place, progress_bar(f"{name} anew") as progress:
             lines = differences(run, Path(place), self.episodes, cores(self.workers), progress)
             parts = other_versions(run, Path(place)) if any(Path(place).iterdir()) else []

@@ -35,6 +35,7 @@ def parties(
     steering: Sequence[str],
     *,
     variants: bool,
+    absent: bool = False,
 ) -> list[Party]:
     """Return the contestants, scenario by scenario.
 
@@ -45,6 +46,7 @@ def parties(
         scenarios, trackers, steering: users' names; () = all scenarios of the suite, the scenario's trackers, and all
             controllers where they are contestants.
         presets: names; () = each scenario's default. variants: whether ablations are included by default.
+        absent: whether trackers that are not installed are, too.
 
     Raises:
         ValueError: for scenarios that the suite does not have.
@@ -60,7 +62,7 @@ def parties(
             Party(
                 catalog.scenario(scene.scenario).id,
                 shown,
-                watching or scene.trackers or _default_trackers(suite, scene, variants),
+                watching or scene.trackers or _default_trackers(suite, scene, variants, absent),
                 commanding or (_defaults(_controllers(scene), variants) if suite.judges_controllers else ()),
             )
         )
@@ -107,9 +109,10 @@ def _controllers(scene: Scene) -> Mapping[str, ControllerEntry]:
     return controllers(catalog.scenario(scene.scenario).carrier.name)
 
 
-def _default_trackers(suite: Suite, scene: Scene, variants: bool) -> tuple[str, ...]:
-    """Return a scene's entrants that need nothing which is not installed."""
-    return _defaults({name: each for name, each in entrants_of(suite, scene).items() if each.available()}, variants)
+def _default_trackers(suite: Suite, scene: Scene, variants: bool, absent: bool) -> tuple[str, ...]:
+    """Return a scene's entrants, those that need what is not installed only if ``absent``."""
+    known = {name: each for name, each in entrants_of(suite, scene).items() if absent or each.available()}
+    return _defaults(known, variants)
 
 
 def _defaults(known: Mapping[str, Entrant | ControllerEntry], variants: bool) -> tuple[str, ...]:

@@ -100,9 +100,17 @@ class DataSet:
 
     def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
         """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory."""
+        for part in self._parts(name):
+            yield from part.scanner(columns=columns).to_batches()
+
+    def count_rows(self, name: str) -> int:
+        """Return the number of a table's rows; no column is read."""
+        return sum(part.count_rows() for part in self._parts(name))
+
+    def _parts(self, name: str) -> Iterator[pa.dataset.Dataset]:
         for first in range(0, len(self.seeds), _SCANNED):
             # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
-            yield from self._scan(name, self.seeds[first : first + _SCANNED]).scanner(columns=columns).to_batches()
+            yield self._scan(name, self.seeds[first : first + _SCANNED])
 
     def _scan(self, name: str, seeds: Sequence[int]) -> pa.dataset.Dataset:
         paths = [f"{episode_folder(self.root, seed)}/{name}.parquet" for seed in seeds]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from benchmarks.run.contestants import entrants
 from benchmarks.run.records import BlockKey, Row
@@ -16,13 +16,14 @@ _NOT_FIGURES = ("seconds", "versions")
 Blocks = Mapping[BlockKey, Sequence[Row]]
 
 
-def hash_of_figures(blocks: Blocks) -> str:
+def hash_of_figures(blocks: Blocks, left_out: Collection[str]) -> str:
     """Return the SHA-256 of whole blocks of rows, independent of their order.
 
-    Left out are the columns ``seconds`` and ``versions``, the metrics of the clock, and trackers that no seed makes
-    reproducible, see ``unrepeatable``. Rows name no path.
+    Left out are the columns ``seconds`` and ``versions``, and the metrics of the clock. Rows name no path.
+
+    Args:
+        left_out: trackers that no seed makes reproducible: ``unrepeatable`` of a new table, or what a table keeps.
     """
-    left_out = unrepeatable(blocks)
     digest = hashlib.sha256()
     for key in sorted(blocks):
         if key.tracker not in left_out:
@@ -30,9 +31,8 @@ def hash_of_figures(blocks: Blocks) -> str:
     return digest.hexdigest()
 
 
-def differing(first: Blocks, second: Blocks) -> list[BlockKey]:
-    """Return the blocks whose figures are not the same in both, or that only one has."""
-    left_out = unrepeatable(first) | unrepeatable(second)
+def differing(first: Blocks, second: Blocks, left_out: Collection[str]) -> list[BlockKey]:
+    """Return the blocks whose figures are not the same in both, or that only one has, but for trackers left out."""
     keys = sorted(key for key in {*first, *second} if key.tracker not in left_out)
     return [key for key in keys if _figures(first.get(key, ())) != _figures(second.get(key, ()))]
 

@@ -13,11 +13,12 @@ The template, ``RESULTS.template.md``, is prose with calls in double braces (Jin
 ================================================  ======================================================================
 
 A contestant is a tracker, or CONTROLLER+TRACKER. Tables end with a line that names their command, commit and seeds.
+All that one page shows was made at one commit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -36,73 +37,89 @@ def results_page() -> str:
     """Return RESULTS.md.
 
     Raises:
-        ValueError: for a template that cannot be read, an unknown table, contestant or metric, and a table of several
-            commits, seeds or budgets.
+        ValueError: for a template that cannot be read, an unknown table, contestant or metric, a table of several seeds
+            or budgets, and tables of several commits.
     """
+    page = _Page()
     environment = Environment(undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False)
-    environment.globals |= {each.__name__: each for each in (table, paper, figures, value, difference)}
+    calls = (page.table, page.paper, page.figures, page.value, page.difference)
+    environment.globals |= {each.__name__: each for each in calls}
     try:
-        return environment.from_string(ledger.TEMPLATE.read_text()).render()
+        text = environment.from_string(ledger.TEMPLATE.read_text()).render()
     except TemplateError as error:
         raise ValueError(f"template: expected one that can be read, got {ledger.TEMPLATE.name}: {error}") from None
+    check_one_commit(page.tables.values())
+    return text
 
 
-def table(*names: str, columns: Sequence[str] = (), roles: Sequence[str] = ()) -> str:
-    """See the module."""
-    shown = [read_table(name) for name in names]
-    check_one_origin(shown)
-    scores = suite(shown[0]["summary"][0]["suite"])
-    # A metric that a suite does not have is named by its error.
-    ranked = replace(scores, headline=tuple(scores.metric(name).name for name in columns) or scores.headline)
-    several, lines = len(shown) > 1, []
-    for each in shown:
-        board = leaderboard(ranked, each["summary"], roles or sorted({entry["role"] for entry in each["summary"]}))
-        preset = [f"`{each['summary'][0]['preset']}`"] if several else []
-        lines += [[*preset, *names_and_cells(line)] for line in board.lines]
-    texts = [*(["preset"] if several else []), *scores.contestants, "role"]
-    heads = [*texts, *(head(column_of(scores.metric(name))) for name in ranked.headline)]
-    return f"{markdown_table(heads, lines, words=len(texts))}\n\n{_origin(shown)}"
+class _Page:
+    """The calls of the template, see the module.
+
+    Attributes:
+        tables: that they have read, by name.
+    """
+
+    def __init__(self) -> None:
+        self.tables: dict[str, TableFile] = {}
+
+    def _read(self, name: str) -> TableFile:
+        if name not in self.tables:
+            self.tables[name] = read_table(name)
+        return self.tables[name]
+
+    def table(self, *names: str, columns: Sequence[str] = (), roles: Sequence[str] = ()) -> str:
+        """See the module."""
+        shown = [self._read(name) for name in names]
+        check_one_run(shown)
+        scores = suite(shown[0]["summary"][0]["suite"])
+        # A metric that a suite does not have is named by its error.
+        ranked = replace(scores, headline=tuple(scores.metric(name).name for name in columns) or scores.headline)
+        several, lines = len(shown) > 1, []
+        for each in shown:
+            board = leaderboard(ranked, each["summary"], roles or sorted({entry["role"] for entry in each["summary"]}))
+            preset = [f"`{each['summary'][0]['preset']}`"] if several else []
+            lines += [[*preset, *names_and_cells(line)] for line in board.lines]
+        texts = [*(["preset"] if several else []), *scores.contestants, "role"]
+        heads = [*texts, *(head(column_of(scores.metric(name))) for name in ranked.headline)]
+        return f"{markdown_table(heads, lines, words=len(texts))}\n\n{_origin(shown)}"
+
+    def paper(self, name: str) -> str:
+        """See the module."""
+        shown = self._read(name)
+        check("paper", bool(shown["findings"]), "a table of a paper's experiment", repr(name))
+        verdicts = {True: ": yes", False: ": no", None: ""}
+        lines = []
+        for found in shown["findings"]:
+            method = f"`{found['tracker']}`" if found["tracker"] else ""
+            minus = f" minus `{found['minus']}`" if found["minus"] else ""
+            expected = f"{found['expected']}{verdicts[found['agrees']]}"
+            lines.append([method + minus, found["counted"], found["paper"], _number(found, sign=True), expected])
+        heads = ["method", "counted", "the paper", "here", "expected"]
+        return f"{markdown_table(heads, lines, words=len(heads))}\n\n{_origin([shown])}"
+
+    def figures(self, name: str) -> str:
+        """See the module."""
+        shown = self._read(name)
+        lines = [
+            [each["metric"].replace("_", " "), unit_sign(each["unit"]), _number(each)] for each in shown["summary"]
+        ]
+        return f"{markdown_table(['', 'unit', 'mean'], lines, words=2)}\n\n{_origin([shown])}"
+
+    def value(self, name: str, contestant: str, metric: str) -> str:
+        """See the module."""
+        return _number(_entry(self._read(name), "summary", contestant, metric))
+
+    def difference(self, name: str, contestant: str, other: str, metric: str) -> str:
+        """See the module."""
+        entry = _entry(self._read(name), "comparisons", contestant, metric, other)
+        return _number({**entry, "mean": entry["difference"], "unit": suite(entry["suite"]).metric(metric).unit})
 
 
-def paper(name: str) -> str:
-    """See the module."""
-    shown = read_table(name)
-    check("paper", bool(shown["findings"]), "a table of a paper's experiment", repr(name))
-    verdicts = {True: ": yes", False: ": no", None: ""}
-    lines = []
-    for found in shown["findings"]:
-        method = f"`{found['tracker']}`" if found["tracker"] else ""
-        minus = f" minus `{found['minus']}`" if found["minus"] else ""
-        expected = f"{found['expected']}{verdicts[found['agrees']]}"
-        lines.append([method + minus, found["counted"], found["paper"], _number(found, sign=True), expected])
-    heads = ["method", "counted", "the paper", "here", "expected"]
-    return f"{markdown_table(heads, lines, words=len(heads))}\n\n{_origin([shown])}"
-
-
-def figures(name: str) -> str:
-    """See the module."""
-    shown = read_table(name)
-    lines = [[each["metric"].replace("_", " "), unit_sign(each["unit"]), _number(each)] for each in shown["summary"]]
-    return f"{markdown_table(['', 'unit', 'mean'], lines, words=2)}\n\n{_origin([shown])}"
-
-
-def value(name: str, contestant: str, metric: str) -> str:
-    """See the module."""
-    return _number(_entry(read_table(name), "summary", contestant, metric))
-
-
-def difference(name: str, contestant: str, other: str, metric: str) -> str:
-    """See the module."""
-    entry = _entry(read_table(name), "comparisons", contestant, metric, other)
-    return _number({**entry, "mean": entry["difference"], "unit": suite(entry["suite"]).metric(metric).unit})
-
-
-def check_one_origin(shown: Sequence[TableFile]) -> None:
-    """Raise ValueError for tables of several commits or seeds, or with contestants that were tuned unequally."""
+def check_one_run(shown: Sequence[TableFile]) -> None:
+    """Raise ValueError for one table of several seeds, or with contestants that were tuned unequally."""
     names = ", ".join(each.name for each in shown)
-    for key in ("commit", "seeds"):
-        found = sorted({each[key] for each in shown})
-        check("table", len(found) == 1, f"one {key.removesuffix('s')} in {names}", ", ".join(found))
+    seeds = sorted({each["seeds"] for each in shown})
+    check("table", len(seeds) == 1, f"one range of seeds in {names}", ", ".join(seeds))
     for kind in ("trackers", "controllers"):
         spent: dict[str, list[str]] = {}
         for each in shown:
@@ -110,6 +127,15 @@ def check_one_origin(shown: Sequence[TableFile]) -> None:
                 spent.setdefault(", ".join(f"{key} {of}" for key, of in budget.items()), []).append(name)
         found = [f"{' '.join(sorted(set(of)))}: {budget}" for budget, of in spent.items()]
         check("table", len(found) <= 1, f"{kind} of {names} tuned with one budget", "; ".join(found))
+
+
+def check_one_commit(shown: Iterable[TableFile]) -> None:
+    """Raise ValueError for tables of a page, also of numbers in its prose, that were made at several commits."""
+    made: dict[str, list[str]] = {}
+    for each in shown:
+        made.setdefault(each["commit"], []).append(each.name)
+    found = [f"{commit} of {', '.join(sorted(names))}" for commit, names in sorted(made.items())]
+    check("page", len(found) <= 1, "tables of one commit", "; ".join(found))
 
 
 def _entry(shown: TableFile, key: str, contestant: str, metric: str, other: str | None = None) -> Mapping[str, Any]:

@@ -7,6 +7,7 @@
 ``command``      makes the same rows, without the ledger
 ``commit``       of the checkout that made them
 ``seeds``        ``A:B``
+``trackers``     of a bench, in the order of the command; empty for other tables
 ``versions``     ``shared``: packages, and hashes of the code of scene, judge and loop; ``contestants``: label ->
                  hashes of the code and parameters of tracker and controller
 ``budgets``      of tuned ``trackers`` and ``controllers``: name -> trials, presets and seeds
@@ -119,18 +120,19 @@ def _contents(run: TableRun, out: Path, blocks: Blocks, commit: str) -> dict[str
     rows = [row for block in blocks.values() for row in block]
     findings = run.findings(rows)
     summary, comparisons = run.entries(out, findings)
-    seeds = run.table.seeds
+    seeds, left_out = run.table.seeds, unrepeatable(blocks)
     return {
         "table": run.table.name,
         "command": run.command,
         "commit": commit,
         "seeds": f"{seeds.start}:{seeds.stop}",
+        "trackers": list(run.trackers),
         "versions": _versions(blocks),
         "budgets": run.budgets(rows),
         "rows": {
             "count": len(rows),
-            "sha256": hash_of_figures(blocks),
-            "unrepeatable": sorted(unrepeatable(blocks)),
+            "sha256": hash_of_figures(blocks, left_out),
+            "unrepeatable": sorted(left_out),
         }
         if rows
         else None,

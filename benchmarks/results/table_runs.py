@@ -23,6 +23,7 @@ from benchmarks.results.episode_time import seconds_of_episode
 from benchmarks.results.ledger import command_of
 from benchmarks.results.published import PublishedTable
 from benchmarks.results.tuning_budgets import budgets_of
+from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import Experiment, Progress, check_names, jobs_of, run
 from benchmarks.run.records import Row, rounded
 from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
@@ -47,6 +48,17 @@ class TableRun(ABC):
     @abstractmethod
     def command(self) -> str:
         """The command that makes the same rows."""
+
+    @property
+    def trackers(self) -> tuple[str, ...]:
+        """Those of a bench; of others the table's data say which."""
+        return ()
+
+    def check_installed(self) -> None:
+        """Raise ValueError if one of ``trackers`` needs what is not installed; it says how to install it."""
+        for name in self.trackers:
+            missing = entrant(name).missing()
+            check("trackers", not missing, f"{name} of table {self.table.name} with all it needs", missing)
 
     @abstractmethod
     def run(self, out: Path, workers: int, progress: Progress) -> None:
@@ -76,10 +88,10 @@ class BenchRun(TableRun):
 
     @cached_property
     def experiment(self) -> Experiment:
-        """What is run. Raises ValueError for unknown names."""
+        """What is run, the same on every machine. Raises ValueError for unknown names."""
         table = self.table
         names = ((table.scenario,), (table.preset,), table.trackers, table.controllers)
-        found = parties(suite(table.suite), *names, variants=table.variants)
+        found = parties(suite(table.suite), *names, variants=table.variants, absent=True)
         known = bool(found) and found[0].scenario == table.scenario
         check("scenario", known, f"one of suite {table.suite} with its version", repr(table.scenario))
         experiment = Experiment(
@@ -93,6 +105,11 @@ class BenchRun(TableRun):
         )
         check_names(experiment)
         return experiment
+
+    @property
+    def trackers(self) -> tuple[str, ...]:
+        """See ``TableRun``."""
+        return self.experiment.trackers
 
     @property
     def command(self) -> str:

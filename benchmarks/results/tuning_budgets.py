@@ -10,6 +10,8 @@ from typing import Any
 from benchmarks.run.records import Row
 from scenarios import catalog
 from trackers import registry
+from trackers.controllers.catalogue import controller_entry
+from trackers.registry import MethodEntry
 
 _SPENT = ("trials", "preset", "seeds")
 
@@ -17,23 +19,31 @@ _SPENT = ("trials", "preset", "seeds")
 def budgets_of(rows: Iterable[Row]) -> dict[str, dict[str, Any]]:
     """Return trials, presets and seeds of tuning by name, of the ``trackers`` and ``controllers`` of rows.
 
-    Variants share the values of their tracker and are left out; so are contestants that were not tuned.
+    Who was not tuned and could be has 0 trials. Variants share the values of their tracker and are left out; so are
+    contestants without anything to tune.
     """
     known = registry.entries()
     pairs = {(row["scenario"], row["tracker"], row["controller"]) for row in rows}
-    trackers = {tracker: tracker for _, tracker, _ in pairs if tracker in known and known[tracker].tuned_as == tracker}
-    controllers = {
-        controller: f"controllers/{catalog.scenario(scenario).carrier.name}/{controller}"
-        for scenario, _, controller in pairs
-        if controller
+    trackers = {
+        tracker: _spent_on(known[tracker], tracker)
+        for tracker in sorted({tracker for _, tracker, _ in pairs})
+        if tracker in known and known[tracker].tuned_as == tracker
     }
-    return {"trackers": _spent_on(trackers), "controllers": _spent_on(controllers)}
+    controllers = {
+        name: _spent_on(controller_entry(name, carrier), f"controllers/{carrier}/{name}")
+        for name, carrier in sorted({(of, catalog.scenario(scene).carrier.name) for scene, _, of in pairs if of})
+    }
+    return {"trackers": _without_none(trackers), "controllers": _without_none(controllers)}
 
 
-def _spent_on(files: Mapping[str, str]) -> dict[str, Any]:
-    found = {}
-    for name, file in sorted(files.items()):
-        path = resources.files("trackers").joinpath("tuned", f"{file}.json")
-        if path.is_file():
-            found[name] = {key: json.loads(path.read_text())[key] for key in _SPENT}
-    return found
+def _spent_on(entry: MethodEntry, file: str) -> dict[str, Any] | None:
+    """Return what the tuned file says, 0 trials without one, None if there is nothing to tune."""
+    path = resources.files("trackers").joinpath("tuned", f"{file}.json")
+    if path.is_file():
+        told = json.loads(path.read_text())
+        return {key: told[key] for key in _SPENT}
+    return {"trials": 0} if entry.tunables() else None
+
+
+def _without_none(spent: Mapping[str, dict[str, Any] | None]) -> dict[str, Any]:
+    return {name: budget for name, budget in spent.items() if budget is not None}

@@ -42,7 +42,7 @@ class Entrant:
         parameters: its settings.
         module: where it is defined.
         create: makes a fresh contestant, see ``Creation``.
-        available: see ``registry.TrackerEntry``.
+        missing: see ``registry.TrackerEntry``.
     """
 
     name: str
@@ -53,7 +53,11 @@ class Entrant:
     parameters: Any
     module: str
     create: Creation
-    available: Callable[[], bool] = lambda: True
+    missing: Callable[[], str] = lambda: ""
+
+    def available(self) -> bool:
+        """Return whether all that it needs is installed."""
+        return not self.missing()
 
 
 def entrants(suite: str | None = None) -> dict[str, Entrant]:
@@ -129,5 +133,5 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         parameters=parameters,
         module=entry.tracker.__module__,
         create=create,
-        available=entry.available,
+        missing=entry.missing,
     )

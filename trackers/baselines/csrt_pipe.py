@@ -38,9 +38,14 @@ def csrt_python() -> Path:
     return Path(os.environ.get(PYTHON_VARIABLE) or f"{DEFAULT_FOLDER}/bin/python").expanduser()
 
 
-def has_csrt() -> bool:
-    """Return whether there is such an interpreter; its packages are only seen when it starts."""
-    return csrt_python().is_file()
+def missing_csrt() -> str:
+    """Return how to make such an interpreter if there is none, else ""; its packages are only seen when it starts."""
+    return "" if csrt_python().is_file() else _how_to_make_it(str(csrt_python()))
+
+
+def _how_to_make_it(got: str) -> str:
+    wanted = f"{PYTHON_VARIABLE}: expected a Python with opencv-contrib-python-headless"
+    return f"{wanted}, got {got}; make one by: {MAKE_IT}"
 
 
 class CsrtPipe:
@@ -57,10 +62,7 @@ class CsrtPipe:
             self._pipe = ChildPipe([str(python), "-I", csrt_child.__file__], limit_s)
             hello = self._pipe.ask(b"", len(HELLO))
         except (OSError, ChildError) as error:
-            raise RuntimeError(
-                f"{PYTHON_VARIABLE}: expected a Python with opencv-contrib-python-headless, got {python} ({error}); "
-                f"make one by: {MAKE_IT}"
-            ) from None
+            raise RuntimeError(_how_to_make_it(f"{python} ({error})")) from None
         if hello != HELLO:
             raise RuntimeError(f"{PYTHON_VARIABLE}: expected the greeting {HELLO!r}, got {hello!r} from {python}")
 
@@ -92,7 +94,7 @@ class CsrtPipe:
     role="baseline",
     summary="OpenCV's CSRT, a general tracker; needs an environment of its own (see its docstring)",
     suites=("frame-out", "stereo"),
-    available=has_csrt,
+    missing=missing_csrt,
 )
 class OpenCvCsrt:
     """``cv2.TrackerCSRT`` (Lukežič et al., Discriminative correlation filter with channel and spatial reliability,

@@ -89,7 +89,7 @@ def numbers(data: DataSet, quantity: Quantity) -> ByGroup:
     """
     wanted = {"value": pc.field(*quantity.path)}
     if quantity.table == "frames":
-        batches = _batches(data, "frames", wanted)
+        batches = data.batches("frames", wanted)
         found = _finite(np.concatenate([_floats(batch["value"]) for batch in batches]))
         return {"": found} if len(found) else {}
     parts = []
@@ -102,7 +102,7 @@ def numbers(data: DataSet, quantity: Quantity) -> ByGroup:
 def words(data: DataSet, quantity: Quantity) -> dict[str, int]:
     """Return how many frames have each word; ``none`` for those without one."""
     counts: dict[str, int] = {}
-    for batch in _batches(data, quantity.table, {"value": pc.field(*quantity.path)}):
+    for batch in data.batches(quantity.table, {"value": pc.field(*quantity.path)}):
         for entry in pc.value_counts(batch["value"]).to_pylist():
             word = "none" if entry["values"] is None else entry["values"]
             counts[word] = counts.get(word, 0) + entry["counts"]
@@ -164,14 +164,10 @@ def frame_outs(data: DataSet) -> dict[str, FrameOuts]:
     return found
 
 
-def _batches(data: DataSet, table: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
-    return data.batches(table, columns)
-
-
 def _objects(data: DataSet, columns: dict[str, Any]) -> Iterator[tuple[pa.RecordBatch, NDArray[np.bool_]]]:
     """Yield rows of ``objects``, and which of them are of the target."""
     target = catalog.scenario(data.request.scenario).target
-    for batch in _batches(data, "objects", columns | {"is_target": pc.field("names") == target}):
+    for batch in data.batches("objects", columns | {"is_target": pc.field("names") == target}):
         yield batch, batch["is_target"].to_numpy(zero_copy_only=False).astype(bool)
 
 

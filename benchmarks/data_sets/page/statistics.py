@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from benchmarks.data_sets.data_set import DataSet
@@ -38,7 +37,7 @@ def statistics(data: DataSet) -> dict[str, Any]:
         "frames": sum(lengths),
         "seconds": sum(length / rate for length, rate in zip(lengths, rates, strict=True)),
         "rate_hz": rates[0],
-        "objects": sum(batch.num_rows for batch in data.batches("objects", {"frame": pc.field("frame")})),
+        "objects": data.count_rows("objects"),
         "bytes": data.stored_bytes(),
         "states": state_shares(data),
         "frame_outs": {

@@ -29,17 +29,22 @@ class TrueTarget:
         return given(start) if start.box_xyxy is not None else self.update(frame)
 
     def update(self, frame: Frame) -> Estimate:
-        """See ``scenarios.loop.Contestant``. The distance along the axis is answered too: some carriers steer by it."""
+        """See ``scenarios.loop.Contestant``.
+
+        The distance along the axis is answered too, as some carriers steer by it: that of the point whose pixel
+        ``position_px`` is. There is none of a target behind the camera or outside the world.
+        """
         truth = frame.truth
         target = truth.index_of(self._target)
-        middle_m = truth.T_world_object[target, :3, 3] + 0.5 * truth.size_m[target, 2] * np.array([0.0, 0.0, 1.0])
+        pose, position_px = truth.T_world_object[target], truth.position_px[target].copy()
+        middle_m = pose[:3, 3] + 0.5 * truth.size_m[target, 2] * pose[:3, 2]
         depth_m = float((middle_m - truth.T_world_camera[:3, 3]) @ truth.T_world_camera[:3, 2])
         return Estimate(
-            truth.position_px[target].copy(),
+            position_px,
             truth.box_xyxy[target].copy(),
             in_view_probability=float(truth.state[target] in ("in", "partial")),
             covariance_px=_CERTAIN_PX**2 * np.eye(2),
-            depth_m=depth_m if depth_m > 0 else None,
+            depth_m=depth_m if np.isfinite(position_px).all() else None,
         )
 
 

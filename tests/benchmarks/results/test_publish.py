@@ -5,20 +5,25 @@ from __future__ import annotations
 import dataclasses
 import json
 import lzma
+import sys
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from benchmarks.cli import main
 from benchmarks.papers import b1
-from benchmarks.results import ledger, table_files
+from benchmarks.results import episode_time, ledger, table_files
 from benchmarks.results.published import PublishedTable
 from benchmarks.results.table_runs import BenchRun
 from benchmarks.run.records import FILE_NAME, read_blocks
 from scenarios.scenario import RendererName
 from tests.benchmarks.results.conftest import SMOKE, commit_all, git
+from tests.plain_scene import belt
+from trackers.baselines.csrt_pipe import MAKE_IT, PYTHON_VARIABLE
 
 pytestmark = pytest.mark.usefixtures("smoke", "unmeasured")
 MEASURE = BenchRun.seconds_of_seed
@@ -77,7 +82,7 @@ def test_a_fresh_run_has_the_same_figures_and_a_changed_row_is_found(
     # With a hash that fits, only a run finds it.
     changed = table_files.read_rows_of("smoke")
     made = contents()
-    made["rows"]["sha256"] = table_files.hash_of_figures(changed)
+    made["rows"]["sha256"] = table_files.hash_of_figures(changed, made["rows"]["unrepeatable"])
     (ledger.TABLES_FOLDER / "smoke.json").write_text(json.dumps(made))
     assert publish(tmp_path / "other", "--check", "--episodes", "1") == 0
     capsys.readouterr()
@@ -213,11 +218,79 @@ def test_the_plan_names_tables_seeds_and_hours(
     assert not (out / "smoke").exists()
 
 
-def test_a_real_measurement_takes_a_few_frames(smoke: PublishedTable) -> None:
+def test_a_measurement_is_the_time_of_all_frames(smoke: PublishedTable, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every frame takes a second."""
+    taken = []
+    take_in = episode_time.take_in
+    monkeypatch.setattr(episode_time, "take_in", lambda *of: (taken.append(1), take_in(*of)))
+    monkeypatch.setattr(episode_time, "time", SimpleNamespace(process_time=lambda: float(len(taken))))
     told = []
     seconds = MEASURE(BenchRun(smoke), lambda done, of: told.append((done, of)))
-    assert 0.0 < seconds < 60.0
+    with closing(belt.CONVEYOR.episode("quick", 0)) as episode:
+        frame_count = episode.frame_count
+    assert seconds == 1.0 + frame_count
     assert told == [(0, 1), (1, 1)]
+
+
+def test_a_tracker_that_is_not_installed_is_named_before_anything_runs(
+    checkout: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    listed: Callable[..., None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
+    table = PublishedTable(name="town", suite="frame-out", scenario="road-town-v2", seeds=range(1))
+    without = BenchRun(table).command
+    assert " opencv_csrt " in without
+    listed(SMOKE, table)
+    assert publish(tmp_path / "out") == 2
+    error = capsys.readouterr().err
+    assert "opencv_csrt of table town with all it needs" in error
+    assert MAKE_IT in error
+    assert not (tmp_path / "out").exists()
+    monkeypatch.setenv(PYTHON_VARIABLE, sys.executable)
+    assert BenchRun(table).command == without
+
+
+def test_a_check_has_the_trackers_of_the_published_table(
+    checkout: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    listed: Callable[..., None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    listed(replace(SMOKE, trackers=("hold",)))
+    assert publish(tmp_path / "out") == 0
+    assert contents()["trackers"] == ["hold"]
+    # As if a tracker were registered since: the table's data name none.
+    listed(replace(SMOKE, trackers=("hold", "constant_velocity")))
+    assert publish(tmp_path / "out", "--check") == 0
+    listed(replace(SMOKE, seeds=range(3)))
+    assert publish(tmp_path / "out", "--check") == 2
+    assert "tables: expected smoke as published" in capsys.readouterr().err
+
+
+def test_a_check_of_all_takes_what_can_be_compared_and_names_the_rest(
+    checkout: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    listed: Callable[..., None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert publish(tmp_path / "out") == 0
+    made = contents()
+    (ledger.TABLES_FOLDER / "fast.json").write_text(json.dumps({**made, "trackers": [], "rows": None}))
+    fast = PublishedTable(name="fast", kind="speed", scenario=SMOKE.scenario, preset="quick", seeds=range(1))
+    listed(fast, SMOKE, replace(SMOKE, name="later"))
+    assert publish(tmp_path / "out", "--check") == 0
+    printed = capsys.readouterr()
+    assert "smoke: the same figures" in printed.out
+    assert "note: not published, and not checked: later" in printed.err
+    monkeypatch.setattr(BenchRun, "run", lambda *_: pytest.fail("ran before all were looked at"))
+    for last in ("fast", "later"):
+        assert publish(tmp_path / "out", "smoke", last, "--check") == 2
+        assert last in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -226,7 +299,8 @@ def test_a_real_measurement_takes_a_few_frames(smoke: PublishedTable) -> None:
         (["--dry-run", "--check"], "publish: expected one of --dry-run, --check, --render"),
         (["nothing"], "tables: expected some of smoke, got 'nothing'"),
         (["--episodes", "2"], "episodes: expected a whole number >= 1, with --check alone, got 2"),
-        (["--check"], "table: expected one that was published, got 'smoke'"),
+        (["smoke", "--check"], "tables: expected some that were published, got smoke"),
+        (["--check"], "tables: expected some that were published with rows, got none"),
     ],
 )
 def test_wrong_words_are_named(
@@ -287,5 +361,5 @@ def test_a_speed_is_published_without_rows(
     ledger.TEMPLATE.write_text("{{ figures('fast') }}\n")
     assert main(["publish", "--render"]) == 0
     assert "| frames per s | /s | 61.2 (58.0–64.0) |" in ledger.RESULTS.read_text()
-    assert publish(tmp_path / "out", "--check") == 2
+    assert publish(tmp_path / "out", "fast", "--check") == 2
     assert "tables: expected some with rows, as times are never equal, got 'fast'" in capsys.readouterr().err

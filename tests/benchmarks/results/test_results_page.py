@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,10 @@ from benchmarks.cli import main
 from benchmarks.results import ledger, table_files
 from benchmarks.results.figures_hash import hash_of_figures
 from benchmarks.results.results_page import results_page
+from benchmarks.results.tuning_budgets import budgets_of
 from benchmarks.scores.summary import write_summary
 from tests.benchmarks.fake_rows import write_rows
+from trackers import registry
 
 ROOT = Path(__file__).parents[3]
 COLUMNS = "columns=['recovery_rate', 'offscreen_error_30_m']"
@@ -114,12 +117,16 @@ def test_tables_of_one_run_stand_below_each_other(published: dict[str, Any]) -> 
 @pytest.mark.parametrize(
     ("other", "message"),
     [
-        ({"commit": "fedcba9876"}, "table: expected one commit in first, second, got 0123456789, fedcba9876"),
-        ({"seeds": "10000:10004"}, "table: expected one seed in first, second, got 10000:10004, 10000:10008"),
+        ({"seeds": "10000:10004"}, "table: expected one range of seeds in first, second, got 10000:10004, 10000:10008"),
         (
             {"budgets": {"trackers": {"blunt": {"trials": 40, "seeds": "0:8"}}}},
             "table: expected trackers of first, second tuned with one budget, "
             "got hold sharp: trials 8, seeds 0:8; blunt: trials 40, seeds 0:8",
+        ),
+        (
+            {"budgets": {"trackers": {"blunt": {"trials": 0}}}},
+            "table: expected trackers of first, second tuned with one budget, "
+            "got hold sharp: trials 8, seeds 0:8; blunt: trials 0",
         ),
     ],
 )
@@ -128,6 +135,33 @@ def test_a_table_does_not_mix_runs(other: dict[str, Any], message: str, publishe
     with pytest.raises(ValueError, match=message):
         rendered("{{ table('first', 'second') }}")
     assert rendered("{{ value('second', 'sharp', 'recovery_rate') }}")
+
+
+def test_a_page_is_of_one_commit_also_in_its_prose(published: dict[str, Any]) -> None:
+    keep("second", published, commit="fedcba9876")
+    other = "{{ value('second', 'sharp', 'recovery_rate') }}"
+    assert rendered(other)
+    message = "page: expected tables of one commit, got 0123456789 of first; fedcba9876 of second"
+    for mine in ("{{ table('first') }}", "{{ difference('first', 'sharp', 'blunt', 'recovery_rate') }}"):
+        with pytest.raises(ValueError, match=message):
+            rendered(f"{mine} {other}")
+    with pytest.raises(ValueError, match=message):
+        rendered("{{ table('first', 'second') }}")
+
+
+def test_a_tuned_tracker_beside_one_that_could_be_tuned_is_refused(
+    published: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    colour = registry.entry("colour_pf")
+    monkeypatch.setitem(registry._ENTRIES, "untuned", replace(colour, name="untuned", tuned_as="untuned"))
+    rows = [{"scenario": "road-town-v2", "controller": None, "tracker": name} for name in ("colour_pf", "opencv_mil")]
+    keep("second", published, budgets=budgets_of(rows))
+    assert rendered("{{ table('second') }}"), "opencv_mil has nothing to tune"
+    spent = budgets_of([*rows, {**rows[0], "tracker": "untuned"}])
+    assert spent["trackers"]["untuned"] == {"trials": 0}
+    keep("second", published, budgets=spent)
+    with pytest.raises(ValueError, match=r"trackers of second tuned with one budget, got .*; untuned: trials 0"):
+        rendered("{{ table('second') }}")
 
 
 def test_one_table_of_two_budgets_is_refused(published: dict[str, Any]) -> None:
@@ -179,6 +213,6 @@ def test_the_committed_rows_are_those_of_their_hashes() -> None:
         rows = table_files.read_rows_of(file.stem)
         if rows is not None:
             kept = json.loads(file.read_text())["rows"]
-            assert hash_of_figures(rows) == kept["sha256"], file.name
+            assert hash_of_figures(rows, kept["unrepeatable"]) == kept["sha256"], file.name
             assert sum(map(len, rows.values())) == kept["count"], file.name
     assert sum(file.stat().st_size for file in ledger.TABLES_FOLDER.glob("*.xz")) <= table_files.ROOM_BYTES

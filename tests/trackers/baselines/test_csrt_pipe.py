@@ -19,7 +19,7 @@ from tests.fakes import DrawnTown, drive, look_down, straight_road
 from trackers.baselines import csrt_pipe
 from trackers.baselines.child_pipe import ChildError, ChildPipe
 from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, serve
-from trackers.baselines.csrt_pipe import PYTHON_VARIABLE, CsrtPipe, has_csrt
+from trackers.baselines.csrt_pipe import PYTHON_VARIABLE, CsrtPipe, missing_csrt
 from trackers.registry import entry
 from trackers.types import CameraModel, Observation
 
@@ -134,7 +134,7 @@ def test_a_missing_interpreter_or_package_is_told_with_the_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-    assert not has_csrt()
+    assert PYTHON_VARIABLE in missing_csrt()
     with pytest.raises(RuntimeError, match=r"FRAMEOUT_CSRT_PYTHON: expected .* make one by: python -m venv ~/\.cache"):
         CsrtPipe()
     fake(tmp_path, monkeypatch, hello=b"something else 1")
@@ -180,7 +180,7 @@ def test_the_child_hands_pictures_to_opencv(monkeypatch: pytest.MonkeyPatch) -> 
     np.testing.assert_array_equal(seen[1][0], rgb[..., ::-1])
 
 
-@pytest.mark.skipif(not csrt_pipe.has_csrt(), reason="no interpreter with opencv-contrib-python-headless")
+@pytest.mark.skipif(csrt_pipe.missing_csrt() != "", reason="no interpreter with opencv-contrib-python-headless")
 def test_opencv_csrt_follows_a_drawn_car_and_answers_alike_twice() -> None:
     road = straight_road()
     town = DrawnTown(road, 160.0, np.random.default_rng(0))
