@@ -14,9 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.commands.selection import parties
+from benchmarks.run.time_limit import TooSlow, at_most
 from benchmarks.suites.registry import suite
 from tests.fakes import DrawnTown, drive, look_down, straight_road
-from trackers.baselines import csrt_pipe
+from trackers.baselines import child_pipe, csrt_pipe
 from trackers.baselines.child_pipe import ChildError, ChildPipe
 from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, serve
 from trackers.baselines.csrt_pipe import PYTHON_VARIABLE, CsrtPipe, has_csrt
@@ -128,6 +129,24 @@ def test_a_child_that_reads_nothing_is_late_too() -> None:
     with pytest.raises(ChildError, match=r"it did not answer within 0\.3 s"):
         pipe.ask(bytes(1 << 20), 1)
     assert not is_running(pipe.pid)
+
+
+def test_a_child_that_closes_a_stream_and_lives_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(child_pipe, "_ENDING_S", 0.1)
+    pipe = ChildPipe([sys.executable, "-c", "import os, time; os.close(1); time.sleep(60)"], limit_s=30.0)
+    with pytest.raises(ChildError, match="^it closed a stream and runs on$"):
+        pipe.ask(b"", 1)
+    assert not is_running(pipe.pid)
+
+
+def test_a_reply_after_an_interruption_is_not_taken_for_the_next_one() -> None:
+    late = "import sys, time; sys.stdin.buffer.read(1); time.sleep(0.6); print('old', flush=True); time.sleep(60)"
+    pipe = ChildPipe([sys.executable, "-c", late], limit_s=30.0)
+    with pytest.raises(TooSlow), at_most(0.3):
+        pipe.ask(b"1", 4)
+    assert not is_running(pipe.pid)
+    with pytest.raises(ChildError, match="it is closed"):
+        pipe.ask(b"2", 4)
 
 
 def test_a_missing_interpreter_or_package_is_told_with_the_command(
