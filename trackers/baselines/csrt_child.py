@@ -5,17 +5,19 @@ On stdin come requests, on stdout go replies, both little-endian and of fixed fo
 * greeting, once, from here: ``HELLO``;
 * request: ``REQUEST`` = kind (``i`` = start on a box, ``u`` = next picture), width and height of the picture, and the
   box's x, y, width and height (only read for ``i``); then height x width x 3 bytes RGB, row by row;
-* reply: ``REPLY`` = whether the target was found, and the box's x, y, width and height.
+* reply: ``REPLY`` = whether the target was found, the box's x, y, width and height, and the CPU time in seconds that
+  this process spent on the picture.
 
 It ends when stdin does.
 """
 
 import struct
 import sys
+import time
 
-HELLO = b"frameout-csrt-1\n"
+HELLO = b"frameout-csrt-2\n"
 REQUEST = struct.Struct("<cII4i")
-REPLY = struct.Struct("<?4d")
+REPLY = struct.Struct("<?5d")
 
 
 def serve(requests, replies):
@@ -28,6 +30,7 @@ def serve(requests, replies):
     tracker = new_tracker()
     replies.write(HELLO)
     replies.flush()
+    began_s = time.process_time()
     while len(head := requests.read(REQUEST.size)) == REQUEST.size:
         kind, width, height, *box = REQUEST.unpack(head)
         rgb = np.frombuffer(requests.read(width * height * 3), np.uint8).reshape(height, width, 3)
@@ -38,8 +41,10 @@ def serve(requests, replies):
             tracker.init(bgr, tuple(box))
         else:
             found, box = tracker.update(bgr)
-        replies.write(REPLY.pack(bool(found), *(float(value) for value in box)))
+        ended_s = time.process_time()
+        replies.write(REPLY.pack(bool(found), *(float(value) for value in box), ended_s - began_s))
         replies.flush()
+        began_s = ended_s
 
 
 if __name__ == "__main__":

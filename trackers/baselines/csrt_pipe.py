@@ -44,7 +44,11 @@ def has_csrt() -> bool:
 
 
 class CsrtPipe:
-    """CSRT in a child process; pictures are sent, boxes come back."""
+    """CSRT in a child process; pictures are sent, boxes come back.
+
+    Attributes:
+        cpu_s: CPU time in seconds that the child spent on the latest picture.
+    """
 
     def __init__(self, limit_s: float = LIMIT_S) -> None:
         """Start the child.
@@ -61,7 +65,9 @@ class CsrtPipe:
                 f"{PYTHON_VARIABLE}: expected a Python with opencv-contrib-python-headless, got {python} ({error}); "
                 f"make one by: {MAKE_IT}"
             ) from None
+        self.cpu_s = 0.0
         if hello != HELLO:
+            self._pipe.close()
             raise RuntimeError(f"{PYTHON_VARIABLE}: expected the greeting {HELLO!r}, got {hello!r} from {python}")
 
     def start(self, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> None:
@@ -82,9 +88,10 @@ class CsrtPipe:
         height, width = image_rgb.shape[:2]
         request = REQUEST.pack(kind, width, height, *box) + image_rgb.tobytes()
         try:
-            return REPLY.unpack(self._pipe.ask(request, REPLY.size))
+            *found, self.cpu_s = REPLY.unpack(self._pipe.ask(request, REPLY.size))
         except ChildError as error:
             raise RuntimeError(f"opencv_csrt: expected a box from its child process, but {error}") from None
+        return tuple(found)
 
 
 @register(
@@ -100,12 +107,16 @@ class OpenCvCsrt:
 
     Its estimate is always inside the picture: where it fails, the last box stays and is said to be out of view. It
     takes part in default runs where its interpreter exists; named, it runs or says how to make one (module docstring).
+
+    Attributes:
+        elsewhere_cpu_s: see ``OutsourcingTracker``.
     """
 
     Parameters = NoParameters
 
     def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
         self._csrt: CsrtPipe | None = None
+        self.elsewhere_cpu_s = 0.0
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Start on the part of the box that is inside the picture."""
@@ -121,5 +132,6 @@ class OpenCvCsrt:
         if self._csrt is None:
             return Estimate(np.full(2, np.nan))
         found = self._csrt.update(observation.image_rgb)
+        self.elsewhere_cpu_s = self._csrt.cpu_s
         self._box_xyxy = self._box_xyxy if found is None else found
         return Estimate(box_centre(self._box_xyxy), self._box_xyxy.copy(), in_view_probability=float(found is not None))

@@ -14,8 +14,12 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.commands.selection import parties
+from benchmarks.run.guards import guarded
 from benchmarks.run.time_limit import TooSlow, at_most
 from benchmarks.suites.registry import suite
+from scenarios.loop import FromPictures
+from tests.benchmarks.fake_episode import FakeEpisode
+from tests.benchmarks.run.test_time_limit import burn
 from tests.fakes import DrawnTown, drive, look_down, straight_road
 from trackers.baselines import child_pipe, csrt_pipe
 from trackers.baselines.child_pipe import ChildError, ChildPipe
@@ -31,6 +35,7 @@ read, write = sys.stdin.buffer, sys.stdout.buffer
 write.write({hello!r}); write.flush()
 box, updates = (0, 0, 0, 0), 0
 while len(head := read.read(request.size)) == request.size:
+    began_s = time.process_time()
     kind, width, height, *given = request.unpack(head)
     assert len(read.read(3 * width * height)) == 3 * width * height
     if kind == b"i":
@@ -39,7 +44,7 @@ while len(head := read.read(request.size)) == request.size:
         updates += 1
         box = (box[0] + 3, *box[1:])
     {fault}
-    write.write(reply.pack(updates != 2, *map(float, box))); write.flush()
+    write.write(reply.pack(updates != 2, *map(float, box), time.process_time() - began_s)); write.flush()
 """
 
 
@@ -90,6 +95,18 @@ def test_a_tiny_picture_has_no_answer_and_no_child(tmp_path: Path, monkeypatch: 
     assert np.isnan(tracker.update(picture(1, 9, 7)).position_px).all()
 
 
+def test_the_time_of_the_child_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(tmp_path, monkeypatch, fault="all(iter(lambda: time.process_time() < began_s + 0.05, False))")
+    episode, tracker = FakeEpisode(), entry("opencv_csrt").create(np.random.default_rng(0))
+    guard = guarded(FromPictures(tracker), 30.0)
+    guard.initialise(episode.step(), episode.start)
+    for _ in range(3):
+        guard.update(episode.step())
+    assert guard.reason is None
+    assert all(0.05 <= cpu_s < 0.5 for cpu_s in guard.cpu_s)
+    assert sum(guard.cpu_s) < 2.0
+
+
 def test_a_dropped_tracker_leaves_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake(tmp_path, monkeypatch)
     tracker = entry("opencv_csrt").create(np.random.default_rng(0))
@@ -134,7 +151,7 @@ def test_a_child_that_reads_nothing_is_late_too() -> None:
 def test_a_child_that_closes_a_stream_and_lives_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(child_pipe, "_ENDING_S", 0.1)
     pipe = ChildPipe([sys.executable, "-c", "import os, time; os.close(1); time.sleep(60)"], limit_s=30.0)
-    with pytest.raises(ChildError, match="^it closed a stream and runs on$"):
+    with pytest.raises(ChildError, match=r"^it closed a stream and runs on$"):
         pipe.ask(b"", 1)
     assert not is_running(pipe.pid)
 
@@ -187,6 +204,7 @@ def test_the_child_hands_pictures_to_opencv(monkeypatch: pytest.MonkeyPatch) -> 
 
         def update(self, bgr: NDArray[np.uint8]) -> tuple[bool, tuple[int, ...]]:
             seen.append((bgr, None))
+            burn(0.05)
             return True, (4, 5, 6, 7)
 
     monkeypatch.setitem(sys.modules, "cv2", SimpleNamespace(setNumThreads=lambda count: None, TrackerCSRT_create=Csrt))
@@ -194,7 +212,11 @@ def test_the_child_hands_pictures_to_opencv(monkeypatch: pytest.MonkeyPatch) -> 
     requests = REQUEST.pack(b"i", 3, 2, 1, 0, 2, 2) + rgb.tobytes() + REQUEST.pack(b"u", 3, 2, 0, 0, 0, 0)
     replies = io.BytesIO()
     serve(io.BytesIO(requests + rgb.tobytes()), replies)
-    assert replies.getvalue() == HELLO + REPLY.pack(True, 1, 0, 2, 2) + REPLY.pack(True, 4, 5, 6, 7)
+    assert replies.getvalue().startswith(HELLO)
+    *started, _ = REPLY.unpack_from(replies.getvalue(), len(HELLO))
+    *found, burnt_s = REPLY.unpack_from(replies.getvalue(), len(HELLO) + REPLY.size)
+    assert (started, found) == ([True, 1, 0, 2, 2], [True, 4, 5, 6, 7])
+    assert 0.05 <= burnt_s < 1.0
     assert [box for _, box in seen] == [(1, 0, 2, 2), None]
     np.testing.assert_array_equal(seen[1][0], rgb[..., ::-1])
 
