@@ -2,7 +2,7 @@
 
 On stdin come requests, on stdout go replies, both little-endian and of fixed form:
 
-* greeting, once, from here: ``HELLO``;
+* greeting, once, from here: ``HELLO``, then OpenCV's version in ASCII, ``VERSION_BYTES`` long, filled up with spaces;
 * request: ``REQUEST`` = kind (``i`` = start on a box, ``u`` = next picture), width and height of the picture, and the
   box's x, y, width and height (only read for ``i``); then height x width x 3 bytes RGB, row by row;
 * reply: ``REPLY`` = whether the target was found, the box's x, y, width and height, and the CPU time in seconds that
@@ -16,6 +16,7 @@ import sys
 import time
 
 HELLO = b"frameout-csrt-2\n"
+VERSION_BYTES = 32
 REQUEST = struct.Struct("<cII4i")
 REPLY = struct.Struct("<?5d")
 
@@ -28,7 +29,7 @@ def serve(requests, replies):
     cv2.setNumThreads(1)
     new_tracker = cv2.TrackerCSRT_create  # type: ignore[attr-defined]
     tracker = new_tracker()
-    replies.write(HELLO)
+    replies.write(HELLO + cv2.__version__.encode().ljust(VERSION_BYTES))
     replies.flush()
     began_s = time.process_time()
     while len(head := requests.read(REQUEST.size)) == REQUEST.size:

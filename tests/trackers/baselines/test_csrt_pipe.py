@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -23,11 +24,12 @@ from tests.benchmarks.run.test_time_limit import burn
 from tests.fakes import DrawnTown, drive, look_down, straight_road
 from trackers.baselines import child_pipe, csrt_pipe
 from trackers.baselines.child_pipe import ChildError, ChildPipe
-from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, serve
+from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, VERSION_BYTES, serve
 from trackers.baselines.csrt_pipe import PYTHON_VARIABLE, CsrtPipe, has_csrt
 from trackers.registry import entry
 from trackers.types import CameraModel, Observation
 
+GREETING = HELLO + cv2.__version__.encode().ljust(VERSION_BYTES)
 CHILD = """#!{python}
 import os, struct, sys, time
 request, reply = struct.Struct({request!r}), struct.Struct({reply!r})
@@ -48,7 +50,7 @@ while len(head := read.read(request.size)) == request.size:
 """
 
 
-def fake(folder: Path, monkeypatch: pytest.MonkeyPatch, fault: str = "", hello: bytes = HELLO) -> None:
+def fake(folder: Path, monkeypatch: pytest.MonkeyPatch, fault: str = "", hello: bytes = GREETING) -> None:
     """Make a program that follows by 3 pixels a picture, except on the second one, the interpreter of CSRT."""
     program = folder / "python"
     words = {"request": REQUEST.format, "reply": REPLY.format, "hello": hello, "fault": fault or "pass"}
@@ -174,11 +176,23 @@ def test_a_missing_interpreter_or_package_is_told_with_the_command(
     with pytest.raises(RuntimeError, match=r"FRAMEOUT_CSRT_PYTHON: expected .* make one by: python -m venv ~/\.cache"):
         CsrtPipe()
     fake(tmp_path, monkeypatch, hello=b"something else 1")
-    with pytest.raises(RuntimeError, match="expected the greeting"):
+    with pytest.raises(RuntimeError, match=r"expected .*it greets by b'something else 1'.*; make one by"):
+        CsrtPipe()
+    fake(tmp_path, monkeypatch, hello=HELLO + b"4.5.4".ljust(VERSION_BYTES))
+    with pytest.raises(
+        RuntimeError, match=rf"expected a Python with OpenCV {cv2.__version__} .*\(it has OpenCV 4\.5\.4\)"
+    ):
         CsrtPipe()
     (tmp_path / "python").write_text(f"#!{sys.executable}\nraise ImportError('No module named cv2')\n")
     with pytest.raises(RuntimeError, match="it ended: ImportError: No module named cv2"):
         CsrtPipe()
+
+
+def test_the_wheels_that_are_asked_for_are_the_tested_versions() -> None:
+    tested = (Path(__file__).parents[3] / "constraints.txt").read_text().split()
+    [opencv] = [line.replace("-python", "-contrib-python") for line in tested if line.startswith("opencv-python")]
+    [numpy] = [line for line in tested if line.startswith("numpy==")]
+    assert f"pip install {opencv} {numpy}\n" in str(csrt_pipe.__doc__)
 
 
 def test_default_runs_take_it_where_its_interpreter_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -207,14 +221,18 @@ def test_the_child_hands_pictures_to_opencv(monkeypatch: pytest.MonkeyPatch) -> 
             burn(0.05)
             return True, (4, 5, 6, 7)
 
-    monkeypatch.setitem(sys.modules, "cv2", SimpleNamespace(setNumThreads=lambda count: None, TrackerCSRT_create=Csrt))
+    monkeypatch.setitem(
+        sys.modules,
+        "cv2",
+        SimpleNamespace(setNumThreads=lambda count: None, TrackerCSRT_create=Csrt, __version__="5.1"),
+    )
     rgb = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
     requests = REQUEST.pack(b"i", 3, 2, 1, 0, 2, 2) + rgb.tobytes() + REQUEST.pack(b"u", 3, 2, 0, 0, 0, 0)
     replies = io.BytesIO()
     serve(io.BytesIO(requests + rgb.tobytes()), replies)
-    assert replies.getvalue().startswith(HELLO)
-    *started, _ = REPLY.unpack_from(replies.getvalue(), len(HELLO))
-    *found, burnt_s = REPLY.unpack_from(replies.getvalue(), len(HELLO) + REPLY.size)
+    greeting, answers = replies.getvalue()[: len(GREETING)], replies.getvalue()[len(GREETING) :]
+    assert greeting == HELLO + b"5.1".ljust(VERSION_BYTES)
+    (*started, _), (*found, burnt_s) = REPLY.iter_unpack(answers)
     assert (started, found) == ([True, 1, 0, 2, 2], [True, 4, 5, 6, 7])
     assert 0.05 <= burnt_s < 1.0
     assert [box for _, box in seen] == [(1, 0, 2, 2), None]
