@@ -15,7 +15,15 @@ from scenarios.command_link import CommandLink
 from scenarios.scenario import Episode, Frame
 from sim.rng import generator
 from trackers.gaps.types import GapMethod
-from trackers.protocols import BridgingTracker, Controller, DecidingTracker, MultiTracker, RevisingTracker, Tracker
+from trackers.protocols import (
+    BridgingTracker,
+    Controller,
+    DecidingTracker,
+    MultiTracker,
+    OutsourcingTracker,
+    RevisingTracker,
+    Tracker,
+)
 from trackers.types import Answer, CameraCommand, Estimate, Start, Track
 
 
@@ -28,6 +36,15 @@ class Contestant(Protocol):
 
     def update(self, frame: Frame) -> Answer:
         """Answer on the next frame."""
+        ...
+
+
+@runtime_checkable
+class OutsourcingContestant(Contestant, Protocol):
+    """A contestant that may let other processes work for it."""
+
+    def elsewhere_cpu_s(self) -> float:
+        """Return the CPU time in seconds that they spent on the latest frame; 0 without them."""
         ...
 
 
@@ -62,6 +79,10 @@ class FromPictures:
     def update(self, frame: Frame) -> Estimate:
         """See ``Contestant``."""
         return self._tracker.update(frame.observation)
+
+    def elsewhere_cpu_s(self) -> float:
+        """See ``OutsourcingContestant``."""
+        return self._tracker.elsewhere_cpu_s if isinstance(self._tracker, OutsourcingTracker) else 0.0
 
 
 class ManyFromPictures:

@@ -24,6 +24,17 @@ class Tracker(Protocol):
         ...
 
 
+@runtime_checkable
+class OutsourcingTracker(Tracker, Protocol):
+    """A ``Tracker`` that lets other processes work for it.
+
+    Attributes:
+        elsewhere_cpu_s: CPU time in seconds that they spent on the latest picture, >= 0.
+    """
+
+    elsewhere_cpu_s: float
+
+
 class MultiTracker(Protocol):
     """Follows any number of targets, which it detects itself."""
 

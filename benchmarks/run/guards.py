@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
 from benchmarks.suites.judging import Ending, Score
-from scenarios.loop import Contestant, ManyContestant, given
+from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
 from scenarios.scenario import Frame
 from trackers.estimate_check import check_estimate, check_probability, check_tracks
 from trackers.gaps.check import check_bridge
@@ -89,7 +89,8 @@ class GuardedContestant(Guard):
 
     Attributes:
         silent_frames: number of frames without an answer about its one target.
-        cpu_s: CPU time of each update that gave an answer, from frame 1 on. revision_cpu_s: of the revision at the end.
+        cpu_s: CPU time of each update that gave an answer, from frame 1 on: of the thread and, as told by the tracker,
+            of other processes. revision_cpu_s: of the revision at the end.
         decides_at: see ``Ending``.
     """
 
@@ -129,7 +130,7 @@ class GuardedContestant(Guard):
         if self._runs_on(k):
             with self.guarded(k) as watch:
                 answer = self._contestant.update(frame)
-                self.cpu_s.append(watch.cpu_s)
+                self.cpu_s.append(watch.cpu_s + self._elsewhere_cpu_s())
                 self._check(answer)
         answer = answer if self.reason is None else self._silence
         if isinstance(answer, Estimate):
@@ -148,6 +149,10 @@ class GuardedContestant(Guard):
     def ending(self) -> Ending:
         """Return what is known of the contestant after the last frame."""
         return Ending(self.failed_at_frame)
+
+    def _elsewhere_cpu_s(self) -> float:
+        each = self._contestant
+        return each.elsewhere_cpu_s() if isinstance(each, OutsourcingContestant) else 0.0
 
     def _runs_on(self, frame: int) -> bool:
         self._frames = frame + 1

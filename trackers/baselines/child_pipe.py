@@ -9,10 +9,10 @@ import tempfile
 import time
 import weakref
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 
-_ENDING_S = 5.0
-_CHUNK_BYTES = 1 << 16
+_ENDING_S = 2.0
+"""Longest wait for the end of a child that has closed a stream."""
 
 
 class ChildError(RuntimeError):
@@ -54,34 +54,45 @@ class ChildPipe:
         """Send a request, maybe empty, and return the reply of ``reply_bytes``.
 
         Raises:
-            ChildError: if the child ends or is late; it is then closed. The message holds its last words on stderr.
+            ChildError: if the child ends, closes a stream or is late. The message holds its last words on stderr.
+
+        After any exception, one of a signal's handler included, the child is closed: a reply that comes later is never
+        taken for that of another request.
         """
-        process, until_s = self._process, time.monotonic() + self._limit_s
-        assert process.stdin is not None
-        assert process.stdout is not None
         if not self._close.alive:
             raise ChildError("it is closed")
-        try:
-            unsent = memoryview(request)
-            while unsent:
-                self._wait(until_s, writing=True)
-                unsent = unsent[os.write(process.stdin.fileno(), unsent[:_CHUNK_BYTES]) :]
-            reply = b""
-            while len(reply) < reply_bytes:
-                self._wait(until_s, writing=False)
-                part = os.read(process.stdout.fileno(), reply_bytes - len(reply))
-                if not part:
-                    raise ChildError(f"it ended{self._last_words()}")
-                reply += part
-        except (BrokenPipeError, ChildError) as error:
-            message = str(error) if isinstance(error, ChildError) else f"it ended{self._last_words()}"
-            self.close()
-            raise ChildError(message) from None
+        with ExitStack() as failure:
+            failure.callback(self.close)
+            try:
+                until_s = time.monotonic() + self._limit_s
+                self._send(request, until_s)
+                reply = self._receive(reply_bytes, until_s)
+            except BrokenPipeError:
+                raise ChildError(self._ending()) from None
+            failure.pop_all()
         return reply
 
     def close(self) -> None:
         """Kill the child and wait for its end; a second call does nothing."""
         self._close()
+
+    def _send(self, request: bytes, until_s: float) -> None:
+        assert self._process.stdin is not None
+        unsent = memoryview(request)
+        while unsent:
+            self._wait(until_s, writing=True)
+            unsent = unsent[os.write(self._process.stdin.fileno(), unsent) :]
+
+    def _receive(self, reply_bytes: int, until_s: float) -> bytes:
+        assert self._process.stdout is not None
+        reply = b""
+        while len(reply) < reply_bytes:
+            self._wait(until_s, writing=False)
+            part = os.read(self._process.stdout.fileno(), reply_bytes - len(reply))
+            if not part:
+                raise BrokenPipeError
+            reply += part
+        return reply
 
     def _wait(self, until_s: float, *, writing: bool) -> None:
         """Wait until the child can take or has bytes."""
@@ -92,12 +103,14 @@ class ChildPipe:
         if not waiting.poll(max(1000.0 * (until_s - time.monotonic()), 0.0)):
             raise ChildError(f"it did not answer within {self._limit_s:g} s")
 
-    def _last_words(self) -> str:
-        """Return the last line of the child's stderr, after a colon, or nothing."""
-        self._process.wait(_ENDING_S)
+    def _ending(self) -> str:
+        """Return what became of a child that has closed a stream, with the last line of its stderr after a colon."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(_ENDING_S)
+        fate = "it closed a stream and runs on" if self._process.returncode is None else "it ended"
         self._errors.seek(0)
         lines = self._errors.read().decode(errors="replace").strip().splitlines()
-        return f": {lines[-1]}" if lines else ""
+        return f"{fate}: {lines[-1]}" if lines else fate
 
 
 def _end(process: subprocess.Popen[bytes], files: ExitStack) -> None:

@@ -3,22 +3,25 @@
 The contrib wheel cannot stand beside the plain one, so an interpreter of its own runs ``csrt_child.py``::
 
     python -m venv ~/.cache/frameout/csrt
-    ~/.cache/frameout/csrt/bin/pip install opencv-contrib-python-headless numpy
+    ~/.cache/frameout/csrt/bin/pip install opencv-contrib-python-headless==5.0.0.93 numpy==2.4.6
 
-Another interpreter that has both packages is named by the environment variable ``FRAMEOUT_CSRT_PYTHON``.
+Another interpreter with both packages is named by the environment variable ``FRAMEOUT_CSRT_PYTHON``. Its OpenCV must
+be of the version that runs here, which rows name.
 """
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
 from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.baselines import csrt_child
 from trackers.baselines.child_pipe import ChildError, ChildPipe
-from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST
+from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, VERSION_BYTES
 from trackers.baselines.single_target import visible_part
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.registry import NoParameters, register
@@ -26,7 +29,10 @@ from trackers.types import Estimate, Observation
 
 PYTHON_VARIABLE = "FRAMEOUT_CSRT_PYTHON"
 DEFAULT_FOLDER = "~/.cache/frameout/csrt"
-MAKE_IT = f"python -m venv {DEFAULT_FOLDER} && {DEFAULT_FOLDER}/bin/pip install opencv-contrib-python-headless numpy"
+WHEELS = (
+    f"opencv-contrib-python-headless=={importlib.metadata.version('opencv-python-headless')} numpy=={np.__version__}"
+)
+MAKE_IT = f"python -m venv {DEFAULT_FOLDER} && {DEFAULT_FOLDER}/bin/pip install {WHEELS}"
 LIMIT_S = 30.0
 """Longest time of the child for one picture, and for its start."""
 _LEAST_SIDE_PX = 16
@@ -44,27 +50,31 @@ def missing_csrt() -> str:
 
 
 def _how_to_make_it(got: str) -> str:
-    wanted = f"{PYTHON_VARIABLE}: expected a Python with opencv-contrib-python-headless"
+    wanted = f"{PYTHON_VARIABLE}: expected a Python with OpenCV {cv2.__version__} and its contrib modules"
     return f"{wanted}, got {got}; make one by: {MAKE_IT}"
 
 
 class CsrtPipe:
-    """CSRT in a child process; pictures are sent, boxes come back."""
+    """CSRT in a child process; pictures are sent, boxes come back.
+
+    Attributes:
+        cpu_s: CPU time in seconds that the child spent on the latest picture.
+    """
 
     def __init__(self, limit_s: float = LIMIT_S) -> None:
         """Start the child.
 
         Raises:
-            RuntimeError: if the interpreter or a package is missing; the message says how to make it.
+            RuntimeError: if the interpreter or a package is missing, or OpenCV is of another version than here; the
+                message says how to make it.
         """
+        self.cpu_s = 0.0
         python = csrt_python()
         try:
             self._pipe = ChildPipe([str(python), "-I", csrt_child.__file__], limit_s)
-            hello = self._pipe.ask(b"", len(HELLO))
+            _check_greeting(self._pipe)
         except (OSError, ChildError) as error:
             raise RuntimeError(_how_to_make_it(f"{python} ({error})")) from None
-        if hello != HELLO:
-            raise RuntimeError(f"{PYTHON_VARIABLE}: expected the greeting {HELLO!r}, got {hello!r} from {python}")
 
     def start(self, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> None:
         """Start on a box (4,) in whole pixels inside a picture (H, W, 3)."""
@@ -84,9 +94,19 @@ class CsrtPipe:
         height, width = image_rgb.shape[:2]
         request = REQUEST.pack(kind, width, height, *box) + image_rgb.tobytes()
         try:
-            return REPLY.unpack(self._pipe.ask(request, REPLY.size))
+            *found, self.cpu_s = REPLY.unpack(self._pipe.ask(request, REPLY.size))
         except ChildError as error:
             raise RuntimeError(f"opencv_csrt: expected a box from its child process, but {error}") from None
+        return tuple(found)
+
+
+def _check_greeting(pipe: ChildPipe) -> None:
+    """Read the greeting. Raises ChildError, and ends the child, if it is another one or of another OpenCV."""
+    hello = pipe.ask(b"", len(HELLO))
+    version = pipe.ask(b"", VERSION_BYTES).decode(errors="replace").strip() if hello == HELLO else ""
+    if version != cv2.__version__:
+        pipe.close()
+        raise ChildError(f"it has OpenCV {version}" if hello == HELLO else f"it greets by {hello!r}")
 
 
 @register(
@@ -102,12 +122,16 @@ class OpenCvCsrt:
 
     Its estimate is always inside the picture: where it fails, the last box stays and is said to be out of view. It
     takes part in default runs where its interpreter exists; named, it runs or says how to make one (module docstring).
+
+    Attributes:
+        elsewhere_cpu_s: see ``OutsourcingTracker``.
     """
 
     Parameters = NoParameters
 
     def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
         self._csrt: CsrtPipe | None = None
+        self.elsewhere_cpu_s = 0.0
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Start on the part of the box that is inside the picture."""
@@ -123,5 +147,6 @@ class OpenCvCsrt:
         if self._csrt is None:
             return Estimate(np.full(2, np.nan))
         found = self._csrt.update(observation.image_rgb)
+        self.elsewhere_cpu_s = self._csrt.cpu_s
         self._box_xyxy = self._box_xyxy if found is None else found
         return Estimate(box_centre(self._box_xyxy), self._box_xyxy.copy(), in_view_probability=float(found is not None))

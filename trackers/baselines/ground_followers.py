@@ -18,8 +18,10 @@ from trackers.types import Estimate, Observation
 _COLOUR_SHARE, _TEMPLATE_SHARE = 0.45, 0.6
 """Side of the compared square, in lengths of the car."""
 _SPEED_MPS = 5.0
-"""Standard deviation, per axis, of a velocity that is not known yet."""
+"""Standard deviation, per axis, of a velocity that is not known yet. Chosen: nearly all of a town's traffic, at up to
+50 km/h, is within three."""
 _MOST_SPREAD_M = 6.0
+"""Most that the prediction's spread adds to the search radius. Chosen: more than a car's length, less than two."""
 
 
 def _colour_look(patch: Patch) -> Look:
@@ -35,7 +37,8 @@ class HoldGroundParameters(SearchParameters):
     """Settings of ``hold_ground``.
 
     Attributes:
-        fastest_mps: once the car is lost, the search radius grows at this speed, from the last match on.
+        fastest_mps: once the car is lost, the search radius grows at this speed, from the last match on. Chosen, about
+            the 50 km/h that are usual in towns.
     """
 
     fastest_mps: float = tunable(15.0, 5.0, 40.0)
@@ -46,7 +49,7 @@ class HoldGround:
     """Returns the best match of the car's HS histogram, or the last matched place on the ground if there is none.
 
     It is given what ``mosaic_graph_pf`` is: pictures, first box and measured poses; without poses the picture's motion
-    is estimated (``picture_motion``). A lost car is looked for in the whole picture.
+    is estimated (``picture_motion``). A lost car is looked for within a radius that grows with time (``GroundSearch``).
     """
 
     Parameters = HoldGroundParameters
@@ -80,7 +83,7 @@ class ConstantVelocityGroundParameters(SearchParameters):
         acceleration_mps2: standard deviation of the acceleration along each axis.
         match_noise_m: standard deviation of a match.
         hardest_mps2: greatest acceleration a: ``a t² / 2`` and two deviations of the prediction are added to the search
-            radius, t after the last match.
+            radius, t after the last match. Chosen; it says how fast the radius grows, not what cars can do.
     """
 
     acceleration_mps2: float = tunable(2.5, 0.3, 10.0, log=True)
@@ -91,7 +94,7 @@ class ConstantVelocityGroundParameters(SearchParameters):
 @register(
     "constant_velocity_ground",
     role="baseline",
-    summary="Kalman filter of constant velocity on the ground, HS histogram, re-detection in the whole picture",
+    summary="Kalman filter of constant velocity on the ground, HS histogram, re-detection in a radius that grows",
 )
 class ConstantVelocityGround:
     """State (x, y, vx, vy) in metres and m/s, white acceleration (``PersonKalman``); matches as ``hold_ground``.

@@ -1,4 +1,4 @@
-"""Search for a car on the ground: near its expected place, or over all of the picture once it is lost."""
+"""Search for a car on the ground: around its expected place, in a radius that grows while the car is missed."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from trackers.types import Observation
 CELLS = 20
 """Cells of a patch along the car."""
 _FARTHEST_M = 120.0
+"""Largest search radius. Chosen: it bounds the patch of a view that shows the horizon, which has no end of its own."""
 _FIRST_PATCH = 3 * CELLS
 _SHORTEST_M, _LONGEST_M = 1.0, 30.0
 _LEAST_SCALE, _LARGEST_SCALE = 0.1, 10.0
@@ -100,7 +101,10 @@ class GroundSearch:
         return view is not None
 
     def match(self, image_rgb: NDArray[np.uint8], expected_m: NDArray[np.float64], slack_m: float) -> Match | None:
-        """Return where in the latest picture the car is, within the search radius plus ``slack_m`` of a place (2,)."""
+        """Return where in the latest picture the car is, within the search radius plus ``slack_m`` of a place (2,).
+
+        The radius is 120 m at most.
+        """
         is_lost = self.is_lost
         radius_m = min(self._parameters.reach_lengths * self._length_m + slack_m, _FARTHEST_M)
         found = self._find(image_rgb, expected_m, radius_m, is_lost)

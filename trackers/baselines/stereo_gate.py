@@ -14,7 +14,7 @@ from trackers.paper_b.matching import StereoMatcher, baseline_m
 from trackers.paper_b.person_kalman import PersonKalman
 from trackers.paper_b.robot_frame import Mounting
 from trackers.registry import register, tunable
-from trackers.types import Estimate, Observation
+from trackers.types import CameraModel, Estimate, Observation
 
 _LEAST_DEPTH_M = 0.1
 
@@ -29,7 +29,6 @@ class StereoNearestParameters:
         gate_m: greatest distance from the prediction.
         fastest_mps: the gate grows at this speed, from the last match on.
         predicted_s: how long a target without a match is answered from the prediction; then it is lost.
-        camera_height_m: height of a level camera, used if no pose is measured.
     """
 
     acceleration_mps2: float = tunable(1.5, 0.3, 10.0, log=True)
@@ -37,7 +36,6 @@ class StereoNearestParameters:
     gate_m: float = tunable(0.5, 0.2, 2.0, log=True)
     fastest_mps: float = tunable(2.0, 0.5, 5.0, log=True)
     predicted_s: float = tunable(0.7, 0.1, 3.0, log=True)
-    camera_height_m: float = 1.2
 
 
 @register(
@@ -50,7 +48,8 @@ class StereoNearest:
     """Takes the candidate nearest to the prediction of a Kalman filter in the frame of odometry.
 
     It is given what ``stereo_people`` is: the pair, the odometry's poses and the first box; its candidates are those of
-    paper B (``see``). Without poses its places move with the robot.
+    paper B (``see``). Without poses its places move with the robot, and its camera is level, at the height
+    that the first box shows.
     """
 
     Parameters = StereoNearestParameters
@@ -62,19 +61,22 @@ class StereoNearest:
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Start on the candidate in the box, or on the box itself if there is none."""
-        p, pose = self._parameters, observation.ego
+        pose = observation.ego
         baseline_m(observation.camera)
         box_size(box_xyxy)
-        self._mounting = Mounting.level(p.camera_height_m) if pose is None else Mounting.from_pose(pose.T_world_camera)
         self._time_s, self._unseen_s = observation.time_s, 0.0
         self._height_m = self._candidates.usual_height_m
+        if pose is None:
+            self._mounting = Mounting.level(self._camera_height_m(observation, box_xyxy))
+        else:
+            self._mounting = Mounting.from_pose(pose.T_world_camera)
         view = see(observation, self._matcher, self._mounting, self._candidates)
         first = candidate_in_box(view.candidates if view else [], box_xyxy)
         if first is not None:
             place_m = first.place_m
             self._learn(observation, first)
         else:
-            depth_m = observation.camera.focal_px * self._height_m / box_size(box_xyxy)[1]
+            depth_m = self._usual_depth_m(observation, box_xyxy)
             place_m = self._mounting.place_at(box_centre(box_xyxy), depth_m, observation.camera)[:2]
         self._start_filter(_to_ground(observation, place_m[None])[0])
 
@@ -126,18 +128,35 @@ class StereoNearest:
             self._height_m = found.height_m
         self._learn(observation, found)
 
+    def _camera_height_m(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> float:
+        """Return the height >= 0 of a level camera that sees feet at the lower edge of a box (4,).
+
+        They are as far away as what is in the middle of the box, by the pair's disparities, or by a person's usual
+        height where these are unknown.
+        """
+        camera, depth_m = observation.camera, np.empty((0, 0), np.float32)
+        if observation.right_rgb is not None:
+            depth_m = _middle(
+                self._matcher.depth_m(observation.image_rgb, observation.right_rgb, camera), box_xyxy, camera
+            )
+        known_m = depth_m[np.isfinite(depth_m)]
+        feet_m = float(np.median(known_m)) if known_m.size else self._usual_depth_m(observation, box_xyxy)
+        return max(feet_m * float(box_xyxy[3] - 0.5 * camera.height_px) / camera.focal_px, 0.0)
+
+    def _usual_depth_m(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> float:
+        """Return the distance of a person of the usual height who fills a box (4,)."""
+        return observation.camera.focal_px * self._candidates.usual_height_m / float(box_size(box_xyxy)[1])
+
     def _start_filter(self, place_m: NDArray[np.float64]) -> None:
         self._filter = PersonKalman(place_m, self._parameters.acceleration_mps2, self._parameters.place_noise_m)
 
     def _predicted(self, observation: Observation) -> Estimate:
         place_m = _to_robot(observation, self._filter.place_m)
-        depth_m = self._mounting.depth_m(np.append(place_m, 0.5 * self._height_m))
+        box, depth_m = self._mounting.standing_box(
+            place_m, self._candidates.usual_width_m, self._height_m, observation.camera
+        )
         if self._is_lost or depth_m <= _LEAST_DEPTH_M:
             return Estimate(np.full(2, np.nan), in_view_probability=0.0)
-        ends_m = np.column_stack([np.tile(place_m, (2, 1)), [0.0, self._height_m]])
-        (_, bottom), (x, top) = self._mounting.pixels(ends_m, observation.camera)
-        half_px = 0.5 * self._candidates.usual_width_m * observation.camera.focal_px / depth_m
-        box = np.array([x - half_px, top, x + half_px, bottom])
         return Estimate(box_centre(box), box, in_view_probability=0.5, depth_m=depth_m)
 
 
@@ -197,6 +216,16 @@ class StereoColourGate(StereoNearest):
 
     def _bins(self, observation: Observation) -> NDArray[np.uint8]:
         return hs_bins(self._matcher.smaller(observation.image_rgb)).ravel()
+
+
+def _middle(depth_m: NDArray[np.float32], box_xyxy: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float32]:
+    """Return the middle half, each way, of a box (4,) of the left picture in a depth picture (H', W')."""
+    shrink = camera.width_px / depth_m.shape[1]
+    centre, quarter = box_centre(box_xyxy) / shrink, 0.25 * box_size(box_xyxy) / shrink
+    low, high = (
+        np.clip(np.round(end), 0, depth_m.shape[::-1]).astype(int) for end in (centre - quarter, centre + quarter)
+    )
+    return depth_m[low[1] : high[1], low[0] : high[0]]
 
 
 def _robot_pose(observation: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -59,6 +59,20 @@ class Mounting:
         """Return the distance of a point (3,) along the camera's axis."""
         return float((point_m - np.array([0.0, 0.0, self.height_m])) @ self.R_robot_camera[:, 2])
 
+    def standing_box(
+        self, place_m: NDArray[np.float64], width_m: float, height_m: float, camera: CameraModel
+    ) -> tuple[NDArray[np.float64], float]:
+        """Return the box (4,) in the left picture, inside it or not, of a person who stands at a place (2,), and the
+        distance of the person's middle along the camera's axis.
+
+        The box is centred on the top of the head; it is as wide as at a distance of 5 cm or more.
+        """
+        depth_m = self.depth_m(np.append(place_m, 0.5 * height_m))
+        ends_m = np.column_stack([np.tile(place_m, (2, 1)), [0.0, height_m]])
+        (_, bottom), (x, top) = self.pixels(ends_m, camera)
+        half_px = 0.5 * width_m * camera.focal_px / max(depth_m, 0.05)
+        return np.array([x - half_px, top, x + half_px, bottom]), depth_m
+
 
 def points_m(depth_m: NDArray[np.float32], camera: CameraModel, mounting: Mounting) -> NDArray[np.float32]:
     """Return the point cloud (H', W', 3) of a depth picture (H', W') in the robot's frame; NaN where unknown.

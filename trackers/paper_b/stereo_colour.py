@@ -30,7 +30,6 @@ _PLACE_WEIGHT_PER_M = 1.0
 _MIDDLE_SHARE = 0.6
 """Share of the first box that is taken for the person if there is no candidate in it."""
 _NEAREST_M = 0.1
-_NO_ANSWER = Estimate(np.full(2, np.nan), in_view_probability=0.0)
 
 
 def position_dissimilarity(places_m: NDArray[np.float64], expected_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -148,17 +147,13 @@ class StereoColour(ABC):
 
     def _predicted(self, camera: CameraModel) -> Estimate:
         """Return the predicted position of a target that was not found; NaN once it is lost, or outside the picture."""
-        place_m = self._filter.place_m
-        depth_m = self._mounting.depth_m(np.append(place_m, 0.5 * self._height_m))
-        if self._lost or depth_m <= _NEAREST_M:
-            return _NO_ANSWER
-        ends_m = np.column_stack([np.tile(place_m, (2, 1)), [0.0, self._height_m]])
-        (_, bottom), (x, top) = self._mounting.pixels(ends_m, camera)
-        if not 0.0 <= x < camera.width_px:
-            return _NO_ANSWER
-        half_px = 0.5 * self._candidates.usual_width_m * camera.focal_px / depth_m
-        box = np.array([x - half_px, top, x + half_px, bottom])
-        return Estimate(box_centre(box), box, in_view_probability=1.0, depth_m=depth_m)
+        box, depth_m = self._mounting.standing_box(
+            self._filter.place_m, self._candidates.usual_width_m, self._height_m, camera
+        )
+        centre_px = box_centre(box)
+        if self._lost or depth_m <= _NEAREST_M or not 0.0 <= centre_px[0] < camera.width_px:
+            return Estimate(np.full(2, np.nan), in_view_probability=0.0)
+        return Estimate(centre_px, box, in_view_probability=1.0, depth_m=depth_m)
 
     def _predict(self, time_s: float) -> None:
         """Predict (section 3.2.1), for a time that depends on the state of occlusion (section 3.3)."""

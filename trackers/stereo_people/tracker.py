@@ -245,20 +245,17 @@ class StereoPeople:
         is_seen = target.unseen_s == 0.0
         is_expected = target.unseen_s <= p.answered_s and deviation_m <= p.answered_m
         height_m = target.height_m if np.isfinite(target.height_m) else self._candidates.usual_height_m
-        depth_m = self._mounting.depth_m(np.append(place_m, 0.5 * height_m))
+        camera = observation.camera
+        box, depth_m = self._mounting.standing_box(place_m, self._candidates.usual_width_m, height_m, camera)
         if not (is_seen or is_expected) or depth_m <= 0.1:
             return Estimate(np.full(2, np.nan), in_view_probability=0.0)
-        camera = observation.camera
-        ends_m = np.column_stack([np.tile(place_m, (2, 1)), [0.0, height_m]])
-        (_, bottom), (x, top) = self._mounting.pixels(ends_m, camera)
-        half_px = 0.5 * self._candidates.usual_width_m * camera.focal_px / depth_m
-        box = np.array([x - half_px, top, x + half_px, bottom])
+        centre_px = box_centre(box)
         hidden = 0.0
         if view is not None and not is_seen:
             hidden = share_before(view.depth_m, place_m, height_m, 0.5, self._mounting, camera, self._occlusions)
-        inside = 0.0 <= x < camera.width_px
+        inside = 0.0 <= centre_px[0] < camera.width_px
         probability = 1.0 if is_seen else (0.9 if inside and hidden < _HIDDEN else 0.2)
-        return Estimate(box_centre(box), box, in_view_probability=probability, depth_m=depth_m)
+        return Estimate(centre_px, box, in_view_probability=probability, depth_m=depth_m)
 
     def _scene_of(self, observation: Observation, levels: NDArray[np.float64]) -> Scene:
         look = self._tracks_parameters.look

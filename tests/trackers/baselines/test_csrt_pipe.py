@@ -9,20 +9,27 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from benchmarks.commands.selection import parties
+from benchmarks.run.guards import guarded
+from benchmarks.run.time_limit import TooSlow, at_most
 from benchmarks.suites.registry import suite
+from scenarios.loop import FromPictures
+from tests.benchmarks.fake_episode import FakeEpisode
+from tests.benchmarks.run.test_time_limit import burn
 from tests.fakes import DrawnTown, drive, look_down, straight_road
-from trackers.baselines import csrt_pipe
+from trackers.baselines import child_pipe, csrt_pipe
 from trackers.baselines.child_pipe import ChildError, ChildPipe
-from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, serve
+from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, VERSION_BYTES, serve
 from trackers.baselines.csrt_pipe import PYTHON_VARIABLE, CsrtPipe, missing_csrt
 from trackers.registry import entry
 from trackers.types import CameraModel, Observation
 
+GREETING = HELLO + cv2.__version__.encode().ljust(VERSION_BYTES)
 CHILD = """#!{python}
 import os, struct, sys, time
 request, reply = struct.Struct({request!r}), struct.Struct({reply!r})
@@ -30,6 +37,7 @@ read, write = sys.stdin.buffer, sys.stdout.buffer
 write.write({hello!r}); write.flush()
 box, updates = (0, 0, 0, 0), 0
 while len(head := read.read(request.size)) == request.size:
+    began_s = time.process_time()
     kind, width, height, *given = request.unpack(head)
     assert len(read.read(3 * width * height)) == 3 * width * height
     if kind == b"i":
@@ -38,11 +46,11 @@ while len(head := read.read(request.size)) == request.size:
         updates += 1
         box = (box[0] + 3, *box[1:])
     {fault}
-    write.write(reply.pack(updates != 2, *map(float, box))); write.flush()
+    write.write(reply.pack(updates != 2, *map(float, box), time.process_time() - began_s)); write.flush()
 """
 
 
-def fake(folder: Path, monkeypatch: pytest.MonkeyPatch, fault: str = "", hello: bytes = HELLO) -> None:
+def fake(folder: Path, monkeypatch: pytest.MonkeyPatch, fault: str = "", hello: bytes = GREETING) -> None:
     """Make a program that follows by 3 pixels a picture, except on the second one, the interpreter of CSRT."""
     program = folder / "python"
     words = {"request": REQUEST.format, "reply": REPLY.format, "hello": hello, "fault": fault or "pass"}
@@ -89,6 +97,18 @@ def test_a_tiny_picture_has_no_answer_and_no_child(tmp_path: Path, monkeypatch: 
     assert np.isnan(tracker.update(picture(1, 9, 7)).position_px).all()
 
 
+def test_the_time_of_the_child_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(tmp_path, monkeypatch, fault="all(iter(lambda: time.process_time() < began_s + 0.05, False))")
+    episode, tracker = FakeEpisode(), entry("opencv_csrt").create(np.random.default_rng(0))
+    guard = guarded(FromPictures(tracker), 30.0)
+    guard.initialise(episode.step(), episode.start)
+    for _ in range(3):
+        guard.update(episode.step())
+    assert guard.reason is None
+    assert all(0.05 <= cpu_s < 0.5 for cpu_s in guard.cpu_s)
+    assert sum(guard.cpu_s) < 2.0
+
+
 def test_a_dropped_tracker_leaves_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake(tmp_path, monkeypatch)
     tracker = entry("opencv_csrt").create(np.random.default_rng(0))
@@ -130,6 +150,24 @@ def test_a_child_that_reads_nothing_is_late_too() -> None:
     assert not is_running(pipe.pid)
 
 
+def test_a_child_that_closes_a_stream_and_lives_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(child_pipe, "_ENDING_S", 0.1)
+    pipe = ChildPipe([sys.executable, "-c", "import os, time; os.close(1); time.sleep(60)"], limit_s=30.0)
+    with pytest.raises(ChildError, match=r"^it closed a stream and runs on$"):
+        pipe.ask(b"", 1)
+    assert not is_running(pipe.pid)
+
+
+def test_a_reply_after_an_interruption_is_not_taken_for_the_next_one() -> None:
+    late = "import sys, time; sys.stdin.buffer.read(1); time.sleep(0.6); print('old', flush=True); time.sleep(60)"
+    pipe = ChildPipe([sys.executable, "-c", late], limit_s=30.0)
+    with pytest.raises(TooSlow), at_most(0.3):
+        pipe.ask(b"1", 4)
+    assert not is_running(pipe.pid)
+    with pytest.raises(ChildError, match="it is closed"):
+        pipe.ask(b"2", 4)
+
+
 def test_a_missing_interpreter_or_package_is_told_with_the_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -138,11 +176,23 @@ def test_a_missing_interpreter_or_package_is_told_with_the_command(
     with pytest.raises(RuntimeError, match=r"FRAMEOUT_CSRT_PYTHON: expected .* make one by: python -m venv ~/\.cache"):
         CsrtPipe()
     fake(tmp_path, monkeypatch, hello=b"something else 1")
-    with pytest.raises(RuntimeError, match="expected the greeting"):
+    with pytest.raises(RuntimeError, match=r"expected .*it greets by b'something else 1'.*; make one by"):
+        CsrtPipe()
+    fake(tmp_path, monkeypatch, hello=HELLO + b"4.5.4".ljust(VERSION_BYTES))
+    with pytest.raises(
+        RuntimeError, match=rf"expected a Python with OpenCV {cv2.__version__} .*\(it has OpenCV 4\.5\.4\)"
+    ):
         CsrtPipe()
     (tmp_path / "python").write_text(f"#!{sys.executable}\nraise ImportError('No module named cv2')\n")
     with pytest.raises(RuntimeError, match="it ended: ImportError: No module named cv2"):
         CsrtPipe()
+
+
+def test_the_wheels_that_are_asked_for_are_the_tested_versions() -> None:
+    tested = (Path(__file__).parents[3] / "constraints.txt").read_text().split()
+    [opencv] = [line.replace("-python", "-contrib-python") for line in tested if line.startswith("opencv-python")]
+    [numpy] = [line for line in tested if line.startswith("numpy==")]
+    assert f"pip install {opencv} {numpy}\n" in str(csrt_pipe.__doc__)
 
 
 def test_default_runs_take_it_where_its_interpreter_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,14 +218,23 @@ def test_the_child_hands_pictures_to_opencv(monkeypatch: pytest.MonkeyPatch) -> 
 
         def update(self, bgr: NDArray[np.uint8]) -> tuple[bool, tuple[int, ...]]:
             seen.append((bgr, None))
+            burn(0.05)
             return True, (4, 5, 6, 7)
 
-    monkeypatch.setitem(sys.modules, "cv2", SimpleNamespace(setNumThreads=lambda count: None, TrackerCSRT_create=Csrt))
+    monkeypatch.setitem(
+        sys.modules,
+        "cv2",
+        SimpleNamespace(setNumThreads=lambda count: None, TrackerCSRT_create=Csrt, __version__="5.1"),
+    )
     rgb = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
     requests = REQUEST.pack(b"i", 3, 2, 1, 0, 2, 2) + rgb.tobytes() + REQUEST.pack(b"u", 3, 2, 0, 0, 0, 0)
     replies = io.BytesIO()
     serve(io.BytesIO(requests + rgb.tobytes()), replies)
-    assert replies.getvalue() == HELLO + REPLY.pack(True, 1, 0, 2, 2) + REPLY.pack(True, 4, 5, 6, 7)
+    greeting, answers = replies.getvalue()[: len(GREETING)], replies.getvalue()[len(GREETING) :]
+    assert greeting == HELLO + b"5.1".ljust(VERSION_BYTES)
+    (*started, _), (*found, burnt_s) = REPLY.iter_unpack(answers)
+    assert (started, found) == ([True, 1, 0, 2, 2], [True, 4, 5, 6, 7])
+    assert 0.05 <= burnt_s < 1.0
     assert [box for _, box in seen] == [(1, 0, 2, 2), None]
     np.testing.assert_array_equal(seen[1][0], rgb[..., ::-1])
 
