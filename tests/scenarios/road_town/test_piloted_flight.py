@@ -87,19 +87,24 @@ def test_a_house_hides_the_car_behind_it_alone() -> None:
     assert not sight.is_hidden(low, np.array([6.0, 0.0]), 0.0, CAR_M)
 
 
+@pytest.mark.parametrize("altitude_m", [50.0, 80.0])
+@pytest.mark.parametrize("margin_m", [10.0, 24.0, 33.0])
 @pytest.mark.parametrize("mount_rad", np.deg2rad([35.0, 42.0, 50.0]))
 @pytest.mark.parametrize("direction_rad", np.linspace(-math.pi, math.pi, 9))
 def test_a_gust_swings_a_camera_pitched_forward_off_the_car_below_the_horizon(
-    mount_rad: float, direction_rad: float
+    mount_rad: float, direction_rad: float, margin_m: float, altitude_m: float
 ) -> None:
-    offset_m = gust_out(CAMERA, 60.0, mount_rad, direction_rad, 10.0)
-    level = look_down_pose(np.array([0.0, 0.0, 60.0]), 0.0, 0.0, 0.0)
+    offset_m = gust_out(CAMERA, altitude_m, mount_rad, direction_rad, margin_m)
+    above_m = np.array([0.0, 0.0, altitude_m])
+    level = look_down_pose(above_m, 0.0, 0.0, 0.0)
     middle_m = np.array([*intersect_plane(CAMERA, pitched_forward(level, mount_rad), CAMERA.centre_px, 0.0), 0.0])
-    np.testing.assert_allclose(middle_m, [60.0 * math.tan(mount_rad), 0.0, 0.0], atol=1e-6)
-    pitch, yaw = gust_angles_rad(offset_m, 60.0, mount_rad)
-    gust = gust_attitude_rad([Pulse(0, 1, 10, 1, offset_m, True)], 60.0, 6, mount_rad)
+    np.testing.assert_allclose(middle_m, [altitude_m * math.tan(mount_rad), 0.0, 0.0], atol=1e-6)
+    pitch, yaw = gust_angles_rad(offset_m, altitude_m, mount_rad)
+    assert abs(yaw) <= 0.5 * math.pi
+    assert -mount_rad < pitch < 1e-9
+    gust = gust_attitude_rad([Pulse(0, 1, 10, 1, offset_m, True)], altitude_m, 6, mount_rad)
     np.testing.assert_allclose(gust[5], [0.0, pitch, yaw])
-    swung = pitched_forward(look_down_pose(np.array([0.0, 0.0, 60.0]), yaw, pitch, 0.0), mount_rad)
+    swung = pitched_forward(look_down_pose(above_m, yaw, pitch, 0.0), mount_rad)
     aim_m = intersect_plane(CAMERA, swung, CAMERA.centre_px, 0.0)
     np.testing.assert_allclose(aim_m, middle_m[:2] + offset_m, atol=1e-6)
     pixel, _ = project(CAMERA, swung, middle_m)
