@@ -5,6 +5,8 @@ The town lies in a valley. The hills are higher than a helicopter flies, so that
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -15,9 +17,12 @@ from sim.meshes.tree import FOLIAGE_RGB
 from sim.meshes.woodland import hedge, wood
 from sim.world import World
 
-REACH_M = 2700.0
-"""Side of the square of land."""
-VALLEY_RADIUS_M, CREST_RADIUS_M = 720.0, 1230.0
+LEAST_VALLEY_RADIUS_M, _BEYOND_CORNERS_M = 720.0, 20.0
+"""Least radius of the valley, and its least way beyond the corners of the town's square."""
+TO_CREST_M = 510.0
+"""Distance from the valley's edge to the crest."""
+_TO_END_M = 630.0
+"""Distance from the valley's edge to the land's, where it is nearest."""
 HILLS_M = (125.0, 175.0)
 """Lowest and highest crest above the town: a helicopter flies at most 100 m high."""
 _WAVES = 5
@@ -30,16 +35,22 @@ _WOODS_FROM_M, _HEDGES_FROM_M = 40.0, 12.0
 
 
 class Hills:
-    """Height of the land around a town."""
+    """Height of the land around a town.
 
-    def __init__(self, rng: np.random.Generator) -> None:
+    Attributes:
+        valley_radius_m: of the level land in the middle, which holds the town's square.
+    """
+
+    def __init__(self, extent_m: float, rng: np.random.Generator) -> None:
+        """``extent_m``: side of the town's square."""
+        self.valley_radius_m = max(LEAST_VALLEY_RADIUS_M, extent_m / math.sqrt(2.0) + _BEYOND_CORNERS_M)
         self._counts = rng.integers(2, 9, _WAVES)
         self._phases = rng.uniform(0.0, 2.0 * np.pi, _WAVES)
 
     def height_m(self, x_m: ArrayLike, y_m: ArrayLike) -> NDArray[np.float64]:
         """Return heights above the town at places; 0 in the valley."""
         x, y = np.asarray(x_m, dtype=float), np.asarray(y_m, dtype=float)
-        share = np.clip((np.hypot(x, y) - VALLEY_RADIUS_M) / (CREST_RADIUS_M - VALLEY_RADIUS_M), 0.0, 1.0)
+        share = np.clip((np.hypot(x, y) - self.valley_radius_m) / TO_CREST_M, 0.0, 1.0)
         angle = np.arctan2(y, x)[..., None]
         wave = 0.5 + 0.5 * np.sin(self._counts * angle + self._phases).mean(axis=-1)
         crest = HILLS_M[0] + (HILLS_M[1] - HILLS_M[0]) * wave
@@ -48,9 +59,9 @@ class Hills:
 
 def add_countryside(world: World, extent_m: float, rng: np.random.Generator) -> None:
     """Add the land around a town's square of side ``extent_m``."""
-    hills = Hills(rng)
+    hills = Hills(extent_m, rng)
     fields = Texture(paint_countryside(extent_m, rng, FIELDS_PX, _FIELDS_A_TILE), smooth=True)
-    land = surroundings(extent_m, REACH_M, fields, hills.height_m)
+    land = surroundings(extent_m, 2.0 * (hills.valley_radius_m + _TO_END_M), fields, hills.height_m)
     world.add(land, np.eye(4), name="fields", category="ground")
     edge_m = 0.5 * extent_m
     for k in range(_WOODS):

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera
 
-_YAWS_RAD = np.linspace(0.0, 0.5 * np.pi, 181)
+SHORT_OF_NADIR_RAD = 0.01
+"""A gust stops this far before the view points straight down: beyond it, the nose would point backwards."""
+_LARGEST_YAW_RAD = 0.5 * np.pi
+_YAWS_RAD = np.linspace(0.0, _LARGEST_YAW_RAD, 181)
 
 
 def pitched_forward(T_world_camera: NDArray[np.float64], mount_rad: float) -> NDArray[np.float64]:
@@ -31,14 +34,16 @@ def gust_out(
 ) -> tuple[float, float]:
     """Return the aim's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
 
-    The nose turns aside or goes down. ``direction_rad`` is that of the displacement, 0 = ahead, counter-clockwise; one
+    The nose turns aside by at most a right angle, or goes down until the view points almost straight down; the car
+    is then outside by less. ``direction_rad`` is that of the displacement, 0 = ahead, counter-clockwise; one
     ahead is taken backwards, for with the nose up the horizon would be seen.
     """
     back, aside = abs(math.cos(direction_rad)), math.sin(direction_rad)
     slant_m = altitude_m / math.cos(mount_rad)
     half_high_rad = math.atan(0.5 * camera.height_px / camera.focal_px)
-    whole_yaw_rad = _yaw_to_border(camera, mount_rad) + margin_m / (altitude_m * math.tan(mount_rad))
-    whole_pitch_rad = half_high_rad + margin_m / slant_m
+    to_left_rad = _yaw_to_border(camera, mount_rad) + margin_m / (altitude_m * math.tan(mount_rad))
+    whole_yaw_rad = min(to_left_rad, _LARGEST_YAW_RAD)
+    whole_pitch_rad = min(half_high_rad + margin_m / slant_m, mount_rad - SHORT_OF_NADIR_RAD)
     scale = min(whole_pitch_rad / max(back, 1e-6), whole_yaw_rad / max(abs(aside), 1e-6))
     aim_m = altitude_m * math.tan(mount_rad - scale * back)
     yaw_rad = scale * aside

@@ -87,15 +87,17 @@ class Pilot:
     """
 
     def __init__(self, preset: RoadTown, air: AirState, errors: PilotErrors, first: Sighting, speed_mps: float) -> None:
-        """``first``: the car on the first frame, at ``speed_mps``."""
+        """``first``: the car on the first frame. Before it, it has come straight ahead at ``speed_mps``."""
         self._dt_s = 1.0 / preset.rate_hz
         self._air, self._errors = air, errors
         self._aim_m = air.wander_m @ np.array([1.0, 1j])
         self._nose_rad = air.yaw_rad[0] - first.heading_rad
         delay = round(REACTION_S * preset.rate_hz)
-        self._late: deque[Sighting | None] = deque([first] * delay)
         self._velocity_mps = cmath.rect(speed_mps, first.heading_rad)
-        self._place_m = first.place_m - delay * self._dt_s * self._velocity_mps
+        step_m = self._velocity_mps * self._dt_s
+        before = [Sighting(first.place_m - k * step_m, first.heading_rad) for k in range(delay + 1, 0, -1)]
+        self._place_m = before[0].place_m
+        self._late: deque[Sighting | None] = deque(before[1:])
         self._delay_s = delay * self._dt_s
         self._heading_rad = first.heading_rad
         self._unseen_s = self._missed_s = self._searched_s = 0.0

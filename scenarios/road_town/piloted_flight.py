@@ -37,16 +37,19 @@ class Drive:
 
 
 class _Swings:
-    """The scheduled swings: each begins when it is due and the car has long been in view, and ends by its own clock."""
+    """The scheduled swings: each begins when it is due and the car has long been seen, and ends by its own clock."""
 
     def __init__(self, scheduled: list[Pulse], frame_count: int) -> None:
         self._waiting, self._frame_count = list(scheduled), frame_count
         self.begun: list[Pulse] = []
         self._seen_frames = 0
 
-    def start(self, frame: int, state: int) -> Pulse | None:
-        """Return the swing that begins on a frame, if any, given the car's state in the picture."""
-        self._seen_frames = self._seen_frames + 1 if state == IN else 0
+    def start(self, frame: int, is_seen_whole: bool) -> Pulse | None:
+        """Return the swing that begins on a frame, if any, given whether the car is in sight and whole in the picture.
+
+        Nothing else of the car counts: the start of a swing shall not tell of a car that is hidden.
+        """
+        self._seen_frames = self._seen_frames + 1 if is_seen_whole else 0
         due = self._waiting and self._waiting[0].start_frame <= frame
         if not due or self._seen_frames < SETTLE_FRAMES or self.going_on(frame):
             return None
@@ -85,14 +88,14 @@ def fly_after(
     for frame in range(frames):
         pose = poses[frame] = helicopter.pose(frame)
         state = int(picture_states(camera, pose[None], drive.corners_m[frame : frame + 1])[0])
-        begun = swings.start(frame, state)
+        place_m, heading_rad = drive.position_m[frame], float(drive.heading_rad[frame])
+        seen = state != OUT and not sight.is_hidden(pose[:3, 3], place_m, heading_rad, drive.size_m)
+        begun = swings.start(frame, seen and state == IN)
         if begun is not None and begun.tilts:
             helicopter.meet([begun])
         elif begun is not None:
             drift_m = begun.share(frames) * complex(*begun.offset_m) * cmath.rect(1.0, helicopter.yaw_rad)
             drift_mps = np.gradient(drift_m) * preset.rate_hz
-        place_m, heading_rad = drive.position_m[frame], float(drive.heading_rad[frame])
-        seen = state != OUT and not sight.is_hidden(pose[:3, 3], place_m, heading_rad, drive.size_m)
         pilot.look(frame, drive.sighting(frame) if seen else None, not swings.going_on(frame))
         place = helicopter.position_m, helicopter.yaw_rad
         helicopter.fly(pilot.command(frame, *place, drift_m[frame], drift_mps[frame]))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from scenarios.road_town.oblique import SHORT_OF_NADIR_RAD
 from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
 from sim.checks import check, check_types, check_within
 
@@ -97,7 +99,8 @@ class RoadTown:
         excursions: range of the number of excursions off the road per episode, both ends included.
         altitude_m: range.
         attitude_noise_deg: standard deviation of roll and pitch; yaw has 1.5 times that.
-        camera_pitch_deg: range of the angle by which the camera is pitched forward from straight down.
+        camera_pitch_deg: range of the angle by which the camera is pitched forward from straight down; 0, or so much
+            that a gust can swing the view off the car (edition 2).
         frame_outs: see ``FrameOuts``.
         sun_elevation_deg: range.
         ego: errors of the measured pose, or None for no instruments.
@@ -149,6 +152,19 @@ class RoadTown:
         fewest = self.frame_outs.fewest_frames
         wanted = f"at least {fewest} for {self.frame_outs.count[0]} or more frame-outs"
         check("frame_count", self.frame_count >= fewest, wanted, self.frame_count)
+        low, high = self.camera_pitch_deg
+        check("camera_pitch_deg", self.edition > 1 or high == 0, "0 in edition 1", self.camera_pitch_deg)
+        wanted = f"0, or angles of which gusts can make use: above {self._least_pitch_deg:.1f}"
+        check("camera_pitch_deg", high == 0 or low > self._least_pitch_deg, wanted, self.camera_pitch_deg)
+
+    @property
+    def _least_pitch_deg(self) -> float:
+        """Pitch at which the widest gust, down or aside, moves the middle of the picture just to the border."""
+        half_width = math.tan(0.5 * math.radians(self.field_of_view_deg))
+        down_rad = math.atan(half_width * self.height_px / self.width_px) + SHORT_OF_NADIR_RAD
+        # After a yaw by a right angle the middle is seen at the tangent sin(a) / cos(a)^2 = half_width.
+        aside_rad = math.asin((math.hypot(1.0, 2.0 * half_width) - 1.0) / (2.0 * half_width))
+        return math.degrees(max(down_rad, aside_rad))
 
 
 STANDARD = RoadTown("the benchmark: towns, traffic, two to four frame-outs of 5 to 120 frames")

@@ -12,6 +12,7 @@ from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.scenario import ROAD_TOWN, ROAD_TOWN_V1
+from sim.checks import check
 from sim.rng import episode_seed
 
 
@@ -95,6 +96,7 @@ def _held(preset: RoadTown, scenario: str, seeds: range) -> Held:
             turning.append(any(plan.turning(frame) for frame in range(start, end)))
             off_road.append(not on_road[start:end].all())
             never_back.append(end == preset.frame_count)
+    check("seeds", bool(lengths), "one at least of an episode with a frame-out", seeds)
     return Held(
         episodes=len(seeds),
         frames=preset.frame_count,

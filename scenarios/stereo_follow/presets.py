@@ -9,6 +9,9 @@ import numpy as np
 
 from sim.checks import check, check_types
 
+LEAST_LEG_M = 0.7
+"""Shortest straight piece of the target's path."""
+
 
 @dataclass(frozen=True, slots=True)
 class StereoFollow:
@@ -91,6 +94,8 @@ class StereoFollow:
             low, high = getattr(self, name)
             wanted = f"two numbers in [0, {largest:g}] in ascending order"
             check(name, 0 <= low <= high <= largest, wanted, getattr(self, name))
+        # A path of shorter pieces hardly grows once its corners are rounded.
+        check("leg_m", self.leg_m[0] >= LEAST_LEG_M, f"lengths of at least {LEAST_LEG_M:g} m", self.leg_m)
         check("cloud_edge_s", self.cloud_edge_s > 0, "a number > 0", self.cloud_edge_s)
         check("sky_behind_cloud", 0 < self.sky_behind_cloud <= 1, "a number in (0, 1]", self.sky_behind_cloud)
         check("brightening_s", self.brightening_s >= 0, "a number >= 0", self.brightening_s)

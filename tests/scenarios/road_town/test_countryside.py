@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios.road_town.countryside import HILLS_M, VALLEY_RADIUS_M, Hills, add_countryside
+from scenarios.road_town.countryside import HILLS_M, TO_CREST_M, Hills, add_countryside
 from scenarios.road_town.flight import ALTITUDE_RANGE_M
 from sim.mesh import Texture
 from sim.meshes.ground import ground
@@ -48,13 +48,18 @@ def test_there_is_land_in_all_directions_up_to_the_horizon(world):
         assert np.isfinite(seen.depth_m[is_level]).all()
 
 
-def test_the_town_lies_level_and_free_in_the_valley(world):
-    hills = Hills(generator(2, "town"))
+@pytest.mark.parametrize("extent_m", [EXTENT_M, 1000.0, 1599.0])
+def test_a_town_of_any_size_lies_level_in_the_valley(extent_m):
+    hills = Hills(extent_m, generator(2, "town"))
+    corner_m, crest_m = extent_m / np.sqrt(2.0), hills.valley_radius_m + TO_CREST_M
     angle = np.linspace(0.0, 2.0 * np.pi, 100)
-    for radius_m, low_m, high_m in ((VALLEY_RADIUS_M - 1.0, 0.0, 0.0), (1300.0, *HILLS_M), (2000.0, *HILLS_M)):
+    for radius_m, low_m, high_m in ((corner_m, 0.0, 0.0), (crest_m, *HILLS_M), (crest_m + 700.0, *HILLS_M)):
         height_m = hills.height_m(radius_m * np.cos(angle), radius_m * np.sin(angle))
         assert (height_m >= low_m).all()
         assert (height_m <= high_m).all()
+
+
+def test_woods_and_hedges_keep_out_of_the_town(world):
     for body in world.bodies:
         if body.category in ("wood", "hedge"):
             assert np.abs(body.mesh.vertices_m[:, :2]).max(axis=1).min() > 0.5 * EXTENT_M, body.name

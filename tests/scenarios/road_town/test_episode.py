@@ -165,6 +165,18 @@ def test_measured_pose_has_errors_where_the_preset_says():
             lambda: RoadTown("x", frame_count=106),
             "frame_count: expected at least 107 for 2 or more frame-outs, got 106",
         ),
+        (
+            lambda: RoadTown("x", camera_pitch_deg=(40.0, 50.0), edition=1),
+            "camera_pitch_deg: expected 0 in edition 1",
+        ),
+        (
+            lambda: RoadTown("x", camera_pitch_deg=(0.0, 50.0)),
+            r"camera_pitch_deg: expected 0, or angles .* above 2\d.\d, got",
+        ),
+        (
+            lambda: RoadTown("x", camera_pitch_deg=(23.0, 50.0), field_of_view_deg=60.0),
+            "camera_pitch_deg: expected 0, or angles .* above 2",
+        ),
     ],
 )
 def test_bad_input_gets_one_clear_message(action, message):

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.road_town.flight import Pulse, draw_air, gust_attitude_rad
+from scenarios.road_town.flight import AirState, Pulse, draw_air, gust_attitude_rad
 from scenarios.road_town.frame_outs import IN, OUT, frame_out_spans, picture_states
 from scenarios.road_town.layout import Building, Layout, RoadGraph
 from scenarios.road_town.line_of_sight import LineOfSight
 from scenarios.road_town.oblique import gust_angles_rad, gust_out, pitched_forward
+from scenarios.road_town.pilot import Pilot, PilotErrors
 from scenarios.road_town.piloted_flight import Drive, fly_after
 from scenarios.road_town.presets import PRESETS, RoadTown
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
@@ -77,6 +78,39 @@ def test_a_swing_waits_until_the_car_has_been_in_view_and_ends_by_its_own_clock(
     assert (states[back:second] == IN).sum() >= 25
 
 
+class BehindAWall:
+    """Hides the car over a piece of its way along x."""
+
+    def __init__(self, from_m: float, to_m: float) -> None:
+        self._from_m, self._to_m = from_m, to_m
+
+    def is_hidden(self, camera_m: object, place_m: NDArray[np.float64], heading_rad: float, size_m: object) -> bool:
+        return self._from_m < place_m[0] < self._to_m
+
+
+def test_no_swing_begins_while_the_car_is_hidden_or_soon_after() -> None:
+    preset, drive = PRESETS["standard"], straight_drive(ALONG_M)
+    air = draw_air(preset, drive.position_m, drive.heading_rad, generator(5, "air"))
+    starts = []
+    for wall in (BehindAWall(0.0, 0.0), BehindAWall(*ALONG_M[[55, 80], 0])):
+        _, (begun,) = fly_after(preset, CAMERA, air, [GUST], drive, wall, generator(5, "pilot"))  # type: ignore[arg-type]
+        starts.append(begun.start_frame)
+    assert starts == [60, 80 + 24]
+
+
+def test_a_pilot_without_errors_flies_evenly_from_the_first_frame_on() -> None:
+    preset, nothing = PRESETS["standard"], np.zeros(FRAMES)
+    air = AirState(60.0, np.zeros((FRAMES, 3)), np.zeros((FRAMES, 2)), nothing)
+    errors = PilotErrors(nothing + 0j, nothing, nothing, nothing, nothing, nothing)
+    drive = straight_drive(ALONG_M)
+    pilot = Pilot(preset, air, errors, drive.sighting(0), 8.0)
+    for frame in range(20):
+        pilot.look(frame, drive.sighting(frame), True)
+        command = pilot.command(frame, np.array([*ALONG_M[frame], 60.0]), 0.0, 0j, 0j)
+        assert command.forward_mps == pytest.approx(8.0, abs=1e-9)
+        assert command.right_mps == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_house_hides_the_car_behind_it_alone() -> None:
     house = Building((20.0, 0.0), (12.0, 9.0, 8.0), 0.3, "flat", (200, 200, 200), (90, 90, 90))
     sight = LineOfSight(replace(OPEN_LAND, buildings=(house,)))
@@ -87,19 +121,24 @@ def test_a_house_hides_the_car_behind_it_alone() -> None:
     assert not sight.is_hidden(low, np.array([6.0, 0.0]), 0.0, CAR_M)
 
 
+@pytest.mark.parametrize("altitude_m", [50.0, 80.0])
+@pytest.mark.parametrize("margin_m", [10.0, 24.0, 33.0])
 @pytest.mark.parametrize("mount_rad", np.deg2rad([35.0, 42.0, 50.0]))
 @pytest.mark.parametrize("direction_rad", np.linspace(-math.pi, math.pi, 9))
 def test_a_gust_swings_a_camera_pitched_forward_off_the_car_below_the_horizon(
-    mount_rad: float, direction_rad: float
+    mount_rad: float, direction_rad: float, margin_m: float, altitude_m: float
 ) -> None:
-    offset_m = gust_out(CAMERA, 60.0, mount_rad, direction_rad, 10.0)
-    level = look_down_pose(np.array([0.0, 0.0, 60.0]), 0.0, 0.0, 0.0)
+    offset_m = gust_out(CAMERA, altitude_m, mount_rad, direction_rad, margin_m)
+    above_m = np.array([0.0, 0.0, altitude_m])
+    level = look_down_pose(above_m, 0.0, 0.0, 0.0)
     middle_m = np.array([*intersect_plane(CAMERA, pitched_forward(level, mount_rad), CAMERA.centre_px, 0.0), 0.0])
-    np.testing.assert_allclose(middle_m, [60.0 * math.tan(mount_rad), 0.0, 0.0], atol=1e-6)
-    pitch, yaw = gust_angles_rad(offset_m, 60.0, mount_rad)
-    gust = gust_attitude_rad([Pulse(0, 1, 10, 1, offset_m, True)], 60.0, 6, mount_rad)
+    np.testing.assert_allclose(middle_m, [altitude_m * math.tan(mount_rad), 0.0, 0.0], atol=1e-6)
+    pitch, yaw = gust_angles_rad(offset_m, altitude_m, mount_rad)
+    assert abs(yaw) <= 0.5 * math.pi
+    assert -mount_rad < pitch < 1e-9
+    gust = gust_attitude_rad([Pulse(0, 1, 10, 1, offset_m, True)], altitude_m, 6, mount_rad)
     np.testing.assert_allclose(gust[5], [0.0, pitch, yaw])
-    swung = pitched_forward(look_down_pose(np.array([0.0, 0.0, 60.0]), yaw, pitch, 0.0), mount_rad)
+    swung = pitched_forward(look_down_pose(above_m, yaw, pitch, 0.0), mount_rad)
     aim_m = intersect_plane(CAMERA, swung, CAMERA.centre_px, 0.0)
     np.testing.assert_allclose(aim_m, middle_m[:2] + offset_m, atol=1e-6)
     pixel, _ = project(CAMERA, swung, middle_m)

@@ -211,6 +211,7 @@ def test_the_papers_experiment_has_as_many_frames():
         ({"cloud_edge_s": 0.0}, "cloud_edge_s: expected a number > 0"),
         ({"sky_behind_cloud": 0.0}, "sky_behind_cloud: expected"),
         ({"brightening_s": -1.0}, "brightening_s: expected"),
+        ({"leg_m": (0.0, 0.0), "stays": 1.0}, r"leg_m: expected lengths of at least 0.7 m, got \(0.0, 0.0\)"),
         ({"dropped_share": 1.5}, r"dropped_share: expected a number in \[0, 1\], got 1.5"),
         ({"dropped_share": float("nan")}, "dropped_share: expected"),
     ],
