@@ -65,9 +65,9 @@ def test_what_is_measured_is_kept_and_shown(kept: Path, capsys: pytest.CaptureFi
 
 
 def test_frame_outs_are_told_in_a_cell_each() -> None:
-    held = Held(2, 100, 1.5, 1, 10, 20.5, 30, 0.25, 1.0, 0.4)
+    held = Held(2, 100, 1.5, 1, 10, 20.5, 30, 0.25, 1.0, 0.125, 0.4)
     cells = FRAME_OUTS.cells(dataclasses.asdict(held))
-    assert cells == ("1.5 (≥ 1)", "10 / 20.5 / 30", "25%", "100%")
+    assert cells == ("1.5 (≥ 1)", "10 / 20.5 / 30", "25%", "100%", "12%")
     assert len(cells) == len(FRAME_OUTS.columns)
 
 

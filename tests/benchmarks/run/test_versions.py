@@ -89,7 +89,7 @@ def test_who_steers_shows_beside_what_tracks() -> None:
         file_of(suite("stereo").judge.__module__),
         file_of(catalog.__name__),
         file_of("trackers.registry"),
-        file_of(entrant("colour_pf").module),
+        file_of(entrant("hold").module),
         file_of(entrant("oracle_map").module),
         "sim/shaders/water.py",
     ],

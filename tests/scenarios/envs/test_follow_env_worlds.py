@@ -16,7 +16,9 @@ from trackers.types import CameraCommand
 
 TRACKERS = {
     "frameout/RoadTownFollow-v1": "colour_pf",
+    "frameout/RoadTownFollow-v2": "colour_pf",
     "frameout/StereoFollow-v1": "stereo_wb",
+    "frameout/StereoFollow-v2": "stereo_wb",
     "frameout/FishTankFollow-v1": "shoal_chain",
     "frameout/HarbourFollow-v1": "harbour_watch",
 }

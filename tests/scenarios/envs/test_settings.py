@@ -17,7 +17,7 @@ STANDARD, HARD = PRESETS["standard"], PRESETS["hard"]
 
 
 def settings(**changes: Any) -> FollowSettings:
-    return FollowSettings("road-town-v1", **{"tracker": "hold", **changes})
+    return FollowSettings("road-town-v2", **{"tracker": "hold", **changes})
 
 
 @pytest.mark.parametrize(

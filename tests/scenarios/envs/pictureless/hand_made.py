@@ -10,12 +10,12 @@ import numpy as np
 from scenarios.envs.pictureless.bank import EpisodeBank
 from scenarios.envs.pictureless.episode_state import LATENTS
 from scenarios.envs.pictureless.error_model import CONDITION_FRAMES, KNOT_FRAMES, QUANTILE_Z, ErrorModel
-from scenarios.road_town.presets import PRESETS, FrameOuts
+from scenarios.road_town.presets import PRESETS_V1, FrameOuts
 
 FRAMES = 60
 SEEDS = (3, 8)
 CHANGES: dict[str, Any] = {"frame_count": FRAMES, "frame_outs": FrameOuts(count=(1, 1), frames=(1, 9))}
-PRESET = dataclasses.replace(PRESETS["standard"], **CHANGES)
+PRESET = dataclasses.replace(PRESETS_V1["standard"], **CHANGES)
 SETTINGS: dict[str, Any] = {
     "scenario": "road-town-v1",
     "tracker": "mosaic_graph_pf",
