@@ -30,9 +30,9 @@ HELICOPTER = Carrier(
     "down",
 )
 """A stick moves from its centre to its stop within about half a second."""
-ATTITUDE_TIME_CONSTANT_S = 0.6
+_ATTITUDE_TIME_CONSTANT_S = 0.6
 RESPONSE_TIME_S = 0.5
-WANDER_SHARE = 0.13
+_WANDER_SHARE = 0.13
 """Standard deviation of a set path's deviation, as a share of half the picture's width on the ground."""
 
 
@@ -89,9 +89,9 @@ def draw_air(
     frames, dt = len(car_position_m), 1.0 / preset.rate_hz
     deviation = np.deg2rad(preset.attitude_noise_deg) * np.array([1.0, 1.0, 1.5])
     altitude = rng.uniform(*preset.altitude_m)
-    attitude = coloured_noise(rng, frames, 3, ATTITUDE_TIME_CONSTANT_S / dt) * deviation
+    attitude = coloured_noise(rng, frames, 3, _ATTITUDE_TIME_CONSTANT_S / dt) * deviation
     half_width_m = altitude * np.tan(0.5 * np.deg2rad(preset.field_of_view_deg))
-    wander = coloured_noise(rng, frames, 2, 2.5 / dt) * WANDER_SHARE * half_width_m
+    wander = coloured_noise(rng, frames, 2, 2.5 / dt) * _WANDER_SHARE * half_width_m
     heading = np.unwrap(car_heading_rad)
     if preset.edition == 1:
         heading = ndimage.gaussian_filter1d(heading, 2.0 / dt, mode="nearest")
@@ -127,7 +127,7 @@ def set_path(
 def gust_attitude_rad(
     pulses: list[Pulse], altitude_m: float, frame_count: int, mount_rad: float = 0.0
 ) -> NDArray[np.float64]:
-    """Return roll, pitch and yaw (T, 3) of the helicopter due to gusts, at the height at which they begin.
+    """Return roll, pitch and yaw (T, 3) of the helicopter due to gusts, whose ``offset_m`` are those at ``altitude_m``.
 
     A camera pitched forward by ``mount_rad`` is swung aside by yaw instead of roll.
     """

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from scenarios.road_town.flight import AirState, Pulse, set_path, swing_out
 from scenarios.road_town.presets import SETTLE_FRAMES, RoadTown
 from scenarios.road_town.schedule import no_schedule, schedules
+from scenarios.road_town.smooth import PEAK_SPEED
 from sim.optics import PinholeCamera
 
-_STEERING_LAG_M = 9.0
+STEERING_LAG_M = 9.0
 """Distance by which a steered camera trails the car; gusts in closed loop swing the view further out by as much."""
-_DRIFT_FROM_FRAMES = 45
-"""Only frame-outs of at least this length may come from the helicopter's drift."""
+DRIFT_FROM_FRAMES = 45
+"""Only frame-outs of at least this length may come from the helicopter's drift; in edition 2 all of them do."""
 _DRIFT_SPEED_MPS = 16.0
 
 IN, PARTIAL, OUT = 0, 1, 2
@@ -84,13 +85,13 @@ def _draw_pulse(
     direction = 0.0 if settings.aim == "ahead" else float(rng.uniform(-np.pi, np.pi))
     margin = float(rng.uniform(5.0, 9.0)) if frames < 15 else float(rng.uniform(6.0, 16.0))
     if closed_loop:
-        margin += _STEERING_LAG_M
+        margin += STEERING_LAG_M
     offset = swing_out(camera, air.altitude_m, direction, margin)
-    tilts = closed_loop or settings.gusts_only or frames < _DRIFT_FROM_FRAMES or rng.random() < 0.3
+    tilts = closed_loop or settings.gusts_only or frames < DRIFT_FROM_FRAMES or rng.random() < 0.3
     if tilts:
         rise, fall = (int(rng.integers(5, 11)) for _ in range(2))
     else:
-        rise = fall = int(1.875 * np.hypot(*offset) / _DRIFT_SPEED_MPS * preset.rate_hz)
+        rise = fall = int(PEAK_SPEED * np.hypot(*offset) / _DRIFT_SPEED_MPS * preset.rate_hz)
     return Pulse(start - rise // 2, rise, max(frames - rise // 2, 1), fall, offset, tilts)
 
 

@@ -22,7 +22,7 @@ _LAND_GRAIN, _PAVED_GRAIN = 8.0, 4.5
 
 
 def paint_ground(
-    layout: Layout, rng: np.random.Generator, size_px: int = TEXTURE_PX, *, edition: int = 2
+    layout: Layout, rng: np.random.Generator, size_px: int = TEXTURE_PX, *, edition: int
 ) -> NDArray[np.uint8]:
     """Return the ground's picture (size_px, size_px, 3) sRGB; its top is +y, its left -x.
 

@@ -19,7 +19,7 @@ _SHARE = 0.14
 _TRIES = 8
 _BEHIND_M = (6.0, 11.0)
 """Distance of a pool's middle behind its house: terraces reach less far."""
-_RIM_M, _DECK_M = 0.35, 0.9
+_RIM_M, DECK_M = 0.35, 0.9
 _RIM: Rgb = (186, 180, 168)
 _SHALLOW, _DEEP = np.array([128.0, 172.0, 172.0]), np.array([44.0, 104.0, 128.0])
 _DEPTHS = 6
@@ -39,7 +39,7 @@ def place_pools(layout: Layout, rng: np.random.Generator) -> list[shapely.Polygo
             continue
         for _ in range(_TRIES):
             pool = _draw_pool(building, rng)
-            around = pool.buffer(_DECK_M + MARGIN_M)
+            around = pool.buffer(DECK_M + MARGIN_M)
             is_free = not len(taken.query(around, predicate="intersects"))
             if is_free and inside.contains(around) and not any(around.intersects(other) for other in pools):
                 pools.append(pool)
@@ -67,7 +67,7 @@ def _draw_pool(building: Building, rng: np.random.Generator) -> shapely.Polygon:
 
 def paint_pool(canvas: Canvas, pool: shapely.Polygon, rng: np.random.Generator) -> None:
     """Paint a deck, the rim, and water that grows darker towards the deep end."""
-    canvas.area(pool.buffer(_DECK_M), pick(PATHS, rng))
+    canvas.area(pool.buffer(DECK_M), pick(PATHS, rng))
     canvas.area(pool.buffer(_RIM_M), pick((_RIM,), rng, 5.0))
     tint = rng.normal(0.0, 7.0, 3)
     turn = np.exp(2j * np.pi * rng.random())

@@ -8,23 +8,19 @@ from dataclasses import replace
 import numpy as np
 
 from scenarios.road_town.flight import AirState, Pulse, swing_out
+from scenarios.road_town.frame_outs import DRIFT_FROM_FRAMES, STEERING_LAG_M
 from scenarios.road_town.oblique import drift_out, gust_out
 from scenarios.road_town.presets import SETTLE_FRAMES, RoadTown
 from scenarios.road_town.schedule import no_schedule, schedules
+from scenarios.road_town.smooth import PEAK_SPEED
 from sim.optics import PinholeCamera
 
 OUT_FROM_SHARE = 0.65
 """Share of a swing's rise after which a centred car is out; it is back at the same share before the end of the fall."""
-_DRIFT_FROM_FRAMES = 45
-"""Frame-outs of at least this length come from drifts, shorter ones from gusts."""
 _SHORT_FRAMES, _SHORT_MARGIN_M, _MARGIN_M = 15, (12.0, 16.0), (13.0, 24.0)
 """Ranges of the distance by which a centred car is outside the border, in short frame-outs and in longer ones."""
 _DRIFT_SPEED_MPS = 20.0
-_STEERING_LAG_M = 9.0
-"""Distance by which a steered camera trails the car; gusts in closed loop swing the view further out by as much."""
 _RIGHT_ANGLE_RAD = 0.5 * math.pi
-_PEAK_SPEED = 1.875
-"""Largest speed of a smooth step, in steps per duration."""
 
 
 def draw_swings(
@@ -69,8 +65,8 @@ def _draw_swing(
     direction = 0.0 if settings.aim == "ahead" else float(rng.uniform(-np.pi, np.pi))
     margin = float(rng.uniform(*(_SHORT_MARGIN_M if frames < _SHORT_FRAMES else _MARGIN_M)))
     if closed_loop:
-        margin += _STEERING_LAG_M
-    tilts = closed_loop or settings.gusts_only or frames < _DRIFT_FROM_FRAMES
+        margin += STEERING_LAG_M
+    tilts = closed_loop or settings.gusts_only or frames < DRIFT_FROM_FRAMES
     if not tilts:
         # Near to one of the borders' normals: the way out of a corner would take seconds.
         nearest = round(direction / _RIGHT_ANGLE_RAD) * _RIGHT_ANGLE_RAD
@@ -78,7 +74,7 @@ def _draw_swing(
     offset = _offset_m(camera, air, direction, margin, tilts)
     rise, fall = (int(n) for n in rng.integers(5, 11, 2))
     if not tilts:
-        rise = fall = int(_PEAK_SPEED * math.hypot(*offset) / _DRIFT_SPEED_MPS * preset.rate_hz)
+        rise = fall = int(PEAK_SPEED * math.hypot(*offset) / _DRIFT_SPEED_MPS * preset.rate_hz)
     hold = max(frames - round((1 - OUT_FROM_SHARE) * (rise + fall)), 1)
     return Pulse(start - round(OUT_FROM_SHARE * rise), rise, hold, fall, offset, tilts)
 

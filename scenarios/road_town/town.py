@@ -33,7 +33,7 @@ _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
 
 
-def build_town(layout: Layout, rng: np.random.Generator, edition: int = 2) -> World:
+def build_town(layout: Layout, rng: np.random.Generator, edition: int) -> World:
     """Return the world of a town with all its static objects.
 
     Args:

@@ -67,7 +67,7 @@ class Building:
     sky: Sky
 
 
-def draw_building(plan: FloorPlan, rng: np.random.Generator, edition: int = 2) -> Building:
+def draw_building(plan: FloorPlan, rng: np.random.Generator, edition: int) -> Building:
     """Draw a building on a floor plan. In edition 1 (``StereoFollow``) each piece of a wall shows its whole texture."""
     sky = _sky(rng)
     panels = [*_corridor(plan, sky, rng), *_hall(plan, sky, rng), *_doorway(plan, rng), *_yard(plan, rng)]

@@ -19,8 +19,8 @@ _NEAR_OPENING_M = 1.5
 class Search:
     """The driver's search since he lost the target. It knows the latest sighting, and nothing of the target after it.
 
-    He imagines for about a second that the target walks on, with errors, and drives there; if nobody is there he looks
-    all around, and then goes to look around in the next room.
+    He imagines for two and a half seconds that the target walks on, with errors, and drives there; if nobody is there
+    he looks all around, and then goes to look around in the next room.
     """
 
     def __init__(self, plan: FloorPlan, whims: Whims, latest: Sighting, rate_hz: float) -> None:

@@ -93,17 +93,29 @@ def changing_pace(
 
     A pause takes one to two and a half seconds.
     """
-    speed_mps = np.empty(frames)
-    begin = 0
-    while begin < frames:
-        end = begin + max(int(rng.uniform(1.5, 4.0) * rate_hz), 1)
-        speed_mps[begin:end] = rng.uniform(*speeds_mps)
-        begin = end
+    speed_mps = held_values(speeds_mps, (1.5, 4.0), frames, rate_hz, rng)
     for _ in range(pauses):
         begin = int(rng.uniform(0.15, 0.85) * frames)
         speed_mps[begin : begin + int(rng.uniform(1.0, 2.5) * rate_hz)] = 0.0
     speed_mps = gaussian_filter1d(speed_mps, 0.3 * rate_hz, mode="nearest")
     return np.concatenate([[0.0], np.cumsum(speed_mps)[:-1]]) / rate_hz
+
+
+def held_values(
+    values: tuple[float, float],
+    lasting_s: tuple[float, float],
+    frames: int,
+    rate_hz: float,
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """Return (F,) values, each drawn between two and held for a time drawn between two."""
+    held = np.empty(frames)
+    begin = 0
+    while begin < frames:
+        end = begin + max(int(rng.uniform(*lasting_s) * rate_hz), 1)
+        held[begin:end] = rng.uniform(*values)
+        begin = end
+    return held
 
 
 def _evenly(points_m: NDArray[np.float64]) -> NDArray[np.float64]:

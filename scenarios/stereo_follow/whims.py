@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from scenarios.stereo_follow.walks import held_values
+
 _REACTION_S = (0.2, 0.4)
 _WISH_M, _WISH_S = (1.2, 3.7), (2.5, 5.0)
 _BURST_MPS, _BURST_S = (1.0, 1.6), (0.8, 2.0)
@@ -58,7 +60,7 @@ def draw_whims(frames: int, rate_hz: float, rng: np.random.Generator) -> Whims:
     """Draw the whims of F frames."""
 
     def held(values: tuple[float, float], lasting_s: tuple[float, float]) -> NDArray[np.float64]:
-        return _held(values, lasting_s, frames, rate_hz, rng)
+        return held_values(values, lasting_s, frames, rate_hz, rng)
 
     def wandering(deviation: float, lasting_s: float) -> NDArray[np.float64]:
         noise = gaussian_filter1d(rng.normal(size=frames), lasting_s * rate_hz, mode="wrap")
@@ -80,23 +82,6 @@ def draw_whims(frames: int, rate_hz: float, rng: np.random.Generator) -> Whims:
         unsteady_mps=wandering(_UNSTEADY_MPS, _UNSTEADY_S),
         unsteady_rad_s=wandering(_UNSTEADY_RAD_S, _UNSTEADY_S),
     )
-
-
-def _held(
-    values: tuple[float, float],
-    lasting_s: tuple[float, float],
-    frames: int,
-    rate_hz: float,
-    rng: np.random.Generator,
-) -> NDArray[np.float64]:
-    """Return (F,) values, each drawn between two and held for a time drawn between two."""
-    held = np.empty(frames)
-    begin = 0
-    while begin < frames:
-        end = begin + max(int(rng.uniform(*lasting_s) * rate_hz), 1)
-        held[begin:end] = rng.uniform(*values)
-        begin = end
-    return held
 
 
 def _attention(frames: int, rate_hz: float, rng: np.random.Generator) -> NDArray[np.bool_]:

@@ -40,7 +40,7 @@ def wood(
         wobble = 1.0 + rng.normal(0.0, 0.04, _SIDES)
         x = centre_m[0] + share * wobble * reach_m * np.cos(angles)
         y = centre_m[1] + share * wobble * reach_m * np.sin(angles)
-        rise = height_m * up * (1.0 + rng.normal(0.0, 0.08 if up else 0.0, _SIDES)) if up else -_SUNK_M
+        rise = height_m * up * (1.0 + rng.normal(0.0, 0.08, _SIDES)) if up else -_SUNK_M
         points.append(np.column_stack([x, y, land_m(x, y) + rise]))
     top = np.array([*centre_m, float(land_m(*centre_m)) + height_m * rng.uniform(0.95, 1.1)])
     facets = Facets()

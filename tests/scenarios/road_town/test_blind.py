@@ -25,6 +25,8 @@ from sim.rng import episode_seed
 from tests.scenarios.road_town.blind_regression import Rows, gain_and_upper_end, joined, rows_of
 
 SET_PATHS = ("standard", "hard", "oblique", "paper-a3", "quick")
+TELLING = ("standard", "hard")
+"""Presets on which the regression finds out a pilot who is told where the lost car is; on others it has no power."""
 FAR_AWAY_M, LONG_FRAMES = np.array([-5000.0, 3000.0]), 5
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
 
@@ -180,16 +182,16 @@ def test_in_edition_1_many_flights_give_the_car_away() -> None:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("name", SET_PATHS)
+@pytest.mark.parametrize("name", TELLING)
 def test_many_flights_of_a_pilot_who_is_told_would_be_found_out(name: str) -> None:
     rows = flown(PRESETS[name], [town(name, seed) for seed in range(40)], 5, is_told=True)
     gain, upper_end = gain_and_upper_end(rows, trees=20)
     print(f"{name}, told: {rows.episode.max() + 1} episodes, gain {gain:.3f}, upper end {upper_end:.3f}")
-    assert gain > 0.05
+    assert gain > 0.1
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("name", SET_PATHS)
+@pytest.mark.parametrize("name", TELLING)
 def test_many_flights_do_not_give_the_car_away(name: str) -> None:
     rows = flown(PRESETS[name], [town(name, seed) for seed in range(40)], 5)
     gain, upper_end = gain_and_upper_end(rows, trees=20)
