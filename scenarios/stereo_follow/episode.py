@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from scenarios.scenario import Frame, RendererName
@@ -39,7 +41,9 @@ class StereoFollowEpisode(Stage):
         world = World()
         baked = build(world, plan.building)
         self._people = People(world, plan)
-        shadows = {} if preset.edition == 1 else {"shadow_texels": _SHADOW_TEXELS, "panels_raised": False}
+        shadows: dict[str, Any] = (
+            {} if preset.edition == 1 else {"shadow_texels": _SHADOW_TEXELS, "panels_raised": False}
+        )
         self._baked_light = BakedLightShader(world, baked, **shadows)
         self._pair = StereoRig(world, self._camera, renderer, plan.seed)
         super().__init__(
