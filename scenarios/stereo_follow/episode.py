@@ -41,8 +41,10 @@ class StereoFollowEpisode(Stage):
         world = World()
         baked = build(world, plan.building)
         self._people = People(world, plan)
-        shadows: dict[str, Any] = {"shadow_texels": _SHADOW_TEXELS, "panels_raised": False}
-        self._baked_light = BakedLightShader(world, baked, **({} if preset.edition == 1 else shadows))
+        shadows: dict[str, Any] = (
+            {} if preset.edition == 1 else {"shadow_texels": _SHADOW_TEXELS, "panels_raised": False}
+        )
+        self._baked_light = BakedLightShader(world, baked, **shadows)
         self._pair = StereoRig(world, self._camera, renderer, plan.seed)
         super().__init__(
             world, self._pair, frame_count=preset.frame_count, rate_hz=preset.rate_hz, closed_loop=plan.closed_loop
