@@ -154,7 +154,7 @@ def test_a_tuned_tracker_beside_one_that_could_be_tuned_is_refused(
 ) -> None:
     colour = registry.entry("colour_pf")
     monkeypatch.setitem(registry._ENTRIES, "untuned", replace(colour, name="untuned", tuned_as="untuned"))
-    rows = [{"scenario": "road-town-v2", "controller": None, "tracker": name} for name in ("colour_pf", "opencv_mil")]
+    rows = [{"scenario": "road-town-v2", "controller": None, "tracker": name} for name in ("hold", "opencv_mil")]
     keep("second", published, budgets=budgets_of(rows))
     assert rendered("{{ table('second') }}"), "opencv_mil has nothing to tune"
     spent = budgets_of([*rows, {**rows[0], "tracker": "untuned"}])
