@@ -12,8 +12,9 @@ A tracker registers where it is defined::
         Parameters = ColourParameters
         def __init__(self, parameters: ColourParameters, rng: np.random.Generator): ...
 
-Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the
-place of the defaults, except where a paper's experiment is repeated.
+Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the place of the
+defaults. A paper's method keeps the values as written: where tuning found better ones, it stands a second time, as
+``NAME_tuned``.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ from trackers.follow_one import FollowOne
 from trackers.protocols import Tracker
 from trackers.types import Observation
 
-Role = Literal["ours", "variant", "as-written", "baseline", "blind", "oracle", "external"]
+Role = Literal["ours", "variant", "as-written", "tuned", "baseline", "blind", "oracle", "external"]
+_AS_WRITTEN, _TUNED = "as-written", "tuned"
 
 _MODULES = (
     "trackers.baselines.single_target",
@@ -108,6 +110,7 @@ class TrackerEntry(MethodEntry):
         tracker: class with ``Parameters`` and ``__init__(parameters, rng)``, a ``Tracker`` or a ``MultiTracker``.
         overrides: parameter values that make this entry a variant of ``tracker``.
         tuned_as: name under which its tuned values are stored.
+        tuned: whether they replace the defaults.
         reproducible: False for a method that draws random numbers without a seed.
         suites: names of its suites; () = the default one.
         missing: says what it needs that is not installed, and how to install it, "" if nothing; with something missing
@@ -120,13 +123,15 @@ class TrackerEntry(MethodEntry):
     tracker: Callable[[Any, np.random.Generator], Any]
     overrides: dict[str, Any]
     tuned_as: str
+    tuned: bool
     reproducible: bool
     suites: tuple[str, ...]
     missing: Callable[[], str]
 
     def parameters(self, **changes: Any) -> Any:
-        """Return the parameters: defaults, then tuned values, then overrides, then ``changes``."""
-        return self._with({**tuned_values(self.tuned_as), **self.overrides, **changes})
+        """Return the parameters: defaults, then tuned values if they replace them, then overrides, then ``changes``."""
+        tuned = tuned_values(self.tuned_as) if self.tuned else {}
+        return self._with({**tuned, **self.overrides, **changes})
 
     @property
     def parameters_class(self) -> type:
@@ -180,7 +185,10 @@ def register(
 
     def add(tracker: _T) -> _T:
         check_registered(tracker, role, get_args(Role))
-        _add(TrackerEntry(name, role, summary, tracker, {}, name, reproducible, suites, missing))
+        new = TrackerEntry(name, role, summary, tracker, {}, name, role != _AS_WRITTEN, reproducible, suites, missing)
+        _add(new)
+        if role == _AS_WRITTEN and tuned_values(name):
+            _add(dataclasses.replace(new, name=f"{name}_tuned", role=_TUNED, summary=f"{summary}, tuned", tuned=True))
         return tracker
 
     return add

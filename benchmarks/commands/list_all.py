@@ -122,6 +122,7 @@ _ROLES = {
     "ours": "our own method",
     "variant": "ours with one part left out",
     "as-written": "a paper's method, as the paper describes it",
+    "tuned": "the same, with the parameters that tuning found",
     "baseline": "a simple or general method",
     "external": "a user's own",
     "blind": "sees no picture; a tracker of this role gets the target's true state at the start and at each exit",

@@ -20,7 +20,7 @@ from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
 from scenarios.envs.pictureless.error_model import error_model
 from sim.checks import check
-from trackers.controllers.catalogue import ControllerEntry, controller_entry
+from trackers.controllers.catalogue import ControllerEntry, controller_entry, controllers
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,16 @@ def tunable_controller(name: str, carrier: str) -> ControllerEntry:
     check("controllers", bool(entry.tunables()), "one with tunable parameters", f"{name!r}, which has none")
     check("controllers", entry.role != "variant", "one that is used as tuned", f"{name!r}, which never is")
     return entry
+
+
+def controllers_to_tune() -> list[tuple[str, tuple[str, ...]]]:
+    """Return each scenario of the controllers' suite with the controllers there that have tunable parameters."""
+    found = []
+    for scene in controllers_suite().scenes:
+        known = controllers(catalog.scenario(scene.scenario).carrier.name)
+        wanted = (name for name, entry in known.items() if entry.tunables() and entry.role not in ("variant", "policy"))
+        found.append((scene.scenario, tuple(wanted)))
+    return found
 
 
 def tune_controller(name: str, budget: ControllerBudget, progress: Progress, studies: Path | None = None) -> Tuned:

@@ -35,7 +35,8 @@ class Budget:
     """Settings of a search, the same for all trackers.
 
     Attributes:
-        suite, presets, seeds: of the episodes that score a setting; as many seeds after these check the best.
+        suite, presets, seeds: of the episodes that score a setting.
+        fresh: seeds of the episodes that check the best.
         trials: number of settings; the first one is the defaults.
         workers: processes.
     """
@@ -43,12 +44,9 @@ class Budget:
     suite: str
     presets: tuple[str, ...]
     seeds: range
+    fresh: range
     trials: int
     workers: int
-
-    def on_fresh_seeds(self) -> Budget:
-        """Return the same budget with as many seeds after these."""
-        return dataclasses.replace(self, seeds=range(self.seeds.stop, self.seeds.stop + len(self.seeds)))
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ class Tuned:
     Attributes:
         parameters: the best setting; empty (= defaults) if it is not better on fresh seeds too.
         score, default_score: of the best setting and of the defaults on the search's seeds, see ``score_of``.
-        fresh_score, fresh_default_score: of both on as many fresh seeds.
+        fresh_score, fresh_default_score: of both on fresh seeds.
         trials: number of settings tried.
     """
 
@@ -79,6 +77,11 @@ def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
     found = registry.entry(name).tunables()
     check("tracker", bool(found), "one with tunable parameters", f"{name!r}, which has none")
     return found
+
+
+def trackers_to_tune() -> tuple[str, ...]:
+    """Return the registered trackers that have tunable parameters and values of their own."""
+    return tuple(name for name, entry in registry.entries().items() if entry.tunables() and entry.tuned_as == name)
 
 
 def score_of(rows: Sequence[Row], suite_name: str) -> float:
@@ -113,12 +116,13 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         progress,
         studies,
         (
-            dataclasses.replace(budget, trials=0, workers=0),
+            dataclasses.replace(budget, trials=0, workers=0, fresh=range(0)),
             versions_of_modules(entrant(name).module, *modules_of(budget.suite, _scenario(budget).id)),
             suite(budget.suite).tuned_for,
         ),
     )
-    fresh = _scores(name, {"best": found.best, "defaults": defaults}, budget.on_fresh_seeds())
+    on_fresh_seeds = dataclasses.replace(budget, seeds=budget.fresh)
+    fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_seeds)
     return chosen(found, fresh["best"], fresh["defaults"])
 
 

@@ -32,7 +32,7 @@ from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 REPORT_FILE_NAME = "report.html"
-_RANKED_ROLES = ("ours", "policy", "as-written", "baseline", "external")
+_RANKED_ROLES = ("ours", "policy", "as-written", "tuned", "baseline", "external")
 _ROLE_ORDER = (*_RANKED_ROLES, "variant", *tables.UNRANKED_ROLES)
 _DRAWN_ROLES = (*_RANKED_ROLES, *tables.UNRANKED_ROLES)
 

@@ -62,6 +62,8 @@ def _style(role: str, place: int) -> LineStyle:
         return _line("ours", (), 2.6, in_front=True)
     if role == "variant":
         return _line("ours", dashes, 1.2)
+    if role == "tuned":
+        return _line(_WRITTEN[place % len(_WRITTEN)], dashes, 1.2)
     if role in ("as-written", "policy"):
         return _line(_WRITTEN[place % len(_WRITTEN)], () if place < len(_WRITTEN) else dashes, 1.8)
     if role == "oracle":

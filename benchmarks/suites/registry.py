@@ -123,6 +123,20 @@ NO_EVENTS = EventWords("events", "event", {}, (), lambda events: "no events")
 
 
 @dataclass(frozen=True, slots=True)
+class TuningEpisodes:
+    """Development episodes on which parameters are tuned, the same for all methods of a scene.
+
+    Attributes:
+        preset: of the scenario. seeds: of the episodes that score a setting.
+        fresh: number of the episodes after them that check the best setting.
+    """
+
+    preset: str = "standard"
+    seeds: range = range(300, 304)
+    fresh: int = 4
+
+
+@dataclass(frozen=True, slots=True)
 class Scene:
     """A scenario of a suite.
 
@@ -131,6 +145,7 @@ class Scene:
         trackers_of: name of the suite whose trackers take part; "" = its own. trackers: default ones; () = all.
         drawing: makes the drawing of an episode; None: another suite's, or the larger view.
         preset: default one; "" = the suite's.
+        tuned_on: development episodes, see ``frameout tune``.
     """
 
     scenario: str
@@ -138,6 +153,7 @@ class Scene:
     trackers: tuple[str, ...] = ()
     drawing: Callable[[Episode], Drawing] | None = None
     preset: str = ""
+    tuned_on: TuningEpisodes = TuningEpisodes()
 
 
 @dataclass(frozen=True, slots=True)

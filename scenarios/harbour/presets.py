@@ -103,6 +103,9 @@ PRESETS = {
         patrols=1,
         background=40,
     ),
+    "ten-minutes": Harbour(
+        "ten minutes by day, in any weather: what parameters are tuned on", frame_count=300, people=8, cars=3, boats=1
+    ),
     "paper-d": Harbour(
         "the paper's experiment: 70 minutes from six in the morning of a day in June",
         cars=3,

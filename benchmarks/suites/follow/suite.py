@@ -9,7 +9,10 @@ from benchmarks.suites.follow.figures import figures
 from benchmarks.suites.follow.judge import FollowJudge
 from benchmarks.suites.follow.metrics import following
 from benchmarks.suites.follow.references import ORACLE
-from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
+from benchmarks.suites.registry import Metric, Scene, Suite, TuningEpisodes, register_suite
+
+_WITHOUT_PICTURES = TuningEpisodes(seeds=range(64), fresh=8)
+"""Without pictures episodes are cheap; those that check the best setting have pictures."""
 
 
 def _share(name: str, summary: str) -> Metric:
@@ -21,10 +24,16 @@ FOLLOW = Suite(
     summary="a controller steers the camera by a tracker's estimate: is the target kept in view?",
     heading="Is it kept in view?",
     scenes=(
-        Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf")),
-        Scene("stereo-follow", "stereo", ("stereo_people", "stereo_wb_shutter_gain")),
-        Scene("fish-tank", "fish", ("shoal_chain", "ca_kalman")),
-        Scene("harbour", "harbour", ("harbour_watch", "eigen_swarm"), preset="patrol"),
+        Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf"), tuned_on=_WITHOUT_PICTURES),
+        Scene("stereo-follow", "stereo", ("stereo_people", "stereo_wb_shutter_gain"), tuned_on=_WITHOUT_PICTURES),
+        Scene("fish-tank", "fish", ("shoal_chain", "ca_kalman"), tuned_on=TuningEpisodes("quick")),
+        Scene(
+            "harbour",
+            "harbour",
+            ("harbour_watch", "eigen_swarm"),
+            preset="patrol",
+            tuned_on=TuningEpisodes("patrol", range(300, 302)),
+        ),
     ),
     preset="standard",
     quick_preset="quick",

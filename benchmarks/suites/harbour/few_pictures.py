@@ -42,7 +42,7 @@ class FewPictures:
 
 
 def _entrant(of: str, tracker: Any, count: int) -> Entrant:
-    parameters = tracker.Parameters(**registry.tuned_values(of))
+    parameters = registry.entry(of).parameters()
 
     def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
         return ManyFromPictures(FewPictures(tracker(parameters, rng), count))

@@ -16,7 +16,7 @@ from benchmarks.suites.harbour.judge import HarbourJudge
 from benchmarks.suites.harbour.picture import show_visit
 from benchmarks.suites.harbour.sizes import DIMENSIONS
 from benchmarks.suites.harbour.visits import EVENTS, KINDS
-from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, register_suite
+from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, TuningEpisodes, register_suite
 
 _IDENTITY_ROWS = ("identity_right_frames", "identity_false_frames", "identity_missed_frames")
 _CAUSE_WORDS = {
@@ -96,7 +96,7 @@ HARBOUR = Suite(
     name="harbour",
     summary="a harbour through a thermal camera: which intruders are found, and how often is it a false alarm?",
     heading="Who comes into the harbour?",
-    scenes=(Scene("harbour", drawing=HarbourDrawing),),
+    scenes=(Scene("harbour", drawing=HarbourDrawing, tuned_on=TuningEpisodes("ten-minutes")),),
     preset="standard",
     quick_preset="quick",
     judge=HarbourJudge,
