@@ -34,7 +34,6 @@ from trackers.protocols import Tracker
 from trackers.types import Observation
 
 Role = Literal["ours", "variant", "as-written", "tuned", "baseline", "blind", "oracle", "external"]
-_AS_WRITTEN, _TUNED = "as-written", "tuned"
 
 _MODULES = (
     "trackers.baselines.single_target",
@@ -185,10 +184,11 @@ def register(
 
     def add(tracker: _T) -> _T:
         check_registered(tracker, role, get_args(Role))
-        new = TrackerEntry(name, role, summary, tracker, {}, name, role != _AS_WRITTEN, reproducible, suites, missing)
+        as_written = role == "as-written"
+        new = TrackerEntry(name, role, summary, tracker, {}, name, not as_written, reproducible, suites, missing)
         _add(new)
-        if role == _AS_WRITTEN and tuned_values(name):
-            _add(dataclasses.replace(new, name=f"{name}_tuned", role=_TUNED, summary=f"{summary}, tuned", tuned=True))
+        if as_written and tuned_values(name):
+            _add(dataclasses.replace(new, name=f"{name}_tuned", role="tuned", summary=f"{summary}, tuned", tuned=True))
         return tracker
 
     return add

@@ -11,6 +11,7 @@ import tyro
 from benchmarks.commands.arguments import (
     FOLDER,
     NAMES,
+    NUMBER,
     ONE_NAME,
     SEEDS,
     WORKERS,
@@ -77,7 +78,7 @@ class Tune:
     trials: int = 40
     preset: tuple[str, ...] = ()
     seeds: Annotated[str, SEEDS] = ""
-    fresh: int | None = None
+    fresh: Annotated[int | None, NUMBER] = None
     workers: Annotated[int | None, WORKERS] = None
     out: Annotated[Path, FOLDER] = TUNED_FOLDER
     studies: Annotated[Path, FOLDER] = Path("results/tune")

@@ -7,8 +7,8 @@
                         measure a camera and run no tracker
 ``scenario``, ``preset``  ``road-town-v1``, ``standard`` …; of real tracks ``real`` and the recording's name
 ``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``tuned`` ``baseline`` ``blind``
-                        ``oracle``); suite ``paper``: ``none`` and ``measured``; suite ``follow``: the *controller's* role
-                        (``ours`` ``policy`` ``baseline`` ``variant`` …)
+                        ``oracle``); suite ``paper``: ``none`` and ``measured``; suite ``follow``: the
+                        *controller's* role (``ours`` ``policy`` ``baseline`` ``variant`` …)
 ``tracker_role``        suite ``follow`` alone: the role of the tracker
 ``controller``          name of the controller that steered the camera; null on a set path
 ``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``

@@ -64,6 +64,29 @@ def test_a_variant_has_its_overrides_and_is_written_with_them() -> None:
     assert entry("many").written() == {"gate_px": 8.0}
 
 
+def test_a_paper_s_method_stays_as_written_and_stands_again_tuned(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "tuned_values", lambda name: {"gate_px": 33.0} if name == "many" else {})
+    register("many", role="as-written", summary="many targets")(_Many)
+    assert entry("many").parameters().gate_px == entry("many").written()["gate_px"] == 8.0
+    assert entry("many_tuned").role == "tuned"
+    assert entry("many_tuned").parameters().gate_px == 33.0
+    register_variant("many_wide", "many", summary="another least size", least_px=9)
+    assert entry("many_wide").parameters() == _Parameters(least_px=9)
+
+
+def test_a_paper_s_method_without_better_values_stands_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "tuned_values", lambda name: {})
+    register("many", role="as-written", summary="many targets")(_Many)
+    assert "many_tuned" not in registry.entries()
+
+
+def test_tuned_values_replace_the_defaults_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "tuned_values", lambda name: {"gate_px": 33.0})
+    register("many", role="baseline", summary="many targets")(_Many)
+    assert entry("many").parameters().gate_px == 33.0
+    assert "many_tuned" not in registry.entries()
+
+
 def test_what_cannot_be_registered_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="tracker: the name 'hold' is taken"):
         register("hold", role="ours", summary="")(_Many)

@@ -48,7 +48,7 @@ def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "suite", lambda name: fake)
 
 
-BUDGET = Budget("frame-out", ("tiny",), range(1), trials=20, workers=1)
+BUDGET = Budget("frame-out", ("tiny",), range(1), range(1, 3), trials=20, workers=1)
 
 
 def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> None:

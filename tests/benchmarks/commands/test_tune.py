@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.commands import tune as command
+from benchmarks.commands.tune import Tune
+from benchmarks.learning.controller_tuning import ControllerBudget, controllers_to_tune
+from benchmarks.learning.tracker_tuning import Budget, Tuned, trackers_to_tune
+from benchmarks.results.ledger import TEST_SPLIT
+from benchmarks.suites.registry import controllers_suite, suites
+from scenarios import catalog
+
+_TUNED = Tuned({}, 1.0, 1.0, 1.0, 1.0, trials=40)
+
+
+def _asked(monkeypatch: pytest.MonkeyPatch, tune: Tune) -> tuple[dict[str, Budget], dict[str, ControllerBudget]]:
+    """Return the budget of each tracker and, by carrier and name, of each controller."""
+    trackers: dict[str, Budget] = {}
+    controllers: dict[str, ControllerBudget] = {}
+
+    def tracker(name: str, budget: Budget, *_: Any) -> Tuned:
+        trackers[name] = budget
+        return _TUNED
+
+    def controller(name: str, budget: ControllerBudget, *_: Any) -> Tuned:
+        controllers[f"{catalog.scenario(budget.scenario).carrier.name} {name}"] = budget
+        return _TUNED
+
+    monkeypatch.setattr(command, "tune", tracker)
+    monkeypatch.setattr(command, "tune_controller", controller)
+    assert tune.run() == 0
+    return trackers, controllers
+
+
+def test_without_names_everything_is_tuned_with_the_same_number_of_trials(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    trackers, controllers = _asked(monkeypatch, Tune(out=tmp_path))
+    assert tuple(trackers) == trackers_to_tune()
+    assert {budget.suite for budget in trackers.values()} == {"frame-out", "stereo", "fish", "harbour"}
+    assert len(controllers) == sum(len(names) for _, names in controllers_to_tune()) >= 10
+    assert {budget.trials for budget in (*trackers.values(), *controllers.values())} == {40}
+    for name in ("colour_pf", "stereo_wb", "ca_kalman", "eigen_swarm", "mosaic_graph_pf"):
+        assert (tmp_path / f"{name}.json").is_file()
+    assert (tmp_path / "controllers" / "helicopter" / "reentry.json").is_file()
+
+
+def test_all_of_a_suite_have_the_same_episodes_and_the_check_has_others(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    trackers, controllers = _asked(monkeypatch, Tune(out=tmp_path))
+    for its_suite in suites().values():
+        episodes = {(b.presets, b.seeds, b.fresh) for b in trackers.values() if b.suite == its_suite.name}
+        assert len(episodes) <= 1
+    for budget in (*trackers.values(), *controllers.values()):
+        assert budget.seeds.stop == budget.fresh.start
+        assert budget.fresh.stop <= TEST_SPLIT.start
+
+
+def test_names_presets_and_seeds_that_are_given_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    only = Tune(("hold",), trials=3, preset=("quick", "hard"), seeds="5:7", fresh=1, out=tmp_path)
+    trackers, controllers = _asked(monkeypatch, only)
+    assert not controllers
+    assert list(trackers) == ["hold"]
+    budget = trackers["hold"]
+    assert (budget.presets, budget.seeds, budget.fresh, budget.trials) == (
+        ("quick", "hard"),
+        range(5, 7),
+        range(7, 8),
+        3,
+    )
+    written = (tmp_path / "hold.json").read_text()
+    assert '"frameout tune hold --trials 3 --preset quick hard --seeds 5:7 --fresh 1"' in written
+
+
+def test_every_scene_names_a_preset_of_its_scenario() -> None:
+    for its_suite in suites().values():
+        for scene in its_suite.scenes if its_suite is controllers_suite() else its_suite.scenes[:1]:
+            assert scene.tuned_on.preset in catalog.scenario(scene.scenario).presets
