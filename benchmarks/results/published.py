@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from scenarios.catalog import unversioned
+from scenarios.road_town.presets import ABLATIONS
 from sim.checks import check
 
 
@@ -17,6 +19,7 @@ class PublishedTable:
         kind: the command that it repeats: ``frameout bench``, ``paper`` or ``speed``.
         suite: of a bench. scenario: catalogue id with its version, of a bench or a speed. preset: of the scenario.
         trackers, controllers: names; () = all of the scene. variants: whether these include ablations.
+        without: trackers of the scene that are left out.
         experiment: of a paper, which sets scenario, preset and methods.
         renderer: raster or pybullet.
         seeds: of the episodes.
@@ -33,6 +36,7 @@ class PublishedTable:
     trackers: tuple[str, ...] = ()
     controllers: tuple[str, ...] = ()
     variants: bool = False
+    without: tuple[str, ...] = ()
     experiment: str = ""
     renderer: Literal["raster", "pybullet"] = "raster"
     seeds: range
@@ -46,88 +50,131 @@ def _test_seeds(count: int) -> range:
     return range(10_000, 10_000 + count)
 
 
-TABLES: tuple[PublishedTable, ...] = (
-    PublishedTable(
-        name="frame-out-standard", suite="frame-out", scenario="road-town-v2", variants=True, seeds=_test_seeds(200)
-    ),
-    PublishedTable(
-        name="frame-out-hard", suite="frame-out", scenario="road-town-v2", preset="hard", seeds=_test_seeds(200)
-    ),
-    PublishedTable(
-        name="frame-out-oblique", suite="frame-out", scenario="road-town-v2", preset="oblique", seeds=_test_seeds(200)
-    ),
-    PublishedTable(
-        name="frame-out-steered",
+_OPENCV = ("opencv_mil", "opencv_csrt")
+"""They take as long as all others together: they have tables of their own, with fewer episodes."""
+_TOWN_PARTS = (
+    "mosaic_graph_pf",
+    "mosaic_graph_pf_no_negative",
+    "mosaic_graph_pf_no_mosaic",
+    "mosaic_graph_pf_no_roads",
+    "mosaic_graph_pf_no_redetection",
+    "mosaic_graph_pf_no_ego",
+)
+_PEOPLE_PARTS = (
+    "stereo_people",
+    "stereo_people_no_light",
+    "stereo_people_no_odometry",
+    "stereo_people_no_others",
+    "stereo_people_no_nearby",
+)
+
+
+def _town(name: str, preset: str, episodes: int, *trackers: str, controllers: tuple[str, ...] = ()) -> PublishedTable:
+    return PublishedTable(
+        name=name,
         suite="frame-out",
         scenario="road-town-v2",
-        controllers=("centre",),
-        seeds=_test_seeds(50),
-    ),
-    PublishedTable(name="paper-a2", kind="paper", experiment="A2", seeds=_test_seeds(50)),
-    PublishedTable(name="paper-a2-pybullet", kind="paper", experiment="A2", renderer="pybullet", seeds=_test_seeds(50)),
-    PublishedTable(name="paper-a3", kind="paper", experiment="A3", seeds=_test_seeds(50)),
-    PublishedTable(name="paper-a3-pybullet", kind="paper", experiment="A3", renderer="pybullet", seeds=_test_seeds(50)),
-    PublishedTable(name="paper-b1", kind="paper", experiment="B1", seeds=_test_seeds(50)),
-    PublishedTable(name="paper-b2", kind="paper", experiment="B2", seeds=_test_seeds(10)),
-    # Ten drives have as many frames as the paper.
-    PublishedTable(name="paper-b3", kind="paper", experiment="B3", seeds=_test_seeds(10)),
-    PublishedTable(name="paper-c", kind="paper", experiment="C", seeds=_test_seeds(50)),
-    # An episode is as long as the paper's, 70 minutes.
-    PublishedTable(name="paper-d", kind="paper", experiment="D", seeds=_test_seeds(10)),
-    PublishedTable(
-        name="stereo-standard", suite="stereo", scenario="stereo-follow-v2", variants=True, seeds=_test_seeds(200)
-    ),
-    PublishedTable(
-        name="stereo-hard", suite="stereo", scenario="stereo-follow-v2", preset="hard", seeds=_test_seeds(200)
-    ),
-    PublishedTable(
-        name="stereo-paper-b3", suite="stereo", scenario="stereo-follow-v2", preset="paper-b3", seeds=_test_seeds(10)
-    ),
-    PublishedTable(name="fish-standard", suite="fish", scenario="fish-tank-v1", variants=True, seeds=_test_seeds(20)),
-    PublishedTable(name="fish-hard", suite="fish", scenario="fish-tank-v1", preset="hard", seeds=_test_seeds(10)),
-    PublishedTable(name="harbour-standard", suite="harbour", scenario="harbour-v1", seeds=_test_seeds(20)),
-    PublishedTable(name="harbour-hard", suite="harbour", scenario="harbour-v1", preset="hard", seeds=_test_seeds(20)),
-    PublishedTable(
-        name="harbour-paper-d",
+        preset=preset,
+        trackers=trackers,
+        without=() if trackers else _OPENCV,
+        controllers=controllers,
+        seeds=_test_seeds(episodes),
+    )
+
+
+def _stereo(name: str, preset: str, episodes: int, *trackers: str) -> PublishedTable:
+    return PublishedTable(
+        name=name,
+        suite="stereo",
+        scenario="stereo-follow-v2",
+        preset=preset,
+        trackers=trackers,
+        without=() if trackers else _OPENCV,
+        seeds=_test_seeds(episodes),
+    )
+
+
+def _fish(name: str, preset: str, episodes: int, *, variants: bool = False) -> PublishedTable:
+    return PublishedTable(
+        name=name,
+        suite="fish",
+        scenario="fish-tank-v1",
+        preset=preset,
+        variants=variants,
+        seeds=_test_seeds(episodes),
+    )
+
+
+def _harbour(name: str, preset: str, episodes: int, *, variants: bool = False) -> PublishedTable:
+    return PublishedTable(
+        name=name,
         suite="harbour",
         scenario="harbour-v1",
-        preset="paper-d",
-        variants=True,
-        seeds=_test_seeds(20),
-    ),
-    PublishedTable(
-        name="follow-road-town",
+        preset=preset,
+        variants=variants,
+        seeds=_test_seeds(episodes),
+    )
+
+
+def _follow(scenario: str, preset: str, episodes: int, *trackers: str) -> PublishedTable:
+    return PublishedTable(
+        name=f"follow-{unversioned(scenario)}",
         suite="follow",
-        scenario="road-town-v2",
-        trackers=("mosaic_graph_pf", "colour_pf", "blind_turning", "oracle_target"),
-        seeds=_test_seeds(50),
+        scenario=scenario,
+        preset=preset,
+        trackers=trackers,
+        seeds=_test_seeds(episodes),
+    )
+
+
+def _paper(experiment: str, episodes: int, renderer: Literal["raster", "pybullet"] = "raster") -> PublishedTable:
+    name = f"paper-{experiment.lower()}" + ("" if renderer == "raster" else f"-{renderer}")
+    return PublishedTable(
+        name=name, kind="paper", experiment=experiment, renderer=renderer, seeds=_test_seeds(episodes)
+    )
+
+
+def _speed(scenario: str) -> PublishedTable:
+    return PublishedTable(name=f"speed-{unversioned(scenario)}", kind="speed", scenario=scenario, seeds=range(4))
+
+
+TABLES: tuple[PublishedTable, ...] = (
+    _town("frame-out-standard", "standard", 200),
+    _town("frame-out-hard", "hard", 200),
+    _town("frame-out-oblique", "oblique", 200),
+    *(
+        _town(f"frame-out-{preset}-opencv", preset, 50, *_OPENCV, "hold_ground", "mosaic_graph_pf")
+        for preset in ("standard", "oblique")
     ),
-    PublishedTable(
-        name="follow-stereo-follow",
-        suite="follow",
-        scenario="stereo-follow-v2",
-        trackers=("stereo_people", "stereo_wb_shutter_gain", "blind_ahead", "oracle_target"),
-        seeds=_test_seeds(50),
-    ),
-    PublishedTable(
-        name="follow-fish-tank",
-        suite="follow",
-        scenario="fish-tank-v1",
-        trackers=("shoal_chain", "ca_kalman", "oracle_target"),
-        seeds=_test_seeds(10),
-    ),
-    PublishedTable(
-        name="follow-harbour",
-        suite="follow",
-        scenario="harbour-v1",
-        preset="patrol",
-        trackers=("harbour_watch", "eigen_swarm", "oracle_target"),
-        seeds=_test_seeds(10),
-    ),
-    PublishedTable(name="speed-road-town", kind="speed", scenario="road-town-v2", seeds=range(4)),
-    PublishedTable(name="speed-stereo-follow", kind="speed", scenario="stereo-follow-v2", seeds=range(4)),
-    PublishedTable(name="speed-fish-tank", kind="speed", scenario="fish-tank-v1", seeds=range(4)),
-    PublishedTable(name="speed-harbour", kind="speed", scenario="harbour-v1", seeds=range(4)),
+    _town("frame-out-parts", "standard", 50, *_TOWN_PARTS),
+    *(_town(f"frame-out-{preset}", preset, 50, "hold_ground", "mosaic_graph_pf") for preset in ABLATIONS),
+    _town("frame-out-steered", "standard", 50, controllers=("centre",)),
+    _paper("A2", 50),
+    _paper("A2", 50, "pybullet"),
+    _paper("A3", 50),
+    _paper("A3", 50, "pybullet"),
+    _paper("B1", 50),
+    _paper("B2", 10),
+    # Ten drives have as many frames as the paper.
+    _paper("B3", 10),
+    _paper("C", 50),
+    # An episode is as long as the paper's, 70 minutes.
+    _paper("D", 10),
+    _stereo("stereo-standard", "standard", 200),
+    _stereo("stereo-hard", "hard", 100),
+    _stereo("stereo-paper-b3", "paper-b3", 10),
+    _stereo("stereo-standard-opencv", "standard", 50, *_OPENCV, "stereo_nearest", "stereo_people"),
+    _stereo("stereo-parts", "standard", 50, *_PEOPLE_PARTS),
+    _fish("fish-standard", "standard", 20, variants=True),
+    _fish("fish-hard", "hard", 10),
+    _harbour("harbour-standard", "standard", 10),
+    _harbour("harbour-hard", "hard", 10),
+    _harbour("harbour-paper-d", "paper-d", 10, variants=True),
+    _follow("road-town-v2", "standard", 50, "mosaic_graph_pf", "colour_pf", "blind_turning", "oracle_target"),
+    _follow("stereo-follow-v2", "standard", 50, "stereo_people", "stereo_wb_shutter_gain", "oracle_target"),
+    _follow("fish-tank-v1", "standard", 10, "shoal_chain", "ca_kalman", "oracle_target"),
+    _follow("harbour-v1", "patrol", 10, "harbour_watch", "eigen_swarm", "oracle_target"),
+    *(_speed(scenario) for scenario in ("road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1")),
     PublishedTable(name="speed-stored", kind="speed", scenario="road-town-v2", stored=True, frames=300, seeds=range(2)),
 )
 """In the order of RESULTS.md. A change of a table's data needs new runs."""

@@ -98,7 +98,7 @@ class BenchRun(TableRun):
             suite=table.suite,
             scenario=table.scenario,
             presets=(table.preset,),
-            trackers=found[0].trackers,
+            trackers=tuple(name for name in found[0].trackers if name not in table.without),
             controllers=found[0].controllers or None,
             seeds=table.seeds,
             renderer=table.renderer,
