@@ -15,6 +15,7 @@ from benchmarks.scores.summary import write_summary
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
+from tests.scenarios.envs.stand_in import IDS, stand_in  # noqa: F401
 
 
 def test_keys_together_are_an_action() -> None:
@@ -26,6 +27,7 @@ def test_keys_together_are_an_action() -> None:
     np.testing.assert_array_equal(ground["wa"], [1, 1])
 
 
+@pytest.mark.usefixtures("stand_in")
 def test_an_episode_is_played_and_scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pygame = pytest.importorskip("pygame")
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
@@ -41,7 +43,7 @@ def test_an_episode_is_played_and_scored(tmp_path: Path, monkeypatch: pytest.Mon
         return step(self, action)
 
     monkeypatch.setattr(FollowEnv, "step", pressed)
-    played = Play("frameout/RoadTownFollow-v1", "quick", "hold", "prompt", range(3, 4), tmp_path)
+    played = Play(IDS[0], "tiny", "hold", "prompt", range(3, 4), tmp_path)
     assert play(played) == 1
     rows = read_rows(tmp_path)
     assert {row["controller"] for row in rows} == {"human"}
@@ -56,13 +58,14 @@ def test_an_episode_is_played_and_scored(tmp_path: Path, monkeypatch: pytest.Mon
     assert any(entry["metric"] == "time_in_view" and entry["controller"] == "human" for entry in entries)
 
 
+@pytest.mark.usefixtures("stand_in")
 def test_an_episode_without_a_key_pressed_is_not_scored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("pygame")
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setitem(FollowEnv.metadata, "render_fps", 10_000)
-    played = Play("frameout/RoadTownFollow-v1", "quick", "hold", "prompt", range(3, 4), tmp_path)
+    played = Play(IDS[0], "tiny", "hold", "prompt", range(3, 4), tmp_path)
     assert play(played) == 0
     assert list(tmp_path.iterdir()) == []
     assert "note: episode 3 is not scored: no key was pressed" in capsys.readouterr().err

@@ -61,6 +61,7 @@ def test_a_run_leaves_rows_plots_pictures_and_page(tmp_path: Path, capsys: pytes
     assert (tmp_path / "pictures" / "paper-b2-raster.jpg").is_file()
 
 
+@pytest.mark.heavy
 def test_a_drive_comes_out_as_the_paper_says(monkeypatch: pytest.MonkeyPatch) -> None:
     """In smaller pictures, which take a quarter of the time."""
     small = replace(PAPER_SHEET.presets[EXPERIMENT.preset], width_px=160, height_px=120)

@@ -79,7 +79,7 @@ def test_road_other_and_building_are_told_apart_in_towns_not_learnt_from() -> No
     """The shipped model, learnt on seeds 0 to 15: most of each class is right in other towns."""
     shipped = json.loads(ground_colours.MODEL_PATH.read_text())["command"]
     assert "--seeds 0:16" in shipped
-    shares = confusion(ROAD_TOWN, "quick", range(40, 44), 1000, load_class_statistics("road_town_classes"))
+    shares = confusion(ROAD_TOWN, "quick", range(40, 42), 1000, load_class_statistics("road_town_classes"))
     np.testing.assert_allclose(shares.sum(axis=1), 1.0)
     assert shares[0, 0] >= 0.6
     assert shares[1, 1] >= 0.6
