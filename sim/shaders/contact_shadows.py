@@ -115,9 +115,11 @@ def _columns_of(
                     if corners[other, 2] < NEAR_M:
                         continue
                     share = (NEAR_M - corners[corner, 2]) / (corners[other, 2] - corners[corner, 2])
-                q = corners[corner] + share * (corners[other] - corners[corner])
-                left, right = min(left, q[0] / q[2]), max(right, q[0] / q[2])
-                top, bottom = min(top, q[1] / q[2]), max(bottom, q[1] / q[2])
+                # Numbers, not an array: making one takes longer than all else here.
+                depth = corners[corner, 2] + share * (corners[other, 2] - corners[corner, 2])
+                across = (corners[corner, 0] + share * (corners[other, 0] - corners[corner, 0])) / depth
+                down = (corners[corner, 1] + share * (corners[other, 1] - corners[corner, 1])) / depth
+                left, right, top, bottom = min(left, across), max(right, across), min(top, down), max(bottom, down)
         if not (right > 0.0 and left < width and bottom > 0.0 and top < height):
             continue
         first, last = np.int32(max(np.floor(left), 0.0)), np.int32(min(np.ceil(right) + 1.0, width))
