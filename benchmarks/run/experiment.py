@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from benchmarks.run.contestants import entrant, entrants, entrants_of, load_modules
+from benchmarks.run.contestants import Entrant, entrant, entrants, entrants_of, load_modules
 from benchmarks.run.current_blocks import ESTIMATES, current_blocks, with_estimates
 from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job
@@ -48,6 +48,8 @@ class Experiment:
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
         limit_s: time limit of a tracker for one frame.
         settings: tracker → parameter values in place of the tuned ones.
+        aliases: name in ``trackers`` → the entrant that runs under it, so that one takes part with several settings.
+        changes: name in ``presets`` → the preset that it is a change of, and its changed fields.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
         data: folder or URL of a data set with the episodes; None = they are rendered.
@@ -66,10 +68,16 @@ class Experiment:
     repeats: int = 3
     limit_s: float = 60.0
     settings: dict[str, dict[str, Any]] = field(default_factory=dict)
+    aliases: dict[str, str] = field(default_factory=dict)
+    changes: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     modules: tuple[str, ...] = ()
     backend: str = "loky"
     data: str | None = None
     keep_estimates: bool = False
+
+    def entrant_of(self, name: str) -> Entrant:
+        """Return the entrant that runs under a name of ``trackers``, with its settings."""
+        return entrant(self.aliases.get(name, name), self.settings.get(name))
 
 
 @dataclass
@@ -168,9 +176,10 @@ def _versions(experiment: Experiment) -> _Versions:
     for preset in experiment.presets:
         for controller in _controllers(experiment, preset):
             steered_by = None if controller is None else catalogue.controller_entry(controller, carrier)
-            where = (experiment.suite, experiment.scenario, preset)
+            of, changed = experiment.changes.get(preset, (preset, {}))
+            where = (experiment.suite, experiment.scenario, of)
             versions[preset, controller] = {
-                name: versions_of(*where, entrant(name, experiment.settings.get(name)), steered_by)
+                name: versions_of(*where, experiment.entrant_of(name), steered_by, changed)
                 for name in experiment.trackers
             }
     return versions
@@ -194,7 +203,11 @@ def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Jo
                     modules=experiment.modules,
                     repeats=experiment.repeats,
                     limit_s=experiment.limit_s,
-                    settings={name: (name, values) for name, values in experiment.settings.items()},
+                    settings={
+                        name: (experiment.aliases.get(name, name), experiment.settings.get(name, {}))
+                        for name in (*experiment.settings, *experiment.aliases)
+                    },
+                    changes=experiment.changes.get(preset),
                     notes=out / _NOTES,
                     versions=made,
                     data=experiment.data,
@@ -206,6 +219,7 @@ def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
     if experiment.controllers is None and suite(experiment.suite).judges_controllers:
         return list(controllers_of(experiment.suite, experiment.scenario))
     if experiment.controllers is None:
+        preset, _ = experiment.changes.get(preset, (preset, {}))
         steered = catalog.scenario(experiment.scenario).presets[preset].closed_loop
         return [suite(experiment.suite).controller if steered else None]
     return [None if name == SET_PATH else name for name in experiment.controllers]
@@ -226,7 +240,7 @@ def check_names(experiment: Experiment) -> None:
         check("scenario", bool(scenario.carrier.axes), "one with a camera that can be steered", repr(scenario.id))
     presets = scenario.presets
     known = {
-        "presets": (experiment.presets, tuple(presets)),
+        "presets": ([experiment.changes.get(name, (name, {}))[0] for name in experiment.presets], tuple(presets)),
         "controllers": (_registered(experiment), controllers_of(experiment.suite, experiment.scenario)),
         "link": ((experiment.link,), tuple(LINKS)),
     }
@@ -266,7 +280,7 @@ def _registered(experiment: Experiment) -> list[str]:
 def _check_trackers(experiment: Experiment) -> None:
     judged = suite(experiment.suite)
     known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
-    for name in experiment.trackers:
+    for name in (experiment.aliases.get(label, label) for label in experiment.trackers):
         if name not in expected:
             whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
             raise ValueError(f"trackers: expected one of {', '.join(expected)}; got {name!r}{whose}")
