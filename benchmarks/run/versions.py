@@ -63,8 +63,8 @@ def versions_of(
 def scene_version(scenario: str, preset: str, changed: Mapping[str, Any] | None = None) -> str:
     """Return ``scene`` of ``versions_of``: hash of the code that makes an episode's frames, and of the preset."""
     found = catalog.scenario(scenario)
-    configuration = found.presets.get(preset)
-    return _hash_with(type(found).__module__, replace(configuration, **changed) if changed else configuration)
+    configuration = replace(found.presets[preset], **changed) if changed else found.presets.get(preset)
+    return _hash_with(type(found).__module__, configuration)
 
 
 def judge_version(suite: str) -> str:

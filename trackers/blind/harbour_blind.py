@@ -42,6 +42,7 @@ class HarbourBlind:
     """
 
     Parameters = HarbourBlindParameters
+    _site: Site | None
 
     def __init__(self, parameters: HarbourBlindParameters, rng: np.random.Generator) -> None:
         self._parameters, self._rng = parameters, rng
