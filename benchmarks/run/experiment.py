@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from benchmarks.run.contestants import Entrant, entrant, entrants, entrants_of, load_modules
+from benchmarks.run.contestants import entrant, entrants, entrants_of, load_modules
 from benchmarks.run.current_blocks import ESTIMATES, current_blocks, with_estimates
 from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job
@@ -48,7 +48,7 @@ class Experiment:
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
         limit_s: time limit of a tracker for one frame.
         settings: tracker → parameter values in place of the tuned ones.
-        aliases: name in ``trackers`` → the entrant that runs under it, so that one takes part with several settings.
+        aliases: name in ``trackers`` → the entrant that runs under it, maybe one of several with other settings.
         changes: name in ``presets`` → the preset that it is a change of, and its changed fields.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
@@ -75,9 +75,9 @@ class Experiment:
     data: str | None = None
     keep_estimates: bool = False
 
-    def entrant_of(self, name: str) -> Entrant:
-        """Return the entrant that runs under a name of ``trackers``, with its settings."""
-        return entrant(self.aliases.get(name, name), self.settings.get(name))
+    def entered(self, name: str) -> tuple[str, dict[str, Any]]:
+        """Return the name and the settings of the entrant that runs under a name of ``trackers``."""
+        return self.aliases.get(name, name), self.settings.get(name, {})
 
 
 @dataclass
@@ -114,8 +114,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     """Run the missing episodes, write rows as they arrive, then the summary.
 
     The same call after a stop continues. Rows made by other code or parameters are moved to another file and made
-    again, and so are rows without the estimates that are asked for. Except for times, rows do not depend on the number
-    of workers.
+    again, and so are rows without the estimates that are asked for. Except for times, ``workers`` changes no row.
 
     Raises:
         ValueError: for unknown names, or a folder that holds rows of other seeds or cannot be written.
@@ -179,7 +178,7 @@ def _versions(experiment: Experiment) -> _Versions:
             of, changed = experiment.changes.get(preset, (preset, {}))
             where = (experiment.suite, experiment.scenario, of)
             versions[preset, controller] = {
-                name: versions_of(*where, experiment.entrant_of(name), steered_by, changed)
+                name: versions_of(*where, entrant(*experiment.entered(name)), steered_by, changed)
                 for name in experiment.trackers
             }
     return versions
@@ -203,10 +202,7 @@ def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Jo
                     modules=experiment.modules,
                     repeats=experiment.repeats,
                     limit_s=experiment.limit_s,
-                    settings={
-                        name: (experiment.aliases.get(name, name), experiment.settings.get(name, {}))
-                        for name in (*experiment.settings, *experiment.aliases)
-                    },
+                    settings={name: experiment.entered(name) for name in {**experiment.settings, **experiment.aliases}},
                     changes=experiment.changes.get(preset),
                     notes=out / _NOTES,
                     versions=made,
@@ -219,8 +215,8 @@ def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
     if experiment.controllers is None and suite(experiment.suite).judges_controllers:
         return list(controllers_of(experiment.suite, experiment.scenario))
     if experiment.controllers is None:
-        preset, _ = experiment.changes.get(preset, (preset, {}))
-        steered = catalog.scenario(experiment.scenario).presets[preset].closed_loop
+        of, _ = experiment.changes.get(preset, (preset, {}))
+        steered = catalog.scenario(experiment.scenario).presets[of].closed_loop
         return [suite(experiment.suite).controller if steered else None]
     return [None if name == SET_PATH else name for name in experiment.controllers]
 
@@ -238,9 +234,9 @@ def check_names(experiment: Experiment) -> None:
     scenario = catalog.scenario(experiment.scenario)
     if suite(experiment.suite).judges_controllers:
         check("scenario", bool(scenario.carrier.axes), "one with a camera that can be steered", repr(scenario.id))
-    presets = scenario.presets
+    presets = [experiment.changes.get(name, (name, {}))[0] for name in experiment.presets]
     known = {
-        "presets": ([experiment.changes.get(name, (name, {}))[0] for name in experiment.presets], tuple(presets)),
+        "presets": (presets, tuple(scenario.presets)),
         "controllers": (_registered(experiment), controllers_of(experiment.suite, experiment.scenario)),
         "link": ((experiment.link,), tuple(LINKS)),
     }
@@ -250,8 +246,8 @@ def check_names(experiment: Experiment) -> None:
                 raise ValueError(f"{parameter}: expected one of {', '.join(expected)}; got {name!r}")
     _check_trackers(experiment)
     check_renderer(experiment.renderer)
-    seeds = experiment.seeds
-    check("seeds", 0 <= seeds.start < seeds.stop, "A:B with 0 <= A < B", f"{seeds.start}:{seeds.stop}")
+    first, end = experiment.seeds.start, experiment.seeds.stop
+    check("seeds", 0 <= first < end, "A:B with 0 <= A < B", f"{first}:{end}")
     check("workers", experiment.workers >= 0, "a whole number >= 0", experiment.workers)
     check("limit_s", experiment.limit_s > 0, "a number of seconds > 0", f"{experiment.limit_s:g}")
 
@@ -267,11 +263,10 @@ def controllers_of(suite_name: str, scenario: str) -> tuple[str, ...]:
 
 def _registered(experiment: Experiment) -> list[str]:
     """Return the controllers that are not policies in files. Raises ValueError for a file without a usable policy."""
-    carrier = catalog.scenario(experiment.scenario).carrier.name
     registered = []
     for name in experiment.controllers or ():
         if name.startswith(catalogue.POLICY) and suite(experiment.suite).controller is not None:
-            catalogue.controller_entry(name, carrier)
+            catalogue.controller_entry(name, catalog.scenario(experiment.scenario).carrier.name)
         else:
             registered.append(name)
     return registered
@@ -280,7 +275,7 @@ def _registered(experiment: Experiment) -> list[str]:
 def _check_trackers(experiment: Experiment) -> None:
     judged = suite(experiment.suite)
     known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
-    for name in (experiment.aliases.get(label, label) for label in experiment.trackers):
+    for name, _ in map(experiment.entered, experiment.trackers):
         if name not in expected:
             whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
             raise ValueError(f"trackers: expected one of {', '.join(expected)}; got {name!r}{whose}")

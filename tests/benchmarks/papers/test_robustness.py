@@ -14,6 +14,7 @@ from benchmarks.papers.claims import Claim
 from benchmarks.papers.repeat import repeat
 from benchmarks.papers.robustness import FOLDER, Robustness, alias, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
+from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import check_names
 from benchmarks.run.records import Row, read_rows
 from scenarios import catalog
@@ -151,8 +152,8 @@ def test_what_is_varied_exists_and_changes_what_was_fitted(experiment: TrackerEx
     for each in (settings, rates):
         check_names(each)
         assert each.seeds == range(made.episodes)
-    as_written = {own.entrant_of(name).parameters for name in made.trackers}
-    varied = {settings.entrant_of(name).parameters for name in settings.trackers}
+    as_written = {entrant(*own.entered(name)).parameters for name in made.trackers}
+    varied = {entrant(*settings.entered(name)).parameters for name in settings.trackers}
     assert len(varied) == len(settings.trackers) / (len(made.trackers) if len(as_written) == 1 else 1)
     assert not varied & as_written
     preset = catalog.scenario(experiment.scenario).presets[experiment.preset]
