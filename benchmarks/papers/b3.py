@@ -57,7 +57,7 @@ EXPERIMENT = TrackerExperiment(
     robustness=Robustness(
         trackers=tuple(_PRINTED),
         metrics=("precision", "recall", "f_measure"),
-        settings=scaled((0.5, 0.8, 1.25, 2.0), threshold=StereoColourParameters().threshold),
+        settings=scaled("threshold", (0.5, 0.8, 1.25, 2.0), threshold=StereoColourParameters().threshold),
         rates={
             "half as many changes of light": {"lamp_events": 7, "clouds": 8},
             "twice as many changes of light": {"lamp_events": 28, "clouds": 30},

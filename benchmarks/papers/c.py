@@ -110,7 +110,7 @@ EXPERIMENT = GapExperiment(
     robustness=Robustness(
         trackers=(_WRITTEN,),
         metrics=tuple(f"gap_error_{count}_px" for count in _PRINTED_PX),
-        settings=scaled((0.5, 0.8, 1.25, 2.0), jerk_px=CaKalmanParameters().jerk_px),
+        settings=scaled("noise of the motion", (0.5, 0.8, 1.25, 2.0), jerk_px=CaKalmanParameters().jerk_px),
         rates={"three fish in place of one": {"fish": 3}, "ten fish": {"fish": 10}},
         words="The method has no threshold: of its two noises, whose ratio sets what it takes for motion, that of the "
         "motion is varied. More fish touch and hide each other more often.",

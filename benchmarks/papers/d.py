@@ -145,7 +145,10 @@ EXPERIMENT = HarbourExperiment(
         trackers=(_WRITTEN,),
         metrics=("paper_detection_rate", "detection_rate", "false_alarms_per_hour"),
         settings=scaled(
-            (0.5, 0.8, 1.25, 2.0), threshold_few=_AS_PRINTED.threshold_few, threshold_many=_AS_PRINTED.threshold_many
+            "both thresholds",
+            (0.5, 0.8, 1.25, 2.0),
+            threshold_few=_AS_PRINTED.threshold_few,
+            threshold_many=_AS_PRINTED.threshold_many,
         ),
         rates={
             "half as many people": {"people": 8},

@@ -49,9 +49,8 @@ class Sensitivity(NamedTuple):
     rows: tuple[tuple[str, ...], ...]
 
 
-def scaled(factors: Sequence[float], **values: float) -> dict[str, dict[str, float]]:
-    """Return words → ``values`` times each of the factors. The words name the first value."""
-    name = next(iter(values)).replace("_", " ")
+def scaled(name: str, factors: Sequence[float], **values: float) -> dict[str, dict[str, float]]:
+    """Return words → ``values`` times each of the factors. The words hold the ``name`` of them all."""
     return {
         f"{name} × {factor:g}": {key: round(factor * value, 10) for key, value in values.items()} for factor in factors
     }

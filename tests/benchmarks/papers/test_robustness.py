@@ -63,7 +63,7 @@ EXPERIMENT = TrackerExperiment(
     robustness=Robustness(
         trackers=("aside",),
         metrics=("centre_error_px",),
-        settings=scaled((0.5, 2.0), right_px=20.0),
+        settings=scaled("right", (0.5, 2.0), right_px=20.0),
         rates={"fewer frames": {"frame_count": FEWER_FRAMES}},
         words="The place is varied.",
         episodes=2,
@@ -101,7 +101,7 @@ def test_settings_are_varied_on_the_same_pictures_and_rates_in_others(
     # Three episodes of the experiment, two with both settings, two with fewer frames.
     assert len(asked) == 3 + 2 + 2
     rows = read_rows(tmp_path / FOLDER)
-    near, far = (alias("aside", f"right px × {factor:g}") for factor in (0.5, 2))
+    near, far = (alias("aside", f"right × {factor:g}") for factor in (0.5, 2))
     fewer = alias("brief", "fewer frames")
     assert {(row["tracker"], row["preset"]) for row in rows} == {(near, "brief"), (far, "brief"), ("aside", fewer)}
     assert {row["seed"] for row in rows} == {0, 1}
@@ -113,7 +113,7 @@ def test_settings_are_varied_on_the_same_pictures_and_rates_in_others(
     assert len({each["tracker"] for each in versions.values()}) == 3
     assert len({each["scene"] for each in versions.values()}) == 2
     printed, page = capsys.readouterr().out, (tmp_path / "paper.html").read_text()
-    for words in ("What was fitted, varied", "right px × 0.5", "fewer frames"):
+    for words in ("What was fitted, varied", "right × 0.5", "fewer frames"):
         assert words in printed
         assert words in page
     # Nothing is run again.
@@ -126,7 +126,7 @@ def test_the_table_shows_the_first_episodes_as_set_and_as_varied(tmp_path: Path)
     table = EXPERIMENT.sensitivity(tmp_path, EXPERIMENT.rows_in(tmp_path), range(3), "raster")
     assert table is not None
     assert table.heads == ("varied", "aside: centre error (px)")
-    assert [row[0] for row in table.rows] == ["as in the table above", "right px × 0.5", "right px × 2", "fewer frames"]
+    assert [row[0] for row in table.rows] == ["as in the table above", "right × 0.5", "right × 2", "fewer frames"]
     assert "Episodes 0–1" in table.words
     as_set = values(EXPERIMENT.rows_in(tmp_path), "aside", "brief", "centre_error_px")
     assert len(as_set) == 3
@@ -162,8 +162,8 @@ def test_what_is_varied_exists_and_changes_what_was_fitted(experiment: TrackerEx
     assert len(set(map(repr, presets))) == len(made.rates)
 
 
-def test_words_name_the_first_value_and_its_factor() -> None:
-    assert scaled((0.8, 2.0), wide_px=0.5, high_px=3.0) == {
-        "wide px × 0.8": {"wide_px": 0.4, "high_px": 2.4},
-        "wide px × 2": {"wide_px": 1.0, "high_px": 6.0},
+def test_all_values_are_scaled_by_each_factor() -> None:
+    assert scaled("size", (0.8, 2.0), wide_px=0.5, high_px=3.0) == {
+        "size × 0.8": {"wide_px": 0.4, "high_px": 2.4},
+        "size × 2": {"wide_px": 1.0, "high_px": 6.0},
     }
