@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from benchmarks.papers.claims import Claim
+from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
+from trackers.paper_b.stereo_colour import StereoColourParameters
 
 _COUNTED = {
     "precision": "frames with the target found, of those with anything found",
@@ -52,5 +54,17 @@ EXPERIMENT = TrackerExperiment(
     preset="paper-b3",
     trackers=("stereo_wb", "stereo_wb_shutter_gain"),
     claims=_claims(),
+    robustness=Robustness(
+        trackers=tuple(_PRINTED),
+        metrics=("precision", "recall", "f_measure"),
+        settings=scaled("threshold", (0.5, 0.8, 1.25, 2.0), threshold=StereoColourParameters().threshold),
+        rates={
+            "half as many changes of light": {"lamp_events": 7, "clouds": 8},
+            "twice as many changes of light": {"lamp_events": 28, "clouds": 30},
+        },
+        words="The threshold is the largest dissimilarity of the target, the same for both methods; the changes of "
+        "light are switched lamps and clouds.",
+        episodes=2,
+    ),
     seeds=range(10_000, 10_010),
 )

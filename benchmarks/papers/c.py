@@ -9,6 +9,7 @@ from typing import Any
 
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
+from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.report.palette import line_styles
 from benchmarks.run.records import Row
@@ -16,6 +17,7 @@ from benchmarks.scores.summary import grouped
 from benchmarks.suites.registry import suite
 from scenarios.scenario import RendererName
 from trackers import registry
+from trackers.paper_c.ca_kalman import CaKalmanParameters
 
 _WRITTEN, _OURS = "ca_kalman", "shoal_chain"
 _PRINTED_PX = {50: 0.60, 100: 1.05, 200: 2.81}
@@ -105,4 +107,13 @@ EXPERIMENT = GapExperiment(
     preset="paper-c",
     trackers=(_WRITTEN, _OURS),
     claims=_claims(),
+    robustness=Robustness(
+        trackers=(_WRITTEN,),
+        metrics=tuple(f"gap_error_{count}_px" for count in _PRINTED_PX),
+        settings=scaled("noise of the motion", (0.5, 0.8, 1.25, 2.0), jerk_px=CaKalmanParameters().jerk_px),
+        rates={"three fish in place of one": {"fish": 3}, "ten fish": {"fish": 10}},
+        words="The method has no threshold: of its two noises, whose ratio sets what it takes for motion, that of the "
+        "motion is varied. More fish touch and hide each other more often.",
+        episodes=8,
+    ),
 )

@@ -9,6 +9,7 @@ from typing import Any
 
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
+from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.report.palette import line_styles
 from benchmarks.run.records import Row
@@ -16,6 +17,7 @@ from benchmarks.scores.summary import grouped
 from benchmarks.suites.registry import Metric, suite
 from scenarios.scenario import RendererName
 from trackers import registry
+from trackers.paper_d.tracker import EigenSwarmParameters
 
 _WRITTEN, _OURS = "eigen_swarm", "harbour_watch"
 _FOUND = {"person": (12, 15), "car": (2, 3), "boat": (1, 1)}
@@ -25,6 +27,7 @@ _SIZES_M = {
     "car": {"width": (2.4, 1.7), "depth": (2.9, 4.0), "height": (2.5, 1.6)},
 }
 """The paper's table 2: estimated, and real, of one person and one car."""
+_AS_PRINTED = EigenSwarmParameters()
 _POINTS, _FACTOR = 0.08, 1.5
 """From the paper's share found, and around its widths, our choice."""
 
@@ -138,5 +141,23 @@ EXPERIMENT = HarbourExperiment(
     preset="paper-d",
     trackers=(_WRITTEN, _OURS),
     claims=(*_written(), *_beside()),
+    robustness=Robustness(
+        trackers=(_WRITTEN,),
+        metrics=("paper_detection_rate", "detection_rate", "false_alarms_per_hour"),
+        settings=scaled(
+            "both thresholds",
+            (0.5, 0.8, 1.25, 2.0),
+            threshold_few=_AS_PRINTED.threshold_few,
+            threshold_many=_AS_PRINTED.threshold_many,
+        ),
+        rates={
+            "half as many people": {"people": 8},
+            "twice as many people": {"people": 30},
+            "two boats at buoys in place of one": {"buoys": 2},
+        },
+        words="The thresholds are those of the distance from the background in a block, which the paper prints; both "
+        "are varied by the same factor. Boats at buoys raise false alarms.",
+        episodes=2,
+    ),
     seeds=range(10_000, 10_010),
 )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.papers.claims import Claim, Matrix
+from benchmarks.papers.robustness import Sensitivity
 from benchmarks.report.pictures import write_picture
 from benchmarks.run.experiment import Progress
 from benchmarks.run.records import Row, read_rows
@@ -71,6 +72,10 @@ class PaperExperiment(ABC):
 
     def matrix(self, seeds: range, renderer: RendererName) -> Matrix | None:
         """Return a matrix measured on the episodes of ``seeds``, for experiments that have one."""
+        return None
+
+    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
+        """Return how the figures depend on what was fitted, for experiments in which that was run."""
         return None
 
     def rows_in(self, out: Path) -> list[Row]:

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from benchmarks.commands.progress import progress_bar
 from benchmarks.papers.claims import Claim, Finding, print_findings, print_matrix
 from benchmarks.papers.experiment import PaperExperiment
+from benchmarks.papers.robustness import print_sensitivity
 from benchmarks.report.numbers import ranges_text
 from benchmarks.report.page import page_style
 from benchmarks.report.pictures import read_pictures
@@ -43,6 +44,9 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     found = findings(experiment, rows)
     plots = experiment.show(out, rows, seeds, renderer)
     print_findings(experiment.title, found, seeds, experiment.fitted)
+    varied = experiment.sensitivity(out, rows, seeds, renderer)
+    if varied is not None:
+        print_sensitivity(varied)
     matrix = experiment.matrix(seeds, renderer)
     if matrix is not None:
         print_matrix(matrix)
@@ -57,6 +61,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
             runs_trackers=any(claim.tracker for claim in experiment.claims),
             plots=plots,
             matrix=matrix,
+            varied=varied,
             pictures=read_pictures(out),
             seeds=ranges_text(seeds),
             command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}{again}",

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from benchmarks.papers.experiment import PaperExperiment, Plots
+from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
 from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.jobs import Job, opened
-from benchmarks.run.records import Row
+from benchmarks.run.records import Row, read_rows
 from benchmarks.run.replay import replay
 from benchmarks.run.steering import link_in
 from benchmarks.scores.summary import grouped
@@ -30,10 +31,12 @@ class TrackerExperiment(PaperExperiment):
     Attributes:
         trackers: in the order of the paper's figure.
         frames: shown in the paper's figure; none where it names none.
+        robustness: what is varied beside it; None for experiments in which nothing was fitted.
     """
 
     trackers: tuple[str, ...]
     frames: tuple[int, ...] = ()
+    robustness: Robustness | None = None
 
     @property
     def settings(self) -> dict[str, dict[str, Any]]:
@@ -46,7 +49,41 @@ class TrackerExperiment(PaperExperiment):
 
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
         """See ``PaperExperiment``."""
-        return run_experiment(self.runs(seeds, renderer, workers), out, progress).moved
+        own = self.runs(seeds, renderer, workers)
+        moved = run_experiment(own, out, progress).moved
+        for varied in self.varied_runs(own):
+            moved += run_experiment(varied, out / FOLDER, progress).moved
+        return moved
+
+    def varied_runs(self, own: Experiment) -> tuple[Experiment, ...]:
+        """Return what ``robustness`` adds: all varied settings on the same pictures, and other pictures."""
+        made = self.robustness
+        if made is None:
+            return ()
+        few = replace(own, seeds=own.seeds[: made.episodes])
+        aliases = {alias(name, words): (name, words) for words in made.settings for name in made.trackers}
+        written = {name: own.settings.get(name, {}) for name in made.trackers}
+        settings = {each: {**written[name], **made.settings[words]} for each, (name, words) in aliases.items()}
+        changes = {alias(self.preset, words): (self.preset, dict(fields)) for words, fields in made.rates.items()}
+        return (
+            replace(
+                few,
+                trackers=tuple(aliases),
+                settings=settings,
+                aliases={each: name for each, (name, _) in aliases.items()},
+            ),
+            replace(few, trackers=made.trackers, settings=written, presets=tuple(changes), changes=changes),
+        )
+
+    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
+        """See ``PaperExperiment``."""
+        made = self.robustness
+        if made is None:
+            return None
+        drawn, varied = (
+            [row for row in each if row["renderer"] == renderer] for each in (rows, read_rows(out / FOLDER))
+        )
+        return sensitivity(made, [self.metric(name) for name in made.metrics], drawn, varied, self.preset, seeds)
 
     def runs(self, seeds: range, renderer: RendererName, workers: int) -> Experiment:
         """Return what is run."""

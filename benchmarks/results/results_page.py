@@ -95,7 +95,7 @@ class _Page:
             expected = f"{found['expected']}{verdicts[found['agrees']]}"
             lines.append([method + minus, found["counted"], found["paper"], _number(found, sign=True), expected])
         heads = ["method", "counted", "the paper", "here", "expected"]
-        return f"{markdown_table(heads, lines, words=len(heads))}\n\n{_origin([shown])}"
+        return f"{markdown_table(heads, lines, words=len(heads))}\n\n{_varied(shown)}{_origin([shown])}"
 
     def figures(self, name: str) -> str:
         """See the module."""
@@ -157,6 +157,14 @@ def _number(entry: Mapping[str, Any], *, sign: bool = False) -> str:
     text = " ".join(filter(None, (number_text(entry["mean"], unit), unit_sign(unit) if sign else "")))
     interval = interval_text(entry["ci_low"], entry["ci_high"], unit)
     return f"{text} ({short(interval)})" if interval else text
+
+
+def _varied(shown: TableFile) -> str:
+    """Return the table of what was fitted, varied, and the words on it; nothing where a paper's table has none."""
+    varied = shown.contents.get("varied")
+    if not varied:
+        return ""
+    return f"{varied['words']}\n\n{markdown_table(varied['heads'], varied['rows'], words=1)}\n\n"
 
 
 def _origin(shown: Sequence[TableFile]) -> str:

@@ -17,6 +17,7 @@
 ``failures``     episodes in which a tracker or a controller failed: ``contestant``, ``seed``, ``frame``
 ``summary``      list of ``summary.json``. ``comparisons``: list of ``comparisons.json``
 ``findings``     beside the claims of a paper; empty for other tables
+``varied``       of a paper: ``words``, ``heads`` and ``rows`` of the table of what was fitted, varied; else null
 ===============  =======================================================================================================
 
 The rows are ``records.jsonl`` as it was: uncompressed into a folder, ``frameout report`` makes the report from it.
@@ -145,6 +146,7 @@ def _contents(run: TableRun, out: Path, blocks: Blocks, commit: str) -> dict[str
         "summary": summary,
         "comparisons": comparisons,
         "findings": findings,
+        "varied": run.varied(out, rows),
     }
 
 

@@ -76,6 +76,10 @@ class TableRun(ABC):
         """Return findings beside a paper's claims; none where there is no paper."""
         return []
 
+    def varied(self, out: Path, rows: list[Row]) -> dict[str, Any] | None:
+        """Return how a paper's figures depend on what was fitted; None where nothing was."""
+        return None
+
     def entries(self, out: Path, findings: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
         """Return the lists of summary.json and comparisons.json."""
         lists = [out / SUMMARY_FILE_NAME, out / COMPARISONS_FILE_NAME]
@@ -164,7 +168,9 @@ class PaperRun(TableRun):
         """See ``TableRun``."""
         made, renderer = self.experiment, self.table.renderer
         if isinstance(made, TrackerExperiment):
-            return _seconds_of(made.runs(_TRIAL_SEEDS, renderer, workers=0), report)
+            own = made.runs(self.table.seeds, renderer, workers=0)
+            varied = sum(len(each.seeds) * _seconds_of(each, report) for each in made.varied_runs(own))
+            return _seconds_of(own, report) + varied / len(own.seeds)
         assert isinstance(made, CameraExperiment)
         started = time.process_time()
         made.block(_TRIAL_SEEDS.start, renderer)
@@ -187,6 +193,11 @@ class PaperRun(TableRun):
             }
             for found in findings(self.experiment, rows)
         ]
+
+    def varied(self, out: Path, rows: list[Row]) -> dict[str, Any] | None:
+        """See ``TableRun``."""
+        found = self.experiment.sensitivity(out, rows, self.table.seeds, self.table.renderer)
+        return None if found is None else found._asdict()
 
     def entries(self, out: Path, findings: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
         """See ``TableRun``. Measurements of a camera belong to no suite: each finding is an entry of their summary."""

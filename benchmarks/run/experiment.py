@@ -48,6 +48,8 @@ class Experiment:
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
         limit_s: time limit of a tracker for one frame.
         settings: tracker → parameter values in place of the tuned ones.
+        aliases: name in ``trackers`` → the entrant that runs under it, maybe one of several with other settings.
+        changes: name in ``presets`` → the preset that it is a change of, and its changed fields.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
         data: folder or URL of a data set with the episodes; None = they are rendered.
@@ -66,10 +68,16 @@ class Experiment:
     repeats: int = 3
     limit_s: float = 60.0
     settings: dict[str, dict[str, Any]] = field(default_factory=dict)
+    aliases: dict[str, str] = field(default_factory=dict)
+    changes: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     modules: tuple[str, ...] = ()
     backend: str = "loky"
     data: str | None = None
     keep_estimates: bool = False
+
+    def entered(self, name: str) -> tuple[str, dict[str, Any]]:
+        """Return the name and the settings of the entrant that runs under a name of ``trackers``."""
+        return self.aliases.get(name, name), self.settings.get(name, {})
 
 
 @dataclass
@@ -106,8 +114,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     """Run the missing episodes, write rows as they arrive, then the summary.
 
     The same call after a stop continues. Rows made by other code or parameters are moved to another file and made
-    again, and so are rows without the estimates that are asked for. Except for times, rows do not depend on the number
-    of workers.
+    again, and so are rows without the estimates that are asked for. Except for times, ``workers`` changes no row.
 
     Raises:
         ValueError: for unknown names, or a folder that holds rows of other seeds or cannot be written.
@@ -168,9 +175,10 @@ def _versions(experiment: Experiment) -> _Versions:
     for preset in experiment.presets:
         for controller in _controllers(experiment, preset):
             steered_by = None if controller is None else catalogue.controller_entry(controller, carrier)
-            where = (experiment.suite, experiment.scenario, preset)
+            of, changed = experiment.changes.get(preset, (preset, {}))
+            where = (experiment.suite, experiment.scenario, of)
             versions[preset, controller] = {
-                name: versions_of(*where, entrant(name, experiment.settings.get(name)), steered_by)
+                name: versions_of(*where, entrant(*experiment.entered(name)), steered_by, changed)
                 for name in experiment.trackers
             }
     return versions
@@ -194,7 +202,8 @@ def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Jo
                     modules=experiment.modules,
                     repeats=experiment.repeats,
                     limit_s=experiment.limit_s,
-                    settings={name: (name, values) for name, values in experiment.settings.items()},
+                    settings={name: experiment.entered(name) for name in {**experiment.settings, **experiment.aliases}},
+                    changes=experiment.changes.get(preset),
                     notes=out / _NOTES,
                     versions=made,
                     data=experiment.data,
@@ -206,7 +215,8 @@ def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
     if experiment.controllers is None and suite(experiment.suite).judges_controllers:
         return list(controllers_of(experiment.suite, experiment.scenario))
     if experiment.controllers is None:
-        steered = catalog.scenario(experiment.scenario).presets[preset].closed_loop
+        of, _ = experiment.changes.get(preset, (preset, {}))
+        steered = catalog.scenario(experiment.scenario).presets[of].closed_loop
         return [suite(experiment.suite).controller if steered else None]
     return [None if name == SET_PATH else name for name in experiment.controllers]
 
@@ -224,9 +234,9 @@ def check_names(experiment: Experiment) -> None:
     scenario = catalog.scenario(experiment.scenario)
     if suite(experiment.suite).judges_controllers:
         check("scenario", bool(scenario.carrier.axes), "one with a camera that can be steered", repr(scenario.id))
-    presets = scenario.presets
+    presets = [experiment.changes.get(name, (name, {}))[0] for name in experiment.presets]
     known = {
-        "presets": (experiment.presets, tuple(presets)),
+        "presets": (presets, tuple(scenario.presets)),
         "controllers": (_registered(experiment), controllers_of(experiment.suite, experiment.scenario)),
         "link": ((experiment.link,), tuple(LINKS)),
     }
@@ -236,8 +246,8 @@ def check_names(experiment: Experiment) -> None:
                 raise ValueError(f"{parameter}: expected one of {', '.join(expected)}; got {name!r}")
     _check_trackers(experiment)
     check_renderer(experiment.renderer)
-    seeds = experiment.seeds
-    check("seeds", 0 <= seeds.start < seeds.stop, "A:B with 0 <= A < B", f"{seeds.start}:{seeds.stop}")
+    first, end = experiment.seeds.start, experiment.seeds.stop
+    check("seeds", 0 <= first < end, "A:B with 0 <= A < B", f"{first}:{end}")
     check("workers", experiment.workers >= 0, "a whole number >= 0", experiment.workers)
     check("limit_s", experiment.limit_s > 0, "a number of seconds > 0", f"{experiment.limit_s:g}")
 
@@ -253,11 +263,10 @@ def controllers_of(suite_name: str, scenario: str) -> tuple[str, ...]:
 
 def _registered(experiment: Experiment) -> list[str]:
     """Return the controllers that are not policies in files. Raises ValueError for a file without a usable policy."""
-    carrier = catalog.scenario(experiment.scenario).carrier.name
     registered = []
     for name in experiment.controllers or ():
         if name.startswith(catalogue.POLICY) and suite(experiment.suite).controller is not None:
-            catalogue.controller_entry(name, carrier)
+            catalogue.controller_entry(name, catalog.scenario(experiment.scenario).carrier.name)
         else:
             registered.append(name)
     return registered
@@ -266,7 +275,7 @@ def _registered(experiment: Experiment) -> list[str]:
 def _check_trackers(experiment: Experiment) -> None:
     judged = suite(experiment.suite)
     known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
-    for name in experiment.trackers:
+    for name, _ in map(experiment.entered, experiment.trackers):
         if name not in expected:
             whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
             raise ValueError(f"trackers: expected one of {', '.join(expected)}; got {name!r}{whose}")

@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,6 +51,7 @@ class Job:
         notes: folder for the worker's note, which explains a crash; None = no note.
         versions: tracker → ``versions`` of its rows, from the start of the experiment.
         settings: label in ``trackers`` → the tracker's name and its parameter values.
+        changes: the preset that ``preset`` is a change of, and its changed fields; None = ``preset`` as it is.
         data: folder or URL of a data set whose stored episode is used; None = it is rendered.
         estimates: folder where all answers are kept, see ``benchmarks.estimates``; None = they are not.
         deadly: tracker that ended its process in this episode → frame.
@@ -71,6 +72,7 @@ class Job:
     notes: Path | None = None
     versions: dict[str, dict[str, str]] = field(default_factory=dict)
     settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
+    changes: tuple[str, dict[str, Any]] | None = None
     data: str | None = None
     estimates: Path | None = None
     deadly: dict[str, int] = field(default_factory=dict)
@@ -185,7 +187,9 @@ def episode_of(job: Job, truth: TruthExtent) -> Episode:
         return stored_episode(job.data, job.seed)
     steered = job.controller is not None
     scenario = catalog.scenario(job.scenario)
-    return scenario.episode(job.preset, job.seed, renderer=job.renderer, closed_loop=steered, truth=truth)
+    preset, changed = job.changes or (job.preset, {})
+    configuration = replace(scenario.presets[preset], **changed) if changed else preset
+    return scenario.episode(configuration, job.seed, renderer=job.renderer, closed_loop=steered, truth=truth)
 
 
 def job_of(row: Row, seed: int) -> Job:

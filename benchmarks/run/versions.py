@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -37,13 +38,21 @@ _DIGITS = 10
 
 
 def versions_of(
-    suite: str, scenario: str, preset: str, entrant: Entrant, controller: ControllerEntry | None = None
+    suite: str,
+    scenario: str,
+    preset: str,
+    entrant: Entrant,
+    controller: ControllerEntry | None = None,
+    changed: Mapping[str, Any] | None = None,
 ) -> dict[str, str]:
-    """Return ``versions`` of rows: of packages, ``scene``, ``judge``, ``loop``, ``tracker`` and ``controller``."""
+    """Return ``versions`` of rows: of packages, ``scene``, ``judge``, ``loop``, ``tracker`` and ``controller``.
+
+    ``changed``: fields of the preset that have other values.
+    """
     loop = modules_of(suite, scenario)[-1]
     made = {
         **package_versions(),
-        "scene": scene_version(scenario, preset),
+        "scene": scene_version(scenario, preset, changed),
         "judge": judge_version(suite),
         "loop": _modules_hash(loop),
         "tracker": _hash_with(entrant.module, entrant.parameters),
@@ -51,10 +60,11 @@ def versions_of(
     return made if controller is None else made | _versions_of_controller(controller)
 
 
-def scene_version(scenario: str, preset: str) -> str:
+def scene_version(scenario: str, preset: str, changed: Mapping[str, Any] | None = None) -> str:
     """Return ``scene`` of ``versions_of``: hash of the code that makes an episode's frames, and of the preset."""
     found = catalog.scenario(scenario)
-    return _hash_with(type(found).__module__, found.presets.get(preset))
+    configuration = replace(found.presets[preset], **changed) if changed else found.presets.get(preset)
+    return _hash_with(type(found).__module__, configuration)
 
 
 def judge_version(suite: str) -> str:

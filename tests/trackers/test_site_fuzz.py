@@ -15,7 +15,15 @@ from trackers.registry import entry
 from trackers.types import EgoPose, Observation
 
 FRAMES = 24
-NAMES = ("harbour_watch", "eigen_swarm", "harbour_mog2", "harbour_knn", "harbour_median", "harbour_blind")
+NAMES = (
+    "harbour_watch",
+    "eigen_swarm",
+    "harbour_mog2",
+    "harbour_knn",
+    "harbour_median",
+    "harbour_blind",
+    "harbour_posts",
+)
 
 
 def sequence(seed: int, posed: bool) -> list[Observation]:

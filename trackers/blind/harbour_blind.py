@@ -1,4 +1,4 @@
-"""``harbour_blind``: alarms now and then where intruders often are, whatever there is to see."""
+"""Alarms where intruders often are, whatever there is to see: now and then, or all the time."""
 
 from __future__ import annotations
 
@@ -42,6 +42,7 @@ class HarbourBlind:
     """
 
     Parameters = HarbourBlindParameters
+    _site: Site | None
 
     def __init__(self, parameters: HarbourBlindParameters, rng: np.random.Generator) -> None:
         self._parameters, self._rng = parameters, rng
@@ -53,6 +54,11 @@ class HarbourBlind:
         """See ``MultiTracker``."""
         self._begin(survey(self._parameters.volume, camera, background))
 
+    def _site_of(self, observation: Observation) -> Site | None:
+        if self._site is None:
+            self._site = survey(self._parameters.volume, observation.camera, [observation])
+        return self._site
+
     def _begin(self, site: Site | None) -> None:
         self._site = site
         self._time_s: float | None = None
@@ -63,8 +69,7 @@ class HarbourBlind:
     def update(self, observation: Observation) -> list[Track]:
         """See ``MultiTracker``."""
         p = self._parameters
-        if self._site is None:
-            self._site = survey(p.volume, observation.camera, [observation])
+        site = self._site_of(observation)
         since_s = 0.0 if self._time_s is None else observation.time_s - self._time_s
         self._time_s = observation.time_s
         expected = p.alarms_per_hour * min(max(since_s, 0.0), 60.0) / 3600.0
@@ -75,9 +80,9 @@ class HarbourBlind:
             self._identities += 1
         self._alarms = [alarm for alarm in self._alarms if alarm[2] > self._pictures]
         self._pictures += 1
-        if self._site is None:
+        if site is None:
             return []
-        tracks = [self._track(identity, place, self._site) for identity, place, _ in self._alarms]
+        tracks = [self._track(identity, place, site) for identity, place, _ in self._alarms]
         return [track for track in tracks if track is not None]
 
     def _track(self, identity: int, place: int, site: Site) -> Track | None:
@@ -89,3 +94,31 @@ class HarbourBlind:
         if estimate is None:
             return None
         return Track(identity, estimate, size_m=row[3:6], confidence=float(row[6] / self._places[:, 6].max()))
+
+
+@dataclass(frozen=True)
+class HarbourPostsParameters(HarbourBlindParameters):
+    """Parameters of ``harbour_posts``.
+
+    Attributes:
+        posts: number of the most visited places at which an alarm stands.
+    """
+
+    posts: int = tunable(30, 1, 60)
+
+
+@register("harbour_posts", role="blind", summary="an alarm at each of the most visited places", suites=("harbour",))
+class HarbourPosts(HarbourBlind):
+    """As ``HarbourBlind``, but one alarm stands at each of the most visited places from first to last."""
+
+    Parameters = HarbourPostsParameters
+    _parameters: HarbourPostsParameters
+
+    def update(self, observation: Observation) -> list[Track]:
+        """See ``MultiTracker``."""
+        site = self._site_of(observation)
+        if site is None:
+            return []
+        places = np.argsort(-self._places[:, -1], kind="stable")[: self._parameters.posts]
+        tracks = [self._track(int(place), int(place), site) for place in places]
+        return [track for track in tracks if track is not None]

@@ -192,6 +192,10 @@ def test_a_paper_stands_beside_our_figures(published: dict[str, Any]) -> None:
     numbers = {"mean": 0.08, "ci_low": 0.02, "ci_high": 0.16, "n": 8, "unit": "fraction"}
     keep("second", published, findings=[{**found, **numbers, "expected": "at most 30 %", "agrees": True}])
     assert "| `hold` | kept | it is lost | 8.0 % (2.0–16.0) | at most 30 %: yes |" in rendered("{{ paper('second') }}")
+    varied = {"title": "", "words": "Varied.", "heads": ["varied", "hold: kept (%)"], "rows": [["gate × 2", "9.0"]]}
+    keep("third", published, findings=[{**found, **numbers, "expected": "–", "agrees": None}], varied=varied)
+    page = rendered("{{ paper('third') }}")
+    assert page.index("it is lost") < page.index("Varied.") < page.index("| gate × 2 | 9.0 |") < page.index("01234567")
 
 
 def test_the_command_writes_the_page(published: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,10 +1,11 @@
-"""``harbour_blind`` sees nothing and alarms now and then."""
+"""``harbour_blind`` sees nothing and alarms now and then, ``harbour_posts`` all the time."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from tests.trackers.drawn_harbour import CAMERA, VIEW, DrawnHarbour
 from trackers.blind.harbour_blind import HarbourBlind
@@ -18,8 +19,8 @@ VOLUME = place(WatchedVolume(depth_m=92.0, width_m=34.0), CAMERA, VIEW.T_world_c
 FRAMES = 900
 
 
-def answers(shown: list[Observation], **changes: float) -> list[list[Track]]:
-    tracker: HarbourBlind = entry("harbour_blind").create(np.random.default_rng(3), **changes)
+def answers(shown: list[Observation], name: str = "harbour_blind", **changes: float) -> list[list[Track]]:
+    tracker: HarbourBlind = entry(name).create(np.random.default_rng(3), **changes)
     tracker.start((), CAMERA)
     made = [tracker.update(picture) for picture in shown]
     for tracks in made:
@@ -52,11 +53,22 @@ def test_alarms_lie_inside_the_watched_volume_and_stay_where_they_are() -> None:
     assert VOLUME.contains(np.array(list(places_m.values()))).all()
 
 
-def test_it_does_not_look_at_pictures() -> None:
+def test_posts_stand_at_the_most_visited_places_from_first_to_last() -> None:
+    made = answers(without_pictures(3), "harbour_posts", posts=4)
+    confidences = [[track.confidence for track in tracks] for tracks in made]
+    assert confidences == [sorted(confidences[0], reverse=True)] * 3
+    assert confidences[0][0] == 1.0
+    assert len({track.identity for tracks in made for track in tracks}) == len(confidences[0]) == 4
+    every = answers(without_pictures(1), "harbour_posts", posts=60)[0]
+    assert sorted((each.confidence for each in every), reverse=True)[:4] == confidences[0]
+
+
+@pytest.mark.parametrize("name", ["harbour_blind", "harbour_posts"])
+def test_it_does_not_look_at_pictures(name: str) -> None:
     blank = without_pictures(60)
     drawn = [
         replace(each, image_rgb=picture.image_rgb)
         for each, picture in zip(blank, DrawnHarbour(5).pictures(60), strict=True)
     ]
-    for one, two in zip(answers(blank), answers(drawn), strict=True):
+    for one, two in zip(answers(blank, name), answers(drawn, name), strict=True):
         assert [(each.identity, each.confidence) for each in one] == [(each.identity, each.confidence) for each in two]

@@ -1,0 +1,51 @@
+"""All that trackers are handed in an episode, as bytes: pictures apart from what stands beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, is_dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scenarios.scenario import Episode
+from trackers.types import CameraCommand, Observation
+
+FROM_PICTURES = ("image_rgb", "right_rgb", "counts", "settings")
+"""Fields of an observation that a camera makes of what it sees; its exposure is one of them."""
+
+
+class Handed(NamedTuple):
+    """What an episode hands to a tracker.
+
+    Attributes:
+        start: calibration, box of the target, pictures of the background.
+        pictures: of each frame. beside: of each frame, all but the pictures and the camera's own settings.
+    """
+
+    start: list[bytes]
+    pictures: list[list[bytes]]
+    beside: list[list[bytes]]
+
+
+def handed_by(episode: Episode, commands: Sequence[CameraCommand | None]) -> Handed:
+    """Return what an episode hands out on as many frames as there are commands; the first one is not used."""
+    start = list(_bytes_of(episode.start))
+    seen = [episode.step(command if k else None).observation for k, command in enumerate(commands)]
+    return Handed(start, [_fields_of(each, True) for each in seen], [_fields_of(each, False) for each in seen])
+
+
+def _fields_of(observation: Observation, from_pictures: bool) -> list[bytes]:
+    names = [field.name for field in fields(observation) if (field.name in FROM_PICTURES) == from_pictures]
+    return [each for name in names for each in _bytes_of(getattr(observation, name))]
+
+
+def _bytes_of(held: Any) -> Iterator[bytes]:
+    if is_dataclass(held):
+        for field in fields(held):
+            yield from _bytes_of(getattr(held, field.name))
+    elif isinstance(held, tuple):
+        for each in held:
+            yield from _bytes_of(each)
+    else:
+        yield b"none" if held is None else np.asarray(held).tobytes()
