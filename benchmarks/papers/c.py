@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
@@ -29,11 +28,6 @@ _TOLERANCE = 0.4
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GapExperiment(TrackerExperiment):
     """See ``TrackerExperiment``. The paper's figures are the suite's."""
-
-    @property
-    def settings(self) -> dict[str, dict[str, Any]]:
-        """See ``TrackerExperiment``. Ours has its own parameters; the paper's are as written."""
-        return {_WRITTEN: registry.entry(_WRITTEN).written()}
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots:
         """See ``PaperExperiment``: the error over the length of the gap and over the change of heading."""

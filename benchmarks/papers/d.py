@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
@@ -35,11 +34,6 @@ _POINTS, _FACTOR = 0.08, 1.5
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HarbourExperiment(TrackerExperiment):
     """See ``TrackerExperiment``. Sizes are those of the tracks that the paper counts."""
-
-    @property
-    def settings(self) -> dict[str, dict[str, Any]]:
-        """See ``TrackerExperiment``. Ours has its own parameters; the paper's are as written."""
-        return {_WRITTEN: registry.entry(_WRITTEN).written()}
 
     def metric(self, name: str) -> Metric:
         """See ``PaperExperiment``: a metric of the suite, or the median size of a class, ``region_width_m person``."""

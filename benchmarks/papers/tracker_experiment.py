@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
@@ -19,7 +18,6 @@ from benchmarks.scores.summary import grouped
 from benchmarks.suites.registry import Metric, suite
 from benchmarks.video.contact_sheet import contact_sheet
 from scenarios.scenario import RendererName
-from trackers import registry
 
 _SCALE = 3.0
 
@@ -37,11 +35,6 @@ class TrackerExperiment(PaperExperiment):
     trackers: tuple[str, ...]
     frames: tuple[int, ...] = ()
     robustness: Robustness | None = None
-
-    @property
-    def settings(self) -> dict[str, dict[str, Any]]:
-        """Method → its written parameters: a paper's experiment is repeated without tuning."""
-        return {name: registry.entry(name).written() for name in self.trackers}
 
     def metric(self, name: str) -> Metric:
         """See ``PaperExperiment``."""
@@ -62,8 +55,7 @@ class TrackerExperiment(PaperExperiment):
             return ()
         few = replace(own, seeds=own.seeds[: made.episodes])
         aliases = {alias(name, words): (name, words) for words in made.settings for name in made.trackers}
-        written = {name: own.settings.get(name, {}) for name in made.trackers}
-        settings = {each: {**written[name], **made.settings[words]} for each, (name, words) in aliases.items()}
+        settings = {each: dict(made.settings[words]) for each, (_, words) in aliases.items()}
         changes = {alias(self.preset, words): (self.preset, dict(fields)) for words, fields in made.rates.items()}
         return (
             replace(
@@ -72,7 +64,7 @@ class TrackerExperiment(PaperExperiment):
                 settings=settings,
                 aliases={each: name for each, (name, _) in aliases.items()},
             ),
-            replace(few, trackers=made.trackers, settings=written, presets=tuple(changes), changes=changes),
+            replace(few, trackers=made.trackers, presets=tuple(changes), changes=changes),
         )
 
     def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
@@ -95,7 +87,6 @@ class TrackerExperiment(PaperExperiment):
             seeds=seeds,
             renderer=renderer,
             workers=workers,
-            settings=self.settings,
         )
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
@@ -111,9 +102,8 @@ class TrackerExperiment(PaperExperiment):
         """Run one episode with each method; show the observed frame inside the larger view."""
         rows = {}
         for tracker in self.trackers:
-            settings = {tracker: (tracker, self.settings[tracker])}
             episode = (self.suite, self.scenario, self.preset, renderer, seed, self.controller)
-            with opened(Job(*episode, (tracker,), link=link_in(self.suite), repeats=1, settings=settings)) as live:
+            with opened(Job(*episode, (tracker,), link=link_in(self.suite), repeats=1)) as live:
                 count = min(max(self.frames) + 1, live.loop.episode.frame_count)
                 rows[tracker] = list(replay(live, scale=_SCALE, wanted=self.frames, frame_count=count))
         caption = (

@@ -48,7 +48,6 @@ def test_it_names_what_exists() -> None:
     for claim in EXPERIMENT.claims:
         assert EXPERIMENT.metric(claim.metric).name == claim.metric
         assert claim.tracker in EXPERIMENT.trackers
-    assert EXPERIMENT.settings[WRITTEN] == registry.entry(WRITTEN).written()
 
 
 def test_the_paper_s_own_numbers_agree_with_it() -> None:
