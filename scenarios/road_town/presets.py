@@ -52,6 +52,8 @@ class FrameOuts:
         aim: direction of the camera meanwhile: ``any``, or ``ahead`` of the car.
         gusts_only: False allows long ones by drift of the helicopter; True (and always in closed loop) makes all of
             them gusts that tilt it.
+        sudden_gusts: True makes all gusts in closed loop as sudden as those of a set path, so that the car is lost
+            whoever steers; False only the short ones: the others build up in seconds. Edition 1 knows sudden ones only.
     """
 
     count: tuple[int, int] = (2, 4)
@@ -61,6 +63,7 @@ class FrameOuts:
     start_frame: int | None = None
     aim: Literal["any", "ahead"] = "any"
     gusts_only: bool = False
+    sudden_gusts: bool = False
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -186,7 +189,9 @@ _SHARED: dict[str, RoadTown] = {
         field_of_view_deg=24.0,
         altitude_m=(90.0, 99.0),
         attitude_noise_deg=0.4,
-        frame_outs=FrameOuts(count=(1, 1), frames=(24, 28), turn_share=1.0, start_frame=48, aim="ahead"),
+        frame_outs=FrameOuts(
+            count=(1, 1), frames=(24, 28), turn_share=1.0, start_frame=48, aim="ahead", sudden_gusts=True
+        ),
         ego=EgoErrors(0.0, 0.0, 0.0, 0.0),
         closed_loop=True,
     ),
