@@ -21,8 +21,6 @@ _SHORT_FRAMES, _SHORT_MARGIN_M, _MARGIN_M = 15, (12.0, 16.0), (13.0, 24.0)
 """Ranges of the distance by which a centred car is outside the border, in short frame-outs and in longer ones."""
 _SUDDEN_FRAMES = (5, 10)
 """Range of the rise and of the fall of a sudden gust."""
-BUILD_UP_S = (1.5, 3.0)
-"""Range of the time in which a gust builds up in closed loop, and of that in which it dies away."""
 FASTEST_TURN_RAD_S = math.radians(90.0)
 """In closed loop no gust turns the helicopter faster about any axis, nor do short ones."""
 _DRIFT_SPEED_MPS = 20.0
@@ -78,8 +76,11 @@ def _draw_swing(
         nearest = round(direction / _RIGHT_ANGLE_RAD) * _RIGHT_ANGLE_RAD
         direction = 0.5 * (direction + nearest)
     offset = _offset_m(camera, air, direction, margin, tilts)
-    if closed_loop and not settings.sudden_gusts:
-        rise, fall = _steerable_frames(preset, air, offset, frames < _SHORT_FRAMES, rng)
+    if closed_loop and settings.build_up_s is not None:
+        slow = [round(seconds * preset.rate_hz) for seconds in settings.build_up_s]
+        rise, fall = _frames_between(*(_SUDDEN_FRAMES if frames < _SHORT_FRAMES else slow), rng)
+        fewest = _fewest_frames(preset, air, offset)
+        rise, fall = max(rise, fewest), max(fall, fewest)
         rise = min(rise, round(start / OUT_FROM_SHARE))
     else:
         rise, fall = _frames_between(*_SUDDEN_FRAMES, rng)
@@ -89,16 +90,11 @@ def _draw_swing(
     return Pulse(start - round(OUT_FROM_SHARE * rise), rise, hold, fall, offset, tilts)
 
 
-def _steerable_frames(
-    preset: RoadTown, air: AirState, offset_m: tuple[float, float], sudden: bool, rng: np.random.Generator
-) -> tuple[int, int]:
-    """Return rise and fall of a gust in closed loop. Who reads the attitude can fly against all but the sudden ones."""
-    slow = [round(seconds * preset.rate_hz) for seconds in BUILD_UP_S]
-    rise, fall = _frames_between(*(_SUDDEN_FRAMES if sudden else slow), rng)
+def _fewest_frames(preset: RoadTown, air: AirState, offset_m: tuple[float, float]) -> int:
+    """Return the shortest rise of a gust in which it turns the helicopter slowly enough."""
     whole = Pulse(-1, 1, 1, 1, offset_m, True)
     turn_rad = float(np.abs(gust_attitude_rad([whole], air.altitude_m, 1, air.mount_rad)).max())
-    fewest = math.ceil(PEAK_SPEED * turn_rad / FASTEST_TURN_RAD_S * preset.rate_hz)
-    return max(rise, fewest), max(fall, fewest)
+    return math.ceil(PEAK_SPEED * turn_rad / FASTEST_TURN_RAD_S * preset.rate_hz)
 
 
 def _frames_between(fewest: int, most: int, rng: np.random.Generator) -> tuple[int, int]:
