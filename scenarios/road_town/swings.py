@@ -77,7 +77,8 @@ def _draw_swing(
         direction = 0.5 * (direction + nearest)
     offset = _offset_m(camera, air, direction, margin, tilts)
     if closed_loop and settings.build_up_s is not None:
-        slow = [round(seconds * preset.rate_hz) for seconds in settings.build_up_s]
+        quickest_s, slowest_s = settings.build_up_s
+        slow = round(quickest_s * preset.rate_hz), round(slowest_s * preset.rate_hz)
         rise, fall = _frames_between(*(_SUDDEN_FRAMES if frames < _SHORT_FRAMES else slow), rng)
         fewest = _fewest_frames(preset, air, offset)
         rise, fall = max(rise, fewest), max(fall, fewest)
