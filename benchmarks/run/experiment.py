@@ -16,7 +16,7 @@ from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
 from benchmarks.run.records import BlockKey, append_block, tidy
-from benchmarks.run.steering import link_in
+from benchmarks.run.steering import is_made_for, link_in
 from benchmarks.run.versions import versions_of
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import suite
@@ -42,7 +42,7 @@ class Experiment:
         seeds: of the episodes.
         renderer: which one draws.
         controllers: names of those that steer the camera, ``SET_PATH`` for none; None = all where they are contestants,
-            else the suite's controller in presets in closed loop.
+            except policies for another scenario or version, else the suite's controller in presets in closed loop.
         link: how commands reach the carrier where controllers are contestants; elsewhere commands arrive unchanged.
         workers: processes; 0 = this process (then a tracker that ends its process ends the run).
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
@@ -213,7 +213,8 @@ def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Jo
 
 def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
     if experiment.controllers is None and suite(experiment.suite).judges_controllers:
-        return list(controllers_of(experiment.suite, experiment.scenario))
+        known = controllers_of(experiment.suite, experiment.scenario)
+        return [name for name in known if is_made_for(name, experiment.scenario)]
     if experiment.controllers is None:
         of, _ = experiment.changes.get(preset, (preset, {}))
         steered = catalog.scenario(experiment.scenario).presets[of].closed_loop

@@ -8,7 +8,8 @@ from typing import Any
 from benchmarks.suites.registry import suite, suites
 from scenarios import catalog
 from trackers import registry
-from trackers.controllers.catalogue import controller_entry
+from trackers.controllers.catalogue import POLICY, controller_entry
+from trackers.controllers.policy_file import load_policy
 from trackers.protocols import Controller
 
 
@@ -55,3 +56,11 @@ def controller_for(name: str, carrier: str, link: str | None, values: Mapping[st
     """
     entry = controller_entry(name, carrier)
     return entry.create_as_written() if link is None else entry.create(**values)
+
+
+def is_made_for(name: str, scenario: str) -> bool:
+    """Return whether a controller is no policy, or one trained in the env of this version of a scenario."""
+    if not name.startswith(POLICY):
+        return True
+    trained_in, _ = catalog.envs().get(load_policy(name.removeprefix(POLICY)).env, ("", ""))
+    return trained_in == catalog.scenario(scenario).id

@@ -85,7 +85,7 @@ class RoadTownEpisode(Stage):
 
     def _obey(self, command: CameraCommand) -> None:
         assert self._helicopter is not None
-        self._helicopter.fly(command)
+        self._helicopter.obey(command, self._frame)
 
     def _move_to(self, frame: int) -> None:
         # Before the first frame, all poses are those of frame 0.

@@ -178,8 +178,18 @@ class Helicopter:
         """Set the velocity (2,) over the ground at the start."""
         self._velocity_mps[:2] = velocity_mps
 
-    def fly(self, command: CameraCommand) -> None:
+    def obey(self, command: CameraCommand, frame: int) -> None:
+        """Advance by one frame under a command whose axes are those of the camera's measured heading.
+
+        A pitched camera is swung aside by yaw: forward is then where the nose points on ``frame``, in the gust.
+        """
+        self.fly(command, float(self._attitude_rad[frame, 2]) if self._air.mount_rad > 0.0 else 0.0)
+
+    def fly(self, command: CameraCommand, turned_rad: float = 0.0) -> None:
         """Advance by one frame.
+
+        Args:
+            turned_rad: angle from the helicopter's heading without that of the air to the command's axes.
 
         Raises:
             ValueError: if the command is not finite.
@@ -189,7 +199,7 @@ class Helicopter:
         )
         if not all(math.isfinite(v) for v in (ahead, right, climb, yaw_rate)):
             raise ValueError(f"command: expected finite numbers, got {command}")
-        c, s = np.cos(self._yaw_rad), np.sin(self._yaw_rad)
+        c, s = np.cos(self._yaw_rad + turned_rad), np.sin(self._yaw_rad + turned_rad)
         horizontal = np.array([c * ahead + s * right, s * ahead - c * right])
         horizontal *= min(1.0, MAXIMUM_SPEED_MPS / max(float(np.linalg.norm(horizontal)), 1e-9))
         climb = min(max(climb, -MAXIMUM_CLIMB_MPS), MAXIMUM_CLIMB_MPS)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenarios.road_town.flight import AirState, Pulse, swing_out
+from scenarios.road_town.flight import AirState, Pulse, gust_attitude_rad, swing_out
 from scenarios.road_town.frame_outs import DRIFT_FROM_FRAMES, STEERING_LAG_M
 from scenarios.road_town.oblique import drift_out, gust_out
 from scenarios.road_town.presets import SETTLE_FRAMES, RoadTown
@@ -19,6 +19,10 @@ OUT_FROM_SHARE = 0.65
 """Share of a swing's rise after which a centred car is out; it is back at the same share before the end of the fall."""
 _SHORT_FRAMES, _SHORT_MARGIN_M, _MARGIN_M = 15, (12.0, 16.0), (13.0, 24.0)
 """Ranges of the distance by which a centred car is outside the border, in short frame-outs and in longer ones."""
+_SUDDEN_FRAMES = (5, 10)
+"""Range of the rise and of the fall of a sudden gust."""
+FASTEST_TURN_RAD_S = math.radians(90.0)
+"""In closed loop no gust turns the helicopter faster about any axis, nor do short ones."""
 _DRIFT_SPEED_MPS = 20.0
 _RIGHT_ANGLE_RAD = 0.5 * math.pi
 
@@ -72,11 +76,31 @@ def _draw_swing(
         nearest = round(direction / _RIGHT_ANGLE_RAD) * _RIGHT_ANGLE_RAD
         direction = 0.5 * (direction + nearest)
     offset = _offset_m(camera, air, direction, margin, tilts)
-    rise, fall = (int(n) for n in rng.integers(5, 11, 2))
+    if closed_loop and settings.build_up_s is not None:
+        quickest_s, slowest_s = settings.build_up_s
+        slow = round(quickest_s * preset.rate_hz), round(slowest_s * preset.rate_hz)
+        rise, fall = _frames_between(*(_SUDDEN_FRAMES if frames < _SHORT_FRAMES else slow), rng)
+        fewest = _fewest_frames(preset, air, offset)
+        rise, fall = max(rise, fewest), max(fall, fewest)
+        rise = min(rise, round(start / OUT_FROM_SHARE))
+    else:
+        rise, fall = _frames_between(*_SUDDEN_FRAMES, rng)
     if not tilts:
         rise = fall = int(PEAK_SPEED * math.hypot(*offset) / _DRIFT_SPEED_MPS * preset.rate_hz)
     hold = max(frames - round((1 - OUT_FROM_SHARE) * (rise + fall)), 1)
     return Pulse(start - round(OUT_FROM_SHARE * rise), rise, hold, fall, offset, tilts)
+
+
+def _fewest_frames(preset: RoadTown, air: AirState, offset_m: tuple[float, float]) -> int:
+    """Return the shortest rise of a gust in which it turns the helicopter slowly enough."""
+    whole = Pulse(-1, 1, 1, 1, offset_m, True)
+    turn_rad = float(np.abs(gust_attitude_rad([whole], air.altitude_m, 1, air.mount_rad)).max())
+    return math.ceil(PEAK_SPEED * turn_rad / FASTEST_TURN_RAD_S * preset.rate_hz)
+
+
+def _frames_between(fewest: int, most: int, rng: np.random.Generator) -> tuple[int, int]:
+    rise, fall = rng.integers(fewest, most + 1, 2)
+    return int(rise), int(fall)
 
 
 def _offset_m(

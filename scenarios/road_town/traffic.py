@@ -40,12 +40,14 @@ class Driver:
         start_m: arc length at frame 0.
         cruise_mps: speed on a free straight.
         stops: (arc length, seconds) of halts, in order.
+        start_mps: speed at frame 0; None for the highest one that the bends allow.
     """
 
     route: Route
     start_m: float
     cruise_mps: float
     stops: tuple[tuple[float, float], ...] = ()
+    start_mps: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +113,13 @@ class _State:
         self.limits = [speed_limit_mps(d.route, d.cruise_mps) for d in self.drivers]
         self.places = [np.arange(len(limits), dtype=float) for limits in self.limits]
         self.arc_m = np.array([d.start_m for d in self.drivers])
-        self.speed_mps = np.array([self._limit(car) for car in range(len(self.drivers))])
+        limits = [self._limit(car) for car in range(len(self.drivers))]
+        self.speed_mps = np.array(
+            [
+                limit if d.start_mps is None else min(d.start_mps, limit)
+                for d, limit in zip(self.drivers, limits, strict=True)
+            ]
+        )
         self.next_passage = [sum(p.leave_m <= d.start_m for p in d.route.passages) for d in self.drivers]
         self.stops = [list(d.stops) for d in self.drivers]
         self.waited_s = np.zeros(len(self.drivers))

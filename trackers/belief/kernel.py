@@ -69,6 +69,8 @@ BELIEF = np.dtype(
         ("axis_right_mps", "f8"),
         ("half_ahead_m", "f8"),
         ("half_right_m", "f8"),
+        # See ``mount_slope``; without meaning for a camera that looks ahead.
+        ("mount_slope", "f8"),
         ("known", "f8"),
         ("x_m", "f8"),
         ("y_m", "f8"),
@@ -125,6 +127,7 @@ def update_beliefs(beliefs: NDArray[np.void], sightings: NDArray[np.void], inter
             b.carrier_x_m, b.carrier_y_m = s.carrier_x_m, s.carrier_y_m
             b.height_m, b.heading_rad = s.height_m, s.heading_rad
             b.axis_ahead_m, b.axis_right_m = s.axis_ahead_m, s.axis_right_m
+            b.mount_slope = mount_slope(s.axis_ahead_m, s.height_m, s.half_ahead_m)
             b.x_m, b.y_m, b.seen_x_m, b.seen_y_m = s.x_m, s.y_m, s.x_m, s.y_m
         _own_motion(b, s, c, d, interval_s)
         _target_motion(b, s, interval_s)
@@ -140,6 +143,15 @@ def update_beliefs(beliefs: NDArray[np.void], sightings: NDArray[np.void], inter
         b.known, b.in_view_probability = s.known, s.in_view_probability * s.known
         _search(b, s, c, d, interval_s)
         b.frames += 1.0
+
+
+@njit(cache=True)
+def mount_slope(axis_ahead_m: float, height_m: float, half_ahead_m: float) -> float:
+    """Return the tangent of the angle at which a camera is mounted, forward from straight down, by its first picture.
+
+    0 if the point below the camera is in the picture's height: then it looks straight down but for the air.
+    """
+    return axis_ahead_m / max(height_m, 1.0) if axis_ahead_m > half_ahead_m else 0.0
 
 
 @njit(cache=True)

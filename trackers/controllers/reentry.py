@@ -29,6 +29,7 @@ class ReentryParameters:
         patience_s: without a posterior the target is lost after this time out of view.
         search_mps: speed at which the search without a posterior moves outwards.
         fastest_mps: limit of the velocity's magnitude.
+        turn_per_s: turn rate per radian of the target's bearing; of a camera that is pitched forward alone.
     """
 
     gain_per_s: float = tunable(1.0, 0.2, 8.0, log=True)
@@ -45,6 +46,7 @@ class ReentryParameters:
     patience_s: float = 1.5
     search_mps: float = 6.0
     fastest_mps: float = 25.0
+    turn_per_s: float = 2.0
 
 
 REENTRY = record_dtype(ReentryParameters)
@@ -78,6 +80,9 @@ class ReentryController(KernelController):
     window (the tracker has already discounted areas searched in vain), ``v`` decays, and the helicopter climbs until
     the picture is as large as the posterior. Without a posterior the search moves outwards from the point last seen,
     first in the target's direction of travel, then in directions not yet searched.
+
+    Under a camera that is pitched forward (``mount_slope``) "below the camera" means where its axis meets the ground in
+    still air, and the nose turns to the target.
     """
 
     Parameters = ReentryParameters

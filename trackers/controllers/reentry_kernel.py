@@ -21,7 +21,7 @@ _SHALLOWEST = 0.1
 
 @njit(cache=True)
 def steer(beliefs: NDArray[np.void], parameters: NDArray[np.void], out: NDArray[np.float64]) -> None:
-    """Write the commands of B beliefs (B,) of dtype ``BELIEF`` to ``out`` (B, 4): forward, right, climb in m/s; yaw 0.
+    """Write the commands of B beliefs (B,) of dtype ``BELIEF`` to ``out`` (B, 4): forward, right, climb, yaw rate.
 
     Args:
         parameters: (1,) of dtype ``reentry.REENTRY``. The equations are in ``reentry.ReentryController``.
@@ -38,6 +38,10 @@ def steer(beliefs: NDArray[np.void], parameters: NDArray[np.void], out: NDArray[
         right_mps += p.push_s * (right_mps - b.own_right_mps)
         slower = min(1.0, p.fastest_mps / max(np.hypot(ahead_mps, right_mps), 1e-9))
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = slower * ahead_mps, slower * right_mps, _climb(b, p), 0.0
+        if b.mount_slope > 0.0:
+            # Under a pitched camera the nose turns to the target; one nearly below has no bearing.
+            nearest_m = 0.5 * b.mount_slope * b.height_m
+            out[k, 3] = -p.turn_per_s * np.arctan2(aim_right_m, max(aim_ahead_m, nearest_m))
 
 
 @njit(cache=True)
@@ -80,7 +84,7 @@ def _pull(
     inner = 1.0 - p.border
     half_ahead, half_right = inner * b.half_ahead_m / height_m, inner * b.half_right_m / height_m
     axis_ahead, axis_right = _axis_soon(b, p, height_m)
-    lean_ahead = min(max(p.lean * axis_ahead, -half_ahead), half_ahead)
+    lean_ahead = b.mount_slope + min(max(p.lean * (axis_ahead - b.mount_slope), -half_ahead), half_ahead)
     lean_right = min(max(p.lean * axis_right, -half_right), half_right)
     goal_ahead, goal_right = nearest_seen(lean_ahead, lean_right, axis_ahead, axis_right, half_ahead, half_right)
     off_ahead_m, off_right_m = ahead_m - height_m * goal_ahead, right_m - height_m * goal_right
@@ -102,11 +106,11 @@ def _pull(
 @njit(cache=True)
 def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
     """Return where the extrapolated optical axis meets the ground (ahead, right), over the height."""
-    ahead, right = b.axis_ahead_m / height_m, b.axis_right_m / height_m
+    ahead, right = b.axis_ahead_m / height_m - b.mount_slope, b.axis_right_m / height_m
     far = max(np.hypot(ahead, right), 1e-9)
     outwards_per_s = (ahead * b.axis_ahead_mps + right * b.axis_right_mps) / (far * height_m)
     soon = min(max(far + p.gust_lead_s * outwards_per_s, 0.0), max(_STRONGEST_GUST, far))
-    return ahead * soon / far, right * soon / far
+    return b.mount_slope + ahead * soon / far, right * soon / far
 
 
 @njit(cache=True)

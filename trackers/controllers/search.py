@@ -59,9 +59,11 @@ class SearchController(CentreController):
         leg_m = max(p.apart * 2.0 * belief["half_ahead_m"], _SHORTEST_LEG_M)
         place_m = expanding_square(p.search_mps * self._searching_s, leg_m)
         seen_m = np.array([belief["seen_x_m"] - belief["carrier_x_m"], belief["seen_y_m"] - belief["carrier_y_m"]])
-        velocity_mps = p.gain_per_s * (seen_m + place_m)
-        velocity_mps *= min(1.0, p.fastest_mps / max(float(np.hypot(*velocity_mps)), 1e-9))
         c, s = np.cos(belief["heading_rad"]), np.sin(belief["heading_rad"])
+        # A camera that is pitched forward looks at the square from behind.
+        behind_m = belief["mount_slope"] * belief["height_m"] * np.array([c, s])
+        velocity_mps = p.gain_per_s * (seen_m + place_m - behind_m)
+        velocity_mps *= min(1.0, p.fastest_mps / max(float(np.hypot(*velocity_mps)), 1e-9))
         ahead_mps, right_mps = np.array([[c, s], [s, -c]]) @ velocity_mps
         return CameraCommand(float(ahead_mps), float(right_mps), climb_mps=p.climb_mps)
 

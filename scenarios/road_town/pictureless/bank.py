@@ -17,7 +17,7 @@ _MOST_GUSTS = 8
 class RoadPictureless:
     """See ``scenarios.scenario.Pictureless``."""
 
-    version = 2
+    version = 3
     runs = TrackerRuns(
         ("centre", "disturbed:centre", "centre", "disturbed:centre", "hold"), wrong_from_m=3.0, jump_m=4.0
     )

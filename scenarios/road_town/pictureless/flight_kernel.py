@@ -29,10 +29,14 @@ FLIGHT_STATE = state_dtype(
 
 
 @njit(cache=True)
-def fly(state: Any, interval_s: float) -> None:
-    """Obey ``state.obeyed`` for one frame: a first-order response of all velocities."""
+def fly(state: Any, turned_rad: float, interval_s: float) -> None:
+    """Obey ``state.obeyed`` for one frame: a first-order response of all velocities.
+
+    Args:
+        turned_rad: yaw of the air, by which a pitched camera's heading deviates; 0 for one that looks straight down.
+    """
     wanted = state.obeyed
-    c, s = np.cos(state.yaw_rad), np.sin(state.yaw_rad)
+    c, s = np.cos(state.yaw_rad + turned_rad), np.sin(state.yaw_rad + turned_rad)
     east, north = c * wanted[0] + s * wanted[1], s * wanted[0] - c * wanted[1]
     slower = min(1.0, MAXIMUM_SPEED_MPS / max(np.sqrt(east * east + north * north), 1e-9))
     climb = min(max(wanted[2], -MAXIMUM_CLIMB_MPS), MAXIMUM_CLIMB_MPS)

@@ -93,7 +93,9 @@ def fly_on(
     for k in range(len(states)):
         state = states[k]
         send(state, wanted[k], link, waiting[k], rng)
-        fly(state, flights.interval_s)
+        pitched = flights.mount_rad[state.episode, 0] > 0.0
+        turned_rad = flights.attitude_rad[state.episode, state.frame, 2] if pitched else 0.0
+        fly(state, turned_rad, flights.interval_s)
         state.frame += 1
         state.steps += 1
         _observe(state, flights, sightings[k], rng, scratch)

@@ -12,16 +12,22 @@ from trackers.types import CameraModel, EgoPose, Estimate, Observation
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
 
 
-def _command(place_m, yaw=0.0, pitch=0.0, roll=0.0, with_ego=True):
-    T = look_down_pose(np.array([5.0, -3.0, 50.0]), yaw, pitch, roll)
-    pixel, _ = project(CAMERA, T, np.array([*place_m, 0.0]))
-    observation = Observation(
-        np.zeros((480, 640, 3), np.uint8),
-        0.0,
-        CameraModel(640, 480, CAMERA.focal_px),
-        ego=EgoPose(T) if with_ego else None,
-    )
-    return CentreController(CentreParameters()).command(observation, Estimate(pixel))
+CAMERA_M = np.array([5.0, -3.0, 50.0])
+
+
+def _observation(T, with_ego=True):
+    camera, ego = CameraModel(640, 480, CAMERA.focal_px), EgoPose(T) if with_ego else None
+    return Observation(np.zeros((480, 640, 3), np.uint8), 0.0, camera, ego=ego)
+
+
+def _command(place_m, yaw=0.0, pitch=0.0, roll=0.0, mount=0.0, with_ego=True):
+    """Return the command on a second picture; the camera was level on the first one, but for its mount."""
+    level = look_down_pose(CAMERA_M, yaw, mount, 0.0)
+    tilted = look_down_pose(CAMERA_M, yaw, mount + pitch, roll)
+    controller = CentreController(CentreParameters())
+    controller.command(_observation(level, with_ego), Estimate(np.full(2, np.nan)))
+    pixel, _ = project(CAMERA, tilted, np.array([*place_m, 0.0]))
+    return controller.command(_observation(tilted, with_ego), Estimate(pixel))
 
 
 @pytest.mark.parametrize(("pitch", "roll"), [(0.0, 0.0), (0.4, 0.0), (-0.3, 0.2), (0.0, -0.5)])
@@ -34,6 +40,20 @@ def test_tilt_does_not_change_the_command(pitch, roll, yaw):
         CentreParameters().gain_per_s * 7.0 * np.array([np.cos(yaw), np.sin(yaw)]),
         atol=1e-6,
     )
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.3])
+@pytest.mark.parametrize("pitch", [0.0, -0.4])
+def test_under_a_camera_pitched_forward_it_keeps_behind_the_target_and_turns_the_nose_to_it(yaw, pitch):
+    mount, nose = np.deg2rad(45.0), np.array([np.cos(yaw), np.sin(yaw)])
+    # The axis of a level camera meets the ground 50 m ahead.
+    there = _command(CAMERA_M[:2] + 50.0 * nose, yaw, pitch, mount=mount)
+    np.testing.assert_allclose([there.forward_mps, there.right_mps, there.yaw_rate_rad_s], 0.0, atol=1e-6)
+    to_right = np.array([nose[1], -nose[0]])
+    aside = _command(CAMERA_M[:2] + 54.0 * nose + 5.0 * to_right, yaw, pitch, mount=mount)
+    gain_per_s = CentreParameters().gain_per_s
+    np.testing.assert_allclose([aside.forward_mps, aside.right_mps], [4.0 * gain_per_s, 5.0 * gain_per_s], atol=1e-6)
+    assert aside.yaw_rate_rad_s == pytest.approx(-CentreParameters().turn_per_s * np.arctan2(5.0, 54.0))
 
 
 def test_without_instruments_it_takes_the_camera_to_look_straight_down():

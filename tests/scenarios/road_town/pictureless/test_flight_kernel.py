@@ -17,10 +17,12 @@ RATE_HZ = 15.0
 
 
 @njit
-def fly_one(states: Any, wanted: Any, attitude_rad: Any, mount_rad: float, rng: Any, scratch: Any) -> None:
+def fly_one(
+    states: Any, wanted: Any, turned_rad: float, attitude_rad: Any, mount_rad: float, rng: Any, scratch: Any
+) -> None:
     for axis in range(4):
         states[0].obeyed[axis] = wanted[axis]
-    fly(states[0], 1.0 / RATE_HZ)
+    fly(states[0], turned_rad, 1.0 / RATE_HZ)
     look_down(states[0], attitude_rad, mount_rad, 0.0, 0.0, rng, scratch)
 
 
@@ -36,8 +38,9 @@ def test_helicopters_fly_alike(mount_rad: float) -> None:
     for frame in range(1, 300):
         # Commands exceed every limit at times, and the flight is long enough to reach the lowest height.
         command = rng.normal([0, 0, -4, 0], [25, 25, 6, 1])
-        helicopter.fly(CameraCommand(*command))
-        fly_one(states, command, attitude_rad[frame], mount_rad, rng, scratch)
+        helicopter.obey(CameraCommand(*command), frame - 1)
+        turned_rad = attitude_rad[frame - 1, 2] if mount_rad > 0.0 else 0.0
+        fly_one(states, command, turned_rad, attitude_rad[frame], mount_rad, rng, scratch)
         pose = helicopter.pose(frame)
         np.testing.assert_allclose(states["R"][0], pose[:3, :3], atol=1e-9)
         np.testing.assert_allclose(states["camera_m"][0], pose[:3, 3], atol=1e-9)
