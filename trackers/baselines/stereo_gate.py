@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.histogram import bhattacharyya, histogram_of, hs_bins
 from trackers.paper_b.candidates import Candidate, CandidateParameters, candidate_in_box, see
+from trackers.paper_b.first_mounting import first_mounting, usual_depth_m
 from trackers.paper_b.matching import StereoMatcher, baseline_m
 from trackers.paper_b.person_kalman import PersonKalman
-from trackers.paper_b.robot_frame import Mounting
 from trackers.registry import register, tunable
-from trackers.types import CameraModel, Estimate, Observation
+from trackers.types import Estimate, Observation
 
 _LEAST_DEPTH_M = 0.1
 
@@ -61,22 +61,18 @@ class StereoNearest:
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Start on the candidate in the box, or on the box itself if there is none."""
-        pose = observation.ego
         baseline_m(observation.camera)
         box_size(box_xyxy)
         self._time_s, self._unseen_s = observation.time_s, 0.0
         self._height_m = self._candidates.usual_height_m
-        if pose is None:
-            self._mounting = Mounting.level(self._camera_height_m(observation, box_xyxy))
-        else:
-            self._mounting = Mounting.from_pose(pose.T_world_camera)
+        self._mounting = first_mounting(observation, box_xyxy, self._matcher, self._candidates.usual_height_m)
         view = see(observation, self._matcher, self._mounting, self._candidates)
         first = candidate_in_box(view.candidates if view else [], box_xyxy)
         if first is not None:
             place_m = first.place_m
             self._learn(observation, first)
         else:
-            depth_m = self._usual_depth_m(observation, box_xyxy)
+            depth_m = usual_depth_m(observation.camera, box_xyxy, self._candidates.usual_height_m)
             place_m = self._mounting.place_at(box_centre(box_xyxy), depth_m, observation.camera)[:2]
         self._start_filter(_to_ground(observation, place_m[None])[0])
 
@@ -127,25 +123,6 @@ class StereoNearest:
         if not found.top_cut:
             self._height_m = found.height_m
         self._learn(observation, found)
-
-    def _camera_height_m(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> float:
-        """Return the height >= 0 of a level camera that sees feet at the lower edge of a box (4,).
-
-        They are as far away as what is in the middle of the box, by the pair's disparities, or by a person's usual
-        height where these are unknown.
-        """
-        camera, depth_m = observation.camera, np.empty((0, 0), np.float32)
-        if observation.right_rgb is not None:
-            depth_m = _middle(
-                self._matcher.depth_m(observation.image_rgb, observation.right_rgb, camera), box_xyxy, camera
-            )
-        known_m = depth_m[np.isfinite(depth_m)]
-        feet_m = float(np.median(known_m)) if known_m.size else self._usual_depth_m(observation, box_xyxy)
-        return max(feet_m * float(box_xyxy[3] - 0.5 * camera.height_px) / camera.focal_px, 0.0)
-
-    def _usual_depth_m(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> float:
-        """Return the distance of a person of the usual height who fills a box (4,)."""
-        return observation.camera.focal_px * self._candidates.usual_height_m / float(box_size(box_xyxy)[1])
 
     def _start_filter(self, place_m: NDArray[np.float64]) -> None:
         self._filter = PersonKalman(place_m, self._parameters.acceleration_mps2, self._parameters.place_noise_m)
@@ -216,16 +193,6 @@ class StereoColourGate(StereoNearest):
 
     def _bins(self, observation: Observation) -> NDArray[np.uint8]:
         return hs_bins(self._matcher.smaller(observation.image_rgb)).ravel()
-
-
-def _middle(depth_m: NDArray[np.float32], box_xyxy: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float32]:
-    """Return the middle half, each way, of a box (4,) of the left picture in a depth picture (H', W')."""
-    shrink = camera.width_px / depth_m.shape[1]
-    centre, quarter = box_centre(box_xyxy) / shrink, 0.25 * box_size(box_xyxy) / shrink
-    low, high = (
-        np.clip(np.round(end), 0, depth_m.shape[::-1]).astype(int) for end in (centre - quarter, centre + quarter)
-    )
-    return depth_m[low[1] : high[1], low[0] : high[0]]
 
 
 def _robot_pose(observation: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

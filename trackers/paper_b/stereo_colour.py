@@ -13,15 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.kernels.boxes import box_centre, box_size
+from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import histogram_of, hs_bins
 from trackers.paper_b.candidates import Candidate, CandidateParameters, StereoView, candidate_in_box, see
+from trackers.paper_b.first_mounting import first_mounting, usual_depth_m
 from trackers.paper_b.light_change import LightTrend, brightness_change, colour_change, dissimilarity
 from trackers.paper_b.matching import StereoMatcher, baseline_m
 from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, OtherPeople, share_before
 from trackers.paper_b.person_kalman import PersonKalman
 from trackers.paper_b.registers import camera_registers
-from trackers.paper_b.robot_frame import Mounting
 from trackers.registry import register, tunable
 from trackers.types import CameraModel, CameraRegisters, Estimate, Observation
 
@@ -59,7 +59,6 @@ class StereoColourParameters:
         place_noise_m: standard deviation of a candidate's position.
         predicted_s: how long a target that is not found and not occluded is predicted; then it is lost.
         predicted_hidden_s: the same while the state of occlusion is not ``NONE``. A lost target's position stays.
-        camera_height_m: height of a level camera, used if no pose is measured.
     """
 
     threshold: float = tunable(0.62, 0.2, 0.9)
@@ -67,7 +66,6 @@ class StereoColourParameters:
     place_noise_m: float = tunable(0.1, 0.02, 0.5, log=True)
     predicted_s: float = tunable(1.0, 0.2, 5.0, log=True)
     predicted_hidden_s: float = tunable(3.0, 0.5, 10.0, log=True)
-    camera_height_m: float = 1.2
 
 
 class StereoColour(ABC):
@@ -113,8 +111,7 @@ class StereoColour(ABC):
         p = self._parameters
         baseline_m(observation.camera)
         registers = self._registers = camera_registers(observation)
-        pose = observation.ego
-        self._mounting = Mounting.level(p.camera_height_m) if pose is None else Mounting.from_pose(pose.T_world_camera)
+        self._mounting = first_mounting(observation, box_xyxy, self._matcher, self._candidates.usual_height_m)
         self._trend = LightTrend()
         self._state = OcclusionState(self._occlusions)
         self._others = OtherPeople(self._occlusions, p.acceleration_mps2, p.place_noise_m)
@@ -127,7 +124,7 @@ class StereoColour(ABC):
         if first is not None:
             place_m, template = first.place_m, histogram_of(bins.ravel()[first.pixels])
         else:
-            depth_m = observation.camera.focal_px * self._height_m / box_size(box_xyxy)[1]
+            depth_m = usual_depth_m(observation.camera, box_xyxy, self._height_m)
             place_m = self._mounting.place_at(box_centre(box_xyxy), depth_m, observation.camera)[:2]
             template = histogram_of(_middle(bins, box_xyxy * bins.shape[1] / observation.camera.width_px))
         self._filter = PersonKalman(place_m, p.acceleration_mps2, p.place_noise_m)

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre
 from trackers.paper_b.candidates import CandidateParameters, StereoView, candidate_in_box, see
+from trackers.paper_b.first_mounting import first_mounting
 from trackers.paper_b.matching import StereoMatcher, baseline_m
 from trackers.paper_b.occlusion import OcclusionParameters, share_before
 from trackers.paper_b.registers import camera_registers
-from trackers.paper_b.robot_frame import Mounting
 from trackers.registry import register, register_variant, tunable
 from trackers.stereo_people.look import log_levels
 from trackers.stereo_people.nearby import points_of_body
@@ -47,7 +47,6 @@ class StereoPeopleParameters:
         fastest_mps: greatest speed at which a lost target is expected to move.
         answered_m: standard deviation of a predicted place up to which it is answered.
         answered_s: time without a sighting up to which it is answered.
-        camera_height_m: of the level camera, if no pose is measured.
     """
 
     use_light: bool = True
@@ -62,7 +61,6 @@ class StereoPeopleParameters:
     fastest_mps: float = tunable(2.0, 1.0, 4.0)
     answered_m: float = tunable(0.3, 0.1, 0.6)
     answered_s: float = tunable(1.0, 0.2, 3.0)
-    camera_height_m: float = 1.2
 
 
 @register(
@@ -90,8 +88,7 @@ class StereoPeople:
         p = self._parameters
         baseline_m(observation.camera)
         self._registers = camera_registers(observation)
-        pose = observation.ego
-        self._mounting = Mounting.level(p.camera_height_m) if pose is None else Mounting.from_pose(pose.T_world_camera)
+        self._mounting = first_mounting(observation, box_xyxy, self._matcher, self._candidates.usual_height_m)
         self._time_s = observation.time_s
         self._scene = self._scene_of(observation, log_levels(self._matcher.smaller(observation.image_rgb)))
         view = see(observation, self._matcher, self._mounting, self._candidates)

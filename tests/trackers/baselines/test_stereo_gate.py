@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tests.trackers import drawn_people
 from tests.trackers.drawn_people import BLUE, CAMERA, CAMERA_HEIGHT_M, GREEN, RED, Board, observation, person_box
 from trackers.estimate_check import check_estimate
 from trackers.paper_b.robot_frame import Mounting
@@ -57,20 +56,6 @@ def test_a_hidden_person_is_predicted_then_lost_then_found(name: str) -> None:
     assert hidden[-1].in_view_probability == 0.0
     back = tracker.update(observation([replace(PERSON, left_m=0.5)], 16))
     assert place_of(back) == pytest.approx([3.0, 0.5], abs=0.15)
-
-
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("right", [True, False])
-def test_without_a_pose_the_first_box_shows_how_high_the_camera_is(
-    name: str, right: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(drawn_people, "CAMERA_HEIGHT_M", 0.6)
-    monkeypatch.setattr(drawn_people, "_background", drawn_people._background.__wrapped__)
-    tracker = entry(name).create(np.random.default_rng(0))
-    tracker.initialise(observation([PERSON], right=right), person_box(PERSON))
-    estimate = tracker.update(observation([PERSON], 1))
-    assert estimate.in_view_probability == 1.0
-    assert estimate.box_xyxy == pytest.approx(person_box(PERSON), abs=25)
 
 
 def test_colours_tell_a_lost_person_from_a_nearer_one() -> None:
