@@ -54,16 +54,14 @@ class TrackerExperiment(PaperExperiment):
         if made is None:
             return ()
         few = replace(own, seeds=own.seeds[: made.episodes])
-        aliases = {alias(name, words): (name, words) for words in made.settings for name in made.trackers}
-        settings = {each: dict(made.settings[words]) for each, (_, words) in aliases.items()}
+        settings = {
+            alias(name, words): (name, dict(values))
+            for words, values in made.settings.items()
+            for name in made.trackers
+        }
         changes = {alias(self.preset, words): (self.preset, dict(fields)) for words, fields in made.rates.items()}
         return (
-            replace(
-                few,
-                trackers=tuple(aliases),
-                settings=settings,
-                aliases={each: name for each, (name, _) in aliases.items()},
-            ),
+            replace(few, trackers=tuple(settings), settings=settings),
             replace(few, trackers=made.trackers, presets=tuple(changes), changes=changes),
         )
 

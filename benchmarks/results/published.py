@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from scenarios.catalog import unversioned
-from scenarios.road_town.presets import ABLATIONS
 from sim.checks import check
 
 
@@ -69,60 +68,26 @@ _PEOPLE_PARTS = (
 )
 
 
-def _town(name: str, preset: str, episodes: int, *trackers: str, controllers: tuple[str, ...] = ()) -> PublishedTable:
+def _bench(
+    name: str,
+    suite: str,
+    scenario: str,
+    preset: str,
+    episodes: int,
+    *trackers: str,
+    controllers: tuple[str, ...] = (),
+    variants: bool = False,
+) -> PublishedTable:
+    """Return a bench of these trackers, or of all of the scene but OpenCV's."""
     return PublishedTable(
         name=name,
-        suite="frame-out",
-        scenario="road-town-v2",
+        suite=suite,
+        scenario=scenario,
         preset=preset,
         trackers=trackers,
         without=() if trackers else _OPENCV,
         controllers=controllers,
-        seeds=_test_seeds(episodes),
-    )
-
-
-def _stereo(name: str, preset: str, episodes: int, *trackers: str) -> PublishedTable:
-    return PublishedTable(
-        name=name,
-        suite="stereo",
-        scenario="stereo-follow-v2",
-        preset=preset,
-        trackers=trackers,
-        without=() if trackers else _OPENCV,
-        seeds=_test_seeds(episodes),
-    )
-
-
-def _fish(name: str, preset: str, episodes: int, *, variants: bool = False) -> PublishedTable:
-    return PublishedTable(
-        name=name,
-        suite="fish",
-        scenario="fish-tank-v1",
-        preset=preset,
         variants=variants,
-        seeds=_test_seeds(episodes),
-    )
-
-
-def _harbour(name: str, preset: str, episodes: int, *, variants: bool = False) -> PublishedTable:
-    return PublishedTable(
-        name=name,
-        suite="harbour",
-        scenario="harbour-v1",
-        preset=preset,
-        variants=variants,
-        seeds=_test_seeds(episodes),
-    )
-
-
-def _follow(scenario: str, preset: str, episodes: int, *trackers: str) -> PublishedTable:
-    return PublishedTable(
-        name=f"follow-{unversioned(scenario)}",
-        suite="follow",
-        scenario=scenario,
-        preset=preset,
-        trackers=trackers,
         seeds=_test_seeds(episodes),
     )
 
@@ -139,16 +104,34 @@ def _speed(scenario: str) -> PublishedTable:
 
 
 TABLES: tuple[PublishedTable, ...] = (
-    _town("frame-out-standard", "standard", 200),
-    _town("frame-out-hard", "hard", 200),
-    _town("frame-out-oblique", "oblique", 200),
+    _bench("frame-out-standard", "frame-out", "road-town-v2", "standard", 200),
+    _bench("frame-out-hard", "frame-out", "road-town-v2", "hard", 200),
+    _bench("frame-out-oblique", "frame-out", "road-town-v2", "oblique", 200),
     *(
-        _town(f"frame-out-{preset}-opencv", preset, 50, *_OPENCV, "hold_ground", "mosaic_graph_pf")
+        _bench(
+            f"frame-out-{preset}-opencv",
+            "frame-out",
+            "road-town-v2",
+            preset,
+            50,
+            *_OPENCV,
+            "hold_ground",
+            "mosaic_graph_pf",
+        )
         for preset in ("standard", "oblique")
     ),
-    _town("frame-out-parts", "standard", 50, *_TOWN_PARTS),
-    *(_town(f"frame-out-{preset}", preset, 50, "hold_ground", "mosaic_graph_pf") for preset in ABLATIONS),
-    _town("frame-out-steered", "standard", 50, controllers=("centre",)),
+    _bench("frame-out-parts", "frame-out", "road-town-v2", "standard", 50, *_TOWN_PARTS),
+    *(
+        _bench(f"frame-out-{preset}", "frame-out", "road-town-v2", preset, 50, "hold_ground", "mosaic_graph_pf")
+        for preset in (
+            "standard-left-hand",
+            "standard-gipps",
+            "standard-slow",
+            "standard-fast",
+            "standard-other-town",
+        )
+    ),
+    _bench("frame-out-steered", "frame-out", "road-town-v2", "standard", 50, controllers=("centre",)),
     _paper("A2", 50),
     _paper("A2", 50, "pybullet"),
     _paper("A3", 50),
@@ -160,20 +143,48 @@ TABLES: tuple[PublishedTable, ...] = (
     _paper("C", 50),
     # An episode is as long as the paper's, 70 minutes.
     _paper("D", 10),
-    _stereo("stereo-standard", "standard", 200),
-    _stereo("stereo-hard", "hard", 100),
-    _stereo("stereo-paper-b3", "paper-b3", 10),
-    _stereo("stereo-standard-opencv", "standard", 50, *_OPENCV, "stereo_nearest", "stereo_people"),
-    _stereo("stereo-parts", "standard", 50, *_PEOPLE_PARTS),
-    _fish("fish-standard", "standard", 20, variants=True),
-    _fish("fish-hard", "hard", 10),
-    _harbour("harbour-standard", "standard", 10),
-    _harbour("harbour-hard", "hard", 10),
-    _harbour("harbour-paper-d", "paper-d", 10, variants=True),
-    _follow("road-town-v2", "standard", 50, "mosaic_graph_pf", "colour_pf", "blind_turning", "oracle_target"),
-    _follow("stereo-follow-v2", "standard", 50, "stereo_people", "stereo_wb_shutter_gain", "oracle_target"),
-    _follow("fish-tank-v1", "standard", 10, "shoal_chain", "ca_kalman", "oracle_target"),
-    _follow("harbour-v1", "patrol", 10, "harbour_watch", "eigen_swarm", "oracle_target"),
+    _bench("stereo-standard", "stereo", "stereo-follow-v2", "standard", 200),
+    _bench("stereo-hard", "stereo", "stereo-follow-v2", "hard", 100),
+    _bench("stereo-paper-b3", "stereo", "stereo-follow-v2", "paper-b3", 10),
+    _bench(
+        "stereo-standard-opencv",
+        "stereo",
+        "stereo-follow-v2",
+        "standard",
+        50,
+        *_OPENCV,
+        "stereo_nearest",
+        "stereo_people",
+    ),
+    _bench("stereo-parts", "stereo", "stereo-follow-v2", "standard", 50, *_PEOPLE_PARTS),
+    _bench("fish-standard", "fish", "fish-tank-v1", "standard", 20, variants=True),
+    _bench("fish-hard", "fish", "fish-tank-v1", "hard", 10),
+    _bench("harbour-standard", "harbour", "harbour-v1", "standard", 10),
+    _bench("harbour-hard", "harbour", "harbour-v1", "hard", 10),
+    _bench("harbour-paper-d", "harbour", "harbour-v1", "paper-d", 10, variants=True),
+    _bench(
+        "follow-road-town",
+        "follow",
+        "road-town-v2",
+        "standard",
+        50,
+        "mosaic_graph_pf",
+        "colour_pf",
+        "blind_turning",
+        "oracle_target",
+    ),
+    _bench(
+        "follow-stereo-follow",
+        "follow",
+        "stereo-follow-v2",
+        "standard",
+        50,
+        "stereo_people",
+        "stereo_wb_shutter_gain",
+        "oracle_target",
+    ),
+    _bench("follow-fish-tank", "follow", "fish-tank-v1", "standard", 10, "shoal_chain", "ca_kalman", "oracle_target"),
+    _bench("follow-harbour", "follow", "harbour-v1", "patrol", 10, "harbour_watch", "eigen_swarm", "oracle_target"),
     *(_speed(scenario) for scenario in ("road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1")),
     PublishedTable(name="speed-stored", kind="speed", scenario="road-town-v2", stored=True, frames=300, seeds=range(2)),
 )

@@ -47,8 +47,7 @@ class Experiment:
         workers: processes; 0 = this process (then a tracker that ends its process ends the run).
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
         limit_s: time limit of a tracker for one frame.
-        settings: tracker → parameter values in place of the tuned ones.
-        aliases: name in ``trackers`` → the entrant that runs under it, maybe one of several with other settings.
+        settings: name in ``trackers`` → the entrant that runs under it, and its parameter values.
         changes: name in ``presets`` → the preset that it is a change of, and its changed fields.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
@@ -67,17 +66,12 @@ class Experiment:
     workers: int = 1
     repeats: int = 3
     limit_s: float = 60.0
-    settings: dict[str, dict[str, Any]] = field(default_factory=dict)
-    aliases: dict[str, str] = field(default_factory=dict)
+    settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     changes: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     modules: tuple[str, ...] = ()
     backend: str = "loky"
     data: str | None = None
     keep_estimates: bool = False
-
-    def entered(self, name: str) -> tuple[str, dict[str, Any]]:
-        """Return the name and the settings of the entrant that runs under a name of ``trackers``."""
-        return self.aliases.get(name, name), self.settings.get(name, {})
 
 
 @dataclass
@@ -178,7 +172,7 @@ def _versions(experiment: Experiment) -> _Versions:
             of, changed = experiment.changes.get(preset, (preset, {}))
             where = (experiment.suite, experiment.scenario, of)
             versions[preset, controller] = {
-                name: versions_of(*where, entrant(*experiment.entered(name)), steered_by, changed)
+                name: versions_of(*where, entrant(*experiment.settings.get(name, (name,))), steered_by, changed)
                 for name in experiment.trackers
             }
     return versions
@@ -202,7 +196,7 @@ def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Jo
                     modules=experiment.modules,
                     repeats=experiment.repeats,
                     limit_s=experiment.limit_s,
-                    settings={name: experiment.entered(name) for name in {**experiment.settings, **experiment.aliases}},
+                    settings=experiment.settings,
                     changes=experiment.changes.get(preset),
                     notes=out / _NOTES,
                     versions=made,
@@ -276,7 +270,7 @@ def _registered(experiment: Experiment) -> list[str]:
 def _check_trackers(experiment: Experiment) -> None:
     judged = suite(experiment.suite)
     known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
-    for name, _ in map(experiment.entered, experiment.trackers):
+    for name in (experiment.settings.get(label, (label,))[0] for label in experiment.trackers):
         if name not in expected:
             whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
             raise ValueError(f"trackers: expected one of {', '.join(expected)}; got {name!r}{whose}")

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import REAL, Row
 from benchmarks.suites.judging import Judge, OnSequences, Recording
+from benchmarks.suites.tuning_episodes import DEFAULT_EPISODES, TuningEpisodes
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
@@ -123,20 +124,6 @@ NO_EVENTS = EventWords("events", "event", {}, (), lambda events: "no events")
 
 
 @dataclass(frozen=True, slots=True)
-class TuningEpisodes:
-    """Development episodes on which parameters are tuned, the same for all methods of a scene.
-
-    Attributes:
-        preset: of the scenario. seeds: of the episodes that score a setting.
-        fresh: number of the episodes after them that check the best setting.
-    """
-
-    preset: str = "standard"
-    seeds: range = range(300, 304)
-    fresh: int = 4
-
-
-@dataclass(frozen=True, slots=True)
 class Scene:
     """A scenario of a suite.
 
@@ -153,7 +140,7 @@ class Scene:
     trackers: tuple[str, ...] = ()
     drawing: Callable[[Episode], Drawing] | None = None
     preset: str = ""
-    tuned_on: TuningEpisodes = TuningEpisodes()
+    tuned_on: TuningEpisodes = DEFAULT_EPISODES
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from trackers.baselines.picture_motion import picture_motion
 from trackers.kernels.boxes import box_centre
-from trackers.mosaic_graph.first_look import apparent_length_px
-from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M, TYPICAL_LENGTH_M, GroundCamera, looking_down
-from trackers.mosaic_graph.kernels.planar_pose import apply_homography
+from trackers.kernels.car_box import apparent_length_px
+from trackers.kernels.ground_camera import CENTRE_HEIGHT_M, TYPICAL_LENGTH_M, GroundCamera, looking_down
+from trackers.kernels.planar_pose import apply_homography
 from trackers.types import Observation
 
 _NEAREST_M = 0.05

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.kernels.ground_camera import CAR_HEIGHT_M, CENTRE_HEIGHT_M, GroundCamera
 from trackers.kernels.weights import circular_mean
-from trackers.mosaic_graph.ground_camera import CAR_HEIGHT_M, CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.particle_filter import Posterior
 from trackers.types import Estimate

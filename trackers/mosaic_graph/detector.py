@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.kernels.ground_camera import CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph.colour_model import ColourModel
-from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph.kernels import oriented_box as ob
 from trackers.mosaic_graph.likeness import Likeness
 from trackers.mosaic_graph.registration import Registered

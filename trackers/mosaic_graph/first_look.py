@@ -5,19 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.kernels.car_box import length_parts_px
+from trackers.kernels.ground_camera import CENTRE_HEIGHT_M
 from trackers.mosaic_graph.detector import Candidate, Cues, Detector, place
-from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M
 from trackers.mosaic_graph.kernels import oriented_box as ob
 from trackers.mosaic_graph.registration import Registered
 
-WIDTH_TO_LENGTH = 0.42
 _SPREAD_RAD = np.array([-0.2, -0.1, 0.0, 0.1, 0.2])
 _RING = (0.6, 0.85)
-
-
-def apparent_length_px(box_xyxy: NDArray[np.float64]) -> float:
-    """Return the length of a car that fills an upright box (4,)."""
-    return float(np.hypot(*_length_parts_px(box_xyxy)))
 
 
 def look_first(detector: Detector, registered: Registered, box_xyxy: NDArray[np.float64], length_m: float) -> Candidate:
@@ -38,20 +33,11 @@ def look_first(detector: Detector, registered: Registered, box_xyxy: NDArray[np.
     return found
 
 
-def _length_parts_px(box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (2,) L |cos| and L |sin| of a car of length L and width r L in an upright box W x H.
-
-    ``W = L (|cos| + r |sin|)``, ``H = L (|sin| + r |cos|)``.
-    """
-    size_px = box_xyxy[2:] - box_xyxy[:2]
-    return np.maximum((size_px - WIDTH_TO_LENGTH * size_px[::-1]) / (1.0 - WIDTH_TO_LENGTH**2), 0.0)
-
-
 def _axes_rad(
     registered: Registered, start_m: NDArray[np.float64], box_xyxy: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the two axes (2,) on the map along which the car may lie: an upright box has a mirrored solution."""
-    across_px, down_px = _length_parts_px(box_xyxy)
+    across_px, down_px = length_parts_px(box_xyxy)
     map_from_picture = np.linalg.inv(place(registered.camera, start_m)[1])
     directions = map_from_picture @ np.array([[across_px, across_px], [down_px, -down_px]])
     return np.arctan2(directions[1], directions[0])

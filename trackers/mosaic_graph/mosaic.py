@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.mosaic_graph.ground_camera import CENTRE_HEIGHT_M, GroundCamera
+from trackers.kernels.ground_camera import CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph.kernels.blend import blend_into
 from trackers.mosaic_graph.kernels.oriented_box import UNKNOWN
 from trackers.mosaic_graph.small_picture import SHRINK, draw_disc, small_size, to_small

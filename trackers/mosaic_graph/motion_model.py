@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.kernels.ground_camera import GroundCamera
 from trackers.kernels.posterior import detection_log_weights
-from trackers.mosaic_graph.ground_camera import GroundCamera
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.mosaic_graph.kernels.roads import Roads

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.mosaic_graph.ground_camera import GroundCamera, fit_pose, looking_down
+from trackers.kernels.ground_camera import GroundCamera, fit_pose, looking_down
 from trackers.mosaic_graph.mosaic import Mosaic
 from trackers.mosaic_graph.small_picture import shrink, to_full, to_small
 from trackers.types import CameraModel, EgoPose, Observation

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
+from trackers.kernels.car_box import WIDTH_TO_LENGTH, apparent_length_px
+from trackers.kernels.ground_camera import TYPICAL_LENGTH_M, GroundCamera
 from trackers.kernels.posterior import geometric_median
 from trackers.kernels.weights import circular_mean
 from trackers.mosaic_graph.answer import answer
 from trackers.mosaic_graph.births import FASTEST_MPS, LastSeen, may_be_target, renewal, surprise
 from trackers.mosaic_graph.detector import Detector
-from trackers.mosaic_graph.first_look import WIDTH_TO_LENGTH, apparent_length_px, look_first
-from trackers.mosaic_graph.ground_camera import TYPICAL_LENGTH_M, GroundCamera
+from trackers.mosaic_graph.first_look import look_first
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.mosaic_graph.mosaic import Mosaic, standing_ground

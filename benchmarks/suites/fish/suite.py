@@ -17,7 +17,8 @@ from benchmarks.suites.fish.motion import MOTION
 from benchmarks.suites.fish.real import recordings
 from benchmarks.suites.fish.real_ratios import real_ratios
 from benchmarks.suites.fish.zebrafish import zebrafish_rows
-from benchmarks.suites.registry import Metric, Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
+from benchmarks.suites.tuning_episodes import TuningEpisodes
 
 _GROUP_WORDS = {
     "50": "gaps of at most 50 frames",

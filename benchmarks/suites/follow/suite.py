@@ -9,7 +9,8 @@ from benchmarks.suites.follow.figures import figures
 from benchmarks.suites.follow.judge import FollowJudge
 from benchmarks.suites.follow.metrics import following
 from benchmarks.suites.follow.references import ORACLE
-from benchmarks.suites.registry import Metric, Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
+from benchmarks.suites.tuning_episodes import TuningEpisodes
 
 _WITHOUT_PICTURES = TuningEpisodes(seeds=range(64), fresh=8)
 """Without pictures episodes are cheap; those that check the best setting have pictures."""

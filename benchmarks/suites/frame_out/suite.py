@@ -15,7 +15,8 @@ from benchmarks.suites.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.suites.frame_out.picture import show_frame_out
 from benchmarks.suites.frame_out.real import ON_SEQUENCES
 from benchmarks.suites.frame_out.references import ORACLES
-from benchmarks.suites.registry import Metric, Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
+from benchmarks.suites.tuning_episodes import TuningEpisodes
 
 
 def _rate(name: str, summary: str, row: str = "", kind: str | None = None) -> Metric:

@@ -16,7 +16,8 @@ from benchmarks.suites.harbour.judge import HarbourJudge
 from benchmarks.suites.harbour.picture import show_visit
 from benchmarks.suites.harbour.sizes import DIMENSIONS
 from benchmarks.suites.harbour.visits import EVENTS, KINDS
-from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, TuningEpisodes, register_suite
+from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, register_suite
+from benchmarks.suites.tuning_episodes import TuningEpisodes
 
 _IDENTITY_ROWS = ("identity_right_frames", "identity_false_frames", "identity_missed_frames")
 _CAUSE_WORDS = {

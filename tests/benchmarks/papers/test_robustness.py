@@ -152,8 +152,8 @@ def test_what_is_varied_exists_and_changes_what_was_fitted(experiment: TrackerEx
     for each in (settings, rates):
         check_names(each)
         assert each.seeds == range(made.episodes)
-    as_written = {entrant(*own.entered(name)).parameters for name in made.trackers}
-    varied = {entrant(*settings.entered(name)).parameters for name in settings.trackers}
+    as_written = {entrant(name).parameters for name in made.trackers}
+    varied = {entrant(*settings.settings[name]).parameters for name in settings.trackers}
     assert len(varied) == len(settings.trackers) / (len(made.trackers) if len(as_written) == 1 else 1)
     assert not varied & as_written
     preset = catalog.scenario(experiment.scenario).presets[experiment.preset]

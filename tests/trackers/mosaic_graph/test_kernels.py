@@ -15,7 +15,6 @@ from trackers.kernels.posterior import detection_log_weights, geometric_median
 from trackers.mosaic_graph.kernels import oriented_box as ob
 from trackers.mosaic_graph.kernels.blend import blend_into
 from trackers.mosaic_graph.kernels.colour_table import CELLS, count_colours, look_up
-from trackers.mosaic_graph.kernels.planar_pose import apply_homography, robust_normal_equations
 from trackers.mosaic_graph.kernels.skeleton import thin, trace_lines
 
 
@@ -63,37 +62,6 @@ def test_a_miss_counts_only_where_the_target_is_detectable() -> None:
     np.testing.assert_allclose(missed, [0.0, np.log(0.4)], atol=1e-12)
     ignored = detection_log_weights(*args, False, nothing, np.empty(0), np.empty(0), np.empty(0), 0.3)
     np.testing.assert_allclose(ignored, 0.0, atol=1e-12)
-
-
-def test_homography_is_opencvs() -> None:
-    rng = np.random.default_rng(1)
-    H = np.eye(3) + rng.normal(0, 0.05, (3, 3))
-    points = rng.uniform(-1, 1, (20, 2))
-    expected = cv2.perspectiveTransform(points[None], H)[0]
-    np.testing.assert_allclose(apply_homography(H, points), expected, atol=1e-12)
-
-
-def test_homography_has_no_answer_behind_the_camera() -> None:
-    H = np.array([[1.0, 0, 0], [0, 1, 0], [1, 0, 0]])
-    assert np.isnan(apply_homography(H, np.array([[-1.0, 0.0]]))).all()
-
-
-def test_normal_equations_are_the_weighted_gradient() -> None:
-    rng = np.random.default_rng(2)
-    H, D = np.eye(3), rng.normal(0, 0.1, (4, 3, 3))
-    points, scale = rng.uniform(-1, 1, (15, 2)), 0.3
-    pixels = points + rng.normal(0, 0.05, (15, 2))
-
-    def residual(p: np.ndarray) -> np.ndarray:
-        return pixels - apply_homography(H + np.tensordot(p, D, 1), points)
-
-    J = -np.stack([(residual(e) - residual(-e)) / 2e-6 for e in 1e-6 * np.eye(4)], axis=-1)
-    r = residual(np.zeros(4))
-    w = (1 + (r**2).sum(axis=1) / scale**2) ** -2
-    A, b, total = robust_normal_equations(H, D, points, pixels, scale)
-    np.testing.assert_allclose(A, np.einsum("n,ncp,ncq->pq", w, J, J) / scale**2, rtol=1e-4)
-    np.testing.assert_allclose(b, np.einsum("n,ncp,nc->p", w, J, r) / scale**2, rtol=1e-4, atol=1e-4)
-    assert total == pytest.approx(w.sum())
 
 
 def test_blending_is_the_mean_until_the_slowest_rate() -> None:

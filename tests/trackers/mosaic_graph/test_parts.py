@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import PinholeCamera, project
 from tests.trackers.drawn_town import film
-from trackers.mosaic_graph.first_look import WIDTH_TO_LENGTH, apparent_length_px
-from trackers.mosaic_graph.ground_camera import GroundCamera, fit_pose, looking_down
+from trackers.kernels.ground_camera import GroundCamera, looking_down
 from trackers.mosaic_graph.kernels import oriented_box as ob
 from trackers.mosaic_graph.likeness import Likeness
 from trackers.mosaic_graph.mosaic import Mosaic, standing_ground
@@ -18,49 +17,6 @@ from trackers.types import CameraModel
 
 _MODEL = CameraModel(640, 480, 686.0)
 _ALL_GROUND = np.full((240, 320), 255, np.uint8)
-
-
-def tilted(roll_rad: float = 0.1, pitch_rad: float = -0.15) -> GroundCamera:
-    pose = look_down_pose(np.array([3.0, -5.0, 60.0]), 0.7, pitch_rad, roll_rad)
-    return GroundCamera(_MODEL, pose, np.array([2e-4, -1e-4]))
-
-
-def test_without_a_bend_a_camera_projects_as_the_simulators() -> None:
-    camera = GroundCamera(_MODEL, tilted().T_world_camera, np.zeros(2))
-    points = np.random.default_rng(0).uniform(-30, 30, (10, 2))
-    pinhole = PinholeCamera(640, 480, 686.0)
-    for height_m in (0.0, 0.7):
-        world = np.column_stack([points, np.full(10, height_m)])
-        expected = project(pinhole, camera.T_world_camera, world)[0]
-        np.testing.assert_allclose(camera.to_picture(points, height_m), expected, atol=1e-8)
-
-
-def test_picture_and_map_are_each_others_inverse() -> None:
-    pixels = np.random.default_rng(1).uniform(-200, 800, (20, 2))
-    camera = tilted()
-    np.testing.assert_allclose(camera.to_picture(camera.to_map(pixels, 0.7), 0.7), pixels, atol=1e-6)
-
-
-def test_derivatives_are_the_numerical_ones() -> None:
-    camera = tilted()
-    for k, derivative in enumerate(camera.derivatives()):
-        step = np.zeros(8)
-        step[k] = 1e-6
-        numerical = (camera.moved(step).H_picture_map() - camera.moved(-step).H_picture_map()) / 2e-6
-        np.testing.assert_allclose(derivative, numerical, rtol=1e-4, atol=1e-3)
-
-
-def test_a_pose_is_found_again_in_spite_of_houses() -> None:
-    rng = np.random.default_rng(2)
-    camera = tilted()
-    map_m = rng.uniform(-25, 25, (150, 2))
-    pixels = camera.to_picture(map_m) + rng.normal(0, 0.2, (150, 2))
-    pixels[:45] = camera.to_picture(map_m[:45], 8.0)
-    start = camera.moved(np.array([0.02, -0.02, 0.03, 1.0, -1.0, 0.5, 0, 0]))
-    weak = np.diag([25.0] * 3 + [0.04] * 3 + [1e8] * 2)
-    fit = fit_pose(start, map_m, pixels, weak, (16.0, 8.0, 4.0, 3.0, 2.0))
-    far = np.array([[60.0, 0.0], [0.0, -60.0], [10.0, 10.0]])
-    assert np.linalg.norm(fit.camera.to_picture(far) - camera.to_picture(far), axis=1).max() < 4.0
 
 
 def mark_errors_px(use_mosaic: bool) -> list[float]:
@@ -134,13 +90,6 @@ def test_the_target_has_little_weight_as_ground() -> None:
     weight = standing_ground(camera, None, np.zeros(2), 4.5)
     assert weight[120, 160] == 1
     assert weight[5, 5] == 255
-
-
-@pytest.mark.parametrize("heading_rad", [0.0, 0.4, 0.9, 1.5])
-def test_the_length_of_a_car_follows_from_its_upright_box(heading_rad: float) -> None:
-    c, s = np.cos(heading_rad), np.sin(heading_rad)
-    width, height = 40 * (c + WIDTH_TO_LENGTH * s), 40 * (s + WIDTH_TO_LENGTH * c)
-    assert apparent_length_px(np.array([10, 20, 10 + width, 20 + height])) == pytest.approx(40.0, rel=1e-6)
 
 
 def measures(inside: float, mismatch: float, moved: float) -> np.ndarray:

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from trackers.mosaic_graph.ground_camera import looking_down
+from trackers.kernels.ground_camera import looking_down
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.mosaic_graph.kernels.roads import RoadGraph, Roads

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.mosaic_graph.kernels.planar_pose import apply_homography, robust_normal_equations
+from trackers.kernels.planar_pose import apply_homography, robust_normal_equations
 from trackers.types import CameraModel
 
 CENTRE_HEIGHT_M = 0.7

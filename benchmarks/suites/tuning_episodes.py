@@ -1,0 +1,22 @@
+"""The development episodes on which the methods of a scene are tuned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class TuningEpisodes:
+    """Development episodes on which parameters are tuned, the same for all methods of a scene.
+
+    Attributes:
+        preset: of the scenario. seeds: of the episodes that score a setting.
+        fresh: number of the episodes after them that check the best setting.
+    """
+
+    preset: str = "standard"
+    seeds: range = range(300, 304)
+    fresh: int = 4
+
+
+DEFAULT_EPISODES = TuningEpisodes()
