@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from benchmarks.run.contestants import Entrant, entrants_of
+from benchmarks.run.contestants import entrants_of
+from benchmarks.run.steering import default_controllers
 from benchmarks.suites.registry import Scene, Suite
 from scenarios import catalog
-from trackers.controllers.catalogue import ControllerEntry, controller_entry, controllers
+from trackers.controllers.catalogue import controller_entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,7 @@ def parties(
                 catalog.scenario(scene.scenario).id,
                 shown,
                 watching or scene.trackers or _default_trackers(suite, scene, variants, absent),
-                commanding or (_defaults(_controllers(scene), variants) if suite.judges_controllers else ()),
+                commanding or _default_controllers(suite, scene, variants),
             )
         )
     if not found:
@@ -105,15 +106,11 @@ def _steers(scene: Scene, name: str) -> bool:
     return True
 
 
-def _controllers(scene: Scene) -> Mapping[str, ControllerEntry]:
-    return controllers(catalog.scenario(scene.scenario).carrier.name)
-
-
 def _default_trackers(suite: Suite, scene: Scene, variants: bool, absent: bool) -> tuple[str, ...]:
     """Return a scene's entrants, those that need what is not installed only if ``absent``."""
     known = {name: each for name, each in entrants_of(suite, scene).items() if absent or each.available()}
-    return _defaults(known, variants)
-
-
-def _defaults(known: Mapping[str, Entrant | ControllerEntry], variants: bool) -> tuple[str, ...]:
     return tuple(name for name, each in known.items() if variants or each.role != "variant")
+
+
+def _default_controllers(suite: Suite, scene: Scene, variants: bool) -> tuple[str, ...]:
+    return default_controllers(scene.scenario, variants=variants) if suite.judges_controllers else ()

@@ -59,8 +59,8 @@ class Tune:
     Attributes:
         trackers: names.
         controllers: names of controllers.
-        scenario: scenario for the controllers that are named.
-        tracker: name of the tracker for the controllers (default: the suite's own).
+        scenario: scenario for the controllers that are named (default: the first one of `frameout list`).
+        tracker: name of the tracker for the controllers that are named (default: the suite's own).
         trials: number of settings to try for each.
         preset: one or more presets, one for controllers; the scores are averaged (default: as the suite says).
         seeds: episodes A to B - 1, below 10,000 (default: as the suite says).
@@ -73,7 +73,7 @@ class Tune:
 
     trackers: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
     controllers: Annotated[tuple[str, ...], NAMES] = ()
-    scenario: str = catalog.DEFAULT
+    scenario: Annotated[str, ONE_NAME] = ""
     tracker: Annotated[str, ONE_NAME] = ""
     trials: int = 40
     preset: tuple[str, ...] = ()
@@ -86,58 +86,69 @@ class Tune:
 
     def run(self) -> int:
         """Tune them one after the other; return the exit status."""
-        if self.seeds:
-            development_seeds(self.seeds)
         for parameter, value in (("trials", self.trials), ("fresh", self.fresh)):
             check(parameter, value is None or value >= 1, "a whole number >= 1", value)
         make_folder(self.out)
-        everything = not self.trackers and not self.controllers
-        trackers = trackers_to_tune() if everything else names(self.trackers)
-        steering = controllers_to_tune() if everything else [(self.scenario, names(self.controllers))]
-        for name in trackers:
-            tunables(name)
-        for scenario, controllers in steering:
-            for name in controllers:
-                tunable_controller(name, catalog.scenario(scenario).carrier.name)
-        for name in trackers:
-            self._tune_tracker(name)
-        for scenario, controllers in steering:
-            for name in controllers:
-                self._tune_controller(name, scenario)
+        # All is checked before the first search: they take hours.
+        trackers = [(name, self._tracker_budget(name)) for name in self._trackers()]
+        controllers = [(name, self._controller_budget(name, scenario)) for scenario, name in self._controllers()]
+        for name, budget in trackers:
+            self._tune_tracker(name, budget)
+        for name, steering in controllers:
+            self._tune_controller(name, steering)
         return 0
 
-    def _tune_tracker(self, name: str) -> None:
+    @property
+    def _everything(self) -> bool:
+        return not self.trackers and not self.controllers
+
+    def _trackers(self) -> tuple[str, ...]:
+        return trackers_to_tune() if self._everything else names(self.trackers)
+
+    def _controllers(self) -> list[tuple[str, str]]:
+        """Return (scenario, name) of each."""
+        if self._everything:
+            return [(scenario, name) for scenario, found in controllers_to_tune() for name in found]
+        return [(self.scenario or catalog.DEFAULT, name) for name in names(self.controllers)]
+
+    def _tracker_budget(self, name: str) -> Budget:
+        for parameter, value in (("scenario", self.scenario), ("tracker", self.tracker)):
+            check(parameter, bool(self.controllers) or not value, "none without --controllers", repr(value))
+        tunables(name)
         its_suite = suite(entrant(name).suites[0])
         presets, seeds, fresh = self._episodes(its_suite.scenes[0])
-        budget = Budget(its_suite.name, presets, seeds, fresh, self.trials, cores(self.workers))
-        with progress_bar(f"{name}, {self.trials} trials") as progress:
-            tuned = tune(name, budget, progress, self.studies)
-        command = self._command(name, presets, seeds, fresh)
-        _report(name, tuned, write_tuned(name, tuned, budget.suite, presets, seeds, command, self.out))
+        return Budget(its_suite.name, presets, seeds, fresh, self.trials, cores(self.workers))
 
-    def _tune_controller(self, name: str, scenario: str) -> None:
-        its_suite = controllers_suite()
-        scene, known = its_suite.scene(scenario), catalog.scenario(scenario)
+    def _controller_budget(self, name: str, scenario: str) -> ControllerBudget:
+        scene, known = controllers_suite().scene(scenario), catalog.scenario(scenario)
+        tunable_controller(name, known.carrier.name)
         presets, seeds, fresh = self._episodes(scene)
         check("preset", len(presets) == 1, "one for controllers", " ".join(presets))
-        tracker = self.tracker or scene.trackers[0]
-        budget = ControllerBudget(
+        return ControllerBudget(
             scenario=known.id,
             preset=presets[0],
-            tracker=tracker,
+            tracker=self.tracker or scene.trackers[0],
             seeds=seeds,
             fresh=fresh,
             trials=self.trials,
             workers=cores(self.workers),
             cache=EPISODES,
         )
-        with progress_bar(f"{name} of the {known.carrier.name}, {self.trials} trials") as progress:
+
+    def _tune_tracker(self, name: str, budget: Budget) -> None:
+        with progress_bar(f"{name}, {self.trials} trials") as progress:
+            tuned = tune(name, budget, progress, self.studies)
+        command = self._command(name, budget.presets, budget.seeds, budget.fresh)
+        _report(name, tuned, write_tuned(name, tuned, budget.suite, budget.presets, budget.seeds, command, self.out))
+
+    def _tune_controller(self, name: str, budget: ControllerBudget) -> None:
+        carrier, presets = catalog.scenario(budget.scenario).carrier.name, (budget.preset,)
+        with progress_bar(f"{name} of the {carrier}, {self.trials} trials") as progress:
             tuned = tune_controller(name, budget, progress, self.studies)
-        command = self._command(
-            f"--controllers {name} --scenario {scenario} --tracker {tracker}", presets, seeds, fresh
-        )
-        folder = self.out / "controllers" / known.carrier.name
-        _report(name, tuned, write_tuned(name, tuned, its_suite.name, presets, seeds, command, folder))
+        of = f"--controllers {name} --scenario {catalog.unversioned(budget.scenario)} --tracker {budget.tracker}"
+        command = self._command(of, presets, budget.seeds, budget.fresh)
+        folder = self.out / "controllers" / carrier
+        _report(name, tuned, write_tuned(name, tuned, controllers_suite().name, presets, budget.seeds, command, folder))
 
     def _episodes(self, scene: Scene) -> tuple[tuple[str, ...], range, range]:
         """Return presets, seeds that score, and seeds that check."""

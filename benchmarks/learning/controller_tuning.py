@@ -12,9 +12,10 @@ import joblib
 from benchmarks.learning.search import Progress, search
 from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
+from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job
 from benchmarks.run.steering import link_in
-from benchmarks.run.versions import versions_of_modules
+from benchmarks.run.versions import modules_of, versions_of_modules
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
@@ -76,6 +77,7 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
     code = [__name__, entry.controller.__module__, type(catalog.scenario(budget.scenario)).__module__]
     if catalog.scenario(budget.scenario).pictureless is None:
         model = ""
+        code += [entrant(budget.tracker).module, *modules_of(controllers_suite().name, budget.scenario)]
 
         def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
             return {key: _score_with_pictures(entry, values, budget, budget.seeds) for key, values in settings.items()}
@@ -90,7 +92,11 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
             return dict(zip(settings, joblib.Parallel(n_jobs=budget.workers)(jobs), strict=True))
 
     scored = (model, controllers_suite().tuned_for)
-    depends_on = (dataclasses.replace(budget, trials=0, workers=0, cache=None), versions_of_modules(*code), scored)
+    depends_on = (
+        dataclasses.replace(budget, trials=0, workers=0, fresh=range(0), cache=None),
+        versions_of_modules(*code),
+        scored,
+    )
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, depends_on)
     fresh_scores = (_score_with_pictures(entry, values, budget, budget.fresh) for values in (found.best, defaults))
     return chosen(found, *fresh_scores)

@@ -72,10 +72,12 @@ def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
     """Return the parameters of a registered tracker that declare a range.
 
     Raises:
-        ValueError: for an unknown tracker, or one without tunable parameters.
+        ValueError: for an unknown tracker, one without tunable parameters, or one that has another's values.
     """
-    found = registry.entry(name).tunables()
+    entry = registry.entry(name)
+    found = entry.tunables()
     check("tracker", bool(found), "one with tunable parameters", f"{name!r}, which has none")
+    check("tracker", entry.tuned_as == name, "one with values of its own", f"{name!r}, which has {entry.tuned_as}'s")
     return found
 
 

@@ -47,13 +47,16 @@ PLACEHOLDERS |= {colour: variable for variable, colour in _COLOURS.items()}
 
 
 def line_styles(trackers: Sequence[tuple[str, str]]) -> dict[str, LineStyle]:
-    """Return a style for each of the (name, role); the same list gives the same styles."""
+    """Return a style for each of the (name, role); the same list gives the same styles.
+
+    A tuned method has the colour of the same method as written, if that is in the list.
+    """
     placed: dict[str, int] = {}
-    styles = {}
+    places = {}
     for name, role in trackers:
-        place = placed[role] = placed.get(role, -1) + 1
-        styles[name] = _style(role, place)
-    return styles
+        placed[role] = placed.get(role, -1) + 1
+        places[name] = placed[role]
+    return {name: _style(role, places.get(name.removesuffix("_tuned"), places[name])) for name, role in trackers}
 
 
 def _style(role: str, place: int) -> LineStyle:

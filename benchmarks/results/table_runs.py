@@ -29,6 +29,7 @@ from benchmarks.run.records import Row, rounded
 from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from benchmarks.suites.registry import suite
 from sim.checks import check
+from trackers import registry
 
 _TRIAL_SEEDS = range(1)
 """A development seed."""
@@ -95,20 +96,28 @@ class BenchRun(TableRun):
         """What is run, the same on every machine. Raises ValueError for unknown names."""
         table = self.table
         names = ((table.scenario,), (table.preset,), table.trackers, table.controllers)
-        found = parties(suite(table.suite), *names, variants=table.variants, absent=True)
+        found = parties(suite(table.suite), *names, variants=table.variants or bool(table.parts_of), absent=True)
         known = bool(found) and found[0].scenario == table.scenario
         check("scenario", known, f"one of suite {table.suite} with its version", repr(table.scenario))
         experiment = Experiment(
             suite=table.suite,
             scenario=table.scenario,
             presets=(table.preset,),
-            trackers=tuple(name for name in found[0].trackers if name not in table.without),
+            trackers=self._chosen(found[0].trackers),
             controllers=found[0].controllers or None,
             seeds=table.seeds,
             renderer=table.renderer,
         )
         check_names(experiment)
         return experiment
+
+    def _chosen(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Return those of the names that the table is about."""
+        left_out, ours, known = self.table.without, self.table.parts_of, registry.entries()
+        among = bool(self.table.trackers) or set(left_out) <= set(names)
+        check("without", among, f"some of {', '.join(names)}", left_out)
+        kept = (name for name in names if name not in left_out)
+        return tuple(name for name in kept if not ours or (name in known and known[name].tuned_as == ours))
 
     @property
     def trackers(self) -> tuple[str, ...]:

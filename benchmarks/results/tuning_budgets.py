@@ -20,14 +20,14 @@ def budgets_of(rows: Iterable[Row]) -> dict[str, dict[str, Any]]:
     """Return trials, presets and seeds of tuning by name, of the ``trackers`` and ``controllers`` of rows.
 
     Who was not tuned and could be has 0 trials. Variants share the values of their tracker and are left out; so are
-    contestants without anything to tune.
+    methods that stay as written, and contestants without anything to tune.
     """
     known = registry.entries()
     pairs = {(row["scenario"], row["tracker"], row["controller"]) for row in rows}
     trackers = {
-        tracker: _spent_on(known[tracker], tracker)
+        tracker: _spent_on(known[tracker], known[tracker].tuned_as)
         for tracker in sorted({tracker for _, tracker, _ in pairs})
-        if tracker in known and known[tracker].tuned_as == tracker
+        if tracker in known and known[tracker].tuned and known[tracker].role != "variant"
     }
     controllers = {
         name: _spent_on(controller_entry(name, carrier), f"controllers/{carrier}/{name}")

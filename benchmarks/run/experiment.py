@@ -16,7 +16,7 @@ from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
 from benchmarks.run.records import BlockKey, append_block, tidy
-from benchmarks.run.steering import is_made_for, link_in
+from benchmarks.run.steering import default_controllers, link_in
 from benchmarks.run.versions import versions_of
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import suite
@@ -207,8 +207,7 @@ def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Jo
 
 def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
     if experiment.controllers is None and suite(experiment.suite).judges_controllers:
-        known = controllers_of(experiment.suite, experiment.scenario)
-        return [name for name in known if is_made_for(name, experiment.scenario)]
+        return list(default_controllers(experiment.scenario))
     if experiment.controllers is None:
         of, _ = experiment.changes.get(preset, (preset, {}))
         steered = catalog.scenario(experiment.scenario).presets[of].closed_loop

@@ -8,7 +8,7 @@ from typing import Any
 from benchmarks.suites.registry import suite, suites
 from scenarios import catalog
 from trackers import registry
-from trackers.controllers.catalogue import POLICY, controller_entry
+from trackers.controllers.catalogue import POLICY, controller_entry, controllers
 from trackers.controllers.policy_file import load_policy
 from trackers.protocols import Controller
 
@@ -58,9 +58,19 @@ def controller_for(name: str, carrier: str, link: str | None, values: Mapping[st
     return entry.create_as_written() if link is None else entry.create(**values)
 
 
-def is_made_for(name: str, scenario: str) -> bool:
-    """Return whether a controller is no policy, or one trained in the env of this version of a scenario."""
-    if not name.startswith(POLICY):
-        return True
+def default_controllers(scenario: str, *, variants: bool = False) -> tuple[str, ...]:
+    """Return the controllers of a scenario that steer where none are named, ablations only with ``variants``.
+
+    A policy steers by default only in the version of the scenario in whose env it was trained.
+    """
+    known = controllers(catalog.scenario(scenario).carrier.name)
+    return tuple(
+        name
+        for name, entry in known.items()
+        if (variants or entry.role != "variant") and (not name.startswith(POLICY) or _trained_in(name, scenario))
+    )
+
+
+def _trained_in(name: str, scenario: str) -> bool:
     trained_in, _ = catalog.envs().get(load_policy(name.removeprefix(POLICY)).env, ("", ""))
     return trained_in == catalog.scenario(scenario).id

@@ -152,8 +152,8 @@ def test_a_page_is_of_one_commit_also_in_its_prose(published: dict[str, Any]) ->
 def test_a_tuned_tracker_beside_one_that_could_be_tuned_is_refused(
     published: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    colour = registry.entry("colour_pf")
-    monkeypatch.setitem(registry._ENTRIES, "untuned", replace(colour, name="untuned", tuned_as="untuned"))
+    hold = registry.entry("hold")
+    monkeypatch.setitem(registry._ENTRIES, "untuned", replace(hold, name="untuned", tuned_as="untuned"))
     rows = [{"scenario": "road-town-v2", "controller": None, "tracker": name} for name in ("hold", "opencv_mil")]
     keep("second", published, budgets=budgets_of(rows))
     assert rendered("{{ table('second') }}"), "opencv_mil has nothing to tune"
@@ -162,6 +162,15 @@ def test_a_tuned_tracker_beside_one_that_could_be_tuned_is_refused(
     keep("second", published, budgets=spent)
     with pytest.raises(ValueError, match=r"trackers of second tuned with one budget, got .*; untuned: trials 0"):
         rendered("{{ table('second') }}")
+
+
+def test_what_a_tuned_method_took_is_not_said_of_the_same_method_as_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    colour = registry.entry("colour_pf")
+    tuned = replace(colour, name="colour_pf_tuned", role="tuned", tuned=True)
+    monkeypatch.setitem(registry._ENTRIES, "colour_pf_tuned", tuned)
+    names = ("colour_pf", "colour_pf_tuned", "mosaic_graph_pf_no_roads")
+    rows = [{"scenario": "road-town-v2", "controller": None, "tracker": name} for name in names]
+    assert list(budgets_of(rows)["trackers"]) == ["colour_pf_tuned"]
 
 
 def test_one_table_of_two_budgets_is_refused(published: dict[str, Any]) -> None:
