@@ -52,9 +52,9 @@ class FrameOuts:
         aim: direction of the camera meanwhile: ``any``, or ``ahead`` of the car.
         gusts_only: False allows long ones by drift of the helicopter; True (and always in closed loop) makes all of
             them gusts that tilt it.
-        build_up_s: range of the time in which a gust builds up in closed loop, and of that in which it dies away; short
-            ones are sudden. None: all are as sudden as on a set path, so the car is lost whoever steers, as it is in
-            edition 1.
+        build_up_s: range of the time in which a gust builds up in closed loop, and of that in which it dies away;
+            shorter where the frame-out or the calm around it leaves less. Short ones are sudden. None, as in edition
+            1: all are as sudden as on a set path, so the car is lost whoever steers.
     """
 
     count: tuple[int, int] = (2, 4)
@@ -255,7 +255,7 @@ PRESETS: dict[str, RoadTown] = {
     ),
 }
 PRESETS_V1 = {
-    name: replace(preset, edition=1)
+    name: replace(preset, edition=1, frame_outs=replace(preset.frame_outs, build_up_s=None))
     for name, preset in {
         **_SHARED,
         "quick": replace(
