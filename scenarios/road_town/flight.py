@@ -53,6 +53,11 @@ class Pulse:
     offset_m: tuple[float, float]
     tilts: bool
 
+    @property
+    def end_frame(self) -> int:
+        """The first frame on which the view is back."""
+        return self.start_frame + self.rise_frames + self.hold_frames + self.fall_frames
+
     def share(self, frame_count: int) -> NDArray[np.float64]:
         """Return the share (T,) of the full swing on each frame, 0-1."""
         t = np.arange(frame_count) - self.start_frame

@@ -59,10 +59,7 @@ class _Swings:
 
     def going_on(self, frame: int) -> bool:
         """Return whether a swing is going on."""
-        if not self.begun:
-            return False
-        last = self.begun[-1]
-        return frame < last.start_frame + last.rise_frames + last.hold_frames + last.fall_frames
+        return bool(self.begun) and frame < self.begun[-1].end_frame
 
 
 def fly_after(

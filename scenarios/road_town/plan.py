@@ -31,9 +31,8 @@ _NEAR_TARGET_M = 110.0
 _SPAWN_GAP_M = 14.0
 EXCURSION_ASIDE_M, EXCURSION_ALONG_M = (7.0, 16.0), (34.0, 70.0)
 """Ranges of an excursion's sideways distance and length."""
-WAITS_AFTER_M, _STARTS_MPS = 14.0, 6.0
-"""Way from the start of a target that waits to its crossing, shorter than half the picture's height on the ground, and
-its speed at the start, from which it can halt there."""
+STARTS_BEFORE_TURN_M = 6.0
+"""Way to the crossing from the start of a target that starts at its first turn."""
 STOP_S = (0.8, 2.5)
 """Range of the time that a car halts at a crossing."""
 
@@ -93,8 +92,8 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
     looks = _draw_looks(preset, streams["looks"])
     sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
     target, layout, excursions = _target_driver(preset, layout, streams["traffic"])
-    if closed_loop and preset.wait_s[1] > 0.0:
-        target = _waiting(preset, target, generator(seed, "wait"))
+    if closed_loop and preset.starts_at_turn:
+        target = _at_first_turn(target)
     drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
     motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
     camera = PinholeCamera.from_field_of_view(
@@ -177,15 +176,16 @@ def _target_driver(
     return Driver(route, start, cruise, _stops(preset, route, start, rng)), layout, tuple(excursions)
 
 
-def _waiting(preset: RoadTown, driver: Driver, rng: np.random.Generator) -> Driver:
-    """Return a driver who starts shortly before the first turn of the route and waits there before turning."""
+def _at_first_turn(driver: Driver) -> Driver:
+    """Return a driver who starts from rest before the first turn of the route, as after a halt at that crossing."""
     turns = [
-        passage.enter_m for passage in driver.route.passages if passage.is_turn and passage.enter_m > WAITS_AFTER_M
+        passage.enter_m
+        for passage in driver.route.passages
+        if passage.is_turn and passage.enter_m > STARTS_BEFORE_TURN_M
     ]
-    place_m = turns[0] if turns else driver.start_m + WAITS_AFTER_M
-    later = tuple(stop for stop in driver.stops if stop[0] > place_m)
-    stops = ((place_m, float(rng.uniform(*preset.wait_s))), *later)
-    return replace(driver, start_m=place_m - WAITS_AFTER_M, stops=stops, start_mps=_STARTS_MPS)
+    start_m = turns[0] - STARTS_BEFORE_TURN_M if turns else driver.start_m
+    later = tuple(stop for stop in driver.stops if stop[0] > start_m + STARTS_BEFORE_TURN_M)
+    return replace(driver, start_m=start_m, stops=later, start_mps=0.0)
 
 
 def _start_before_bend(preset: RoadTown, route: Route, needed_m: float, cruise_mps: float) -> float:

@@ -52,9 +52,9 @@ class FrameOuts:
         aim: direction of the camera meanwhile: ``any``, or ``ahead`` of the car.
         gusts_only: False allows long ones by drift of the helicopter; True (and always in closed loop) makes all of
             them gusts that tilt it.
-        build_up_s: range of the time in which a gust builds up in closed loop, and of that in which it dies away; short
-            ones are sudden. None: all are as sudden as on a set path, so the car is lost whoever steers, as it is in
-            edition 1.
+        build_up_s: range of the time in which a gust builds up in closed loop, and of that in which it dies away;
+            shorter where the frame-out or the calm around it leaves less. Short ones are sudden. None, as in edition
+            1: all are as sudden as on a set path, so the car is lost whoever steers.
     """
 
     count: tuple[int, int] = (2, 4)
@@ -100,8 +100,8 @@ class RoadTown:
         turn_preference: weight of turning against going straight on at a crossing.
         start_before_bend: whether the target starts shortly before the sharpest bend of its route.
         stop_share: share of crossings where a car halts first.
-        wait_s: range of the time for which the target waits at a crossing close to its start, in closed loop; 0 = it
-            does not. A camera at rest then keeps it for longer than one that is steered at random.
+        starts_at_turn: whether the target starts in closed loop from rest, close to its first turn. A camera at rest
+            then keeps it for longer than one that is steered at random.
         traffic_side: side of the street on which cars drive.
         driver: model of all drivers' speeds: ``idm`` = ``traffic``, ``gipps`` = ``gipps``.
         excursions: range of the number of excursions off the road per episode, both ends included.
@@ -130,7 +130,7 @@ class RoadTown:
     turn_preference: float = 1.0
     start_before_bend: bool = False
     stop_share: float = 0.25
-    wait_s: tuple[float, float] = (0.0, 0.0)
+    starts_at_turn: bool = False
     traffic_side: Literal["right", "left"] = "right"
     driver: Literal["idm", "gipps"] = "idm"
     excursions: tuple[int, int] = (0, 1)
@@ -149,7 +149,7 @@ class RoadTown:
             check(name, 32 <= getattr(self, name) <= 4096, "a whole number from 32 to 4096", getattr(self, name))
         check_within(self, "field_of_view_deg", 10, 120)
         check_within(self, "rate_hz cruise_mps turn_preference altitude_m", 0, above=True)
-        check_within(self, "traffic_cars excursions attitude_noise_deg wait_s", 0)
+        check_within(self, "traffic_cars excursions attitude_noise_deg", 0)
         check_within(self, "stop_share", 0, 1)
         check_within(self, "camera_pitch_deg", 0, 60)
         check_within(self, "sun_elevation_deg", 0, 90, above=True)
@@ -244,7 +244,7 @@ PRESETS: dict[str, RoadTown] = {
         cruise_mps=(9.0, 13.0),
         turn_preference=20.0,
         stop_share=0.1,
-        wait_s=(4.0, 6.0),
+        starts_at_turn=True,
         excursions=(0, 0),
         frame_outs=FrameOuts(count=(1, 1), frames=(25, 60), turn_share=0.9, build_up_s=(0.8, 1.6)),
     ),
@@ -255,7 +255,7 @@ PRESETS: dict[str, RoadTown] = {
     ),
 }
 PRESETS_V1 = {
-    name: replace(preset, edition=1)
+    name: replace(preset, edition=1, frame_outs=replace(preset.frame_outs, build_up_s=None))
     for name, preset in {
         **_SHARED,
         "quick": replace(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,7 +23,9 @@ _SHORT_FRAMES, _SHORT_MARGIN_M, _MARGIN_M = 15, (12.0, 16.0), (13.0, 24.0)
 _SUDDEN_FRAMES = (5, 10)
 """Range of the rise and of the fall of a sudden gust."""
 FASTEST_TURN_RAD_S = math.radians(90.0)
-"""In closed loop no gust turns the helicopter faster about any axis, nor do short ones."""
+"""No gust of a preset with ``build_up_s`` turns a steered helicopter faster about any axis, nor do short ones."""
+CALM_FRAMES = 5
+"""Shortest time without a gust between two that build up."""
 _DRIFT_SPEED_MPS = 20.0
 _RIGHT_ANGLE_RAD = 0.5 * math.pi
 
@@ -43,10 +46,15 @@ def draw_swings(
     Raises:
         ValueError: if no schedule fits, which a test over many seeds excludes for the presets.
     """
-    wanted = next(schedules(preset, events, rng), None)
-    if wanted is None:
-        raise no_schedule(preset)
-    return [_draw_swing(preset, camera, air, *span, closed_loop, rng) for span in wanted]
+    builds_up = closed_loop and preset.frame_outs.build_up_s is not None
+    for wanted in schedules(preset, events, rng):
+        swings = [_draw_swing(preset, camera, air, *span, closed_loop, rng) for span in wanted]
+        if not builds_up:
+            return swings
+        swings = _within_calm(preset, air, swings, wanted)
+        if _are_apart(swings):
+            return swings
+    raise no_schedule(preset)
 
 
 def begun_at(swing: Pulse, frame: int, frame_count: int) -> Pulse | None:
@@ -76,19 +84,44 @@ def _draw_swing(
         nearest = round(direction / _RIGHT_ANGLE_RAD) * _RIGHT_ANGLE_RAD
         direction = 0.5 * (direction + nearest)
     offset = _offset_m(camera, air, direction, margin, tilts)
-    if closed_loop and settings.build_up_s is not None:
+    build_up_frames = _SUDDEN_FRAMES
+    if closed_loop and settings.build_up_s is not None and frames >= _SHORT_FRAMES:
         quickest_s, slowest_s = settings.build_up_s
-        slow = round(quickest_s * preset.rate_hz), round(slowest_s * preset.rate_hz)
-        rise, fall = _frames_between(*(_SUDDEN_FRAMES if frames < _SHORT_FRAMES else slow), rng)
-        fewest = _fewest_frames(preset, air, offset)
-        rise, fall = max(rise, fewest), max(fall, fewest)
-        rise = min(rise, round(start / OUT_FROM_SHARE))
-    else:
-        rise, fall = _frames_between(*_SUDDEN_FRAMES, rng)
+        build_up_frames = round(quickest_s * preset.rate_hz), round(slowest_s * preset.rate_hz)
+    rise, fall = _frames_between(*build_up_frames, rng)
     if not tilts:
         rise = fall = int(PEAK_SPEED * math.hypot(*offset) / _DRIFT_SPEED_MPS * preset.rate_hz)
+    return _swing_over(start, frames, rise, fall, offset, tilts)
+
+
+def _swing_over(start: int, frames: int, rise: int, fall: int, offset_m: tuple[float, float], tilts: bool) -> Pulse:
+    """Return the swing that takes a centred car out for ``frames`` from ``start`` on; longer if its slopes are."""
     hold = max(frames - round((1 - OUT_FROM_SHARE) * (rise + fall)), 1)
-    return Pulse(start - round(OUT_FROM_SHARE * rise), rise, hold, fall, offset, tilts)
+    return Pulse(start - round(OUT_FROM_SHARE * rise), rise, hold, fall, offset_m, tilts)
+
+
+def _within_calm(preset: RoadTown, air: AirState, swings: list[Pulse], wanted: list[tuple[int, int]]) -> list[Pulse]:
+    """Return gusts that build up within what their frame-outs and the calm between these allow.
+
+    The bound on their speed comes first: those that would turn the helicopter too fast take longer than wanted.
+    """
+    starts = [start for start, _ in wanted]
+    ends = [start + frames for start, frames in wanted]
+    # The frames of calm that each gust may take; half of what is between two.
+    before = [starts[0], *((start - end - CALM_FRAMES) // 2 for end, start in zip(ends, starts[1:], strict=False))]
+    after = [*before[1:], preset.frame_count]
+    fitted = []
+    for swing, (start, frames), calm_before, calm_after in zip(swings, wanted, before, after, strict=True):
+        fewest, most = _fewest_frames(preset, air, swing.offset_m), int(0.5 * (frames - 1) / (1 - OUT_FROM_SHARE))
+        rise = max(min(swing.rise_frames, most, int(calm_before / OUT_FROM_SHARE)), fewest)
+        fall = max(min(swing.fall_frames, most, int(calm_after / OUT_FROM_SHARE)), fewest)
+        start = max(start, math.ceil(OUT_FROM_SHARE * rise))
+        fitted.append(_swing_over(start, frames, rise, fall, swing.offset_m, swing.tilts))
+    return fitted
+
+
+def _are_apart(gusts: list[Pulse]) -> bool:
+    return all(after.start_frame - gust.end_frame >= CALM_FRAMES for gust, after in pairwise(gusts))
 
 
 def _fewest_frames(preset: RoadTown, air: AirState, offset_m: tuple[float, float]) -> int:

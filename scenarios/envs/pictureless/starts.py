@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-_LEAD_FRAMES = (20, 40)
-"""Within this time the belief, which starts without motion, learns it from the tracker's answers."""
+LEAD_FRAMES = (20, 40)
+"""Range of the time before a likely loss: within it the belief, which starts without motion, learns it from the
+tracker's answers."""
 
 
 @njit(cache=True)
@@ -26,5 +27,5 @@ def frame_before(onsets: Any, rng: np.random.Generator) -> int:
     for k in range(len(onsets)):
         count += onsets[k] >= 0.0
     onset = int(onsets[int(rng.random() * count)]) if count > 0 else 0
-    lead = _LEAD_FRAMES[0] + int(rng.random() * (_LEAD_FRAMES[1] - _LEAD_FRAMES[0]))
+    lead = LEAD_FRAMES[0] + int(rng.random() * (LEAD_FRAMES[1] - LEAD_FRAMES[0]))
     return max(onset - lead, 0)

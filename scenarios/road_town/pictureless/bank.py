@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits
-from scenarios.road_town.flight import gust_attitude_rad
+from scenarios.envs.pictureless.starts import LEAD_FRAMES
+from scenarios.road_town.flight import Pulse, gust_attitude_rad
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.scenario import TrackerRuns, World
@@ -17,7 +18,7 @@ _MOST_GUSTS = 8
 class RoadPictureless:
     """See ``scenarios.scenario.Pictureless``."""
 
-    version = 3
+    version = 4
     runs = TrackerRuns(
         ("centre", "disturbed:centre", "centre", "disturbed:centre", "hold"), wrong_from_m=3.0, jump_m=4.0
     )
@@ -31,14 +32,15 @@ class RoadPictureless:
 
         ``target_m`` (T, 2), ``target_rad`` (T,) and ``size_m`` (3,) of the car; ``attitude_rad`` (T, 3) of rough air
         and gusts; ``start_m`` (3,) of the helicopter; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of a set path; ``onsets``
-        (8,) frames on which gusts begin, -1 for none; ``mount_rad`` (1,) by which the camera is pitched forward.
+        (8,) frames on which gusts begin before which flights may start, -1 for none; ``mount_rad`` (1,) by which the
+        camera is pitched forward.
         """
         plan = make_plan(preset, seed, closed_loop=True)
         poses = plan.camera_poses
         frames, air = preset.frame_count, plan.air
         gusts_rad = gust_attitude_rad(list(plan.pulses), air.altitude_m, frames, air.mount_rad)
         onsets = np.full(_MOST_GUSTS, -1.0)
-        starts = [float(pulse.start_frame) for pulse in plan.pulses][:_MOST_GUSTS]
+        starts = _after_calm(plan.pulses)[:_MOST_GUSTS]
         onsets[: len(starts)] = starts
         return {
             "target_m": plan.motion.position_m[:, TARGET],
@@ -60,3 +62,16 @@ class RoadPictureless:
         from scenarios.road_town.pictureless.world import RoadWorld
 
         return RoadWorld(preset, arrays, link, errors)
+
+
+def _after_calm(gusts: tuple[Pulse, ...]) -> list[int]:
+    """Return the first frames of the gusts before which a flight can start with no other gust blowing.
+
+    In a gust the first picture would not tell how the camera is mounted, see ``mount_slope``.
+    """
+    calm_from, starts = 0, []
+    for gust in gusts:
+        if calm_from == 0 or gust.start_frame - calm_from >= LEAD_FRAMES[1]:
+            starts.append(gust.start_frame)
+        calm_from = gust.end_frame
+    return starts
