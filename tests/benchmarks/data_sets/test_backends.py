@@ -13,7 +13,9 @@ from tests.benchmarks.data_sets.test_generating import digests
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize(("backend", "package"), [("dask", "distributed"), ("ray", "ray")])
+@pytest.mark.parametrize(
+    ("backend", "package"), [("dask", "distributed"), pytest.param("ray", "ray", marks=pytest.mark.heavy)]
+)
 def test_two_workers_of_a_cluster_make_the_same_bytes(data, tmp_path, backend, package, monkeypatch):
     pytest.importorskip(package)
     monkeypatch.setenv("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")

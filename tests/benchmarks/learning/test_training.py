@@ -69,6 +69,7 @@ def test_the_same_training_twice_is_the_same_policy(tmp_path: Path) -> None:
         np.testing.assert_array_equal(ours, theirs)
 
 
+@pytest.mark.heavy
 def test_the_off_policy_method_goes_on_with_what_it_remembers(tmp_path: Path) -> None:
     tiny = replace(TINY, algorithm="sac", steps=400, envs=4, controller="none")
     first = load_policy(str(train(tiny, tmp_path / "sac", nothing)))

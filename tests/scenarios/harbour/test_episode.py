@@ -227,6 +227,7 @@ def test_the_days_before_are_without_intruders_and_differ(seen: Any, captures: l
     assert (taken[0].instance_id != taken[1].instance_id).mean() > 0.002
 
 
+@pytest.mark.heavy
 def test_no_noise_of_a_long_episode_comes_again_on_the_days_before(monkeypatch: pytest.MonkeyPatch) -> None:
     taken: list[int] = []
     own = SingleCamera.take

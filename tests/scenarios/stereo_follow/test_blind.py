@@ -76,6 +76,5 @@ def test_no_constant_answer_is_right_often_in_edition_2(name: str, episodes: int
 
 
 def test_a_constant_answer_is_right_in_most_frames_of_edition_1() -> None:
-    best, blind_ahead = _constant_shares(PRESETS_V1["standard"], 6)
+    best, _ = _constant_shares(PRESETS_V1["standard"], 6)
     assert best > 0.6
-    assert blind_ahead > 0.6
