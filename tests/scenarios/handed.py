@@ -28,6 +28,26 @@ class Handed(NamedTuple):
     beside: list[list[bytes]]
 
 
+def assert_pictures_alone_change(own: Handed, other: Handed, changed_from: int) -> None:
+    """Check two episodes whose targets differ from a frame on: nothing but their pictures does, from then on."""
+    assert own.start == other.start
+    assert own.beside == other.beside
+    assert own.pictures[:changed_from] == other.pictures[:changed_from]
+    assert own.pictures[changed_from:] != other.pictures[changed_from:]
+
+
+def assert_found_out(own: Handed, other: Handed, changed_from: int) -> None:
+    """Check two such episodes of a camera that knows its target: what stands beside the pictures tells."""
+    assert own.beside[:changed_from] == other.beside[:changed_from]
+    assert own.beside[changed_from:] != other.beside[changed_from:]
+
+
+def assert_at_rest(seen: Handed) -> None:
+    """Check that all that stands beside the pictures is the same on every frame, but for the time."""
+    assert len({tuple(each[1:]) for each in seen.beside}) == 1
+    assert len({each[0] for each in seen.beside}) == len(seen.beside)
+
+
 def handed_by(episode: Episode, commands: Sequence[CameraCommand | None]) -> Handed:
     """Return what an episode hands out on as many frames as there are commands; the first one is not used."""
     start = list(_bytes_of(episode.start))

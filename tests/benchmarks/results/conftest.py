@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from benchmarks.cli import main
 from benchmarks.results import ledger, published
 from benchmarks.results.published import PublishedTable
+from benchmarks.results.table_runs import BenchRun
 from tests.plain_scene import belt
 
 SMOKE = PublishedTable(
@@ -33,6 +37,23 @@ def commit_all(folder: Path, message: str) -> str:
     git(folder, "add", ".")
     git(folder, "commit", "--quiet", "--allow-empty", "-m", message)
     return git(folder, "rev-parse", "--short=10", "HEAD")
+
+
+def publish(out: Path, *more: str) -> int:
+    """Run the command; return its exit status."""
+    return main(["publish", "--workers", "0", "--out", str(out), *more])
+
+
+def contents(name: str = "smoke") -> dict[str, Any]:
+    """Return the committed JSON of a table."""
+    found: dict[str, Any] = json.loads((ledger.TABLES_FOLDER / f"{name}.json").read_text())
+    return found
+
+
+@pytest.fixture
+def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Take an hour for each seed: to measure takes longer than to run."""
+    monkeypatch.setattr(BenchRun, "seconds_of_seed", lambda *_: 3600.0)
 
 
 @pytest.fixture

@@ -21,27 +21,12 @@ from benchmarks.results.published import PublishedTable
 from benchmarks.results.table_runs import BenchRun
 from benchmarks.run.records import FILE_NAME, read_blocks
 from scenarios.scenario import RendererName
-from tests.benchmarks.results.conftest import SMOKE, commit_all, git
+from tests.benchmarks.results.conftest import SMOKE, commit_all, contents, git, publish
 from tests.plain_scene import belt
 from trackers.baselines.csrt_pipe import MAKE_IT, PYTHON_VARIABLE
 
 pytestmark = pytest.mark.usefixtures("smoke", "unmeasured")
 MEASURE = BenchRun.seconds_of_seed
-
-
-@pytest.fixture
-def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Take an hour for each seed: to measure takes longer than to run."""
-    monkeypatch.setattr(BenchRun, "seconds_of_seed", lambda *_: 3600.0)
-
-
-def publish(out: Path, *more: str) -> int:
-    return main(["publish", "--workers", "0", "--out", str(out), *more])
-
-
-def contents() -> dict[str, object]:
-    """Return the committed JSON of the table."""
-    return json.loads((ledger.TABLES_FOLDER / "smoke.json").read_text())
 
 
 def test_the_files_of_a_table_say_how_it_was_made(checkout: Path, tmp_path: Path) -> None:
@@ -60,37 +45,6 @@ def test_the_files_of_a_table_say_how_it_was_made(checkout: Path, tmp_path: Path
     assert rows == (out / "smoke" / FILE_NAME).read_bytes()
     assert made["rows"]["count"] == len(rows.splitlines())
     assert str(tmp_path) not in json.dumps(made)
-
-
-def test_a_fresh_run_has_the_same_figures_and_a_changed_row_is_found(
-    checkout: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert publish(tmp_path / "out") == 0
-    assert publish(tmp_path / "other", "smoke", "--check") == 0
-    assert "smoke: the same figures on seeds 0:2" in capsys.readouterr().out
-    assert publish(tmp_path / "other", "smoke", "--check", "--episodes", "1") == 0
-    assert "on seeds 0:1" in capsys.readouterr().out
-
-    file = ledger.TABLES_FOLDER / "smoke.jsonl.xz"
-    rows = [json.loads(line) for line in lzma.decompress(file.read_bytes()).splitlines()]
-    row = next(row for row in rows if row["metric"] == "outside_error_px" and row["seed"] == 1)
-    row["value"] += 1e-3
-    file.write_bytes(lzma.compress("".join(json.dumps(each) + "\n" for each in rows).encode()))
-    assert publish(tmp_path / "other", "--check") == 1
-    assert "its committed rows are not those of its hash" in capsys.readouterr().out
-
-    # With a hash that fits, only a run finds it.
-    changed = table_files.read_rows_of("smoke")
-    made = contents()
-    made["rows"]["sha256"] = table_files.hash_of_figures(changed, made["rows"]["unrepeatable"])
-    (ledger.TABLES_FOLDER / "smoke.json").write_text(json.dumps(made))
-    assert publish(tmp_path / "other", "--check", "--episodes", "1") == 0
-    capsys.readouterr()
-    assert publish(tmp_path / "other", "--check") == 1
-    assert f"smoke: {row['tracker']} has other figures on 1 seeds, first on 1" in capsys.readouterr().out
-    file.unlink()
-    assert publish(tmp_path / "other", "--check") == 1
-    assert not (tmp_path / "other").exists()
 
 
 def test_a_stopped_run_keeps_what_was_made_and_goes_on(
@@ -251,46 +205,6 @@ def test_a_tracker_that_is_not_installed_is_named_before_anything_runs(
     assert not (tmp_path / "out").exists()
     monkeypatch.setenv(PYTHON_VARIABLE, sys.executable)
     assert BenchRun(table).command == without
-
-
-def test_a_check_has_the_trackers_of_the_published_table(
-    checkout: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    listed: Callable[..., None],
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    listed(replace(SMOKE, trackers=("hold",)))
-    assert publish(tmp_path / "out") == 0
-    assert contents()["trackers"] == ["hold"]
-    # As if a tracker were registered since: the table's data name none.
-    listed(replace(SMOKE, trackers=("hold", "constant_velocity")))
-    assert publish(tmp_path / "out", "--check") == 0
-    listed(replace(SMOKE, seeds=range(3)))
-    assert publish(tmp_path / "out", "--check") == 2
-    assert "tables: expected smoke as published" in capsys.readouterr().err
-
-
-def test_a_check_of_all_takes_what_can_be_compared_and_names_the_rest(
-    checkout: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    listed: Callable[..., None],
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert publish(tmp_path / "out") == 0
-    made = contents()
-    (ledger.TABLES_FOLDER / "fast.json").write_text(json.dumps({**made, "trackers": [], "rows": None}))
-    fast = PublishedTable(name="fast", kind="speed", scenario=SMOKE.scenario, preset="quick", seeds=range(1))
-    listed(fast, SMOKE, replace(SMOKE, name="later"))
-    assert publish(tmp_path / "out", "--check") == 0
-    printed = capsys.readouterr()
-    assert "smoke: the same figures" in printed.out
-    assert "note: not published, and not checked: later" in printed.err
-    monkeypatch.setattr(BenchRun, "run", lambda *_: pytest.fail("ran before all were looked at"))
-    for last in ("fast", "later"):
-        assert publish(tmp_path / "out", "smoke", last, "--check") == 2
-        assert last in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

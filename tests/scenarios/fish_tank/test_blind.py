@@ -15,7 +15,13 @@ from scenarios.fish_tank.episode import FishTankEpisode
 from scenarios.fish_tank.presets import PRESETS
 from scenarios.fish_tank.scenario import FISH_TANK
 from scenarios.fish_tank.shoal import Swims, swim
-from tests.scenarios.handed import Handed, handed_by
+from tests.scenarios.handed import (
+    Handed,
+    assert_at_rest,
+    assert_found_out,
+    assert_pictures_alone_change,
+    handed_by,
+)
 from trackers.types import CameraCommand
 
 SEED, FRAMES, CHANGED_FROM = 3, 6, 3
@@ -52,17 +58,11 @@ def with_and_without_the_change(name: str, closed_loop: bool) -> tuple[Handed, H
 @pytest.mark.parametrize("closed_loop", [False, True])
 @pytest.mark.parametrize("name", PRESETS)
 def test_fish_change_pictures_from_then_on_and_nothing_else(name: str, closed_loop: bool) -> None:
-    own, other = with_and_without_the_change(name, closed_loop)
-    assert own.start == other.start
-    assert own.beside == other.beside
-    assert own.pictures[:CHANGED_FROM] == other.pictures[:CHANGED_FROM]
-    assert own.pictures[CHANGED_FROM:] != other.pictures[CHANGED_FROM:]
+    assert_pictures_alone_change(*with_and_without_the_change(name, closed_loop), CHANGED_FROM)
 
 
 def test_a_camera_at_rest_is_measured_the_same_on_every_frame() -> None:
-    beside = handed("quick", closed_loop=False).beside
-    assert len({tuple(each[1:]) for each in beside}) == 1
-    assert len({each[0] for each in beside}) == FRAMES
+    assert_at_rest(handed("quick", closed_loop=False))
 
 
 def test_a_head_that_knows_where_its_fish_is_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,6 +74,4 @@ def test_a_head_that_knows_where_its_fish_is_is_found_out(monkeypatch: pytest.Mo
         self._head.pan_rad = float(np.arctan2(-away_m[0], away_m[1]))
 
     monkeypatch.setattr(FishTankEpisode, "_obey", told)
-    first, second = with_and_without_the_change("quick", closed_loop=True)
-    assert first.beside[:CHANGED_FROM] == second.beside[:CHANGED_FROM]
-    assert first.beside[CHANGED_FROM:] != second.beside[CHANGED_FROM:]
+    assert_found_out(*with_and_without_the_change("quick", closed_loop=True), CHANGED_FROM)

@@ -14,7 +14,13 @@ from scenarios.harbour.episode import TARGET, HarbourEpisode
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.presets import PRESETS
 from scenarios.harbour.scenario import HARBOUR
-from tests.scenarios.handed import Handed, handed_by
+from tests.scenarios.handed import (
+    Handed,
+    assert_at_rest,
+    assert_found_out,
+    assert_pictures_alone_change,
+    handed_by,
+)
 from trackers.types import CameraCommand
 
 SEED, FRAMES, CHANGED_FROM, BACKGROUND = 3, 9, 5, 2
@@ -54,17 +60,11 @@ def with_and_without_the_change(name: str, closed_loop: bool) -> tuple[Handed, H
 
 @pytest.mark.parametrize(("name", "closed_loop"), MODES)
 def test_intruders_change_pictures_from_then_on_and_nothing_else(name: str, closed_loop: bool) -> None:
-    own, other = with_and_without_the_change(name, closed_loop)
-    assert own.start == other.start
-    assert own.beside == other.beside
-    assert own.pictures[:CHANGED_FROM] == other.pictures[:CHANGED_FROM]
-    assert own.pictures[CHANGED_FROM:] != other.pictures[CHANGED_FROM:]
+    assert_pictures_alone_change(*with_and_without_the_change(name, closed_loop), CHANGED_FROM)
 
 
 def test_a_camera_at_rest_is_measured_the_same_on_every_frame() -> None:
-    beside = handed("quick", closed_loop=False).beside
-    assert len({tuple(each[1:]) for each in beside}) == 1
-    assert len({each[0] for each in beside}) == FRAMES
+    assert_at_rest(handed("quick", closed_loop=False))
 
 
 def test_a_head_that_knows_where_its_target_is_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,7 +77,4 @@ def test_a_head_that_knows_where_its_target_is_is_found_out(monkeypatch: pytest.
         self._head.pan_rad = float(np.arctan2(away_m[1], away_m[0]))
 
     monkeypatch.setattr(HarbourEpisode, "_obey", told)
-    before, after = slice(CHANGED_FROM), slice(CHANGED_FROM, None)
-    first, second = with_and_without_the_change("quick", closed_loop=True)
-    assert first.beside[before] == second.beside[before]
-    assert first.beside[after] != second.beside[after]
+    assert_found_out(*with_and_without_the_change("quick", closed_loop=True), CHANGED_FROM)
