@@ -41,8 +41,8 @@ class Experiment:
         trackers: names of entrants, see ``benchmarks.run.contestants``.
         seeds: of the episodes.
         renderer: which one draws.
-        controllers: names of those that steer the camera, ``SET_PATH`` for none; None = ``default_controllers`` where they
-            are contestants, else the suite's controller in presets in closed loop.
+        controllers: names of those that steer the camera, ``SET_PATH`` for none; None = ``default_controllers`` where
+            they are contestants, else the suite's controller in presets in closed loop.
         link: how commands reach the carrier where controllers are contestants; elsewhere commands arrive unchanged.
         workers: processes; 0 = this process (then a tracker that ends its process ends the run).
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
