@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town import gipps
+from scenarios.road_town.crossings import Approach, Crossings, FirstCome, RollingOver
 from scenarios.road_town.route import POINT_SPACING_M, Route
 
 LATERAL_ACCELERATION_MPS2 = 2.2
@@ -26,6 +27,7 @@ SLOWEST_LIMIT_MPS = 2.0
 HALTS_BELOW_MPS, PASSED_STOP_M = 0.3, 2.0
 """A car below this speed close to its stop waits; a car this far beyond its stop has passed it."""
 _CAR_LENGTH_M = 4.8
+_NEAR_CROSSING_M = 8.0
 _LOOK_AHEAD_M = np.arange(1.0, 42.0, 1.5)
 _HERE_AND_AHEAD_M = np.concatenate([[0.0], _LOOK_AHEAD_M])
 _SAME_LANE_M = 1.7
@@ -74,9 +76,21 @@ class Motion:
         return poses
 
 
-def simulate(drivers: list[Driver], frame_count: int, rate_hz: float, model: Literal["idm", "gipps"] = "idm") -> Motion:
-    """Return the motion of all cars over ``frame_count`` frames; ``model`` sets their speeds."""
-    state = _State(drivers) if model == "idm" else _GippsState(drivers)
+def simulate(
+    drivers: list[Driver],
+    frame_count: int,
+    rate_hz: float,
+    model: Literal["idm", "gipps"] = "idm",
+    *,
+    edition: Literal[1, 2] = 2,
+) -> Motion:
+    """Return the motion of all cars over ``frame_count`` frames.
+
+    Args:
+        model: sets their speeds.
+        edition: 2 = cars wait at crossings, 1 = some roll over the line, see ``crossings``.
+    """
+    state = (_State if model == "idm" else _GippsState)(drivers, edition)
     arcs, speeds = np.empty((2, frame_count, len(drivers)))
     for frame in range(frame_count):
         arcs[frame], speeds[frame] = state.arc_m, state.speed_mps
@@ -103,9 +117,10 @@ def speed_limit_mps(route: Route, cruise_mps: float) -> NDArray[np.float64]:
 
 @dataclass(eq=False)
 class _State:
-    """Places and speeds of all cars, and the car that holds each crossing."""
+    """Places and speeds of all cars, and who may enter each crossing."""
 
     drivers: list[Driver]
+    edition: Literal[1, 2]
     arc_m: NDArray[np.float64] = field(init=False)
     speed_mps: NDArray[np.float64] = field(init=False)
 
@@ -123,12 +138,14 @@ class _State:
         self.next_passage = [sum(p.leave_m <= d.start_m for p in d.route.passages) for d in self.drivers]
         self.stops = [list(d.stops) for d in self.drivers]
         self.waited_s = np.zeros(len(self.drivers))
-        self.holder: dict[int, int] = {}
+        self.ways_m: dict[tuple[int, int], NDArray[np.float64]] = {}
+        self.crossings: Crossings = RollingOver() if self.edition == 1 else FirstCome(self._near_crossings())
 
     def step(self, dt_s: float) -> None:
         free_m = self._gap_to_cars()
         for car in range(len(self.drivers)):
-            free_m[car] = min(free_m[car], self._gap_to_crossing(car), self._gap_to_stop(car, dt_s))
+            crossing_m = self._gap_to_crossing(car, free_m[car])
+            free_m[car] = min(free_m[car], crossing_m, self._gap_to_stop(car, dt_s))
         speed = self.speed_mps
         self.speed_mps = np.maximum(speed + self._acceleration(free_m) * dt_s, 0.0)
         lengths = np.array([d.route.length_m for d in self.drivers])
@@ -157,24 +174,38 @@ class _State:
         first = np.where(blocked.any(axis=1), _LOOK_AHEAD_M[np.argmax(blocked, axis=1)], np.inf)
         return first - _CAR_LENGTH_M
 
-    def _gap_to_crossing(self, car: int) -> float:
-        """Return the distance to a crossing that another car holds; take and release crossings."""
-        passages = self.drivers[car].route.passages
-        k = self.next_passage[car]
-        if k >= len(passages):
+    def _gap_to_crossing(self, car: int, free_m: float) -> float:
+        """Return the distance to a crossing that the car may not enter; ``free_m`` is that to the next car."""
+        approach = self._approach(car, free_m)
+        if approach is None or self.crossings.may_enter(approach):
             return np.inf
-        passage, arc = passages[k], self.arc_m[car]
-        if arc > passage.leave_m + 0.6 * _CAR_LENGTH_M:
-            if self.holder.get(passage.node) == car:
-                del self.holder[passage.node]
-            self.next_passage[car] = k + 1
-            return self._gap_to_crossing(car)
-        front_gap = passage.enter_m - arc - 0.5 * _CAR_LENGTH_M
-        if front_gap < 8.0 + self.speed_mps[car] ** 2 / (2 * BRAKING_MPS2):
-            if self.holder.setdefault(passage.node, car) == car or front_gap < 0:
-                return np.inf
-            return front_gap + STANDSTILL_GAP_M
-        return np.inf
+        return approach.line_m + STANDSTILL_GAP_M
+
+    def _approach(self, car: int, free_m: float) -> Approach | None:
+        """Return the car's approach to a crossing, None if it is near none; leave those that it has passed."""
+        passages, arc = self.drivers[car].route.passages, self.arc_m[car]
+        while self.next_passage[car] < len(passages):
+            passage = passages[self.next_passage[car]]
+            if arc <= passage.leave_m + 0.6 * _CAR_LENGTH_M:
+                line_m = passage.enter_m - arc - 0.5 * _CAR_LENGTH_M
+                near = line_m < _NEAR_CROSSING_M + self.speed_mps[car] ** 2 / (2 * BRAKING_MPS2)
+                return Approach(car, passage.node, line_m, free_m > line_m, self._way_m(car)) if near else None
+            self.crossings.leave(car, passage.node)
+            self.next_passage[car] += 1
+        return None
+
+    def _way_m(self, car: int) -> NDArray[np.float64]:
+        """Return points (K, 2) of a car's way over its next crossing."""
+        route, k = self.drivers[car].route, self.next_passage[car]
+        if (car, k) not in self.ways_m:
+            passage = route.passages[k]
+            self.ways_m[car, k] = route.at(np.arange(passage.enter_m, passage.leave_m + _CAR_LENGTH_M, 1.0))[0]
+        return self.ways_m[car, k]
+
+    def _near_crossings(self) -> list[Approach]:
+        free_m = self._gap_to_cars()
+        found = (self._approach(car, free_m[car]) for car in range(len(self.drivers)))
+        return [approach for approach in found if approach is not None]
 
     def _gap_to_stop(self, car: int, dt_s: float) -> float:
         """Return the distance to the car's next stop."""
