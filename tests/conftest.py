@@ -16,12 +16,28 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--new-golden", action="store_true", help="make the pictures in tests/golden anew")
 
 
+_EARLY = ("scenarios/", "test_contributing.py", "trackers/test_fuzz.py")
+"""First what compiles the kernels of pictures, a scene at a time; then the files that take longest.
+
+Commands run in two processes of their own, which would compile the same kernels at the same time. Were a long file the
+last, one worker would wait for the other.
+"""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the file that takes longest: were it the last, one worker would wait for the other."""
-    items.sort(key=lambda item: item.path.name != "test_contributing.py")
+    """Put early files first, in their order."""
+    here = Path(__file__).parent
+
+    def place(item: pytest.Item) -> int:
+        path = item.path.relative_to(here).as_posix()
+        return next((k for k, early in enumerate(_EARLY) if path.startswith(early)), len(_EARLY))
+
+    items.sort(key=place)
 
 
-def pytest_configure() -> None:
-    """Tests run the kernels as they are written now."""
+def pytest_configure(config: pytest.Config) -> None:
+    """Tests run the kernels as they are written now, and xdist keeps the order of files, which else goes by size."""
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False
     for package in (sim, trackers):
         forget_stale_kernels(Path(package.__file__).parent)

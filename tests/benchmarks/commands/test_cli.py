@@ -4,6 +4,8 @@ import errno
 import json
 import os
 import re
+import subprocess
+import sys
 import textwrap
 from pathlib import Path
 
@@ -233,3 +235,18 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
         assert re.search(r"\bhold +blind", text)
     assert main(["list", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["scenarios"][0]["scenario"] == "road-town-v1"
+
+
+def test_commands_and_workers_start_without_packages_that_only_some_need() -> None:
+    """They take longer to import than all the rest, in every process."""
+    script = """
+import sys
+import benchmarks.commands.bench, benchmarks.commands.render
+from benchmarks.suites.registry import suites
+from scenarios import catalog
+from trackers.registry import entries
+suites(), entries(), [catalog.scenario(name) for name in catalog.names()]
+print(sorted({"matplotlib", "pandas", "scipy.signal", "scipy.stats", "statsmodels", "torch"} & sys.modules.keys()))
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
