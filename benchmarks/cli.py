@@ -13,6 +13,9 @@ from typing import ClassVar, Protocol
 
 import tyro
 
+from benchmarks.run.own_modules import load_modules
+from benchmarks.run.source_files import ROOT, foreign_packages
+
 _COMMANDS = {
     "list": ("benchmarks.commands.list_all", "List"),
     "bench": ("benchmarks.commands.bench", "Bench"),
@@ -68,6 +71,11 @@ _ABOUT_AN_ARGUMENT = re.compile(r"[\w./:@ -]+: expected .*", re.DOTALL)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status: 0, 1 after a failure, 2 for wrong arguments."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    for package, place in foreign_packages().items():
+        expected = f"Frameout's package in {ROOT}"
+        return _refuse(
+            f"{package}: expected {expected}, got {place}, which Python finds first; rename it, or start elsewhere"
+        )
     if not words or words[0] in ("-h", "--help"):
         print(_overview())
         return 0 if words else _USAGE_ERROR
@@ -78,6 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command: Command | None = None
     try:
         command = _parsed(getattr(importlib.import_module(module), kind), name, rest)
+        load_modules(getattr(command, "modules", ()))
         return command.run()
     except ValueError as error:
         # Our own messages name the wrong parameter; any other error is a fault of the program and keeps its traceback.

@@ -30,10 +30,11 @@ from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.selection import parties
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
-from benchmarks.run.contestants import Entrant, load_modules
+from benchmarks.run.contestants import Entrant
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
@@ -57,7 +58,7 @@ _OF_SEQUENCES = ("layout", "target", "rate_hz", "beside")
 
 
 @dataclass(frozen=True)
-class Bench:
+class Bench(WithModules):
     """Run a suite, rank the trackers, write rows, summary and report.
 
     A run that was stopped continues with the same command. A tracker that fails counts as giving no answer for the
@@ -101,7 +102,6 @@ class Bench:
             results/SUITE, with --quick results/quick).
         workers: number of worker processes; 0 = run in this process.
         limit_s: time limit in seconds for one frame of a tracker.
-        modules: your own Python modules, imported first; they register trackers, metrics and so on.
         backend: joblib backend; the default starts processes on this machine.
         json: print the summary as JSON instead of tables.
         publish: why figures of this run on the test split are to be published; adds the command, the commit and this
@@ -127,7 +127,6 @@ class Bench:
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     limit_s: float = 60.0
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     backend: str = "loky"
     json: bool = False
     publish: Annotated[str, PUBLISH] = ""
@@ -135,7 +134,6 @@ class Bench:
 
     def run(self) -> int:
         """Run it; return the exit status."""
-        load_modules(self.modules)
         status = 0
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
             for name in self.suites:

@@ -10,11 +10,12 @@ from typing import Annotated, Any
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
+from benchmarks.commands.arguments import SEEDS, seed_range
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.reference import reference_page
-from benchmarks.run.contestants import entrants, load_modules
+from benchmarks.run.contestants import entrants
 from benchmarks.run.versions import hash_of_survey
 from benchmarks.suites.registry import suites
 from scenarios import catalog
@@ -26,14 +27,13 @@ _CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
 
 
 @dataclass(frozen=True)
-class List:
+class List(WithModules):
     """List scenarios with their presets and contents, suites, trackers, controllers and envs.
 
     Attributes:
         measure: measure the contents of the presets again (without rendering) and store them, instead of showing the
             stored ones.
         seeds: episodes A:B to measure.
-        modules: your own Python modules, imported first; they register trackers, metrics and so on.
         json: print JSON instead of tables.
         reference: print the definitions of all metrics, observation features, reward terms and `info` keys instead, as
             Markdown (the page REFERENCE.md).
@@ -41,14 +41,12 @@ class List:
 
     measure: bool = False
     seeds: Annotated[str, SEEDS] = "0:50"
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False
     reference: bool = False
     resumes = False
 
     def run(self) -> int:
         """Print it; return the exit status."""
-        load_modules(self.modules)
         if self.reference:
             print(reference_page(), end="")
             return 0
