@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import importlib
+import importlib.metadata
 import io
 import re
 import sys
@@ -72,10 +73,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status: 0, 1 after a failure, 2 for wrong arguments."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     for package, place in foreign_packages().items():
-        expected = f"Frameout's package in {ROOT}"
-        return _refuse(
-            f"{package}: expected {expected}, got {place}, which Python finds first; rename it, or start elsewhere"
-        )
+        told = f"{package}: expected Frameout's package in {ROOT}, got {place}, which Python finds first"
+        return _refuse(f"{told}; rename it, or start in another folder")
+    if words == ["--version"]:
+        print(f"frameout {importlib.metadata.version('frameout')}")
+        return 0
     if not words or words[0] in ("-h", "--help"):
         print(_overview())
         return 0 if words else _USAGE_ERROR
@@ -168,7 +170,8 @@ def _overview() -> str:
             "",
             *lines,
             "",
-            "`frameout COMMAND --help` explains each command. Start with: frameout bench --quick",
+            "`frameout COMMAND --help` explains each command, `frameout --version` says which Frameout this is.",
+            "Start with: frameout bench --quick",
         ]
     )
 

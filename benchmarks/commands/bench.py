@@ -21,6 +21,7 @@ from benchmarks.commands.arguments import (
     ONE_NAME,
     PUBLISH,
     SEEDS,
+    WORDS,
     WORKERS,
     cores,
     names,
@@ -43,7 +44,7 @@ from benchmarks.scores.rank_agreement import rank_agreement
 from benchmarks.scores.summary import read_summary
 from benchmarks.sequences.reading import read_collections
 from benchmarks.sequences.sequence import USUAL_RATE_HZ
-from benchmarks.suites.registry import DEFAULT, Suite, suite
+from benchmarks.suites.registry import DEFAULT, Suite, check_metrics, suite
 from sim.checks import check
 from trackers import registry
 
@@ -103,6 +104,9 @@ class Bench(WithModules):
         workers: number of worker processes; 0 = run in this process.
         limit_s: time limit in seconds for one frame of a tracker.
         backend: joblib backend; the default starts processes on this machine.
+        metric: names of the metrics on the leaderboard, see `frameout list --metrics`; the first one ranks (default:
+            the suite's own).
+        plot: words of the titles of the plots in the report, e.g. calibrated (default: all).
         json: print the summary as JSON instead of tables.
         publish: why figures of this run on the test split are to be published; adds the command, the commit and this
             text to benchmarks/results/test_split_runs.jsonl, once. Needs a checkout without changes to the code.
@@ -128,6 +132,8 @@ class Bench(WithModules):
     workers: Annotated[int | None, WORKERS] = None
     limit_s: float = 60.0
     backend: str = "loky"
+    metric: Annotated[tuple[str, ...], NAMES] = ()
+    plot: Annotated[tuple[str, ...], WORDS] = ()
     json: bool = False
     publish: Annotated[str, PUBLISH] = ""
     resumes = True
@@ -135,6 +141,7 @@ class Bench(WithModules):
     def run(self) -> int:
         """Run it; return the exit status."""
         status = 0
+        check_metrics(names(self.metric), self.suites)
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
             for name in self.suites:
                 status = max(status, self._run_suite(name))
@@ -176,12 +183,12 @@ class Bench(WithModules):
             out, outcome = self._run_on_files(wanted)
         else:
             out, outcome = self._run_episodes(wanted)
-        report = write_report(out)
+        report = write_report(out, names(self.metric), self.plot)
         if self.json:
             failures = [asdict(failure) for failure in outcome.failures]
             print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
         else:
-            print_leaderboard(outcome.summary)
+            print_leaderboard(outcome.summary, names(self.metric))
             for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
                 print(line)
             for line in sequences_in_words(read_rows(out)) if pictures else ():

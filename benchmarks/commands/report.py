@@ -9,14 +9,16 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, WORKERS, cores
+from benchmarks.commands.arguments import FOLDER, NAMES, WORDS, WORKERS, cores, names
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
+from benchmarks.run.records import read_rows
 from benchmarks.scores.summary import write_summary
+from benchmarks.suites.registry import check_metrics
 from sim.checks import check
 
 
@@ -34,6 +36,9 @@ class Report(WithModules):
         data: with --from-estimates, folder or URL of a data set with the episodes, which are then not simulated.
         workers: with --from-estimates, number of worker processes; 0 = this process.
         markdown: also print the leaderboard as a Markdown table.
+        metric: names of the metrics on the leaderboard, see `frameout list --metrics`; the first one ranks (default:
+            the suite's own).
+        plot: words of the titles of the plots to draw, e.g. calibrated (default: all).
     """
 
     directory: Annotated[Path, tyro.conf.Positional]
@@ -41,6 +46,8 @@ class Report(WithModules):
     data: Annotated[str | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     markdown: bool = False
+    metric: Annotated[tuple[str, ...], NAMES] = ()
+    plot: Annotated[tuple[str, ...], WORDS] = ()
     resumes = False
 
     def run(self) -> int:
@@ -48,11 +55,13 @@ class Report(WithModules):
         check("data", self.data is None or self.from_estimates, "none without --from-estimates", repr(self.data))
         if self.from_estimates:
             self._rejudge()
+        metrics = names(self.metric)
+        check_metrics(metrics, {row["suite"] for row in read_rows(self.directory)})
         summary = write_summary(self.directory)
         report_ignored_rows(self.directory)
         if self.markdown:
-            print_leaderboard(summary, markdown=True)
-        print(write_report(self.directory))
+            print_leaderboard(summary, metrics, markdown=True)
+        print(write_report(self.directory, metrics, self.plot))
         return 0
 
     def _rejudge(self) -> None:

@@ -54,7 +54,7 @@ def _name_here(module: str) -> str:
 
 
 def _search(folder: Path) -> None:
-    """Let Python search a folder, after all others and after ours, whose packages it then finds in new processes too."""
+    """Let Python search a folder, after all others and, in new processes too, after ours."""
     for each in (ROOT, folder) if _holds_our_names(folder) else (folder,):
         if str(each) not in sys.path:
             sys.path.append(str(each))

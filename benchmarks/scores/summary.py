@@ -8,7 +8,8 @@ contestants are pairs of ``controller`` and ``tracker``, entries carry ``link``,
 ``comparisons.json`` is a list of ``{"suite", "scenario", "preset", "renderer", "metric", "better", "tracker",
 "other", "difference", "ci_low", "ci_high", "p", "p_holm", "n"}`` (and ``controller``): tracker minus other, on the
 seeds both ran on. ``p_holm`` is corrected for all comparisons of one (suite, scenario, preset, renderer,
-controller): every other tracker times every compared metric. Entries of the suite ``follow`` carry ``link`` and
+controller): every other tracker times every compared metric. Where no tracker is ``ours``, ``tracker`` is the first
+by name of the role ``external``. Entries of the suite ``follow`` carry ``link`` and
 ``compared`` too, the kind of ``other``: ``controller`` (ours and policies minus each other one, with the same
 tracker) or ``tracker`` (ours minus each other one, with the same controller); ``p_holm`` is corrected for one
 contestant's comparisons with others of that kind.
@@ -111,15 +112,27 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
 def compare_ours(groups: Groups) -> list[dict[str, Any]]:
     """Return the list of ``comparisons.json``: the tracker with role ``ours`` against every other one.
 
-    Where controllers are contestants, pairs that differ in one of the two names are compared.
+    Where none is ours, the first by name of a user's own takes its place. Where controllers are contestants, pairs that
+    differ in one of the two names are compared.
     """
     entries = []
     for condition, contestants in groups.items():
         for key in suite(condition[0]).contestants:
-            for label, rows in contestants.items():
-                if _role_of(rows[0], key) in _COMPARED_ROLES:
-                    entries += _compare_along(key, condition, contestants, label)
+            for label in _compared(key, contestants):
+                entries += _compare_along(key, condition, contestants, label)
     return entries
+
+
+def _compared(key: Name, contestants: Mapping[str, Sequence[Row]]) -> list[str]:
+    """Return the contestants that all others are compared with."""
+    roles = {label: _role_of(rows[0], key) for label, rows in contestants.items()}
+    own = min((contestants[label][0][key] for label, role in roles.items() if role == _OWN_ROLE), default=None)
+    takes_part = "ours" not in roles.values()
+    return [
+        label
+        for label, rows in contestants.items()
+        if roles[label] in _COMPARED_ROLES or (takes_part and rows[0][key] == own)
+    ]
 
 
 def _role_of(row: Row, key: Name) -> str:
@@ -173,6 +186,8 @@ def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> stati
 
 
 _COMPARED_ROLES = ("ours", "policy")
+_OWN_ROLE = "external"
+"""Role of a user's own tracker or controller."""
 _SUMMARY_KEYS = [
     "suite",
     "scenario",

@@ -227,6 +227,15 @@ class Suite:
         """Return the metrics of the leaderboard of a scenario, or of real recordings."""
         return self.on_sequences.headline if scenario == REAL and self.on_sequences else self.headline
 
+    def showing(self, metrics: Sequence[str]) -> Suite:
+        """Return the suite with these metrics on its leaderboard, in this order; unchanged if it has none of them."""
+        known = {metric.name for metric in self.metrics}
+        shown = tuple(name for name in metrics if name in known)
+        if not shown:
+            return self
+        real = self.on_sequences and replace(self.on_sequences, headline=shown)
+        return replace(self, headline=shown, on_sequences=real)
+
     def compared_in(self, scenario: str) -> tuple[str, ...]:
         """Return the metrics of comparisons in a scenario, or on real recordings."""
         return self.on_sequences.compared if scenario == REAL and self.on_sequences else self.compared
@@ -292,6 +301,13 @@ def suite(name: str) -> Suite:
 def controllers_suite() -> Suite:
     """Return the first suite in which controllers are contestants."""
     return next(each for each in suites().values() if each.judges_controllers)
+
+
+def check_metrics(metrics: Iterable[str], suite_names: Iterable[str]) -> None:
+    """Raise ValueError for a metric that none of the suites has."""
+    known = {metric.name: None for name in suite_names for metric in suite(name).metrics}
+    for name in metrics:
+        check("metric", name in known, f"some of {', '.join(known)}", repr(name))
 
 
 def event_of(row: Row) -> dict[str, Any] | None:
