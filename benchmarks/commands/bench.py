@@ -104,8 +104,7 @@ class Bench(WithModules):
         workers: number of worker processes; 0 = run in this process.
         limit_s: time limit in seconds for one frame of a tracker.
         backend: joblib backend; the default starts processes on this machine.
-        metric: names of the metrics on the leaderboard, see `frameout list --metrics`; the first one ranks (default:
-            the suite's own).
+        metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
         plot: words of the titles of the plots in the report, e.g. calibrated (default: all).
         json: print the summary as JSON instead of tables.
         publish: why figures of this run on the test split are to be published; adds the command, the commit and this

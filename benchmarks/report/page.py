@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from benchmarks.report import plots, tables
 from benchmarks.report.facts import facts_table
+from benchmarks.report.metric_definitions import MetricDefinition, metric_definitions
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
@@ -134,7 +135,20 @@ def _worth_showing(summary: list[dict[str, Any]], condition: Condition) -> list[
 def _render(sections: list[Section]) -> str:
     heading = " · ".join(dict.fromkeys(section.suite.heading for section in sections))
     page = page_environment("report").get_template("page.html.jinja")
-    return page.render(heading=heading, sections=sections, style=Markup(page_style()))
+    definitions = [(section.suite.name, _defined(section.suite, sections)) for section in _one_a_suite(sections)]
+    return page.render(heading=heading, sections=sections, definitions=definitions, style=Markup(page_style()))
+
+
+def _one_a_suite(sections: list[Section]) -> list[Section]:
+    return list({section.suite.name: section for section in sections}.values())
+
+
+def _defined(suite: Suite, sections: list[Section]) -> list[MetricDefinition]:
+    """Return the definitions of those metrics of a suite that stand in a table."""
+    mine = [section for section in sections if section.suite.name == suite.name]
+    shown = [each for section in mine for each in (section.everything, section.facts) if each is not None]
+    names = {column.name for table in shown for column in table.columns}
+    return [each for each in metric_definitions(suite) if each.name in names]
 
 
 def _of(entries: list[dict[str, Any]], condition: Condition) -> list[dict[str, Any]]:

@@ -276,10 +276,7 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
 
 
 def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str | None = None) -> Row:
-    """Return the common columns of a tracker's block; the controller's role is the catalogue's unless given.
-
-    Users' own modules stand in it, so that the command that repeats the run names them.
-    """
+    """Return the common columns of a tracker's block; the controller's role is the catalogue's unless given."""
     heading: Row = {
         "suite": job.suite,
         "scenario": catalog.scenario(job.scenario).id,
@@ -291,6 +288,7 @@ def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str |
         "seed": job.seed,
     }
     if job.modules:
+        # The command that repeats the run names them.
         heading["modules"] = list(job.modules)
     if suite(job.suite).judges_controllers:
         carrier = catalog.scenario(job.scenario).carrier.name

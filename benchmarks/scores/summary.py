@@ -105,7 +105,7 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
                     "ci_high": rounded(high),
                     "n": pool.seed_count,
                 }
-                entries.append({key: entry[key] for key in _SUMMARY_KEYS if key in entry})
+                entries.append({key: entry[key] for key in SUMMARY_COLUMNS if key in entry})
     return entries
 
 
@@ -167,7 +167,7 @@ def _compare_along(
     adjusted = statistics.holm(np.array([entry["p"] for entry in entries]))
     for entry, p_holm in zip(entries, adjusted, strict=True):
         entry["p_holm"] = rounded(float(p_holm))
-    return [{key: entry[key] for key in _COMPARISON_KEYS if key in entry} for entry in entries]
+    return [{key: entry[key] for key in COMPARISON_COLUMNS if key in entry} for entry in entries]
 
 
 def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> statistics.Comparison | None:
@@ -188,42 +188,45 @@ def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> stati
 _COMPARED_ROLES = ("ours", "policy")
 _OWN_ROLE = "external"
 """Role of a user's own tracker or controller."""
-_SUMMARY_KEYS = [
-    "suite",
-    "scenario",
-    "preset",
-    "tracker",
-    "role",
-    "renderer",
-    "controller",
-    "link",
-    "metric",
-    "unit",
-    "better",
-    "mean",
-    "ci_low",
-    "ci_high",
-    "n",
-]
-_COMPARISON_KEYS = [
-    "suite",
-    "scenario",
-    "preset",
-    "renderer",
-    "controller",
-    "link",
-    "metric",
-    "better",
-    "tracker",
-    "compared",
-    "other",
-    "difference",
-    "ci_low",
-    "ci_high",
-    "p",
-    "p_holm",
-    "n",
-]
+_OF_CONDITION = {
+    "suite": "name of the suite",
+    "scenario": "catalogue id; `real` for recordings",
+    "preset": "of the scenario; name of a recording or of a folder of sequences",
+}
+SUMMARY_COLUMNS = {
+    **_OF_CONDITION,
+    "tracker": "name of the tracker",
+    "role": "of the contestant, see `frameout list`; in the suite `follow` of the controller",
+    "renderer": "`raster` or `pybullet`; `real` for recordings",
+    "controller": "name of the one that steered; absent on a set path",
+    "link": "suite `follow` alone: how commands reach the carrier",
+    "metric": "name of the metric",
+    "unit": "of the numbers; fractions are 0 to 1",
+    "better": "`higher` or `lower`",
+    "mean": "the metric's statistic over all rows; null if undefined",
+    "ci_low": "lower end of its 95 % bootstrap interval over seeds",
+    "ci_high": "upper end",
+    "n": "number of seeds with a value",
+}
+"""Column of ``summary.json`` -> its meaning."""
+COMPARISON_COLUMNS = {
+    **_OF_CONDITION,
+    "renderer": SUMMARY_COLUMNS["renderer"],
+    "controller": SUMMARY_COLUMNS["controller"],
+    "link": SUMMARY_COLUMNS["link"],
+    "metric": "name of the metric",
+    "better": "`higher` or `lower`",
+    "tracker": "name of the tracker that is compared with others",
+    "compared": "suite `follow` alone: what differs, `controller` or `tracker`",
+    "other": "name of the other one",
+    "difference": "its metric minus the other's, on the seeds that both ran on",
+    "ci_low": "lower end of the paired 95 % bootstrap interval over seeds",
+    "ci_high": "upper end",
+    "p": "two-sided, of a paired permutation test",
+    "p_holm": "the same, corrected for all comparisons of this contestant",
+    "n": "number of seeds",
+}
+"""Column of ``comparisons.json`` -> its meaning."""
 
 
 def _named(condition: Condition, metric: Metric, row: Row) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import REAL, Row
 from benchmarks.suites.judging import Judge, OnSequences, Recording
+from benchmarks.suites.metric import Metric, RowMeaning
 from benchmarks.suites.tuning_episodes import DEFAULT_EPISODES, TuningEpisodes
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
@@ -39,56 +40,10 @@ DEFAULT = next(iter(_MODULES))
 
 _SUITES: dict[str, Suite] = {}
 
-Statistic = Literal[
-    "mean",
-    "median",
-    "geometric mean",
-    "ratio of means",
-    "precision",
-    "recall",
-    "f",
-    "precision of counts",
-    "recall of counts",
-    "f of counts",
-    "detection f1 of counts",
-    "restricted mean",
-    "difference of medians",
-    "froc",
-    "froc at a tenth",
-]
 Condition = tuple[str, str, str, str, str]
 """Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link if controllers compete."""
 Name = Literal["tracker", "controller"]
 EventTest = Callable[[dict[str, Any]], bool]
-
-
-@dataclass(frozen=True, slots=True)
-class Metric:
-    """One metric of a suite, as it stands in ``summary.json``.
-
-    Attributes:
-        name: in the summary. summary: one line of definition. unit: ``fraction``, ``m``, ``px``, ``frames`` …
-        better: better direction. rows: metrics of its rows; () = rows of its own name.
-        statistic: how rows become one number, see ``benchmarks.scores.pooling``.
-        kind: rows of events of this kind, or with this attribute true, only; None = all.
-        horizon_frames: largest time in a restricted mean, also used for never.
-        ideal: the right value, of a metric that can be too low and too high, e.g. a coverage.
-        alarms_per_hour: one rate of false alarms, or the ends of a range of them, of the statistic ``froc``.
-    """
-
-    name: str
-    summary: str
-    unit: str
-    better: Literal["higher", "lower"]
-    rows: tuple[str, ...] = ()
-    statistic: Statistic = "mean"
-    kind: str | None = None
-    horizon_frames: int = 60
-    ideal: float | None = None
-    alarms_per_hour: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rows", self.rows or (self.name,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +115,7 @@ class Suite:
         picture: writes a picture of the trackers ``shown`` for the report.
         facts: table of the report about the episodes themselves.
         references: contestants with unfair knowledge. oracles: note of the report about them.
+        remarks: tracker -> what a reader of its line in the table asks, answered below the table.
         controller: default controller of presets in closed loop; None: no controller can steer.
         contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.
@@ -168,6 +124,8 @@ class Suite:
         on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
         ratios_on_files: takes rows about recordings to lines of text that ``frameout bench --real`` prints.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
+        row_meanings: ranges, conditions and sources of rows.
+        added: functions of users' own rows by name, whose docstrings define them.
     """
 
     name: str
@@ -188,6 +146,7 @@ class Suite:
     facts: Facts | None = None
     references: tuple[Entrant, ...] = ()
     oracles: str = ""
+    remarks: Mapping[str, str] = field(default_factory=dict)
     controller: str | None = "centre"
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
@@ -196,6 +155,8 @@ class Suite:
     on_sequences: OnSequences | None = None
     ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
+    row_meanings: tuple[RowMeaning, ...] = ()
+    added: Callable[[], Mapping[str, Callable[..., Any]]] = dict
 
     @property
     def judges_controllers(self) -> bool:

@@ -47,10 +47,19 @@ def test_no_word_is_cut_and_each_number_has_its_interval(
 
 
 def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["report", str(results), "--markdown", "--metric", "kept_rate", "nees", "--plot", "CALIBRATED"]
+    words = [
+        "report",
+        str(results),
+        "--markdown",
+        "--metric",
+        "kept_rate",
+        "offscreen_error_30_m",
+        "--plot",
+        "CALIBRATED",
+    ]
     assert main(words) == 0
     table = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("| tracker"))
-    assert table == "| tracker | role | kept rate (%) ↑ | NEES → 2 |"
+    assert table == "| tracker | role | kept rate (%) ↑ | offscreen error 30 (m) ↓ |"
     page = (results / "report.html").read_text()
     assert re.findall(r"<figcaption><h3>(.*?)</h3>", page) == ["Is the posterior calibrated?"]
     assert "recovery rate" in page.partition("Every metric")[2]

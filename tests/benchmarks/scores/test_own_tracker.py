@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.report.page import _worth_showing
 from benchmarks.report.palette import line_styles
 from benchmarks.run.records import Row
-from benchmarks.scores.summary import compare_ours, grouped
+from benchmarks.scores.summary import compare_ours, grouped, summarise
 from tests.benchmarks.fake_rows import rows_of
 
 
@@ -31,6 +32,13 @@ def test_own_takes_the_place_of_ours(roles: dict[str, str], compared: set[str]) 
     entries = compare_ours(grouped(_rows(roles)))
     assert {entry["tracker"] for entry in entries} == compared
     assert all({e["other"] for e in entries if e["tracker"] == name} == set(roles) - {name} for name in compared)
+
+
+def test_a_film_strip_shows_ours_own_and_the_best_as_written() -> None:
+    roles = {"hold": "baseline", "mine": "external", "mine too": "external", "colour": "as-written", "graph": "ours"}
+    groups = grouped(_rows(roles))
+    (condition,) = groups
+    assert _worth_showing(summarise(groups), condition) == ["graph", "mine", "mine too", "colour"]
 
 
 def test_own_trackers_have_a_colour_of_their_own_and_different_lines() -> None:
