@@ -16,7 +16,6 @@ from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
-from benchmarks.run.records import read_rows
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import check_metrics
 from sim.checks import check
@@ -55,9 +54,8 @@ class Report(WithModules):
         check("data", self.data is None or self.from_estimates, "none without --from-estimates", repr(self.data))
         if self.from_estimates:
             self._rejudge()
-        metrics = names(self.metric)
-        check_metrics(metrics, {row["suite"] for row in read_rows(self.directory)})
-        summary = write_summary(self.directory)
+        summary, metrics = write_summary(self.directory), names(self.metric)
+        check_metrics(metrics, sorted({entry["suite"] for entry in summary}))
         report_ignored_rows(self.directory)
         if self.markdown:
             print_leaderboard(summary, metrics, markdown=True)

@@ -72,7 +72,8 @@ def reference_page() -> str:
 
 def truth_fields(kind: type[Truth]) -> Iterator[TruthField]:
     """Yield the fields of a kind of truth, its bases' included."""
-    words, in_info = attribute_meanings(kind), truth_keys(kind)
+    cached: Any = kind
+    words, in_info = attribute_meanings(kind), truth_keys(cached)
     for name, meaning in meanings(kind).items():
         shape = " × ".join(map(str, meaning.shape)) or "scalar"
         # Shape and dtype have columns of their own.

@@ -226,8 +226,8 @@ def suites() -> dict[str, Suite]:
     return dict(sorted(_SUITES.items()))
 
 
-def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> None:
-    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard.
+def add_metric(suite_name: str, metric: Metric, *, headline: bool = False, meaning: RowMeaning | None = None) -> None:
+    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard; ``meaning``: of its rows.
 
     Raises:
         ValueError: if the suite is unknown or has a metric of this name.
@@ -236,7 +236,8 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> No
     taken = any(metric.name == known.name for known in old.metrics)
     check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")
     shown = (*old.headline, metric.name) if headline else old.headline
-    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
+    meanings = old.row_meanings if meaning is None else (*old.row_meanings, meaning)
+    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown, row_meanings=meanings)
 
 
 def add_scene(suite_name: str, scene: Scene) -> None:

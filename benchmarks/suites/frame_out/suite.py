@@ -149,8 +149,9 @@ FRAME_OUT = Suite(
     remarks={
         "hold": "Why can hold be ahead of particle filters? It waits where it last matched the car. A gust swings the "
         "picture away and back the same way, so the car comes back into it near the place where it left, and hold is "
-        "there. The filters as written go on moving, and nothing in them looks for the car again: one that is off it "
-        "when the car leaves stays off it. Nor does hold know where the car is meanwhile: see the error outside.",
+        "there. The filters as written go on moving, and nothing in them searches the picture anew: one that is off "
+        "the car when it leaves is hardly ever on it when it is back. Nor does hold know where the car is meanwhile: "
+        "see the error outside.",
     },
     definitions={
         FrameOut: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),

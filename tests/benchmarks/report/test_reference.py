@@ -19,7 +19,9 @@ from benchmarks.run import records
 from benchmarks.run.jobs import Job, heading_of
 from benchmarks.scores import pooling
 from benchmarks.scores.summary import COMPARISON_COLUMNS, SUMMARY_COLUMNS, compare_ours, grouped, summarise
-from benchmarks.suites.metric import Statistic
+from benchmarks.suites import registry
+from benchmarks.suites.frame_out import episode_scores
+from benchmarks.suites.metric import Metric, RowMeaning, Statistic
 from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.envs.reward import TERMS, Reward
@@ -78,6 +80,24 @@ def test_values_lie_in_the_range_that_is_said() -> None:
     for row in judged:
         low, high = ranges[row["metric"]]
         assert low <= np.min(row["value"]) <= np.max(row["value"]) <= high, row
+
+
+def test_a_users_metric_is_defined_by_its_docstring_and_what_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_SUITES", dict(registry.suites()))
+    monkeypatch.setattr(episode_scores, "_ADDED", {})
+
+    @episode_scores.episode_score("jitter_px")
+    def jitter_px(truth: object, estimate: object) -> float:
+        """Mean change of the error."""
+        return 0.0
+
+    meaning = RowMeaning(("jitter_px",), 0, np.inf, "frames in view", "mine")
+    registry.add_metric("frame-out", Metric("jitter_px", "jitter", "px", "lower"), meaning=meaning)
+    registry.add_metric("frame-out", Metric("bare", "nothing said", "fraction", "lower"))
+    told = {each.name: each for each in metric_definitions(suite("frame-out"))}
+    assert (told["jitter_px"].range, told["jitter_px"].source) == ("0 to infinity", "mine")
+    assert told["jitter_px"].defined_in[0].endswith("jitter_px")
+    assert (told["bare"].range, told["bare"].source) == ("0 to 1", NOT_STATED)
 
 
 def test_every_statistic_has_a_formula_with_its_rows() -> None:
