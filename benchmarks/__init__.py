@@ -7,7 +7,8 @@ import importlib
 from typing import Any
 
 _HOMES = {
-    "Metric": "benchmarks.suites.registry",
+    "Metric": "benchmarks.suites.metric",
+    "RowMeaning": "benchmarks.suites.metric",
     "Scene": "benchmarks.suites.registry",
     "Suite": "benchmarks.suites.registry",
     "add_metric": "benchmarks.suites.registry",

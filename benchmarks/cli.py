@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import importlib
+import importlib.metadata
 import io
 import re
 import sys
@@ -12,6 +13,9 @@ from collections.abc import Sequence
 from typing import ClassVar, Protocol
 
 import tyro
+
+from benchmarks.run.own_modules import load_modules
+from benchmarks.run.source_files import ROOT, foreign_packages
 
 _COMMANDS = {
     "list": ("benchmarks.commands.list_all", "List"),
@@ -68,6 +72,12 @@ _ABOUT_AN_ARGUMENT = re.compile(r"[\w./:@ -]+: expected .*", re.DOTALL)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status: 0, 1 after a failure, 2 for wrong arguments."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    for package, place in foreign_packages().items():
+        told = f"{package}: expected Frameout's package in {ROOT}, got {place}, which Python finds first"
+        return _refuse(f"{told}; rename it, or start in another folder")
+    if words == ["--version"]:
+        print(f"frameout {importlib.metadata.version('frameout')}")
+        return 0
     if not words or words[0] in ("-h", "--help"):
         print(_overview())
         return 0 if words else _USAGE_ERROR
@@ -78,6 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command: Command | None = None
     try:
         command = _parsed(getattr(importlib.import_module(module), kind), name, rest)
+        load_modules(getattr(command, "modules", ()))
         return command.run()
     except ValueError as error:
         # Our own messages name the wrong parameter; any other error is a fault of the program and keeps its traceback.
@@ -159,7 +170,8 @@ def _overview() -> str:
             "",
             *lines,
             "",
-            "`frameout COMMAND --help` explains each command. Start with: frameout bench --quick",
+            "`frameout COMMAND --help` explains each command, `frameout --version` says which Frameout this is.",
+            "Start with: frameout bench --quick",
         ]
     )
 

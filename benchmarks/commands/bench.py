@@ -21,6 +21,7 @@ from benchmarks.commands.arguments import (
     ONE_NAME,
     PUBLISH,
     SEEDS,
+    WORDS,
     WORKERS,
     cores,
     names,
@@ -30,10 +31,11 @@ from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.selection import parties
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
-from benchmarks.run.contestants import Entrant, load_modules
+from benchmarks.run.contestants import Entrant
 from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
@@ -42,7 +44,7 @@ from benchmarks.scores.rank_agreement import rank_agreement
 from benchmarks.scores.summary import read_summary
 from benchmarks.sequences.reading import read_collections
 from benchmarks.sequences.sequence import USUAL_RATE_HZ
-from benchmarks.suites.registry import DEFAULT, Suite, suite
+from benchmarks.suites.registry import DEFAULT, Suite, check_metrics, suite
 from sim.checks import check
 from trackers import registry
 
@@ -57,7 +59,7 @@ _OF_SEQUENCES = ("layout", "target", "rate_hz", "beside")
 
 
 @dataclass(frozen=True)
-class Bench:
+class Bench(WithModules):
     """Run a suite, rank the trackers, write rows, summary and report.
 
     A run that was stopped continues with the same command. A tracker that fails counts as giving no answer for the
@@ -101,8 +103,9 @@ class Bench:
             results/SUITE, with --quick results/quick).
         workers: number of worker processes; 0 = run in this process.
         limit_s: time limit in seconds for one frame of a tracker.
-        modules: your own Python modules, imported first; they register trackers, metrics and so on.
         backend: joblib backend; the default starts processes on this machine.
+        metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
+        plot: words of the titles of the plots in the report, e.g. calibrated (default: all).
         json: print the summary as JSON instead of tables.
         publish: why figures of this run on the test split are to be published; adds the command, the commit and this
             text to benchmarks/results/test_split_runs.jsonl, once. Needs a checkout without changes to the code.
@@ -127,16 +130,17 @@ class Bench:
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     limit_s: float = 60.0
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     backend: str = "loky"
+    metric: Annotated[tuple[str, ...], NAMES] = ()
+    plot: Annotated[tuple[str, ...], WORDS] = ()
     json: bool = False
     publish: Annotated[str, PUBLISH] = ""
     resumes = True
 
     def run(self) -> int:
         """Run it; return the exit status."""
-        load_modules(self.modules)
         status = 0
+        check_metrics(names(self.metric), self.suites)
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
             for name in self.suites:
                 status = max(status, self._run_suite(name))
@@ -178,12 +182,12 @@ class Bench:
             out, outcome = self._run_on_files(wanted)
         else:
             out, outcome = self._run_episodes(wanted)
-        report = write_report(out)
+        report = write_report(out, names(self.metric), self.plot)
         if self.json:
             failures = [asdict(failure) for failure in outcome.failures]
             print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
         else:
-            print_leaderboard(outcome.summary)
+            print_leaderboard(outcome.summary, names(self.metric))
             for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
                 print(line)
             for line in sequences_in_words(read_rows(out)) if pictures else ():

@@ -11,10 +11,10 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import NAMES, ONE_NAME
+from benchmarks.commands.arguments import ONE_NAME
 from benchmarks.commands.console import console_of
 from benchmarks.commands.ignored_rows import report_ignored_rows
-from benchmarks.run.contestants import load_modules
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.run.records import REAL, Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison
@@ -25,7 +25,7 @@ from trackers.controllers.catalogue import POLICY
 
 
 @dataclass(frozen=True)
-class Compare:
+class Compare(WithModules):
     """Paired differences of two trackers with 95 % intervals: by kind, side, turn and length of the frame-out; in the
     suite stereo by kind of event, e.g. after a lamp goes off; in the suite follow over whole episodes.
 
@@ -37,7 +37,6 @@ class Compare:
         first, second: names; differences are first minus second.
         directory: result folder of names without one.
         preset: use rows of this preset only.
-        modules: your own Python modules, imported first; they register the suite of the rows.
         json: print JSON instead of a table.
     """
 
@@ -45,13 +44,11 @@ class Compare:
     second: Annotated[str, tyro.conf.Positional]
     directory: Path = Path("results") / DEFAULT
     preset: Annotated[str | None, ONE_NAME] = None
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False
     resumes = False
 
     def run(self) -> int:
         """Print it; return the exit status."""
-        load_modules(self.modules)
         for directory in dict.fromkeys(self._place_of(name)[0] for name in (self.first, self.second)):
             report_ignored_rows(directory)
         first, second = (self._rows(name) for name in (self.first, self.second))

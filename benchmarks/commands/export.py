@@ -8,13 +8,13 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, NAMES, ONE_NAME
+from benchmarks.commands.arguments import FOLDER, ONE_NAME
 from benchmarks.commands.packages import needs_data
-from benchmarks.run.contestants import load_modules
+from benchmarks.commands.with_modules import WithModules
 
 
 @dataclass(frozen=True)
-class Export:
+class Export(WithModules):
     """Write a data set in a format that programs of others read (pip install 'frameout[data]').
 
     Formats: coco, kitti-depth, kitti-flow, kitti-stereo, mot, otb, rerun (pip install 'frameout[rerun]'), tao-amodal,
@@ -25,13 +25,11 @@ class Export:
         directory: folder or URL of the data set.
         format: one of those above.
         out: the folder to write, new or empty; it appears whole or not at all.
-        modules: your own Python modules, imported first; they register scenarios.
     """
 
     directory: Annotated[str, tyro.conf.Positional]
     format: Annotated[str, ONE_NAME]
     out: Annotated[Path, FOLDER]
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     resumes = False
 
     def run(self) -> int:
@@ -41,7 +39,6 @@ class Export:
         from benchmarks.data_sets.data_set import DataSet
         from benchmarks.export.registry import export
 
-        load_modules(self.modules)
         try:
             data = DataSet(self.directory)
         except ValueError as error:

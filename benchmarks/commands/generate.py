@@ -14,7 +14,7 @@ import tyro
 from benchmarks.commands.arguments import COUNT, NAMES, ONE_NAME, SEEDS, WORKERS, cores, names, seed_range
 from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
-from benchmarks.run.contestants import load_modules
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.versions import package_versions, scene_version
 from scenarios import catalog
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Generate:
+class Generate(WithModules):
     """Make a data set: pictures with all their truth, resumable, on all cores or on a cluster.
 
     The same command continues after a stop; episodes are written whole or not at all. The bytes do not depend on the
@@ -45,7 +45,6 @@ class Generate:
         workers: processes; 0 = run in this process. On a cluster: episodes under way at once.
         backend: loky for processes of this machine; dask or ray for a cluster (`frameout[dask]`, `frameout[ray]`).
         address: of the cluster (default: a new one on this machine).
-        modules: your own Python modules, imported first; they register scenarios.
         dry_run: say how large the data set will be and how long it takes; make nothing.
         json: print what was made as JSON.
     """
@@ -64,7 +63,6 @@ class Generate:
     workers: Annotated[int | None, WORKERS] = None
     backend: str = "loky"
     address: Annotated[str | None, ONE_NAME] = None
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     dry_run: bool = False
     json: bool = False
     resumes = True
@@ -75,7 +73,6 @@ class Generate:
         from benchmarks.data_sets.generating import Workers, forecast, generate
         from benchmarks.data_sets.request import Request, channels_wanted
 
-        load_modules(self.modules)
         scenario, seeds = catalog.scenario(self.scenario), self._seeds()
         request = Request(
             scenario.id,

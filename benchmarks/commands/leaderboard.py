@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rich import box
+from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 
 from benchmarks.commands.console import console_of
@@ -16,25 +19,36 @@ from benchmarks.scores.summary import condition_of, steering_words
 from benchmarks.suites.registry import suite
 
 _WIDTH = 132
-_WIDE_ENOUGH_FOR_INTERVALS = 120
-_ROLE_STYLES = {"ours": "bold green", "oracle": "italic", "blind": "italic", "variant": "dim"}
+_HEAD_LINES = (2, 3, 4, 8)
+"""Lines of a table's head that are tried, so that more columns fit."""
+_ROLE_STYLES = {
+    "ours": "bold green",
+    "external": "bold magenta",
+    "oracle": "italic",
+    "blind": "italic",
+    "variant": "dim",
+}
 
 
-def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = False) -> None:
-    """Print a table for each scenario, preset, renderer and controller or link: the suite's headline, the best first.
+def print_leaderboard(
+    summary: Sequence[dict[str, Any]], metrics: Sequence[str] = (), *, markdown: bool = False
+) -> None:
+    """Print a table for each scenario, preset, renderer and controller or link, the best first.
+
+    On a narrow terminal the last columns are left out and named below; numbers keep their intervals.
 
     Args:
         summary: as ``write_summary`` returns it.
+        metrics: names of those to show, the first one ranks; () = the suite's headline.
         markdown: print Markdown tables.
     """
     console = console_of(_WIDTH)
-    intervals = markdown or console.width >= _WIDE_ENOUGH_FOR_INTERVALS
     for condition, entries in _conditions(summary):
         episodes = max(entry["n"] for entry in entries)
-        scores = suite(entries[0]["suite"])
+        scores = suite(entries[0]["suite"]).showing(metrics)
         recorded = "blocks of time" if scores.on_sequences is None else "sequences"
         units = recorded if entries[0]["scenario"] == REAL else "episodes"
-        title = f"{condition}: {episodes} {units}{', 95 % intervals over them' if intervals else ''}"
+        title = f"{condition}: {episodes} {units}, 95 % intervals over them"
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             print(f"{title}\n")
@@ -42,7 +56,7 @@ def print_leaderboard(summary: Sequence[dict[str, Any]], *, markdown: bool = Fal
             lines = map(names_and_cells, board.lines)
             print(markdown_table(heads, lines, words=len(scores.contestants) + 1), end="\n\n")
         else:
-            console.print(_for_terminal(title, board, scores.contestants, intervals))
+            console.print(_that_fits(console, title, board, scores.contestants))
 
 
 def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
@@ -54,14 +68,40 @@ def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[d
     yield from groups.items()
 
 
-def _for_terminal(title: str, board: tables.Table, names: Sequence[str], intervals: bool) -> Table:
-    table = Table(title=title, box=box.SIMPLE_HEAD)
+def _that_fits(console: Console, title: str, board: tables.Table, names: Sequence[str]) -> Table:
+    """Return the table with as many columns as fit, of whole words; at least one."""
+    for count in range(len(board.columns), 0, -1):
+        for head_lines in _HEAD_LINES:
+            table = _for_terminal(title, board, names, count, head_lines)
+            if Measurement.get(console, console.options, table).minimum < console.width or count == 1:
+                return table
+    return _for_terminal(title, board, names, 0, 1)
+
+
+def _for_terminal(title: str, board: tables.Table, names: Sequence[str], count: int, head_lines: int) -> Table:
+    """Return the table with the first ``count`` columns, whose heads have at most ``head_lines`` lines."""
+    left_out = [column.title for column in board.columns[count:]]
+    caption = f"not shown, too narrow: {', '.join(left_out)} (choose with --metric)" if left_out else None
+    table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD)
     for place, name in enumerate(names):
-        table.add_column(name, no_wrap=True, min_width=max(len(line.names[place]) for line in board.lines))
-    table.add_column("role", no_wrap=True, min_width=len("as-written"))
-    for column in board.columns:
-        table.add_column(head(column), justify="right", min_width=9 if intervals else 5)
+        table.add_column(name, width=max(len(name), *(len(line.names[place]) for line in board.lines)))
+    table.add_column("role", width=max(len("role"), *(len(line.role) for line in board.lines)))
+    for place, column in enumerate(board.columns[:count]):
+        cells = [part for line in board.lines for part in _lines_of(line.cells[place])]
+        table.add_column(head(column), justify="right", width=_width(head(column), cells, head_lines))
     for line in board.lines:
-        cells = [f"{cell.text}\n{short(cell.interval)}".rstrip() if intervals else cell.text for cell in line.cells]
-        table.add_row(*line.names, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
+        shown = ("\n".join(_lines_of(cell)) for cell in line.cells[:count])
+        table.add_row(*line.names, line.role, *shown, style=_ROLE_STYLES.get(line.role, ""))
     return table
+
+
+def _lines_of(cell: tables.Cell) -> list[str]:
+    """Return a number and, below it, its interval."""
+    return [cell.text, *filter(None, [short(cell.interval)])]
+
+
+def _width(title: str, cells: Sequence[str], head_lines: int) -> int:
+    """Return the least width of a column that cuts no word and gives its head at most so many lines, if it can."""
+    least = max(map(len, (*title.split(), *cells)))
+    widths = range(least, max(least, len(title)) + 1)
+    return next((width for width in widths if len(textwrap.wrap(title, width)) <= head_lines), least)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import NAMES, SEEDS, seed_range
+from benchmarks.commands.arguments import SEEDS, seed_range
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
+from benchmarks.commands.with_modules import WithModules
+from benchmarks.report.metric_definitions import MetricDefinition, metric_definitions
 from benchmarks.report.reference import reference_page
-from benchmarks.run.contestants import entrants, load_modules
+from benchmarks.run.contestants import entrants
 from benchmarks.run.versions import hash_of_survey
 from benchmarks.suites.registry import suites
 from scenarios import catalog
@@ -22,35 +25,40 @@ from scenarios.scenario import Survey
 from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controllers
 
+_PARTS = ("formula", "range", "unit", "better", "conditions", "source")
 _CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
 
 
 @dataclass(frozen=True)
-class List:
+class List(WithModules):
     """List scenarios with their presets and contents, suites, trackers, controllers and envs.
 
     Attributes:
         measure: measure the contents of the presets again (without rendering) and store them, instead of showing the
             stored ones.
         seeds: episodes A:B to measure.
-        modules: your own Python modules, imported first; they register trackers, metrics and so on.
         json: print JSON instead of tables.
-        reference: print the definitions of all metrics, observation features, reward terms and `info` keys instead, as
-            Markdown (the page REFERENCE.md).
+        metrics: print the definitions of all metrics instead: formula, range, unit, better direction, conditions and
+            source.
+        reference: print the definitions of everything instead, as Markdown (the page REFERENCE.md): truth, metrics,
+            columns of results, settings of presets, env keywords, observation features, reward terms, `info` keys.
     """
 
     measure: bool = False
     seeds: Annotated[str, SEEDS] = "0:50"
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False
+    metrics: bool = False
     reference: bool = False
     resumes = False
 
     def run(self) -> int:
         """Print it; return the exit status."""
-        load_modules(self.modules)
         if self.reference:
             print(reference_page(), end="")
+            return 0
+        if self.metrics:
+            defined = [each for suite in suites().values() for each in metric_definitions(suite)]
+            print(json.dumps([asdict(each) for each in defined], indent=1) if self.json else _as_text(defined))
             return 0
         if self.measure:
             _measure(seed_range(self.seeds))
@@ -64,6 +72,16 @@ class List:
         for title, rows in _tables():
             console.print(_table(title, rows))
         return 0
+
+
+def _as_text(defined: Sequence[MetricDefinition]) -> str:
+    """Return definitions of metrics, some lines for each."""
+    lines = []
+    for each in defined:
+        lines += [f"{each.suite}: {each.name}", f"    {each.summary}"]
+        lines += [f"    {name + ':':<12}{getattr(each, name)}" for name in _PARTS]
+        lines.append(f"    rows in:    {'; '.join(each.defined_in)}")
+    return "\n".join(lines)
 
 
 def _measure(seeds: range) -> None:

@@ -10,6 +10,7 @@ import tyro
 
 from benchmarks.commands.arguments import FOLDER, ONE_NAME, SEEDS, seed_range
 from benchmarks.commands.leaderboard import print_leaderboard
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning import playing
 from benchmarks.report.page import write_report
 from benchmarks.run.experiment import make_folder
@@ -20,7 +21,7 @@ from sim.checks import check
 
 
 @dataclass(frozen=True)
-class Play:
+class Play(WithModules):
     """Steer a camera by hand, with its picture on the screen and an orange cross at the tracker's estimate.
 
     Keys: w and s move ahead and back; a and d move left and right (a robot turns); q and e turn; r and f climb, sink.
@@ -55,7 +56,8 @@ class Play:
         make_folder(out)
         tracker = self.tracker or catalog.envs()[self.env][1]
         seeds = seed_range(self.seeds)
-        played = playing.play(playing.Play(self.env, self.preset, tracker, self.link, seeds, out, self.zoom))
+        asked = playing.Play(self.env, self.preset, tracker, self.link, seeds, out, self.zoom, self.modules)
+        played = playing.play(asked)
         if played == 0:
             print("no episode was played to its end with a key pressed")
             return 0

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, FILE, NAMES, ONE_NAME
-from benchmarks.run.contestants import load_modules
+from benchmarks.commands.arguments import COUNT, FILE, ONE_NAME
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.jobs import Job
 from benchmarks.run.steering import link_in, suite_shown, suite_watching
@@ -20,7 +20,7 @@ from sim.checks import check
 
 
 @dataclass(frozen=True)
-class Render:
+class Render(WithModules):
     """Write one episode as an MP4: the camera's picture, the truth, and a tracker's estimate.
 
     A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above.
@@ -41,7 +41,6 @@ class Render:
         frames: number of frames (default: the whole episode).
         scale: size of the larger view over that of the camera's picture, >= 1; 16,777,216 pixels at most.
         out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
-        modules: your own Python modules, imported first; they register scenarios, trackers and so on.
     """
 
     scenario: Annotated[str, tyro.conf.Positional] = catalog.DEFAULT
@@ -54,12 +53,10 @@ class Render:
     frames: Annotated[int | None, COUNT] = None
     scale: float = 2.0
     out: Annotated[Path | None, FILE] = None
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     resumes = False
 
     def run(self) -> int:
         """Write it; return the exit status."""
-        load_modules(self.modules)
         scenario = catalog.scenario(self.scenario)
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
         out = self.out or Path("results") / f"{scenario.id}-{self.preset}-{self.seed}.mp4"

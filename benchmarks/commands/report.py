@@ -9,19 +9,20 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, NAMES, WORKERS, cores
+from benchmarks.commands.arguments import FOLDER, NAMES, WORDS, WORKERS, cores, names
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
-from benchmarks.run.contestants import load_modules
 from benchmarks.scores.summary import write_summary
+from benchmarks.suites.registry import check_metrics
 from sim.checks import check
 
 
 @dataclass(frozen=True)
-class Report:
+class Report(WithModules):
     """Make summary.json, comparisons.json and report.html of a result folder again, from its records.jsonl.
 
     With --from-estimates the rows in records.jsonl are made again first, without running a tracker: those of the run,
@@ -34,7 +35,9 @@ class Report:
         data: with --from-estimates, folder or URL of a data set with the episodes, which are then not simulated.
         workers: with --from-estimates, number of worker processes; 0 = this process.
         markdown: also print the leaderboard as a Markdown table.
-        modules: your own Python modules, imported first; they register the suite of the rows, its scenario and so on.
+        metric: names of the metrics on the leaderboard, see `frameout list --metrics`; the first one ranks (default:
+            the suite's own).
+        plot: words of the titles of the plots to draw, e.g. calibrated (default: all).
     """
 
     directory: Annotated[Path, tyro.conf.Positional]
@@ -42,20 +45,21 @@ class Report:
     data: Annotated[str | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     markdown: bool = False
-    modules: Annotated[tuple[str, ...], NAMES] = ()
+    metric: Annotated[tuple[str, ...], NAMES] = ()
+    plot: Annotated[tuple[str, ...], WORDS] = ()
     resumes = False
 
     def run(self) -> int:
         """Write them; return the exit status."""
-        load_modules(self.modules)
         check("data", self.data is None or self.from_estimates, "none without --from-estimates", repr(self.data))
         if self.from_estimates:
             self._rejudge()
-        summary = write_summary(self.directory)
+        summary, metrics = write_summary(self.directory), names(self.metric)
+        check_metrics(metrics, sorted({entry["suite"] for entry in summary}))
         report_ignored_rows(self.directory)
         if self.markdown:
-            print_leaderboard(summary, markdown=True)
-        print(write_report(self.directory))
+            print_leaderboard(summary, metrics, markdown=True)
+        print(write_report(self.directory, metrics, self.plot))
         return 0
 
     def _rejudge(self) -> None:

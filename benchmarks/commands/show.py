@@ -8,25 +8,22 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import NAMES
 from benchmarks.commands.packages import needs_data
-from benchmarks.run.contestants import load_modules
+from benchmarks.commands.with_modules import WithModules
 from trackers.atomic_file import write_atomic
 
 
 @dataclass(frozen=True)
-class Show:
+class Show(WithModules):
     """Make one offline HTML page about a data set: frames with boxes, channels, histograms, what is stored.
 
     Attributes:
         directory: folder or URL written by `frameout generate`.
         out: file of the page; by default page.html in that folder.
-        modules: your own Python modules, imported first; they register the scenario.
     """
 
     directory: Annotated[str, tyro.conf.Positional]
     out: Path | None = None
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     resumes = False
 
     def run(self) -> int:
@@ -37,7 +34,6 @@ class Show:
         from benchmarks.data_sets.page.page import PAGE, render_page
         from benchmarks.data_sets.places import put
 
-        load_modules(self.modules)
         data = DataSet(self.directory)
         page = render_page(data)
         data.close()

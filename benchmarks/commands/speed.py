@@ -15,6 +15,7 @@ from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
 from benchmarks.commands.console import console_of
 from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.settings import EPISODES
 from benchmarks.run.experiment import make_folder
 from benchmarks.scores.summary import SUMMARY_FILE_NAME
@@ -32,7 +33,7 @@ _FEWEST_SOAKED_STEPS = 1000
 
 
 @dataclass(frozen=True)
-class Speed:
+class Speed(WithModules):
     """Compare the time of a finished frame with all its truth, and of its picture alone, with a bare call of PyBullet's
     TinyRenderer on the scene, with its shadows and without.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +12,7 @@ import tyro
 
 from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, SEEDS, VALUES, development_seeds, seed_range
 from benchmarks.commands.progress import progress_bar
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.error_models import make_error_model, save_error_model
 from benchmarks.learning.model_check import as_table, model_check
 from benchmarks.learning.settings import Algorithm, Corrects, Training
@@ -27,7 +29,7 @@ _RUNS = "runs"
 
 
 @dataclass(frozen=True)
-class Train:
+class Train(WithModules):
     """Train a policy in an env with stable-baselines3. A run that was stopped continues with the same command.
 
     By default training is without pictures: a fitted model of the tracker's errors replaces picture and tracker.
@@ -99,7 +101,9 @@ class Train:
             return self._check_model(settings, out / _RUNS)
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, progress)
-        print(f"policy: {path}\njudge it: frameout bench {controllers_suite().name} --controllers policy:{path}")
+        modules = f" --modules {shlex.join(self.modules)}" if self.modules else ""
+        judging = f"frameout bench {controllers_suite().name} --controllers policy:{path}{modules}"
+        print(f"policy: {path}\njudge it: {judging}")
         return 0
 
     def _fit_model(self, settings: FollowSettings, runs: Path) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -20,6 +21,7 @@ from benchmarks.commands.arguments import (
     names,
 )
 from benchmarks.commands.progress import progress_bar
+from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.controller_tuning import (
     ControllerBudget,
     controllers_to_tune,
@@ -45,7 +47,7 @@ from sim.checks import check
 
 
 @dataclass(frozen=True)
-class Tune:
+class Tune(WithModules):
     """Search parameters on development seeds, with the same search, score and number of trials for each.
 
     Without names: of all trackers, on the first scene of each one's suite, then of all controllers, in all scenes.
@@ -117,7 +119,7 @@ class Tune:
         tunables(name)
         its_suite = suite(entrant(name).suites[0])
         presets, seeds, fresh = self._episodes(its_suite.scenes[0])
-        return Budget(its_suite.name, presets, seeds, fresh, self.trials, cores(self.workers))
+        return Budget(its_suite.name, presets, seeds, fresh, self.trials, cores(self.workers), self.modules)
 
     def _controller_budget(self, name: str, scenario: str) -> ControllerBudget:
         scene, known = controllers_suite().scene(scenario), catalog.scenario(scenario)
@@ -133,6 +135,7 @@ class Tune:
             trials=self.trials,
             workers=cores(self.workers),
             cache=EPISODES,
+            modules=self.modules,
         )
 
     def _tune_tracker(self, name: str, budget: Budget) -> None:
@@ -160,7 +163,8 @@ class Tune:
 
     def _command(self, tuned: str, presets: tuple[str, ...], seeds: range, fresh: range) -> str:
         episodes = f"--preset {' '.join(presets)} --seeds {seeds.start}:{seeds.stop} --fresh {len(fresh)}"
-        return f"frameout tune {tuned} --trials {self.trials} {episodes}"
+        modules = f" --modules {shlex.join(self.modules)}" if self.modules else ""
+        return f"frameout tune {tuned} --trials {self.trials} {episodes}{modules}"
 
 
 def _report(name: str, tuned: Tuned, path: Path) -> None:

@@ -7,27 +7,25 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, NAMES
+from benchmarks.commands.arguments import COUNT
 from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
-from benchmarks.run.contestants import load_modules
+from benchmarks.commands.with_modules import WithModules
 from sim.checks import check
 
 
 @dataclass(frozen=True)
-class Verify:
+class Verify(WithModules):
     """Check a data set: checksums, counts, and truth against pictures. Exit status 1 if an episode is damaged.
 
     Attributes:
         directory: folder or URL of the data set.
         every: decode one of so many frames and compare it with its truth.
-        modules: your own Python modules, imported first; they register the scenario.
         discard: remove damaged episodes, so that the command that made the data set makes them again.
     """
 
     directory: Annotated[str, tyro.conf.Positional]
     every: Annotated[int, COUNT] = 1
-    modules: Annotated[tuple[str, ...], NAMES] = ()
     discard: bool = False
     resumes = False
 
@@ -37,7 +35,6 @@ class Verify:
         from benchmarks.data_sets.data_set import DataSet
         from benchmarks.data_sets.verifying import discard, problems
 
-        load_modules(self.modules)
         check("every", self.every >= 1, "a whole number >= 1", self.every)
         data = DataSet(self.directory)
         with progress_bar(f"verify {self.directory}") as progress:

@@ -21,7 +21,7 @@ from benchmarks.data_sets.data_set import MANIFEST, REQUEST, DataSet, is_whole
 from benchmarks.data_sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
 from benchmarks.data_sets.places import lasting, place_of, put
 from benchmarks.data_sets.request import Request, request_of
-from benchmarks.run.contestants import load_modules
+from benchmarks.run.own_modules import load_modules
 from scenarios.scenario import Episode
 from sim.checks import check
 

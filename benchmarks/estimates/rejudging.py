@@ -21,11 +21,11 @@ from benchmarks.data_sets.benchmark import benchmark_of
 from benchmarks.estimates.block_file import Block, Facts, facts_of, paths_in, read_block
 from benchmarks.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
 from benchmarks.run.blocks import as_block
-from benchmarks.run.contestants import load_modules
 from benchmarks.run.current_blocks import ESTIMATES
 from benchmarks.run.experiment import Progress, check_renderer
 from benchmarks.run.guards import FAILED_AT, times
 from benchmarks.run.jobs import Job, episode_of
+from benchmarks.run.own_modules import load_modules
 from benchmarks.run.records import FILE_NAME, BlockKey, Row, append_block, block_key, read_blocks, tidy
 from benchmarks.run.versions import judge_version, scene_version
 from benchmarks.suites.judging import Ending, Score, ScoreSheet

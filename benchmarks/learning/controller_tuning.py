@@ -14,6 +14,7 @@ from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job
+from benchmarks.run.own_modules import load_modules
 from benchmarks.run.steering import link_in
 from benchmarks.run.versions import modules_of, versions_of_modules
 from benchmarks.suites.registry import controllers_suite
@@ -33,7 +34,7 @@ class ControllerBudget:
         seeds: of the episodes that score a setting, without pictures where the scenario has such.
         fresh: of the rendered episodes that check the best setting.
         trials: number of settings; the first one is the defaults.
-        workers: processes.
+        workers: processes. modules: users' own modules, imported first in each.
         cache: folder for planned episodes.
     """
 
@@ -45,6 +46,7 @@ class ControllerBudget:
     trials: int
     workers: int
     cache: Path | None = None
+    modules: tuple[str, ...] = ()
 
 
 def tunable_controller(name: str, carrier: str) -> ControllerEntry:
@@ -93,7 +95,7 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
 
     scored = (model, controllers_suite().tuned_for)
     depends_on = (
-        dataclasses.replace(budget, trials=0, workers=0, fresh=range(0), cache=None),
+        dataclasses.replace(budget, trials=0, workers=0, fresh=range(0), cache=None, modules=()),
         versions_of_modules(*code),
         scored,
     )
@@ -104,6 +106,7 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
 
 def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget) -> float:
     """Return what tuning maximises (the suite's ``tuned_for``) over the budget's episodes, each run once."""
+    load_modules(budget.modules)
     scores = scores_without_pictures(
         budget.scenario, budget.preset, budget.tracker, entry.name, values, budget.seeds, budget.cache
     )
@@ -125,6 +128,7 @@ def _score_with_pictures(
             controller_values=values,
             trackers=(budget.tracker,),
             link=link_in(suite),
+            modules=budget.modules,
         )
         for seed in seeds
     ]

@@ -53,7 +53,7 @@ class Play:
         env: env id. preset, tracker, link: see ``FollowSettings``.
         seeds: of the episodes.
         out: folder for the rows.
-        zoom: of the picture on the screen.
+        zoom: of the picture on the screen. modules: users' own modules, which the rows name.
     """
 
     env: str
@@ -63,6 +63,7 @@ class Play:
     seeds: range
     out: Path
     zoom: float = 1.0
+    modules: tuple[str, ...] = ()
 
 
 def play(played: Play) -> int:
@@ -178,6 +179,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             controller=HUMAN,
             trackers=(played.tracker,),
             link=played.link,
+            modules=played.modules,
         )
         seconds = round(time.perf_counter() - self._started, 3)
         ending = {"seconds": seconds, "versions": versions_of(job.suite, job.scenario, job.preset, tracker)}

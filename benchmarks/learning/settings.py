@@ -41,6 +41,7 @@ class Training:
             target is likely to be lost (``frame-outs``).
         episode_steps: maximum number of steps of an episode.
         seed: of all random numbers.
+        modules: users' own modules, imported first in every process.
     """
 
     env: str
@@ -59,6 +60,7 @@ class Training:
     starts: Starts = "episodes"
     episode_steps: int = 300
     seed: int = 0
+    modules: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check("env", self.env in catalog.envs(), f"one of {', '.join(catalog.envs())}", repr(self.env))

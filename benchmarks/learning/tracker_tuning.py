@@ -38,7 +38,7 @@ class Budget:
         suite, presets, seeds: of the episodes that score a setting.
         fresh: seeds of the episodes that check the best.
         trials: number of settings; the first one is the defaults.
-        workers: processes.
+        workers: processes. modules: users' own modules, imported first in each.
     """
 
     suite: str
@@ -47,6 +47,7 @@ class Budget:
     fresh: range
     trials: int
     workers: int
+    modules: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         progress,
         studies,
         (
-            dataclasses.replace(budget, trials=0, workers=0, fresh=range(0)),
+            dataclasses.replace(budget, trials=0, workers=0, fresh=range(0), modules=()),
             versions_of_modules(entrant(name).module, *modules_of(budget.suite, _scenario(budget).id)),
             suite(budget.suite).tuned_for,
         ),
@@ -176,6 +177,7 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
             controller=suite(budget.suite).controller if scenario.presets[preset].closed_loop else None,
             trackers=labels,
             link=link_in(budget.suite),
+            modules=budget.modules,
             settings={label: (name, settings[label]) for label in labels},
         )
         for preset in budget.presets

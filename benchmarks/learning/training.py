@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.learning.checkpoint import checkpointed_settings, checkpointed_steps, load_checkpoint, save_checkpoint
 from benchmarks.learning.settings import EPISODES, Training
 from benchmarks.learning.stop_signals import StopSignals
+from benchmarks.run.own_modules import load_modules
 from scenarios import catalog
 from scenarios.envs.pictureless.error_model import error_model
 from sim.checks import check
@@ -122,14 +123,21 @@ def _envs(training: Training, seed: int) -> Any:
 
     keywords = training.env_keywords | {"max_episode_steps": training.episode_steps}
     if training.pictures:
-        # New processes import the module in the id, which registers the envs.
-        make = [partial(gym.make, f"scenarios:{training.env}", **keywords)] * training.env_count
+        make = [partial(_env, training.modules, training.env, keywords)] * training.env_count
         kind = EnvProcesses if len(make) > 1 else SyncVectorEnv
         envs: VectorEnv[Any, Any, Any] = kind(make, autoreset_mode=AutoresetMode.SAME_STEP)
     else:
         own: dict[str, Any] = {"starts": training.starts, "seeds": range(training.episodes), "cache": EPISODES}
         envs = gym.make_vec(training.env, training.env_count, pictures=False, **own, **keywords)
     return GymnasiumVecEnv(envs, seed, 1.0 - _DISCOUNT)
+
+
+def _env(modules: Sequence[str], name: str, keywords: dict[str, Any]) -> Any:
+    """Return one env, in a process that may be new: it imports ``scenarios``, which registers envs, and ``modules``."""
+    import gymnasium as gym
+
+    load_modules(modules)
+    return gym.make(f"scenarios:{name}", **keywords)
 
 
 def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:

@@ -33,6 +33,11 @@ def interval_text(low: float | None, high: float | None, unit: str, *, signed: b
     return f"{number_text(low, unit, signed=signed)} … {number_text(high, unit, signed=signed)}"
 
 
+def range_text(low: float, high: float) -> str:
+    """Return the range of a value in words: ``0 to 1``, ``0 to infinity``."""
+    return " to ".join(f"{end:g}".replace("inf", "infinity").replace("-", _MINUS) for end in (low, high))
+
+
 def ranges_text(numbers: Iterable[int]) -> str:
     """Return whole numbers as inclusive ranges: ``0–9, 12``."""
     runs: list[list[int]] = []

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from benchmarks.report import plots, tables
 from benchmarks.report.facts import facts_table
+from benchmarks.report.metric_definitions import MetricDefinition, metric_definitions
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
@@ -67,14 +68,18 @@ class Section:
     pictures: tuple[Picture, ...]
 
 
-def write_report(directory: Path) -> Path:
+def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[str] = ()) -> Path:
     """Make ``directory/report.html`` from the rows in ``directory`` and return its path.
 
     For a picture of the suite part of a simulated episode is run again, if this code made the rows. A missing summary
     or comparison file is made again.
 
+    Args:
+        metrics: names of those on the leaderboard, the first one ranks; () = the suite's headline.
+        plots: words of the titles of those to draw; () = all.
+
     Raises:
-        ValueError: if the folder holds no results.
+        ValueError: if the folder holds no results, or no plot has such a title.
     """
     rows = read_rows(directory)
     check("directory", bool(rows), "one that holds results", f"no whole episode in {str(directory)!r}")
@@ -90,12 +95,27 @@ def write_report(directory: Path) -> Path:
         suite(condition[0]).picture(directory, condition, trackers, shown)
     pictures = read_pictures(directory)
     sections = [
-        _section(condition, trackers, _of(summary, condition), _of(comparisons, condition), pictures)
+        _section(condition, trackers, _of(summary, condition), _of(comparisons, condition), pictures, metrics)
         for condition, trackers in groups.items()
     ]
+    if plots:
+        chosen = _chosen(sections, plots)
+        sections = [replace(section, plots=each) for section, each in zip(sections, chosen, strict=True)]
     path = directory / REPORT_FILE_NAME
     write_atomic(path, _render(sections))
     return path
+
+
+def _chosen(sections: Sequence[Section], plots: Sequence[str]) -> list[tuple[Plot, ...]]:
+    """Return the plots of each section whose titles hold one of ``plots``."""
+    titles = dict.fromkeys(plot.title for section in sections for plot in section.plots)
+    for words in plots:
+        known = any(words.lower() in title.lower() for title in titles)
+        check("plot", known, f"words of one of the titles {', '.join(map(repr, titles))}", repr(words))
+    return [
+        tuple(plot for plot in section.plots if any(words.lower() in plot.title.lower() for words in plots))
+        for section in sections
+    ]
 
 
 def page_style() -> str:
@@ -104,17 +124,31 @@ def page_style() -> str:
 
 
 def _worth_showing(summary: list[dict[str, Any]], condition: Condition) -> list[str]:
-    """Return ours and the best of the methods as written; without them the leader."""
+    """Return ours, users' own and the best of the methods as written; without them the leader."""
     lines = tables.leaderboard(suite(condition[0]), summary, _RANKED_ROLES).lines
-    first = {line.role: line.names[0] for line in reversed(lines)}
-    chosen = [first[role] for role in ("ours", "as-written") if role in first]
+    first = {line.role: line.names[:1] for line in reversed(lines)}
+    own = [line.names[0] for line in lines if line.role == "external"]
+    chosen = [*first.get("ours", ()), *own, *first.get("as-written", ())]
     return chosen or [line.names[0] for line in lines[:1]] or [entry["tracker"] for entry in summary[:1]]
 
 
 def _render(sections: list[Section]) -> str:
     heading = " · ".join(dict.fromkeys(section.suite.heading for section in sections))
     page = page_environment("report").get_template("page.html.jinja")
-    return page.render(heading=heading, sections=sections, style=Markup(page_style()))
+    definitions = [(section.suite.name, _defined(section.suite, sections)) for section in _one_a_suite(sections)]
+    return page.render(heading=heading, sections=sections, definitions=definitions, style=Markup(page_style()))
+
+
+def _one_a_suite(sections: list[Section]) -> list[Section]:
+    return list({section.suite.name: section for section in sections}.values())
+
+
+def _defined(suite: Suite, sections: list[Section]) -> list[MetricDefinition]:
+    """Return the definitions of those metrics of a suite that stand in a table."""
+    mine = [section for section in sections if section.suite.name == suite.name]
+    shown = [each for section in mine for each in (section.everything, section.facts) if each is not None]
+    names = {column.name for table in shown for column in table.columns}
+    return [each for each in metric_definitions(suite) if each.name in names]
 
 
 def _of(entries: list[dict[str, Any]], condition: Condition) -> list[dict[str, Any]]:
@@ -127,9 +161,10 @@ def _section(
     summary: list[dict[str, Any]],
     comparisons: list[dict[str, Any]],
     pictures: list[Picture],
+    metrics: Sequence[str],
 ) -> Section:
     suite_name, scenario, preset, renderer, _ = condition
-    scores = suite(suite_name)
+    scores = suite(suite_name).showing(metrics)
     everything = tables.every_metric(scores, summary)
     # A line's style is that of the first of the contestant's names, e.g. of the controller.
     roles: dict[str, str] = {}

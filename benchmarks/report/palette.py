@@ -38,16 +38,19 @@ class LineStyle:
 
 
 _DASHES: tuple[tuple[float, ...], ...] = ((5, 2), (1.5, 1.5), (6, 1.5, 1.5, 1.5), (3, 1, 1, 1, 1, 1))
+_OWN_DASHES: tuple[tuple[float, ...], ...] = ((), (7, 2), (7, 2, 2, 2))
 _ORACLE_DASHES: tuple[tuple[float, ...], ...] = ((1.2, 1.6), (4, 1.6, 1.2, 1.6))
 _BLIND_DASHES: tuple[tuple[float, ...], ...] = ((8, 2), (8, 2, 1, 2), (8, 2, 1, 2, 1, 2), (8, 2, 3, 2))
 _WRITTEN = ("written-1", "written-2", "written-3")
-_VARIABLES = ("ours", *_WRITTEN, "plain", "ink")
+_VARIABLES = ("ours", *_WRITTEN, "plain", "ink", "own")
 _COLOURS = {variable: f"#0a0b{16 + place:02x}" for place, variable in enumerate(_VARIABLES)}
 PLACEHOLDERS |= {colour: variable for variable, colour in _COLOURS.items()}
 
 
 def line_styles(trackers: Sequence[tuple[str, str]]) -> dict[str, LineStyle]:
     """Return a style for each of the (name, role); the same list gives the same styles.
+
+    A user's own method (role ``external``) has a colour that no other role has.
 
     A tuned method has the colour of the same method as written, if that is in the list.
     """
@@ -63,6 +66,8 @@ def _style(role: str, place: int) -> LineStyle:
     dashes = _DASHES[place % len(_DASHES)]
     if role == "ours":
         return _line("ours", (), 2.6, in_front=True)
+    if role == "external":
+        return _line("own", _OWN_DASHES[place % len(_OWN_DASHES)], 2.4, in_front=True)
     if role == "variant":
         return _line("ours", dashes, 1.2)
     if role == "tuned":

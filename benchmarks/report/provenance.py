@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.report.numbers import ranges_text
 from benchmarks.results.ledger import TEST_SPLIT
-from benchmarks.run.records import LAST_METRIC, REAL, Row
+from benchmarks.run.experiment import SET_PATH
+from benchmarks.run.records import HUMAN, LAST_METRIC, REAL, Row
 from benchmarks.suites.registry import event_of, suite
+from scenarios import catalog
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,16 +87,37 @@ def _split(seeds: Sequence[int]) -> str:
 
 def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
     row = rows[0]
-    controllers, trackers = (list(dict.fromkeys(each[key] for each in rows)) for key in ("controller", "tracker"))
+    modules = list(dict.fromkeys(each for some in rows for each in some.get("modules", ())))
+    trackers = list(dict.fromkeys(each["tracker"] for each in rows))
+    parts = ["frameout", "bench", row["suite"]]
+    if all(each["controller"] == HUMAN for each in rows):
+        return _played(row, seeds, modules)
     if row["scenario"] == REAL:
-        return " ".join(["frameout", "bench", row["suite"], "--real", "FILE", "--trackers", *trackers])
-    parts = ["frameout", "bench", row["suite"], "--preset", row["preset"]]
+        return shlex.join([*parts, "--real", "FILE", "--trackers", *trackers])
+    parts += ["--scenario", row["scenario"], "--preset", row["preset"]]
     parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}", "--renderer", row["renderer"]]
     if suite(row["suite"]).judges_controllers:
-        parts += ["--scenario", row["scenario"], "--link", row["link"]]
-    if row["controller"]:
-        parts += ["--controllers", *controllers]
-    return " ".join([*parts, "--trackers", *trackers])
+        parts += ["--link", row["link"]]
+    controllers = _controllers(rows)
+    parts += ["--controllers", *controllers] if controllers else []
+    parts += ["--trackers", *trackers]
+    return shlex.join([*parts, "--modules", *modules] if modules else parts)
+
+
+def _played(row: Row, seeds: Sequence[int], modules: Sequence[str]) -> str:
+    """Return the command of episodes that a person played."""
+    env = next((name for name, (scenario, _) in catalog.envs().items() if scenario == row["scenario"]), "ENV")
+    parts = ["frameout", "play", env, "--preset", row["preset"], "--tracker", row["tracker"], "--link", row["link"]]
+    parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}"]
+    return shlex.join([*parts, "--modules", *modules] if modules else parts)
+
+
+def _controllers(rows: Sequence[Row]) -> list[str]:
+    """Return the controllers to name: not a person, nor a set path where it is the preset's own."""
+    steering = dict.fromkeys(each["controller"] for each in rows if each["controller"] != HUMAN)
+    presets = catalog.scenario(rows[0]["scenario"]).presets
+    set_path = rows[0]["preset"] in presets and presets[rows[0]["preset"]].closed_loop
+    return [each or SET_PATH for each in steering if each is not None or set_path]
 
 
 def _versions(rows: Sequence[Row]) -> dict[str, str]:

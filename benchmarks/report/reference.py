@@ -1,76 +1,106 @@
-"""The page of definitions: every metric, observation feature, reward term and key of ``info``, made from the code."""
+"""The page of definitions, made from the code.
+
+Truth, metrics, columns of results, settings of presets, env keywords, observation features, reward terms and keys of
+``info``.
+"""
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Mapping
-from dataclasses import asdict
-from pathlib import Path
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from benchmarks.report.tables import column_of
+from benchmarks.report.docstrings import attribute_meanings, place_of, words_of
+from benchmarks.report.metric_definitions import definitions_of, metric_definitions
+from benchmarks.report.preset_settings import preset_settings
 from benchmarks.report.templates import page_environment
 from benchmarks.results.ledger import published_runs
-from benchmarks.run.guards import GuardedContestant
+from benchmarks.run import records
+from benchmarks.scores import summary
 from benchmarks.scores.pooling import pooled
 from benchmarks.scores.statistics import Comparison, bootstrap_interval
-from benchmarks.suites.registry import Metric, Suite, suites
+from benchmarks.suites.registry import suites
+from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.reward import Reward
 from scenarios.envs.settings import FollowSettings
-from scenarios.envs.truth_info import INFO
-from scenarios.truth import Truth
+from scenarios.envs.truth_info import INFO, truth_keys
+from scenarios.truth import Truth, dtype_of, meanings
 from trackers.belief import features as belief_features
 
-_ROOT = Path(__file__).resolve().parents[2]
-_TIMES = {GuardedContestant.scores: ("ms_per_frame", "frames_per_s")}
-"""Rows that every suite has."""
+
+@dataclass(frozen=True, slots=True)
+class TruthField:
+    """A field of truth: dtype, shape and unit as in data sets and ``info``; meaning from the docstring."""
+
+    name: str
+    dtype: str
+    shape: str
+    unit: str
+    meaning: str
+    in_info: bool
 
 
 def reference_page() -> str:
     """Return the page as Markdown."""
     environment = page_environment("report", autoescape=False)
-    environment.filters |= {"cell": _cell, "words": _words, "place": _place, "goal": lambda m: column_of(m).goal}
+    environment.filters |= {"cell": _cell, "words": words_of, "place": place_of}
     return environment.get_template("reference.md.jinja").render(
         suites=suites().values(),
-        metrics_of=metrics_of,
+        metrics_of=metric_definitions,
         definitions_of=definitions_of,
         statistics=(pooled, bootstrap_interval, Comparison),
+        rows=records,
+        columns={
+            summary.SUMMARY_FILE_NAME: summary.SUMMARY_COLUMNS,
+            summary.COMPARISONS_FILE_NAME: summary.COMPARISON_COLUMNS,
+        },
         features=belief_features,
         reward=Reward,
         weights=asdict(Reward()),
         info=INFO,
-        truth=Truth,
+        truth_words=words_of(Truth).partition("Attributes:")[0].strip(),
+        fields=list(truth_fields(Truth)),
+        scenarios=[catalog.scenario(name) for name in catalog.names()],
+        own_truth=_own_truth(),
+        settings_of=preset_settings,
         env=(FollowEnv, FollowSettings),
         runs=published_runs(),
     )
 
 
-def metrics_of(suite: Suite) -> list[Metric]:
-    """Return the metrics of a suite's summary, then those of only its events and facts."""
-    found: dict[str, Metric] = {}
-    for metric in (*suite.metrics, *suite.events.compared, *(suite.facts.columns if suite.facts else ())):
-        found.setdefault(metric.name, metric)
-    return list(found.values())
+def truth_fields(kind: type[Truth]) -> Iterator[TruthField]:
+    """Yield the fields of a kind of truth, its bases' included."""
+    cached: Any = kind
+    words, in_info = attribute_meanings(kind), truth_keys(cached)
+    for name, meaning in meanings(kind).items():
+        shape = " × ".join(map(str, meaning.shape)) or "scalar"
+        # Shape and dtype have columns of their own.
+        text = re.sub(r"^\([^)]*\)( \w+\d+)?,? ?", "", words[name])
+        coding = "" if meaning.coding in text else meaning.coding
+        told = "; ".join(filter(None, (text, coding))) or " ".join(name.split("_")[:-1])
+        yield TruthField(name, _dtype(kind, name, meaning.unit), shape, meaning.unit, told, name in in_info)
 
 
-def definitions_of(suite: Suite) -> Mapping[Any, tuple[str, ...]]:
-    """Return the definitions of a suite's rows: function, class or module -> names of rows."""
-    return {**suite.definitions, **_TIMES}
+def _own_truth() -> list[tuple[tuple[str, ...], list[TruthField]]]:
+    """Return the fields that scenarios add to ``Truth``, with the ids of all that have them."""
+    kinds: dict[type[Truth], list[str]] = {}
+    for name in catalog.names():
+        kinds.setdefault(catalog.scenario(name).truth, []).append(name)
+    common = meanings(Truth)
+    own = {tuple(ids): [each for each in truth_fields(kind) if each.name not in common] for kind, ids in kinds.items()}
+    return [(ids, fields) for ids, fields in own.items() if fields]
 
 
-def _cell(text: str) -> str:
+def _dtype(kind: type[Truth], name: str, unit: str) -> str:
+    """Return the dtype of a field; of words, and of objects of our own, which no dtype has, what they are."""
+    if unit == "word":
+        return "str"
+    dtype = dtype_of(kind, name)
+    return "object" if dtype.hasobject else dtype.name
+
+
+def _cell(text: Any) -> str:
     """Return text escaped for the cell of a table."""
-    return text.replace("|", "\\|")
-
-
-def _words(thing: Any) -> str:
-    return (inspect.getdoc(thing) or "").replace("``", "`")
-
-
-def _place(thing: Any) -> str:
-    """Return the place of a definition, as ``benchmarks/suites/stereo/metrics/people.py: on_other``."""
-    code = getattr(thing, "fget", thing)
-    file = Path(inspect.getfile(code)).resolve()
-    path = file.relative_to(_ROOT).as_posix() if file.is_relative_to(_ROOT) else file.name
-    return path if inspect.ismodule(code) else f"{path}: {code.__qualname__}"
+    return str(text).replace("|", "\\|").replace("\n", " ")

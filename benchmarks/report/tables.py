@@ -22,8 +22,9 @@ _WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """Head of a column: the metric's name in words, unit sign, ``↑`` ``↓`` or the ideal value, and definition."""
+    """Head of a column: the metric's name, the same in words, unit sign, ``↑`` ``↓`` or the ideal value, definition."""
 
+    name: str
     title: str
     unit: str
     goal: str
@@ -124,11 +125,11 @@ def column_of(metric: Metric) -> Column:
     if metric.ideal is not None:
         goal = f"→ {100 * metric.ideal if metric.unit == 'fraction' else metric.ideal:g}"
     if "_per_" in metric.name:
-        return Column(metric.name.replace("_", " "), "", goal, metric.summary)
+        return Column(metric.name, metric.name.replace("_", " "), "", goal, metric.summary)
     words = [_WRITTEN_OUT.get(word, word) for word in metric.name.split("_")]
     if words[-1] in ("m", "px", "s") and metric.unit != "fraction":
         words.pop()
-    return Column(" ".join(words), unit_sign(metric.unit), goal, metric.summary)
+    return Column(metric.name, " ".join(words), unit_sign(metric.unit), goal, metric.summary)
 
 
 def _cell(metric: Metric, entry: Entry | None, top: float, entries: Sequence[Entry]) -> Cell:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
-import sys
-import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,7 +10,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
-from benchmarks.run.source_files import is_users
 from benchmarks.suites.registry import DEFAULT, Scene, Suite, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
@@ -84,31 +80,6 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
     if name not in known:
         raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}")
     return known[name]
-
-
-def load_modules(modules: Sequence[str]) -> None:
-    """Import users' own modules, also from the current folder, so that they register their trackers.
-
-    Raises:
-        ValueError: if one cannot be imported; names the file and line.
-    """
-    if modules and str(Path.cwd()) not in sys.path:
-        sys.path.append(str(Path.cwd()))
-    for module in modules:
-        try:
-            importlib.import_module(module)
-        except (Exception, SystemExit) as error:
-            # Its author needs the line of the fault, not our call stack.
-            expected = f"modules: expected one that can be imported, got {module!r}{_place_in_users_code(error)}"
-            raise ValueError(f"{expected}: {type(error).__name__}: {error}") from None
-
-
-def _place_in_users_code(error: BaseException) -> str:
-    """Return the file and line of a user's code that an error came from, or nothing."""
-    if isinstance(error, SyntaxError):
-        return f", {error.filename}, line {error.lineno}"
-    lines = [frame for frame in traceback.extract_tb(error.__traceback__) if is_users(frame.filename)]
-    return f", {lines[-1].filename}, line {lines[-1].lineno}" if lines else ""
 
 
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:

@@ -10,10 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from benchmarks.run.contestants import entrant, entrants, entrants_of, load_modules
+from benchmarks.run.contestants import entrant, entrants, entrants_of
 from benchmarks.run.current_blocks import ESTIMATES, current_blocks, with_estimates
 from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job
+from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import results
 from benchmarks.run.records import BlockKey, append_block, tidy
 from benchmarks.run.steering import default_controllers, link_in

@@ -16,9 +16,10 @@ import cv2
 import numba
 
 from benchmarks.run.blocks import as_block
-from benchmarks.run.contestants import Entrant, entrant, load_modules
+from benchmarks.run.contestants import Entrant, entrant
 from benchmarks.run.guards import Failure, Guard, GuardedContestant, GuardedController, guarded
 from benchmarks.run.notes import Note, note_at
+from benchmarks.run.own_modules import load_modules
 from benchmarks.run.records import Row
 from benchmarks.run.steering import controller_for
 from benchmarks.suites.judging import Judge, ScoreSheet
@@ -195,7 +196,8 @@ def episode_of(job: Job, truth: TruthExtent) -> Episode:
 def job_of(row: Row, seed: int) -> Job:
     """Return the job that repeats the run of a row, on this ``seed``."""
     episode = (row["suite"], row["scenario"], row["preset"], row["renderer"], seed)
-    return Job(*episode, row["controller"], (row["tracker"],), link=row.get("link"), repeats=1)
+    modules = tuple(row.get("modules", ()))
+    return Job(*episode, row["controller"], (row["tracker"],), link=row.get("link"), modules=modules, repeats=1)
 
 
 def run_job(job: Job) -> JobResult:
@@ -285,6 +287,9 @@ def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str |
         "renderer": job.renderer,
         "seed": job.seed,
     }
+    if job.modules:
+        # The command that repeats the run names them.
+        heading["modules"] = list(job.modules)
     if suite(job.suite).judges_controllers:
         carrier = catalog.scenario(job.scenario).carrier.name
         steering = controller_role or catalogue.controller_entry(str(job.controller), carrier).role

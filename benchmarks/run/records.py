@@ -14,6 +14,7 @@
 ``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``
 ``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
 ``seed``                the episode's seed; of recordings the number of a block of 500 frames, or of a ``sequence``
+``modules``             names or files of users' own modules of the run; only where there were any
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)
@@ -39,8 +40,7 @@
                         null if it was hidden again, or the episode ended, before that, and of other events. A
                         change of light is the two seconds from its beginning on.
 ``event``               suites ``fish`` and ``harbour``: null, or ``fish.links.FishGap`` or ``harbour.visits.Visit``
-``event``               suite ``follow``: null for rows about the whole episode; else the loss that the row is
-                        about::
+``event``               suite ``follow``: null for rows about the whole episode; else the loss it is about::
 
                             {"kind": "loss", "index": 0, "first_frame": 57, "length_frames": 43,
                              "back_frame": 100 or null}

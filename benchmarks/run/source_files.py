@@ -9,8 +9,10 @@ from collections.abc import Collection, Iterable
 from functools import cache
 from pathlib import Path
 
-_ROOT = Path(__file__).resolve().parents[2]
-_OURS = ("sim", "trackers", "scenarios", "benchmarks")
+ROOT = Path(__file__).resolve().parents[2]
+"""Folder of our packages."""
+OURS = ("sim", "trackers", "scenarios", "benchmarks")
+"""Names of our packages."""
 _PYTHON = Path(sysconfig.get_path("stdlib")).resolve()
 _INSTALLED = {"site-packages", "dist-packages"}
 
@@ -44,8 +46,8 @@ def source_files(modules: Iterable[str], registries: Collection[str] = ()) -> li
 def source_of(module: str) -> Path | None:
     """Return the source file of one of our modules or of a user's; None for others."""
     top = module.partition(".")[0]
-    if top in _OURS:
-        path = _ROOT.joinpath(*module.split(".")).with_suffix(".py")
+    if top in OURS:
+        path = ROOT.joinpath(*module.split(".")).with_suffix(".py")
         return path if path.is_file() else None
     try:
         # To find a submodule imports its package, which may be slow for an installed one.
@@ -60,10 +62,24 @@ def source_of(module: str) -> Path | None:
     return Path(origin) if origin is not None and origin.endswith(".py") else None
 
 
+def foreign_packages() -> dict[str, Path]:
+    """Return those of our packages that Python finds elsewhere than beside this one, each with the place."""
+    found = {name: _place_of(name) for name in OURS}
+    return {name: place for name, place in found.items() if place is not None and place.parent != ROOT}
+
+
+def _place_of(top: str) -> Path | None:
+    """Return the folder, or the file, that Python takes for a top module."""
+    spec = importlib.util.find_spec(top)
+    if spec is None:
+        return None
+    return Path(next(iter(spec.submodule_search_locations or (spec.origin or "",)))).resolve()
+
+
 def is_users(place: str) -> bool:
     """Return whether a source file or folder exists and is neither ours nor installed nor Python's own."""
     path = Path(place).resolve()
-    ours = any(path.is_relative_to(_ROOT / top) for top in _OURS)
+    ours = any(path.is_relative_to(ROOT / top) for top in OURS)
     installed = path.is_relative_to(_PYTHON) or not _INSTALLED.isdisjoint(path.parts)
     return place != "" and path.exists() and not ours and not installed
 

@@ -55,7 +55,7 @@ def versions_of(
         "scene": scene_version(scenario, preset, changed),
         "judge": judge_version(suite),
         "loop": _modules_hash(loop),
-        "tracker": _hash_with(entrant.module, entrant.parameters),
+        "tracker": _hash_with((entrant.module,), entrant.parameters),
     }
     return made if controller is None else made | _versions_of_controller(controller)
 
@@ -64,20 +64,21 @@ def scene_version(scenario: str, preset: str, changed: Mapping[str, Any] | None 
     """Return ``scene`` of ``versions_of``: hash of the code that makes an episode's frames, and of the preset."""
     found = catalog.scenario(scenario)
     configuration = replace(found.presets[preset], **changed) if changed else found.presets.get(preset)
-    return _hash_with(type(found).__module__, configuration)
+    return _hash_with((type(found).__module__,), configuration)
 
 
 def judge_version(suite: str) -> str:
     """Return ``judge`` of ``versions_of``: hash of the code that makes rows of truth and answers."""
     judging = suites.suite(suite)
-    return _hash_with(judging.judge.__module__, judging.truth)
+    own = sorted({score.__module__ for score in judging.added().values()})
+    return _hash_with((judging.judge.__module__, *own), judging.truth)
 
 
 def versions_on_files(suite: str, entrant: Entrant) -> dict[str, str]:
     """Return ``versions`` of rows about real recordings: of packages, ``judge`` and ``tracker``."""
     judge = suites.suite(suite).recordings
     assert judge is not None
-    tracker = _hash_with(entrant.module, entrant.parameters)
+    tracker = _hash_with((entrant.module,), entrant.parameters)
     return {**package_versions(), "judge": _modules_hash(judge.__module__), "tracker": tracker}
 
 
@@ -86,7 +87,7 @@ def versions_on_sequences(suite: str, entrant: Entrant, loop: str) -> dict[str, 
     judging = suites.suite(suite).on_sequences
     assert judging is not None
     judge = _modules_hash(judging.judge.__module__)
-    tracker = _hash_with(entrant.module, entrant.parameters)
+    tracker = _hash_with((entrant.module,), entrant.parameters)
     return {**package_versions(), "judge": judge, "loop": _modules_hash(loop), "tracker": tracker}
 
 
@@ -102,7 +103,7 @@ def versions_of_modules(*modules: str) -> dict[str, str]:
 
 def _versions_of_controller(controller: ControllerEntry) -> dict[str, str]:
     """Return ``controller``; for a trained policy also ``policy``, of its files and the controller that it corrects."""
-    made = {"controller": _hash_with(controller.controller.__module__, controller.parameters())}
+    made = {"controller": _hash_with((controller.controller.__module__,), controller.parameters())}
     if controller.name.startswith(POLICY):
         file = controller.name.removeprefix(POLICY)
         path, base = policy_path(file), load_policy(file).base
@@ -123,9 +124,9 @@ def package_versions() -> dict[str, str]:
     return {name: importlib.metadata.version(package) for name, package in _PACKAGES.items()}
 
 
-def _hash_with(module: str, values: Any) -> str:
-    """Hash of a module, as ``_modules_hash``, and of parameter values."""
-    return hashlib.sha256(f"{_modules_hash(module)}{values!r}".encode()).hexdigest()[:_DIGITS]
+def _hash_with(modules: tuple[str, ...], values: Any) -> str:
+    """Hash of modules, as ``_modules_hash``, and of parameter values."""
+    return hashlib.sha256(f"{_modules_hash(*modules)}{values!r}".encode()).hexdigest()[:_DIGITS]
 
 
 @cache

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.run.records import Row
 from benchmarks.scores import froc, in_view, long_term
 from benchmarks.scores.statistics import PooledRatios
+from benchmarks.suites.metric import Statistic
 from benchmarks.suites.registry import Metric, event_of
 
 
@@ -110,6 +111,26 @@ def values(rows: Sequence[Row], metric: Metric) -> NDArray[np.float64]:
     return np.unique([row["value"] for name in metric.rows for row in _chosen(rows, name, metric.kind)])
 
 
+FORMULAS: dict[Statistic, str] = {
+    "mean": "Σ w v / Σ w of {0}",
+    "median": "median of {0}",
+    "geometric mean": "√(mean of {0} × mean of {1})",
+    "ratio of means": "mean of {0} / mean of {1}",
+    "precision": "mean of {0} at the confidence at which F of the mean curves {0} and {1} is greatest",
+    "recall": "mean of {1} at the confidence at which F of the mean curves {0} and {1} is greatest",
+    "f": "the greatest 2 P R / (P + R) over confidences of the mean curves P = {0} and R = {1}",
+    "precision of counts": "A / (A + B) of the sums A of {0}, B of {1}",
+    "recall of counts": "A / (A + C) of the sums A of {0}, C of {2}",
+    "f of counts": "2 A / (2 A + B + C) of the sums A of {0}, B of {1}, C of {2}",
+    "detection f1 of counts": "2 A / (2 A + 2 B + C) of the sums A of {0}, B of {1}, C of {2}",
+    "restricted mean": "area under the Kaplan-Meier curve of {0}, censored at {1}, from 0 to {horizon} frames",
+    "difference of medians": "median of {0} − median of {1}",
+    "froc": "the largest Σ {0} / Σ {1} at any threshold with Σ {2} / Σ {3} at most {alarms}",
+    "froc at a tenth": (
+        "Σ {0} / Σ {1} over thresholds, with at most a tenth of the other's {4}, − the other's mean of {5}"
+    ),
+}
+"""Statistic -> formula of a metric, with its rows in place of the numbers; v are values, w weights of rows."""
 OF_MEDIANS = ("median", "difference of medians")
 """Statistics whose pools have a grid of values."""
 OF_A_PAIR = "froc at a tenth"

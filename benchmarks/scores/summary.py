@@ -8,7 +8,8 @@ contestants are pairs of ``controller`` and ``tracker``, entries carry ``link``,
 ``comparisons.json`` is a list of ``{"suite", "scenario", "preset", "renderer", "metric", "better", "tracker",
 "other", "difference", "ci_low", "ci_high", "p", "p_holm", "n"}`` (and ``controller``): tracker minus other, on the
 seeds both ran on. ``p_holm`` is corrected for all comparisons of one (suite, scenario, preset, renderer,
-controller): every other tracker times every compared metric. Entries of the suite ``follow`` carry ``link`` and
+controller): every other tracker times every compared metric. Where no tracker is ``ours``, ``tracker`` is the first
+by name of the role ``external``. Entries of the suite ``follow`` carry ``link`` and
 ``compared`` too, the kind of ``other``: ``controller`` (ours and policies minus each other one, with the same
 tracker) or ``tracker`` (ours minus each other one, with the same controller); ``p_holm`` is corrected for one
 contestant's comparisons with others of that kind.
@@ -104,22 +105,34 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
                     "ci_high": rounded(high),
                     "n": pool.seed_count,
                 }
-                entries.append({key: entry[key] for key in _SUMMARY_KEYS if key in entry})
+                entries.append({key: entry[key] for key in SUMMARY_COLUMNS if key in entry})
     return entries
 
 
 def compare_ours(groups: Groups) -> list[dict[str, Any]]:
     """Return the list of ``comparisons.json``: the tracker with role ``ours`` against every other one.
 
-    Where controllers are contestants, pairs that differ in one of the two names are compared.
+    Where none is ours, the first by name of a user's own takes its place. Where controllers are contestants, pairs that
+    differ in one of the two names are compared.
     """
     entries = []
     for condition, contestants in groups.items():
         for key in suite(condition[0]).contestants:
-            for label, rows in contestants.items():
-                if _role_of(rows[0], key) in _COMPARED_ROLES:
-                    entries += _compare_along(key, condition, contestants, label)
+            for label in _compared(key, contestants):
+                entries += _compare_along(key, condition, contestants, label)
     return entries
+
+
+def _compared(key: Name, contestants: Mapping[str, Sequence[Row]]) -> list[str]:
+    """Return the contestants that all others are compared with."""
+    roles = {label: _role_of(rows[0], key) for label, rows in contestants.items()}
+    own = min((contestants[label][0][key] for label, role in roles.items() if role == _OWN_ROLE), default=None)
+    takes_part = "ours" not in roles.values()
+    return [
+        label
+        for label, rows in contestants.items()
+        if roles[label] in _COMPARED_ROLES or (takes_part and rows[0][key] == own)
+    ]
 
 
 def _role_of(row: Row, key: Name) -> str:
@@ -154,7 +167,7 @@ def _compare_along(
     adjusted = statistics.holm(np.array([entry["p"] for entry in entries]))
     for entry, p_holm in zip(entries, adjusted, strict=True):
         entry["p_holm"] = rounded(float(p_holm))
-    return [{key: entry[key] for key in _COMPARISON_KEYS if key in entry} for entry in entries]
+    return [{key: entry[key] for key in COMPARISON_COLUMNS if key in entry} for entry in entries]
 
 
 def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> statistics.Comparison | None:
@@ -173,42 +186,47 @@ def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> stati
 
 
 _COMPARED_ROLES = ("ours", "policy")
-_SUMMARY_KEYS = [
-    "suite",
-    "scenario",
-    "preset",
-    "tracker",
-    "role",
-    "renderer",
-    "controller",
-    "link",
-    "metric",
-    "unit",
-    "better",
-    "mean",
-    "ci_low",
-    "ci_high",
-    "n",
-]
-_COMPARISON_KEYS = [
-    "suite",
-    "scenario",
-    "preset",
-    "renderer",
-    "controller",
-    "link",
-    "metric",
-    "better",
-    "tracker",
-    "compared",
-    "other",
-    "difference",
-    "ci_low",
-    "ci_high",
-    "p",
-    "p_holm",
-    "n",
-]
+_OWN_ROLE = "external"
+"""Role of a user's own tracker or controller."""
+_OF_CONDITION = {
+    "suite": "name of the suite",
+    "scenario": "catalogue id; `real` for recordings",
+    "preset": "of the scenario; name of a recording or of a folder of sequences",
+}
+SUMMARY_COLUMNS = {
+    **_OF_CONDITION,
+    "tracker": "name of the tracker",
+    "role": "of the contestant, see `frameout list`; in the suite `follow` of the controller",
+    "renderer": "`raster` or `pybullet`; `real` for recordings",
+    "controller": "name of the one that steered; absent on a set path",
+    "link": "suite `follow` alone: how commands reach the carrier",
+    "metric": "name of the metric",
+    "unit": "of the numbers; fractions are 0 to 1",
+    "better": "`higher` or `lower`",
+    "mean": "the metric's statistic over all rows; null if undefined",
+    "ci_low": "lower end of its 95 % bootstrap interval over seeds",
+    "ci_high": "upper end",
+    "n": "number of seeds with a value",
+}
+"""Column of ``summary.json`` -> its meaning."""
+COMPARISON_COLUMNS = {
+    **_OF_CONDITION,
+    "renderer": SUMMARY_COLUMNS["renderer"],
+    "controller": SUMMARY_COLUMNS["controller"],
+    "link": SUMMARY_COLUMNS["link"],
+    "metric": "name of the metric",
+    "better": "`higher` or `lower`",
+    "tracker": "name of the tracker that is compared with others",
+    "compared": "suite `follow` alone: what differs, `controller` or `tracker`",
+    "other": "name of the other one",
+    "difference": "its metric minus the other's, on the seeds that both ran on",
+    "ci_low": "lower end of the paired 95 % bootstrap interval over seeds",
+    "ci_high": "upper end",
+    "p": "two-sided, of a paired permutation test",
+    "p_holm": "the same, corrected for all comparisons of this contestant",
+    "n": "number of seeds",
+}
+"""Column of ``comparisons.json`` -> its meaning."""
 
 
 def _named(condition: Condition, metric: Metric, row: Row) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import REAL, Row
 from benchmarks.suites.judging import Judge, OnSequences, Recording
+from benchmarks.suites.metric import Metric, RowMeaning
 from benchmarks.suites.tuning_episodes import DEFAULT_EPISODES, TuningEpisodes
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
@@ -39,56 +40,10 @@ DEFAULT = next(iter(_MODULES))
 
 _SUITES: dict[str, Suite] = {}
 
-Statistic = Literal[
-    "mean",
-    "median",
-    "geometric mean",
-    "ratio of means",
-    "precision",
-    "recall",
-    "f",
-    "precision of counts",
-    "recall of counts",
-    "f of counts",
-    "detection f1 of counts",
-    "restricted mean",
-    "difference of medians",
-    "froc",
-    "froc at a tenth",
-]
 Condition = tuple[str, str, str, str, str]
 """Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link if controllers compete."""
 Name = Literal["tracker", "controller"]
 EventTest = Callable[[dict[str, Any]], bool]
-
-
-@dataclass(frozen=True, slots=True)
-class Metric:
-    """One metric of a suite, as it stands in ``summary.json``.
-
-    Attributes:
-        name: in the summary. summary: one line of definition. unit: ``fraction``, ``m``, ``px``, ``frames`` …
-        better: better direction. rows: metrics of its rows; () = rows of its own name.
-        statistic: how rows become one number, see ``benchmarks.scores.pooling``.
-        kind: rows of events of this kind, or with this attribute true, only; None = all.
-        horizon_frames: largest time in a restricted mean, also used for never.
-        ideal: the right value, of a metric that can be too low and too high, e.g. a coverage.
-        alarms_per_hour: one rate of false alarms, or the ends of a range of them, of the statistic ``froc``.
-    """
-
-    name: str
-    summary: str
-    unit: str
-    better: Literal["higher", "lower"]
-    rows: tuple[str, ...] = ()
-    statistic: Statistic = "mean"
-    kind: str | None = None
-    horizon_frames: int = 60
-    ideal: float | None = None
-    alarms_per_hour: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rows", self.rows or (self.name,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +115,7 @@ class Suite:
         picture: writes a picture of the trackers ``shown`` for the report.
         facts: table of the report about the episodes themselves.
         references: contestants with unfair knowledge. oracles: note of the report about them.
+        remarks: tracker -> what a reader of its line in the table asks, answered below the table.
         controller: default controller of presets in closed loop; None: no controller can steer.
         contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.
@@ -168,6 +124,8 @@ class Suite:
         on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
         ratios_on_files: takes rows about recordings to lines of text that ``frameout bench --real`` prints.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
+        row_meanings: ranges, conditions and sources of rows.
+        added: functions of users' own rows by name, whose docstrings define them.
     """
 
     name: str
@@ -188,6 +146,7 @@ class Suite:
     facts: Facts | None = None
     references: tuple[Entrant, ...] = ()
     oracles: str = ""
+    remarks: Mapping[str, str] = field(default_factory=dict)
     controller: str | None = "centre"
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
@@ -196,6 +155,8 @@ class Suite:
     on_sequences: OnSequences | None = None
     ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
+    row_meanings: tuple[RowMeaning, ...] = ()
+    added: Callable[[], Mapping[str, Callable[..., Any]]] = dict
 
     @property
     def judges_controllers(self) -> bool:
@@ -227,6 +188,15 @@ class Suite:
         """Return the metrics of the leaderboard of a scenario, or of real recordings."""
         return self.on_sequences.headline if scenario == REAL and self.on_sequences else self.headline
 
+    def showing(self, metrics: Sequence[str]) -> Suite:
+        """Return the suite with these metrics on its leaderboard, in this order; unchanged if it has none of them."""
+        known = {metric.name for metric in self.metrics}
+        shown = tuple(name for name in metrics if name in known)
+        if not shown:
+            return self
+        real = self.on_sequences and replace(self.on_sequences, headline=shown)
+        return replace(self, headline=shown, on_sequences=real)
+
     def compared_in(self, scenario: str) -> tuple[str, ...]:
         """Return the metrics of comparisons in a scenario, or on real recordings."""
         return self.on_sequences.compared if scenario == REAL and self.on_sequences else self.compared
@@ -256,8 +226,8 @@ def suites() -> dict[str, Suite]:
     return dict(sorted(_SUITES.items()))
 
 
-def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> None:
-    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard.
+def add_metric(suite_name: str, metric: Metric, *, headline: bool = False, meaning: RowMeaning | None = None) -> None:
+    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard; ``meaning``: of its rows.
 
     Raises:
         ValueError: if the suite is unknown or has a metric of this name.
@@ -266,7 +236,8 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> No
     taken = any(metric.name == known.name for known in old.metrics)
     check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")
     shown = (*old.headline, metric.name) if headline else old.headline
-    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
+    meanings = old.row_meanings if meaning is None else (*old.row_meanings, meaning)
+    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown, row_meanings=meanings)
 
 
 def add_scene(suite_name: str, scene: Scene) -> None:
@@ -292,6 +263,13 @@ def suite(name: str) -> Suite:
 def controllers_suite() -> Suite:
     """Return the first suite in which controllers are contestants."""
     return next(each for each in suites().values() if each.judges_controllers)
+
+
+def check_metrics(metrics: Iterable[str], suite_names: Iterable[str]) -> None:
+    """Raise ValueError for a metric that none of the suites has."""
+    known = {metric.name: None for name in suite_names for metric in suite(name).metrics}
+    for name in metrics:
+        check("metric", name in known, f"some of {', '.join(known)}", repr(name))
 
 
 def event_of(row: Row) -> dict[str, Any] | None:

@@ -90,7 +90,9 @@ def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: P
 def test_a_change_of_the_scene_is_told_from_one_of_the_tracker(tmp_path: Path) -> None:
     """Rows hash the modules of a scene, a judge and a tracker that lie outside the four packages."""
     script = (
-        "from benchmarks.run.contestants import entrant, load_modules; load_modules(['tests.toy_scene.register'])\n"
+        "from benchmarks.run.contestants import entrant\n"
+        "from benchmarks.run.own_modules import load_modules\n"
+        "load_modules(['tests.toy_scene.register'])\n"
         "from benchmarks.run.versions import versions_of\n"
         "print(versions_of('toy-many', 'toy-yard', 'quick', entrant('warm_bodies')))"
     )

@@ -16,6 +16,7 @@ from benchmarks.suites.fish.link_scores import GROUPS
 from benchmarks.suites.fish.motion import MOTION
 from benchmarks.suites.fish.real import recordings
 from benchmarks.suites.fish.real_ratios import real_ratios
+from benchmarks.suites.fish.row_meanings import ROW_MEANINGS
 from benchmarks.suites.fish.zebrafish import zebrafish_rows
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 from benchmarks.suites.tuning_episodes import TuningEpisodes
@@ -158,5 +159,6 @@ FISH = Suite(
         gap_scores.gap_scores: _GAP_NAMES,
         motion.motion_scores: tuple(row for metric in MOTION.columns for row in metric.rows),
     },
+    row_meanings=ROW_MEANINGS,
 )
 register_suite(FISH)

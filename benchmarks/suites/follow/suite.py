@@ -9,6 +9,7 @@ from benchmarks.suites.follow.figures import figures
 from benchmarks.suites.follow.judge import FollowJudge
 from benchmarks.suites.follow.metrics import following
 from benchmarks.suites.follow.references import ORACLE
+from benchmarks.suites.follow.row_meanings import ROW_MEANINGS
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 from benchmarks.suites.tuning_episodes import TuningEpisodes
 
@@ -100,5 +101,6 @@ FOLLOW = Suite(
         in_view.true_positive_rate: ("in_view_tpr",),
         in_view.true_negative_rate: ("in_view_tnr",),
     },
+    row_meanings=ROW_MEANINGS,
 )
 register_suite(FOLLOW)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,11 @@ def episode_score(metric: str) -> Callable[[EpisodeScore], EpisodeScore]:
         return score
 
     return add
+
+
+def added_scores() -> Mapping[str, EpisodeScore]:
+    """Return the registered functions by the name of their row."""
+    return dict(_ADDED)
 
 
 def score_episode(

@@ -6,7 +6,7 @@ from benchmarks.scores import in_view, long_term, view_time
 from benchmarks.scores.cpu_time import CPU_TIME
 from benchmarks.scores.recovery import Recovery, judge_recovery, time_scores
 from benchmarks.scores.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
-from benchmarks.suites.frame_out.episode_scores import NEES_CAP, offscreen_scores
+from benchmarks.suites.frame_out.episode_scores import NEES_CAP, added_scores, offscreen_scores
 from benchmarks.suites.frame_out.events import EVENTS
 from benchmarks.suites.frame_out.figures import figures
 from benchmarks.suites.frame_out.judge import FrameOutJudge
@@ -15,6 +15,7 @@ from benchmarks.suites.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.suites.frame_out.picture import show_frame_out
 from benchmarks.suites.frame_out.real import ON_SEQUENCES
 from benchmarks.suites.frame_out.references import ORACLES
+from benchmarks.suites.frame_out.row_meanings import ROW_MEANINGS
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 from benchmarks.suites.tuning_episodes import TuningEpisodes
 
@@ -145,6 +146,13 @@ FRAME_OUT = Suite(
     on_sequences=ON_SEQUENCES,
     oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: "
     "what they miss is hardly predictable.",
+    remarks={
+        "hold": "Why can hold be ahead of particle filters? It waits where it last matched the car. A gust swings the "
+        "picture away and back the same way, so the car comes back into it near the place where it left, and hold is "
+        "there. The filters as written go on moving, and nothing in them searches the picture anew: one that is off "
+        "the car when it leaves is hardly ever on it when it is back. Nor does hold know where the car is meanwhile: "
+        "see the error outside.",
+    },
     definitions={
         FrameOut: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
         Recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
@@ -172,5 +180,7 @@ FRAME_OUT = Suite(
         view_time: ("time_seen", "time_in_view", "losses_per_minute"),
         view_time.losses_per_minute: ("losses_per_minute",),
     },
+    row_meanings=ROW_MEANINGS,
+    added=added_scores,
 )
 register_suite(FRAME_OUT)

@@ -14,9 +14,11 @@ from benchmarks.suites.harbour.few_pictures import TAUGHT_BY_FEW
 from benchmarks.suites.harbour.figures import AREA, FROC_ROWS, figures
 from benchmarks.suites.harbour.judge import HarbourJudge
 from benchmarks.suites.harbour.picture import show_visit
+from benchmarks.suites.harbour.row_meanings import ROW_MEANINGS
 from benchmarks.suites.harbour.sizes import DIMENSIONS
 from benchmarks.suites.harbour.visits import EVENTS, KINDS
-from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, register_suite
+from benchmarks.suites.metric import Statistic
+from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 from benchmarks.suites.tuning_episodes import TuningEpisodes
 
 _IDENTITY_ROWS = ("identity_right_frames", "identity_false_frames", "identity_missed_frames")
@@ -176,5 +178,6 @@ HARBOUR = Suite(
             "gospa_m",
         ),
     },
+    row_meanings=ROW_MEANINGS,
 )
 register_suite(HARBOUR)

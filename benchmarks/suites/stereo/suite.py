@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from benchmarks.scores.cpu_time import CPU_TIME
 from benchmarks.scores.recovery import Recovery
-from benchmarks.suites.registry import Metric, Scene, Statistic, Suite, register_suite
+from benchmarks.suites.metric import Statistic
+from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 from benchmarks.suites.stereo.disparity import DISPARITY
 from benchmarks.suites.stereo.drawing import StereoDrawing
 from benchmarks.suites.stereo.events import EVENT_COUNTS, EVENTS
@@ -13,6 +14,7 @@ from benchmarks.suites.stereo.judge import StereoJudge
 from benchmarks.suites.stereo.metrics import disparity, people
 from benchmarks.suites.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR, PeopleEvent
 from benchmarks.suites.stereo.picture import show_event
+from benchmarks.suites.stereo.row_meanings import ROW_MEANINGS
 
 _COUNTS = ("right_frames", "wrong_frames", "missed_frames")
 
@@ -115,5 +117,6 @@ STEREO = Suite(
         disparity.DisparityErrors.bad_3: ("disparity_bad_3",),
         disparity.DisparityErrors.density: ("disparity_density",),
     },
+    row_meanings=ROW_MEANINGS,
 )
 register_suite(STEREO)

@@ -150,10 +150,10 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatc
 @pytest.mark.parametrize(
     ("words", "where", "goes_on"),
     [
-        (["list"], "list_all.load_modules", False),
+        (["list"], "list_all.console_of", False),
         (["render"], "render.render_episode", False),
         (["report", "/nix"], "report.write_summary", False),
-        (["bench"], "bench.load_modules", True),
+        (["bench"], "bench.recorded", True),
         (["paper", "A2"], "paper.repeat", True),
         (["train"], "train.make_folder", True),
         (["tune"], "tune.make_folder", True),

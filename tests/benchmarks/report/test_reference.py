@@ -4,14 +4,28 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
-from benchmarks.report.reference import definitions_of, metrics_of, reference_page
+from benchmarks.report.docstrings import attribute_meanings
+from benchmarks.report.metric_definitions import NOT_STATED, definitions_of, metric_definitions, metrics_of
+from benchmarks.report.preset_settings import preset_settings
+from benchmarks.report.reference import reference_page, truth_fields
+from benchmarks.run import records
+from benchmarks.run.jobs import Job, heading_of
+from benchmarks.scores import pooling
+from benchmarks.scores.summary import COMPARISON_COLUMNS, SUMMARY_COLUMNS, compare_ours, grouped, summarise
+from benchmarks.suites import registry
+from benchmarks.suites.frame_out import episode_scores
+from benchmarks.suites.metric import Metric, RowMeaning, Statistic
 from benchmarks.suites.registry import suite
+from scenarios import catalog
 from scenarios.envs.reward import TERMS, Reward
+from tests.benchmarks.fake_rows import TRACKERS, rows_of
 from trackers.belief.features import COMMANDS, FEATURES, features_of
 from trackers.belief.kernel import BELIEF
 
@@ -36,6 +50,105 @@ def test_every_row_of_every_metric_is_defined(name: str) -> None:
     assert {row for rows in definitions.values() for row in rows} == needed
     for thing in definitions:
         assert len((thing.__doc__ or "").split()) >= 5, thing
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_every_metric_says_how_it_is_made_its_range_and_where_it_comes_from(name: str) -> None:
+    scores = suite(name)
+    for each in metric_definitions(scores):
+        parts = (each.summary, each.formula, each.range, each.unit, each.better, each.conditions, each.source)
+        assert all(parts), each
+        assert NOT_STATED not in (each.conditions, each.source), each
+        assert f"`{each.rows[0]}`" in each.formula, each
+        assert each.defined_in, each
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_ranges_and_sources_are_said_once_and_of_no_other_rows(name: str) -> None:
+    scores = suite(name)
+    said = [row for meaning in scores.row_meanings for row in meaning.rows]
+    assert len(said) == len(set(said))
+    assert set(said) == {row for metric in metrics_of(scores) for row in metric.rows}
+
+
+def test_values_lie_in_the_range_that_is_said() -> None:
+    scores = suite("frame-out")
+    ranges = {row: (each.low, each.high) for each in scores.row_meanings for row in each.rows}
+    rows = [row for tracker in TRACKERS for seed in (1, 2) for row in rows_of(tracker, seed)]
+    judged = [row for row in rows if row["metric"] in ranges and row["value"] is not None]
+    assert len({row["metric"] for row in judged}) >= 5
+    for row in judged:
+        low, high = ranges[row["metric"]]
+        assert low <= np.min(row["value"]) <= np.max(row["value"]) <= high, row
+
+
+def test_a_users_metric_is_defined_by_its_docstring_and_what_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_SUITES", dict(registry.suites()))
+    monkeypatch.setattr(episode_scores, "_ADDED", {})
+
+    @episode_scores.episode_score("jitter_px")
+    def jitter_px(truth: object, estimate: object) -> float:
+        """Mean change of the error."""
+        return 0.0
+
+    meaning = RowMeaning(("jitter_px",), 0, np.inf, "frames in view", "mine")
+    registry.add_metric("frame-out", Metric("jitter_px", "jitter", "px", "lower"), meaning=meaning)
+    registry.add_metric("frame-out", Metric("bare", "nothing said", "fraction", "lower"))
+    told = {each.name: each for each in metric_definitions(suite("frame-out"))}
+    assert (told["jitter_px"].range, told["jitter_px"].source) == ("0 to infinity", "mine")
+    assert told["jitter_px"].defined_in[0].endswith("jitter_px")
+    assert (told["bare"].range, told["bare"].source) == ("0 to 1", NOT_STATED)
+
+
+def test_every_statistic_has_a_formula_with_its_rows() -> None:
+    assert set(pooling.FORMULAS) == {*get_args(Statistic)}
+
+
+def test_every_column_of_results_is_defined() -> None:
+    rows = [row for tracker in ("sharp", "hold") for seed in (1, 2) for row in rows_of(tracker, seed)]
+    follow = Job("follow", "road-town", "quick", "raster", 1, "hold", ("colour_pf",), link="prompt", modules=("a.py",))
+    text = records.__doc__ or ""
+    for column in {*rows[0], *heading_of(follow, "colour_pf", "as-written")}:
+        assert f"``{column}``" in text, column
+    assert {key for entry in summarise(grouped(rows)) for key in entry} <= {*SUMMARY_COLUMNS}
+    assert {key for entry in compare_ours(grouped(rows)) for key in entry} <= {*COMPARISON_COLUMNS}
+    assert all(text for columns in (SUMMARY_COLUMNS, COMPARISON_COLUMNS) for text in columns.values())
+
+
+@pytest.mark.parametrize("name", [each.id for each in catalog.entries() if each.place.startswith("scenarios.")])
+def test_every_setting_of_presets_and_field_of_truth_is_defined(name: str) -> None:
+    scenario = catalog.scenario(name)
+    for presets, settings in preset_settings(scenario.presets):
+        assert set(presets) <= set(scenario.presets)
+        for setting in settings:
+            assert setting.meaning, setting.name
+            held = [preset for mine in setting.values.values() for preset in mine]
+            assert len(held) == len(set(held)), setting.name
+    assert all(field.meaning for field in truth_fields(scenario.truth))
+
+
+def test_meanings_are_read_from_a_docstring() -> None:
+    @dataclass
+    class Camera:
+        """A camera.
+
+        Attributes:
+            width_px, height_px: of the picture.
+            rate_hz: frames a second; 0
+                for none. gain: (3,) of each colour.
+
+        Raises:
+            ValueError: gain: never here.
+        """
+
+        width_px: int
+        height_px: int
+        rate_hz: float
+        gain: float
+        secret: int
+
+    expected = ("of the picture", "of the picture", "frames a second; 0 for none", "(3,) of each colour", "")
+    assert tuple(attribute_meanings(Camera).values()) == expected
 
 
 def test_the_page_names_what_an_env_tells() -> None:

@@ -27,7 +27,7 @@ def test_imports_are_followed_in_every_form(tmp_path: Path, monkeypatch: pytest.
     (package / "room" / "d.py").write_text("x = 'learnt'\n")
     (package / "room" / "learnt.json").write_text("{}")
     (package / "room" / "another.json").write_text("{}")
-    monkeypatch.setattr(source_files, "_ROOT", tmp_path)
+    monkeypatch.setattr(source_files, "ROOT", tmp_path)
     assert names("trackers.mine") == {"mine.py", "a.py", "b.py", "c.py", "d.py", "learnt.json"}
 
 

@@ -19,14 +19,14 @@ ROW = ("frame-out", "road-town-v1", "quick")
 @pytest.fixture
 def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Yield a copy of the four packages, of which hashes are taken."""
-    root = source_files._ROOT
+    root = source_files.ROOT
     for package in ("sim", "trackers", "scenarios", "benchmarks"):
         for file in (root / package).rglob("*"):
             if file.suffix in (".py", ".json"):
                 copy = tmp_path / file.relative_to(root)
                 copy.parent.mkdir(parents=True, exist_ok=True)
                 copy.write_bytes(file.read_bytes())
-    monkeypatch.setattr(source_files, "_ROOT", tmp_path)
+    monkeypatch.setattr(source_files, "ROOT", tmp_path)
     forget()
     yield tmp_path
     forget()

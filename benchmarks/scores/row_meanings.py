@@ -1,0 +1,36 @@
+"""Ranges, conditions and sources of rows that several suites have."""
+
+from __future__ import annotations
+
+from math import inf
+
+from benchmarks.suites.metric import OWN, RowMeaning
+
+CPU_TIME = RowMeaning(("ms_per_frame", "frames_per_s"), 0, inf, "every frame but the tracker's first five", OWN)
+KAPLAN_MEIER = "Kaplan and Meier, 1958"
+_OXUVA = "OxUvA: Valmadre et al., 2018"
+IN_VIEW = (
+    RowMeaning(("in_view_tpr",), 0, 1, "frames with the whole target in the picture, at least half of it seen", _OXUVA),
+    RowMeaning(("in_view_tnr",), 0, 1, "frames with the target outside, or less than a tenth of it seen", _OXUVA),
+)
+
+
+def time_in_view(episodes: str) -> tuple[RowMeaning, ...]:
+    """Return what holds of ``scores.view_time``'s rows in these ``episodes``, in words."""
+    when = f"{episodes}: every frame but the first"
+    return (
+        RowMeaning(("time_seen", "time_in_view"), 0, 1, when, OWN),
+        RowMeaning(("losses_per_minute",), 0, inf, when, OWN),
+    )
+
+
+def identities(frames: str, ending: str = "") -> tuple[RowMeaning, ...]:
+    """Return what holds of the scores of whole tracks; ``frames`` count, in words; ``ending``: of the rows' names."""
+    counts = tuple(f"identity_{kind}_frames{ending}" for kind in ("right", "false", "missed"))
+    clear = "CLEAR: Bernardin and Stiefelhagen, 2008"
+    return (
+        RowMeaning((f"hota{ending}",), 0, 1, frames, "HOTA: Luiten et al., 2021"),
+        RowMeaning(counts, 0, inf, frames, "IDF1: Ristani et al., 2016"),
+        RowMeaning((f"mota{ending}",), -inf, 1, frames, clear),
+        RowMeaning((f"identity_switches{ending}",), 0, inf, frames, clear),
+    )

@@ -1,0 +1,41 @@
+"""Ranges, conditions and sources of the rows of suite ``frame-out``."""
+
+from __future__ import annotations
+
+from math import inf
+
+from benchmarks.scores.row_meanings import CPU_TIME, IN_VIEW, KAPLAN_MEIER, time_in_view
+from benchmarks.suites.frame_out.episode_scores import NEES_CAP
+from benchmarks.suites.frame_out.metrics.offscreen import WORST_ERROR_M
+from benchmarks.suites.metric import OWN, RowMeaning
+
+_JUDGED = (
+    "frame-outs with at least 5 frames and a second of the episode after the whole car is back; in closed loop after "
+    "it left"
+)
+_OUT = "frames with the car wholly outside the picture"
+_POSTERIOR = f"{_OUT}, of trackers that give a posterior in the episode"
+_OTB = "OTB: Wu, Lim and Yang, 2013"
+_SEEN = "frames with the whole car in the picture, at least half of it seen"
+
+ROW_MEANINGS = (
+    RowMeaning(("recovered", "kept", "locked_on_wrong_car"), 0, 1, _JUDGED, OWN),
+    RowMeaning(("run_kept",), 0, 1, "episodes with such a frame-out", OWN),
+    RowMeaning(("recovery_frames", "watched_frames"), 0, inf, "frame-outs after which the car is back", KAPLAN_MEIER),
+    *(
+        RowMeaning((f"offscreen_error_{n}_m",), 0, WORST_ERROR_M, f"frame-outs of more than {n} frames", OWN)
+        for n in (30, 100)
+    ),
+    RowMeaning(("offscreen_error_m",), 0, WORST_ERROR_M, _OUT, OWN),
+    RowMeaning(("offscreen_error_car_lengths",), 0, inf, _OUT, OWN),
+    RowMeaning(("reentry_error_m",), 0, WORST_ERROR_M, "the last frame of each frame-out", OWN),
+    RowMeaning(("coverage_50", "coverage_90", "coverage_95"), 0, 1, _POSTERIOR, OWN),
+    RowMeaning(("nees",), 0, NEES_CAP, _POSTERIOR, "Bar-Shalom, Li and Kirubarajan, 2001; the cap is Frameout's"),
+    *IN_VIEW,
+    RowMeaning(("precision_curve",), 0, 1, "frames with an answer inside the picture", "VOT-LT: Lukezic et al., 2018"),
+    RowMeaning(("recall_curve",), 0, 1, "frames with the car at least partly seen", "VOT-LT: Lukezic et al., 2018"),
+    RowMeaning(("centre_error_px",), 0, inf, _SEEN, f"{_OTB}, there without a cap"),
+    RowMeaning(("precision_20_px", "success_auc"), 0, 1, _SEEN, _OTB),
+    *time_in_view("presets in closed loop"),
+    CPU_TIME,
+)

@@ -1,0 +1,84 @@
+"""The leaderboard on a terminal of any width: whole words, and intervals."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from benchmarks.cli import main
+from benchmarks.commands import leaderboard
+from benchmarks.report.markdown import head
+from benchmarks.report.tables import column_of
+from benchmarks.scores.summary import read_summary
+from benchmarks.suites.registry import suite
+from tests.benchmarks.fake_rows import TRACKERS, write_rows
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("results")
+    write_rows(directory, range(10_000, 10_003))
+    return directory
+
+
+@pytest.mark.parametrize("width", [60, 80, 118, 132, 200])
+def test_no_word_is_cut_and_each_number_has_its_interval(
+    width: int, results: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(leaderboard, "console_of", lambda _: Console(width=width))
+    leaderboard.print_leaderboard(read_summary(results))
+    out = capsys.readouterr().out
+    assert "…" not in out
+    assert max(map(len, out.splitlines())) <= width
+    assert set(TRACKERS) <= {line.split()[0] for line in out.splitlines() if line.strip()}
+    intervals = re.findall(r"−?\d[\d.]*–\d", out)
+    assert len(intervals) >= 2 * len(TRACKERS)
+    shown, _, left_out = out.partition("not shown, too narrow:")
+    heads = {
+        word
+        for name in suite("frame-out").headline
+        for word in head(column_of(suite("frame-out").metric(name))).split()
+    }
+    assert set(re.findall(r"[a-z]{3,}", shown.split("─")[0].split("them")[-1])) <= heads | {"tracker", "role"}
+    assert (left_out == "") == (width >= 118)
+
+
+def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [
+        "report",
+        str(results),
+        "--markdown",
+        "--metric",
+        "kept_rate",
+        "offscreen_error_30_m",
+        "--plot",
+        "CALIBRATED",
+    ]
+    assert main(words) == 0
+    table = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("| tracker"))
+    assert table == "| tracker | role | kept rate (%) ↑ | offscreen error 30 (m) ↓ |"
+    page = (results / "report.html").read_text()
+    assert re.findall(r"<figcaption><h3>(.*?)</h3>", page) == ["Is the posterior calibrated?"]
+    assert "recovery rate" in page.partition("Every metric")[2]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--metric", "speed"], "error: metric: expected some of recovery_rate, .*; got 'speed'|, got 'speed'"),
+        (["--plot", "nix"], "error: plot: expected words of one of the titles 'Where is the car .*, got 'nix'"),
+    ],
+)
+def test_unknown_metrics_and_plots_are_refused(
+    words: list[str], told: str, results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["report", str(results), *words]) == 2
+    assert re.search(told, capsys.readouterr().err)
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert re.fullmatch(r"frameout \d+\.\d+\.\d+\n", capsys.readouterr().out)
