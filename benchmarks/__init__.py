@@ -7,6 +7,8 @@ import importlib
 from typing import Any
 
 _HOMES = {
+    "bench": "benchmarks.run.bench",
+    "Results": "benchmarks.report.results",
     "Metric": "benchmarks.suites.registry",
     "Scene": "benchmarks.suites.registry",
     "Suite": "benchmarks.suites.registry",

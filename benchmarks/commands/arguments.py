@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
 
 import tyro
 
 from benchmarks.results.ledger import TEST_SPLIT
+from benchmarks.run.cores import cores as cores
 from sim.checks import check
 
 # The help texts of these name the default themselves.
@@ -47,8 +47,3 @@ def development_seeds(text: str, parameter: str = "seeds") -> range:
     seeds = seed_range(text, parameter)
     check(parameter, seeds.stop <= TEST_SPLIT.start, f"development seeds, below {TEST_SPLIT.start}", repr(text))
     return seeds
-
-
-def cores(workers: int | None) -> int:
-    """Return the number of workers, by default one for each core of this process."""
-    return len(os.sched_getaffinity(0)) if workers is None else workers

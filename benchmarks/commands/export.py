@@ -9,8 +9,8 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import FOLDER, NAMES, ONE_NAME
-from benchmarks.commands.packages import needs_data
 from benchmarks.run.contestants import load_modules
+from benchmarks.run.packages import needs_data
 
 
 @dataclass(frozen=True)

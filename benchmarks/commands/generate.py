@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from benchmarks.commands.arguments import COUNT, NAMES, ONE_NAME, SEEDS, WORKERS, cores, names, seed_range
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import check_renderer
+from benchmarks.run.packages import needs_data
 from benchmarks.run.versions import package_versions, scene_version
 from scenarios import catalog
 

@@ -12,10 +12,10 @@ import tyro
 from benchmarks.commands.arguments import FOLDER, NAMES, WORKERS, cores
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.leaderboard import print_leaderboard
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.report.page import write_report
 from benchmarks.run.contestants import load_modules
+from benchmarks.run.packages import needs_data
 from benchmarks.scores.summary import write_summary
 from sim.checks import check
 

@@ -13,10 +13,10 @@ from rich.table import Table
 
 from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
 from benchmarks.commands.console import console_of
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.learning.settings import EPISODES
 from benchmarks.run.experiment import make_folder
+from benchmarks.run.packages import needs_data
 from benchmarks.scores.summary import SUMMARY_FILE_NAME
 from benchmarks.speed.env_stepping import ENV_ID, SCENARIO, measure_env
 from benchmarks.speed.pictureless import measure_pictureless

@@ -8,9 +8,9 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import COUNT, NAMES
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.run.contestants import load_modules
+from benchmarks.run.packages import needs_data
 from sim.checks import check
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -131,18 +131,10 @@ def _section(
     suite_name, scenario, preset, renderer, _ = condition
     scores = suite(suite_name)
     everything = tables.every_metric(scores, summary)
-    # A line's style is that of the first of the contestant's names, e.g. of the controller.
-    roles: dict[str, str] = {}
-    for line in sorted(everything.lines, key=lambda line: _ROLE_ORDER.index(line.role)):
-        # A controller that also has a blind tracker keeps its own role.
-        roles.setdefault(line.names[0], line.role)
-    ranked = list(roles.items())
+    ranked = _ranked(everything)
     references = tables.leaderboard(scores, summary, tables.UNRANKED_ROLES)
     notes = {"blind": WHAT_BLIND_MEANS, "oracle": scores.oracles}
     styles = line_styles(ranked)
-    drawn = {name: rows for name, rows in contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
-    # A suite's own references are there for its figures, whatever their role.
-    own = {name: contestants[name] for each in scores.references if (name := each.name) in contestants}
     return Section(
         name="-".join(filter(None, condition)),
         title=f"{scenario} · {preset} · {steering_words(condition)} · {renderer}",
@@ -156,10 +148,41 @@ def _section(
         everything=everything,
         facts=None if scores.facts is None else facts_table(scores.facts, contestants),
         ours=next((name for name, role in ranked if role == "ours"), None),
-        plots=(*scores.figures(drawn | own, styles), *_speed_plot(summary, styles)),
+        plots=_plots(scores, contestants, summary, styles),
         legend=tuple((name, role, styles[name]) for name, role in ranked if role in _DRAWN_ROLES),
         pictures=tuple(picture for picture in pictures if picture.condition == condition),
     )
+
+
+def plots_of(rows: Sequence[Row], summary: list[dict[str, Any]]) -> list[Plot]:
+    """Return the plots of the page of these rows, condition by condition."""
+    made: list[Plot] = []
+    for condition, contestants in grouped(rows).items():
+        scores, entries = suite(condition[0]), _of(summary, condition)
+        styles = line_styles(_ranked(tables.every_metric(scores, entries)))
+        made += _plots(scores, contestants, entries, styles)
+    return made
+
+
+def _ranked(everything: tables.Table) -> list[tuple[str, str]]:
+    """Return name and role of those that have a line style: that of the first name, e.g. the controller's."""
+    roles: dict[str, str] = {}
+    for line in sorted(everything.lines, key=lambda line: _ROLE_ORDER.index(line.role)):
+        # A controller that also has a blind tracker keeps its own role.
+        roles.setdefault(line.names[0], line.role)
+    return list(roles.items())
+
+
+def _plots(
+    scores: Suite,
+    contestants: Mapping[str, Sequence[Row]],
+    summary: list[dict[str, Any]],
+    styles: Mapping[str, LineStyle],
+) -> tuple[Plot, ...]:
+    drawn = {name: rows for name, rows in contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
+    # A suite's own references are there for its figures, whatever their role.
+    own = {name: contestants[name] for each in scores.references if (name := each.name) in contestants}
+    return (*scores.figures(drawn | own, styles), *_speed_plot(summary, styles))
 
 
 def _differences(scores: Suite, comparisons: list[dict[str, Any]], everything: tables.Table) -> tuple[Differences, ...]:

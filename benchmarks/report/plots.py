@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, PercentFormatter
 
 from benchmarks.report.curves import RECOVERY_FRAMES, Curve
-from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle
+from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle, light_colours, on_light
 
 CAR_LENGTH_M = 4.5
 _SIZE_INCHES = (5.4, 3.7)
@@ -171,6 +171,12 @@ def drawn_as(name: str) -> AbstractContextManager[None]:
     return matplotlib.rc_context(settings)
 
 
+def drawn_on_light() -> AbstractContextManager[None]:
+    """Set matplotlib's style for figures that stand alone, in the page's colours on a light ground."""
+    settings: Any = {name: on_light(value) if isinstance(value, str) else value for name, value in _SETTINGS.items()}
+    return matplotlib.rc_context(settings)
+
+
 def new_figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
     """Return a figure of the report's size with labelled axes."""
     figure = Figure(figsize=_SIZE_INCHES, layout="constrained")
@@ -210,3 +216,11 @@ def svg(figure: Figure) -> str:
     for colour, variable in PLACEHOLDERS.items():
         text = text.replace(colour, f"var(--{variable})")
     return text.strip()
+
+
+def standing_alone(page_svg: str) -> str:
+    """Return what ``svg`` made as a picture of its own: of a fixed size, in the page's colours on a light ground."""
+    colours = ";".join(f"--{name}:{colour}" for name, colour in light_colours().items())
+    width, height = (round(100 * side) for side in _SIZE_INCHES)
+    style = f"{colours};background:var(--ground)"
+    return page_svg.replace("<svg", f'<svg width="{width}" height="{height}" style="{style}"', 1)
