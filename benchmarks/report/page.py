@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from benchmarks.report import plots, tables
 from benchmarks.report.facts import facts_table
+from benchmarks.report.figures import ReportFigure
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
@@ -154,13 +155,16 @@ def _section(
     )
 
 
-def plots_of(rows: Sequence[Row], summary: list[dict[str, Any]]) -> list[Plot]:
+def figures_of(rows: Sequence[Row], summary: list[dict[str, Any]]) -> list[ReportFigure]:
     """Return the plots of the page of these rows, condition by condition."""
-    made: list[Plot] = []
+    made: list[ReportFigure] = []
     for condition, contestants in grouped(rows).items():
         scores, entries = suite(condition[0]), _of(summary, condition)
-        styles = line_styles(_ranked(tables.every_metric(scores, entries)))
-        made += _plots(scores, contestants, entries, styles)
+        ranked = _ranked(tables.every_metric(scores, entries))
+        styles = line_styles(ranked)
+        legend = [(name, styles[name]) for name, role in ranked if role in _DRAWN_ROLES]
+        drawn = _plots(scores, contestants, entries, styles)
+        made += [ReportFigure(plot.title, plot.words, plot.svg, legend) for plot in drawn]
     return made
 
 

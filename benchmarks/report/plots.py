@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, PercentFormatter
 
 from benchmarks.report.curves import RECOVERY_FRAMES, Curve
-from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle, light_colours, on_light
+from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle, on_light
 
 CAR_LENGTH_M = 4.5
 _SIZE_INCHES = (5.4, 3.7)
@@ -216,11 +216,3 @@ def svg(figure: Figure) -> str:
     for colour, variable in PLACEHOLDERS.items():
         text = text.replace(colour, f"var(--{variable})")
     return text.strip()
-
-
-def standing_alone(page_svg: str) -> str:
-    """Return what ``svg`` made as a picture of its own: of a fixed size, in the page's colours on a light ground."""
-    colours = ";".join(f"--{name}:{colour}" for name, colour in light_colours().items())
-    width, height = (round(100 * side) for side in _SIZE_INCHES)
-    style = f"{colours};background:var(--ground)"
-    return page_svg.replace("<svg", f'<svg width="{width}" height="{height}" style="{style}"', 1)

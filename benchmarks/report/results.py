@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from benchmarks.suites.registry import Plot
+    from benchmarks.report.figures import ReportFigure
 
 
 class Results:
@@ -60,11 +60,11 @@ class Results:
 
         return metric_figure(self._entries(SUMMARY_FILE_NAME), metric)
 
-    def figures(self) -> list[Plot]:
+    def figures(self) -> list[ReportFigure]:
         """Return the plots of the report, condition by condition; a notebook shows each as a picture."""
-        from benchmarks.report.page import plots_of
+        from benchmarks.report.page import figures_of
 
-        return plots_of(read_rows(self.directory), self._entries(SUMMARY_FILE_NAME))
+        return figures_of(read_rows(self.directory), self._entries(SUMMARY_FILE_NAME))
 
     def _read(self, name: str) -> pd.DataFrame:
         import pandas as pd

@@ -111,12 +111,16 @@ def test_plots_of_the_report_are_pictures_that_stand_alone(results: Results) -> 
         "Where is the car while outside the picture?",
         "How soon is it found again?",
     ]
-    for plot in figures:
-        picture = ET.fromstring(plot._repr_svg_())
-        assert int(picture.attrib["width"]) > 0
-        used = {word.split(")")[0] for word in plot.svg.split("var(--")[1:]}
+    for figure in figures:
+        picture = ET.fromstring(figure._repr_svg_())
         declared = dict(part.split(":") for part in picture.attrib["style"].split(";"))
+        used = {word.split(")")[0] for word in figure.svg().split("var(--")[1:]}
         assert used <= {name.removeprefix("--") for name in declared}
+        words = {"".join(each.itertext()) for each in picture.iter("{http://www.w3.org/2000/svg}text")}
+        # Variants are no lines of plots, nor entries of the legend.
+        assert {figure.title, *TRACKERS} - words == {"blunt"}
+        (plot,) = picture.findall("{http://www.w3.org/2000/svg}svg")
+        assert int(plot.attrib["y"]) + int(plot.attrib["height"]) == int(picture.attrib["height"])
 
 
 def test_every_placeholder_has_a_colour_on_a_light_ground() -> None:
