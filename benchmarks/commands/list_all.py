@@ -21,6 +21,7 @@ from scenarios import catalog
 from scenarios.scenario import Survey
 from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controllers
+from trackers.papers import PAPERS
 
 _CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
 
@@ -142,7 +143,15 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
         for name in _carriers()
     ]
     roles = [(role, "", words) for role, words in _ROLES.items()]
-    return [("suites", _suites()), *trackers, *steering, ("roles", roles), ("envs", _envs())]
+    papers = [(each.name, each.about, each.reference()) for each in PAPERS.values()]
+    return [
+        ("suites", _suites()),
+        *trackers,
+        *steering,
+        ("roles", roles),
+        ("papers of the methods as written", papers),
+        ("envs", _envs()),
+    ]
 
 
 def _envs() -> list[tuple[str, str, str]]:
@@ -166,6 +175,8 @@ def _carriers() -> list[str]:
 
 def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
     table = Table(title=title, show_header=False, box=box.SIMPLE)
+    for _ in range(3):
+        table.add_column(overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table
@@ -194,4 +205,11 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
         {"name": each.name, "kind": each.role, "summary": each.summary, "suites": each.suites}
         for each in entrants().values()
     ]
-    return {"scenarios": scenarios, "suites": listed_suites, "controllers": steering, "trackers": trackers}
+    papers = [{"name": each.name, "summary": each.about, "reference": each.reference()} for each in PAPERS.values()]
+    return {
+        "scenarios": scenarios,
+        "suites": listed_suites,
+        "controllers": steering,
+        "trackers": trackers,
+        "papers": papers,
+    }

@@ -30,7 +30,9 @@ from benchmarks.scores.summary import (
 )
 from benchmarks.suites.registry import Condition, Plot, Suite, suite
 from sim.checks import check
+from trackers import registry
 from trackers.atomic_file import write_atomic
+from trackers.papers import Paper, paper_of
 
 REPORT_FILE_NAME = "report.html"
 _RANKED_ROLES = ("ours", "policy", "as-written", "tuned", "baseline", "external")
@@ -58,6 +60,7 @@ class Section:
     leaderboard: tables.Table
     references: tables.Table
     references_note: str
+    papers: Mapping[Paper, Sequence[str]]
     variants: tables.Table
     differences: tuple[Differences, ...]
     everything: tables.Table
@@ -144,6 +147,7 @@ def _section(
         leaderboard=tables.leaderboard(scores, summary, _RANKED_ROLES),
         references=references,
         references_note=" ".join(notes[role] for role in dict.fromkeys(line.role for line in references.lines)),
+        papers=_papers(everything),
         variants=tables.leaderboard(scores, summary, ("variant",)),
         differences=_differences(scores, comparisons, everything),
         everything=everything,
@@ -153,6 +157,16 @@ def _section(
         legend=tuple((name, role, styles[name]) for name, role in ranked if role in _DRAWN_ROLES),
         pictures=tuple(picture for picture in pictures if picture.condition == condition),
     )
+
+
+def _papers(everything: tables.Table) -> dict[Paper, list[str]]:
+    """Return the papers of the trackers in a table, each with the names of their methods."""
+    known, found = registry.entries(), dict[Paper, list[str]]()
+    for name in sorted({name for line in everything.lines for name in line.names} & known.keys()):
+        paper = paper_of(known[name].tracker.__module__)
+        if paper is not None:
+            found.setdefault(paper, []).append(name)
+    return found
 
 
 def figures_of(rows: Sequence[Row], summary: list[dict[str, Any]]) -> list[ReportFigure]:

@@ -21,6 +21,7 @@ from scenarios.envs.settings import FollowSettings
 from scenarios.envs.truth_info import INFO
 from scenarios.truth import Truth
 from trackers.belief import features as belief_features
+from trackers.papers import PAPERS
 
 _ROOT = Path(__file__).resolve().parents[2]
 _TIMES = {GuardedContestant.scores: ("ms_per_frame", "frames_per_s")}
@@ -42,6 +43,7 @@ def reference_page() -> str:
         info=INFO,
         truth=Truth,
         env=(FollowEnv, FollowSettings),
+        papers=PAPERS.values(),
         runs=published_runs(),
     )
 

@@ -20,6 +20,7 @@ from benchmarks.report.provenance import provenance
 from benchmarks.run.records import read_rows
 from benchmarks.suites.registry import suite
 from tests.benchmarks.fake_rows import TRACKERS, rows_of, write_rows
+from trackers.papers import PAPERS
 
 FRAME_OUT = suite("frame-out")
 
@@ -258,3 +259,11 @@ def test_pictures_are_embedded_in_their_section(tmp_path: Path) -> None:
     assert "Elsewhere" not in page
     remove_picture(tmp_path, "x")
     assert len(read_pictures(tmp_path)) == 1
+
+
+def test_the_papers_of_methods_stand_below_the_leaderboard(page: str) -> None:
+    notes = re.findall(r'<p class="note">(.*?)</p>', page, re.S)
+    (named,) = [note for note in notes if "paper A" in note]
+    assert re.findall(r'<span class="name">(\w+)</span>', named) == ["colour_pf", "road_shape_pf"]
+    assert PAPERS["A"].reference() in named
+    assert "paper B" not in page
