@@ -31,15 +31,16 @@ def names(given: Sequence[str]) -> tuple[str, ...]:
 
 
 def seed_range(text: str, parameter: str = "seeds") -> range:
-    """Return the half-open range of ``A:B``.
+    """Return the half-open range of ``A:B``, or of one seed ``A``.
 
     Raises:
         ValueError: for anything else.
     """
-    match = re.fullmatch(r"(\d+):(\d+)", text)
-    if match is None or int(match[1]) >= int(match[2]):
-        raise ValueError(f"{parameter}: expected A:B with 0 <= A < B, got {text!r}")
-    return range(int(match[1]), int(match[2]))
+    match = re.fullmatch(r"(\d+)(?::(\d+))?", text)
+    first, end = (0, 0) if match is None else (int(match[1]), int(match[2] or int(match[1]) + 1))
+    if first >= end:
+        raise ValueError(f"{parameter}: expected A:B with 0 <= A < B, or one seed, got {text!r}")
+    return range(first, end)
 
 
 def development_seeds(text: str, parameter: str = "seeds") -> range:

@@ -72,8 +72,8 @@ class Bench:
             the same pictures (default: given by the preset; in the suite follow all controllers, but no policy for
             another scenario or version).
         link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
-        seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
-            10000:10003 by default.
+        seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split;
+            with --quick 10000:10003 by default.
         renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
         data: folder or URL of a data set of `frameout generate` (`frameout[data]`): its stored episodes take the place
             of rendered ones and give the same scores; it also sets scenario, preset, renderer and, unless you name

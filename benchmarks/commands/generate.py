@@ -34,7 +34,7 @@ class Generate:
         scenario: catalogue id, see `frameout list`; without a version the latest.
         out: folder, or URL such as s3://bucket/folder.
         preset: one of the scenario's, on a set path or with a camera at rest.
-        seeds: episodes A to B - 1 (default: 0:EPISODES).
+        seeds: episodes A to B - 1, or A alone (default: 0:EPISODES).
         episodes: number of episodes from seed 0 on, in place of `--seeds`.
         channels: names of the pictures and maps to store (default: all that the scenario has).
         pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).

@@ -33,7 +33,7 @@ class List:
     Attributes:
         measure: measure the contents of the presets again (without rendering) and store them, instead of showing the
             stored ones.
-        seeds: episodes A:B to measure.
+        seeds: episodes A to B - 1, or A alone, to measure.
         modules: your own Python modules, imported first; they register trackers, metrics and so on.
         json: print JSON instead of tables.
         reference: print the definitions of all metrics, observation features, reward terms and `info` keys instead, as

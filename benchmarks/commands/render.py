@@ -10,6 +10,7 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import COUNT, FILE, NAMES, ONE_NAME
+from benchmarks.commands.progress import progress_bar
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.jobs import Job
@@ -63,7 +64,9 @@ class Render:
         scenario = catalog.scenario(self.scenario)
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
         out = self.out or Path("results") / f"{scenario.id}-{self.preset}-{self.seed}.mp4"
-        failures = render_episode(self._job(scenario.id), out, frames=self.frames, scale=self.scale)
+        job = self._job(scenario.id)
+        with progress_bar(f"{scenario.id} {self.preset}, frames") as progress:
+            failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
         print(out)
         for failure in failures:
             print(f"error: {failure}", file=sys.stderr)

@@ -45,7 +45,7 @@ class Speed:
     Attributes:
         scenarios: catalogue ids (default: all that have the preset).
         preset: one of the scenarios'; it sets the size of the picture and the scene.
-        seeds: towns A to B - 1.
+        seeds: towns A to B - 1, or A alone.
         frames: number of timed frames in each town.
         stored: instead make and write data sets with all channels, and print their CPU time a frame against a bare call
             with shadows, and time and size of each channel (pip install 'frameout[data]').

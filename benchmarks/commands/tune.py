@@ -63,7 +63,7 @@ class Tune:
         tracker: name of the tracker for the controllers that are named (default: the suite's own).
         trials: number of settings to try for each.
         preset: one or more presets, one for controllers; the scores are averaged (default: as the suite says).
-        seeds: episodes A to B - 1, below 10,000 (default: as the suite says).
+        seeds: episodes A to B - 1, or A alone, below 10,000 (default: as the suite says).
         fresh: number of episodes after them on which the best setting must be better too (default: as the suite says);
             those of controllers are with pictures.
         workers: number of worker processes.

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from benchmarks.report.numbers import number_text, unit_sign
+from benchmarks.report.numbers import number_text
 from benchmarks.report.palette import line_styles, on_light
 from benchmarks.report.plots import drawn_on_light
-from benchmarks.report.tables import every_metric
+from benchmarks.report.tables import column_of, every_metric
 from benchmarks.scores.summary import condition_of, label_of, steering_words
 from benchmarks.suites.registry import Condition, Metric, suite
 from sim.checks import check
@@ -96,8 +96,9 @@ def _worth(metric: Metric, mean: float) -> float:
 
 
 def _label(metric: Metric) -> str:
-    unit = "" if metric.unit == "fraction" else unit_sign(metric.unit)
+    column = column_of(metric)
+    unit = f" ({column.unit})" if column.unit and metric.unit != "fraction" else ""
     goal = f"{metric.better} is better"
     if metric.ideal is not None:
-        goal = f"ideal: {number_text(metric.ideal, metric.unit)} {unit_sign(metric.unit)}"
-    return f"{metric.name.replace('_', ' ')}{f' ({unit})' if unit else ''}, {goal}"
+        goal = f"ideal: {number_text(metric.ideal, metric.unit)} {column.unit}".rstrip()
+    return f"{column.title}{unit}, {goal}"

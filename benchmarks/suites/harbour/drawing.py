@@ -116,7 +116,7 @@ class HarbourDrawing:
             said = words.get(identity, "") if len(words) <= _NAMED_AT_MOST else ""
             if said or on:
                 x, y = (answers.box_xyxy[row, 2:] * self._zoom).clip(-1e4, 1e4).astype(int)
-                marks.draw_text(image, (x + 3, y + 3), said or answers.kind[row], colour, size=15, weight=600)
+                marks.draw_label(image, (x + 3, y + 3), said or answers.kind[row], colour, size=15, weight=600)
             if said and np.isfinite(place_m).all():
                 x, y = self._plan.at(place_m).clip(-1e4, 1e4).astype(int)
                 marks.draw_text(plan, (x + 6, y + 4), said, colour, size=13)
