@@ -15,7 +15,7 @@ from benchmarks.run.packages import needs_data
 
 @dataclass(frozen=True)
 class Export:
-    """Write a data set in a format that programs of others read (pip install 'frameout[data]').
+    """Write a data set in a format that other programs read (pip install 'frameout[data]').
 
     Formats: coco, kitti-depth, kitti-flow, kitti-stereo, mot, otb, rerun (pip install 'frameout[rerun]'), tao-amodal,
     vot, webdataset, yolo. Each says in the README.md that it writes where its axes begin, what its boxes enclose, and

@@ -11,7 +11,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, NAMES, ONE_NAME, SEEDS, WORKERS, cores, names, seed_range
+from benchmarks.commands.arguments import (
+    COUNT,
+    NAMES,
+    ONE_NAME,
+    RATE,
+    SIZE,
+    USUAL_SEEDS,
+    WORKERS,
+    cores,
+    names,
+    seed_range,
+)
 from benchmarks.commands.progress import progress_bar
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.experiment import check_renderer
@@ -53,12 +64,12 @@ class Generate:
     scenario: Annotated[str, tyro.conf.Positional]
     out: str
     preset: str = "standard"
-    seeds: Annotated[str | None, SEEDS] = None
+    seeds: Annotated[str | None, USUAL_SEEDS] = None
     episodes: Annotated[int | None, COUNT] = None
     channels: Annotated[tuple[str, ...], NAMES] = ()
     pictures: str = "blosc2"
-    size: tuple[int, int] | None = None
-    rate_hz: float | None = None
+    size: Annotated[tuple[int, int] | None, SIZE] = None
+    rate_hz: Annotated[float | None, RATE] = None
     frames: Annotated[int | None, COUNT] = None
     renderer: str = "raster"
     workers: Annotated[int | None, WORKERS] = None

@@ -24,11 +24,11 @@ from sim.checks import check
 class Render:
     """Write one episode as an MP4: the camera's picture, the truth, and a tracker's estimate.
 
-    A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above.
-    With a controller it is what `bench` scores where controllers are compared: the controller as tuned, its commands
-    through the link. A preset in closed loop (see `frameout list`) is shown as `bench` scores trackers on it: the
-    controller as written, without a link, unless you name one. Of a tracker of many targets all tracks are drawn, with
-    their identities; with a controller the one that it steers by.
+    A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above. Of a
+    tracker of many targets all tracks are drawn, with their identities; with a controller only the one that it steers
+    by. With --controller the video is of what the suite follow scores: the controller is tuned, and its commands go
+    through the link. In a preset in closed loop (see `frameout list`) it is of what `bench` scores trackers on: the
+    controller is as written and has no link, unless you name a link.
 
     Attributes:
         scenario: catalogue id, see `frameout list`; without a version the latest.

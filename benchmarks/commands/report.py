@@ -24,8 +24,8 @@ from sim.checks import check
 class Report:
     """Make summary.json, comparisons.json and report.html of a result folder again, from its records.jsonl.
 
-    With --from-estimates the rows in records.jsonl are made again first, without running a tracker: those of the run,
-    but for what the present judge does in another way.
+    With --from-estimates the rows in records.jsonl are first made again from the kept answers, without running a
+    tracker; they differ from those of the run only where the judge has changed since.
 
     Attributes:
         directory: folder written by `frameout bench`.

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import NAMES
+from benchmarks.commands.arguments import FILE, NAMES
 from benchmarks.run.contestants import load_modules
 from benchmarks.run.packages import needs_data
 from trackers.atomic_file import write_atomic
@@ -20,12 +20,12 @@ class Show:
 
     Attributes:
         directory: folder or URL written by `frameout generate`.
-        out: file of the page; by default page.html in that folder.
+        out: file of the page (default: page.html in that folder).
         modules: your own Python modules, imported first; they register the scenario.
     """
 
     directory: Annotated[str, tyro.conf.Positional]
-    out: Path | None = None
+    out: Annotated[Path | None, FILE] = None
     modules: Annotated[tuple[str, ...], NAMES] = ()
     resumes = False
 

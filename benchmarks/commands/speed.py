@@ -11,7 +11,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
+from benchmarks.commands.arguments import COUNT, POSITIONAL_NAMES, SEEDS, names, seed_range
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.learning.settings import EPISODES
@@ -33,8 +33,8 @@ _FEWEST_SOAKED_STEPS = 1000
 
 @dataclass(frozen=True)
 class Speed:
-    """Compare the time of a finished frame with all its truth, and of its picture alone, with a bare call of PyBullet's
-    TinyRenderer on the scene, with its shadows and without.
+    """Measure how fast frames are made: with all their truth, and the picture alone, against a bare call of PyBullet's
+    TinyRenderer on the same scene, with shadows and without.
 
     Measured on one core, in CPU time of the thread; then frames a second, and the rate of two processes
     over that of one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v1 with a tracker and
@@ -54,7 +54,7 @@ class Speed:
         json: print JSON instead of a table.
     """
 
-    scenarios: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    scenarios: Annotated[tuple[str, ...], tyro.conf.Positional, POSITIONAL_NAMES] = ()
     preset: str = "standard"
     seeds: Annotated[str, SEEDS] = "0:4"
     frames: int = 60

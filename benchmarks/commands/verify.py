@@ -20,7 +20,7 @@ class Verify:
 
     Attributes:
         directory: folder or URL of the data set.
-        every: decode one of so many frames and compare it with its truth.
+        every: decode one frame in this number and compare it with its truth.
         modules: your own Python modules, imported first; they register the scenario.
         discard: remove damaged episodes, so that the command that made the data set makes them again.
     """

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import cli
 from benchmarks.cli import main
 from benchmarks.video.mp4 import Mp4Writer
 from tests.benchmarks.no_room import no_room
@@ -16,22 +17,7 @@ from tests.benchmarks.no_room import no_room
 pytestmark = pytest.mark.usefixtures("fake_suite")
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "list",
-        "bench",
-        "compare",
-        "paper",
-        "render",
-        "report",
-        "speed",
-        "tune",
-        "learn-colours",
-        "learn-swims",
-        "learn-alarms",
-    ],
-)
+@pytest.mark.parametrize("command", cli._COMMANDS)
 def test_help_says_something_of_every_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
@@ -39,6 +25,9 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
     out = capsys.readouterr().out
     assert f"usage: frameout {command}" in out
     assert "{None}" not in out
+    said = " ".join(re.sub(r"[│╭╮╰╯─]", " ", out).split())
+    # A default is said once, in words where it is none.
+    assert re.search(r"\(default: (None|''|)\)|\(default: [^)]*\)\.? \(default", said) is None
 
 
 @pytest.mark.parametrize(
