@@ -25,6 +25,7 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
     out = capsys.readouterr().out
     assert f"usage: frameout {command}" in out
     assert "{None}" not in out
+    assert "``" not in out
     said = " ".join(re.sub(r"[│╭╮╰╯─]", " ", out).split())
     # A default is said once, in words where it is none.
     assert re.search(r"\(default: (None|''|)\)|\(default: [^)]*\)\.? \(default", said) is None
