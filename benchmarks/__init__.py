@@ -7,6 +7,8 @@ import importlib
 from typing import Any
 
 _HOMES = {
+    "bench": "benchmarks.run.bench",
+    "Results": "benchmarks.report.results",
     "Metric": "benchmarks.suites.metric",
     "RowMeaning": "benchmarks.suites.metric",
     "Scene": "benchmarks.suites.registry",

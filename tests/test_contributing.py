@@ -149,6 +149,14 @@ def test_python_about_envs_and_data_sets_in_contributing_runs(tmp_path: Path) ->
     assert told[1].startswith("(240, 320, 3) target in")
 
 
+def test_python_about_results_in_contributing_runs(tmp_path: Path) -> None:
+    (text,) = [each.text for each in blocks_of("CONTRIBUTING.md") if each.heading == "From Python"]
+    (tmp_path / "look.py").write_text(text)
+    told = succeeds("python look.py", tmp_path)
+    assert re.search(r"^colour_pf( +\d+\.\d+){2}$", told, re.M)
+    assert (tmp_path / "results" / "python" / "error.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_envs_side_by_side_are_made_as_the_readme_says(tmp_path: Path) -> None:
     (call,) = re.findall(r"`(gym\.make_vec\(ID, .*?\))`", (ROOT / "README.md").read_text())
     named = call.replace("ID, 2", "'scenarios:frameout/StereoFollow-v1', 2, preset='quick', tracker='stereo_wb'")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
 
 import tyro
 
 from benchmarks.results.ledger import TEST_SPLIT
+from benchmarks.run.cores import cores as cores
 from sim.checks import check
 
 # The help texts of these name the default themselves.
@@ -16,12 +16,16 @@ COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
 FILES = tyro.conf.arg(metavar="FILE …", help_behavior_hint="")
 FILE = tyro.conf.arg(metavar="FILE", help_behavior_hint="")
 ONE_NAME = tyro.conf.arg(metavar="NAME", help_behavior_hint="")
+RATE = tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")
+SIZE = tyro.conf.arg(metavar="INT INT", help_behavior_hint="")
 VALUES = tyro.conf.arg(metavar="NAME VALUE …", help_behavior_hint="")
 WORKERS = tyro.conf.arg(metavar="N", help_behavior_hint="(default: one per core)")
 NUMBER = tyro.conf.arg(metavar="N", help_behavior_hint="")
 WORDS = tyro.conf.arg(metavar="WORDS …", help_behavior_hint="")
 NAMES = tyro.conf.arg(metavar="NAME …", help_behavior_hint="")
 SEEDS = tyro.conf.arg(metavar="A:B")
+USUAL_SEEDS = tyro.conf.arg(metavar="A:B", help_behavior_hint="")
+POSITIONAL_NAMES = tyro.conf.arg(metavar="NAME …", help_behavior_hint="")
 PUBLISH = tyro.conf.arg(metavar="WHY", help_behavior_hint="")
 FOLDER = tyro.conf.arg(metavar="FOLDER", help_behavior_hint="")
 
@@ -32,15 +36,16 @@ def names(given: Sequence[str]) -> tuple[str, ...]:
 
 
 def seed_range(text: str, parameter: str = "seeds") -> range:
-    """Return the half-open range of ``A:B``.
+    """Return the half-open range of ``A:B``, or of one seed ``A``.
 
     Raises:
         ValueError: for anything else.
     """
-    match = re.fullmatch(r"(\d+):(\d+)", text)
-    if match is None or int(match[1]) >= int(match[2]):
-        raise ValueError(f"{parameter}: expected A:B with 0 <= A < B, got {text!r}")
-    return range(int(match[1]), int(match[2]))
+    match = re.fullmatch(r"(\d+)(?::(\d+))?", text)
+    first, end = (0, 0) if match is None else (int(match[1]), int(match[2] or int(match[1]) + 1))
+    if first >= end:
+        raise ValueError(f"{parameter}: expected A:B with 0 <= A < B, or one seed, got {text!r}")
+    return range(first, end)
 
 
 def development_seeds(text: str, parameter: str = "seeds") -> range:
@@ -48,8 +53,3 @@ def development_seeds(text: str, parameter: str = "seeds") -> range:
     seeds = seed_range(text, parameter)
     check(parameter, seeds.stop <= TEST_SPLIT.start, f"development seeds, below {TEST_SPLIT.start}", repr(text))
     return seeds
-
-
-def cores(workers: int | None) -> int:
-    """Return the number of workers, by default one for each core of this process."""
-    return len(os.sched_getaffinity(0)) if workers is None else workers

@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import tyro
 
 from benchmarks.commands.arguments import (
     COUNT,
+    FILE,
     FILES,
     FOLDER,
     NAMES,
@@ -23,20 +23,19 @@ from benchmarks.commands.arguments import (
     SEEDS,
     WORDS,
     WORKERS,
-    cores,
     names,
     seed_range,
 )
 from benchmarks.commands.leaderboard import print_leaderboard
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
-from benchmarks.commands.selection import parties
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
+from benchmarks.run.bench import bench
 from benchmarks.run.contestants import Entrant
-from benchmarks.run.experiment import Experiment, Outcome, check_names, check_renderer, run
+from benchmarks.run.experiment import Outcome, make_folder
+from benchmarks.run.packages import needs_data
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
 from benchmarks.run.records import read_rows
@@ -47,11 +46,10 @@ from benchmarks.sequences.sequence import USUAL_RATE_HZ
 from benchmarks.suites.registry import DEFAULT, Suite, check_metrics, suite
 from sim.checks import check
 from trackers import registry
-
-if TYPE_CHECKING:
-    from benchmarks.data_sets.request import Request
+from trackers.atomic_file import write_atomic
 
 _QUICK_SEEDS = "10000:10003"
+_STDOUT = "-"
 _OF_EPISODES = ("seeds", "renderer", "link", "keep_estimates", "data")
 """Arguments that mean nothing for what is real."""
 _OF_SEQUENCES = ("layout", "target", "rate_hz", "beside")
@@ -76,8 +74,8 @@ class Bench(WithModules):
             the same pictures (default: given by the preset; in the suite follow all controllers, but no policy for
             another scenario or version).
         link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
-        seeds: episodes A to B - 1; 0 to 9,999 are for development, 10,000 to 19,999 are the test split; with --quick
-            10000:10003 by default.
+        seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split;
+            with --quick 10000:10003 by default.
         renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
         data: folder or URL of a data set of `frameout generate` (`frameout[data]`): its stored episodes take the place
             of rendered ones and give the same scores; it also sets scenario, preset, renderer and, unless you name
@@ -107,6 +105,9 @@ class Bench(WithModules):
         metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
         plot: words of the titles of the plots in the report, e.g. calibrated (default: all).
         json: print the summary as JSON instead of tables.
+        csv: also write all numbers of the rows as a table, a line for each condition, seed, tracker, event and metric,
+            to this file; `-` prints the table instead of everything else. Lists, e.g. the error on each frame, stay in
+            records.jsonl. In Python: `benchmarks.bench(…).rows()`.
         publish: why figures of this run on the test split are to be published; adds the command, the commit and this
             text to benchmarks/results/test_split_runs.jsonl, once. Needs a checkout without changes to the code.
     """
@@ -134,42 +135,44 @@ class Bench(WithModules):
     metric: Annotated[tuple[str, ...], NAMES] = ()
     plot: Annotated[tuple[str, ...], WORDS] = ()
     json: bool = False
+    csv: Annotated[str, FILE] = ""
     publish: Annotated[str, PUBLISH] = ""
     resumes = True
 
     def run(self) -> int:
         """Run it; return the exit status."""
-        status = 0
         check_metrics(names(self.metric), self.suites)
+        check("csv", not (self.json and self.csv == _STDOUT), "a file beside --json, which prints too", repr(self.csv))
+        if self.csv not in ("", _STDOUT):
+            make_folder(Path(self.csv).parent, "csv")
+            check("csv", not Path(self.csv).is_dir(), "a file", f"the folder {self.csv!r}")
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
-            for name in self.suites:
-                status = max(status, self._run_suite(name))
-        return status
+            made = [self._run_suite(name) for name in self.suites]
+        if self.csv:
+            self._write_table([out for out, _ in made])
+        return max(status for _, status in made)
+
+    def _write_table(self, folders: Sequence[Path]) -> None:
+        from benchmarks.report.long_table import numbers_table
+
+        rows = [row for folder in dict.fromkeys(folders) for row in read_rows(folder)]
+        text = numbers_table(rows).to_csv(index=False)
+        if self.csv == _STDOUT:
+            sys.stdout.write(text)
+        else:
+            write_atomic(Path(self.csv), text)
 
     @property
     def _seeds(self) -> range:
         if self.real:
             return range(0)
         if self.data is not None and self.seeds == type(self).seeds:
-            return range(*self._stored.seeds)
+            return _seeds_of(self.data)
         quick_seeds = self.quick and self.seeds == type(self).seeds
         return seed_range(_QUICK_SEEDS if quick_seeds else self.seeds)
 
-    @cached_property
-    def _stored(self) -> Request:
-        """What the data set is of. Raises ValueError for options that contradict it."""
-        needs_data()
-        from benchmarks.data_sets.benchmark import benchmark_of
-
-        request = benchmark_of(str(self.data))
-        check("renderer", self.renderer == type(self).renderer, "none with --data, which sets it", self.renderer)
-        for name, mine in {"scenario": self.scenario, "preset": self.preset, "controllers": self.controllers}.items():
-            check(name, not mine, "none with --data, which sets it", ", ".join(mine))
-        within = self.seeds == type(self).seeds or set(seed_range(self.seeds)) <= set(range(*request.seeds))
-        check("seeds", within, f"some of {request.seeds[0]}:{request.seeds[1]}, which the data set has", self.seeds)
-        return request
-
-    def _run_suite(self, name: str) -> int:
+    def _run_suite(self, name: str) -> tuple[Path, int]:
+        """Return the folder and the exit status."""
         wanted = suite(name)
         pictures = bool(self.real) and wanted.on_sequences is not None
         for argument in () if pictures else _OF_SEQUENCES:
@@ -186,7 +189,7 @@ class Bench(WithModules):
         if self.json:
             failures = [asdict(failure) for failure in outcome.failures]
             print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
-        else:
+        elif self.csv != _STDOUT:
             print_leaderboard(outcome.summary, names(self.metric))
             for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
                 print(line)
@@ -197,18 +200,29 @@ class Bench(WithModules):
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
         sequences = wanted.on_sequences if pictures else None
         _report_problems(outcome, wanted.silence if sequences is None else sequences.silence)
-        return 1 if outcome.failures else 0
+        return out, 1 if outcome.failures else 0
 
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
-        if self.keep_estimates:
-            needs_data()
-        experiments = self._experiments(wanted)
-        out = self.out or Path("results") / ("quick" if self.quick else wanted.name)
-        outcome = Outcome()
-        for experiment in experiments:
-            with progress_bar(_title(wanted, experiment)) as progress:
-                outcome = outcome.followed_by(run(experiment, out, progress))
-        return out, outcome
+        results = bench(
+            wanted,
+            seeds=self._seeds,
+            scenario=names(self.scenario),
+            preset=names(self.preset),
+            trackers=names(self.trackers),
+            controllers=names(self.controllers),
+            link=self.link,
+            renderer=self.renderer,
+            quick=self.quick,
+            out=self.out,
+            workers=self.workers,
+            limit_s=self.limit_s,
+            modules=self.modules,
+            backend=self.backend,
+            data=self.data,
+            keep_estimates=self.keep_estimates,
+            progress=progress_bar,
+        )
+        return results.directory, results.outcome
 
     def _check_real(self) -> None:
         """Raise ValueError for arguments of episodes."""
@@ -241,49 +255,13 @@ class Bench(WithModules):
             name for name, each in known.items() if each.available() and not (self.quick and each.role == "variant")
         )
 
-    def _experiments(self, wanted: Suite) -> list[Experiment]:
-        """Return the experiments, one for each scenario.
 
-        Raises:
-            ValueError: for wrong arguments, before any run.
-        """
-        linked = self.link == "prompt" or wanted.judges_controllers
-        check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(self.link))
-        presets = names(self.preset) or ((wanted.quick_preset,) if self.quick else ())
-        scenarios, renderer = names(self.scenario), self.renderer
-        if self.data is not None:
-            check("data", not wanted.judges_controllers, "none, as stored pictures cannot be steered", self.data)
-            scenarios, presets, renderer = (self._stored.scenario,), (self._stored.preset,), self._stored.renderer
-        asked = (scenarios, presets, names(self.trackers), names(self.controllers))
-        chosen = parties(wanted, *asked, variants=not self.quick)
-        experiments = [
-            Experiment(
-                suite=wanted.name,
-                scenario=party.scenario,
-                presets=party.presets,
-                trackers=party.trackers,
-                seeds=self._seeds,
-                renderer=check_renderer(renderer),
-                controllers=party.controllers or None,
-                link=self.link,
-                workers=cores(self.workers),
-                repeats=1 if self.quick else 3,
-                limit_s=self.limit_s,
-                modules=self.modules,
-                backend=self.backend,
-                data=self.data,
-                keep_estimates=self.keep_estimates,
-            )
-            for party in chosen
-        ]
-        for experiment in experiments:
-            check_names(experiment)
-        return experiments
+def _seeds_of(data: str) -> range:
+    """Return the seeds of a data set."""
+    needs_data()
+    from benchmarks.data_sets.benchmark import benchmark_of
 
-
-def _title(wanted: Suite, experiment: Experiment) -> str:
-    steering = f" × {len(experiment.controllers or ())} controllers" if wanted.judges_controllers else ""
-    return f"{wanted.name}, {len(experiment.trackers)} trackers{steering}"
+    return range(*benchmark_of(data).seeds)
 
 
 def _report_problems(outcome: Outcome, silence: str) -> None:

@@ -9,13 +9,13 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import FOLDER, ONE_NAME
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.run.packages import needs_data
 
 
 @dataclass(frozen=True)
 class Export(WithModules):
-    """Write a data set in a format that programs of others read (pip install 'frameout[data]').
+    """Write a data set in a format that other programs read (pip install 'frameout[data]').
 
     Formats: coco, kitti-depth, kitti-flow, kitti-stereo, mot, otb, rerun (pip install 'frameout[rerun]'), tao-amodal,
     vot, webdataset, yolo. Each says in the README.md that it writes where its axes begin, what its boxes enclose, and

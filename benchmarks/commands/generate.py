@@ -11,11 +11,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, NAMES, ONE_NAME, SEEDS, WORKERS, cores, names, seed_range
-from benchmarks.commands.packages import needs_data
+from benchmarks.commands.arguments import (
+    COUNT,
+    NAMES,
+    ONE_NAME,
+    RATE,
+    SIZE,
+    USUAL_SEEDS,
+    WORKERS,
+    cores,
+    names,
+    seed_range,
+)
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.run.experiment import check_renderer
+from benchmarks.run.packages import needs_data
 from benchmarks.run.versions import package_versions, scene_version
 from scenarios import catalog
 
@@ -34,7 +45,7 @@ class Generate(WithModules):
         scenario: catalogue id, see `frameout list`; without a version the latest.
         out: folder, or URL such as s3://bucket/folder.
         preset: one of the scenario's, on a set path or with a camera at rest.
-        seeds: episodes A to B - 1 (default: 0:EPISODES).
+        seeds: episodes A to B - 1, or A alone (default: 0:EPISODES).
         episodes: number of episodes from seed 0 on, in place of `--seeds`.
         channels: names of the pictures and maps to store (default: all that the scenario has).
         pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
@@ -52,12 +63,12 @@ class Generate(WithModules):
     scenario: Annotated[str, tyro.conf.Positional]
     out: str
     preset: str = "standard"
-    seeds: Annotated[str | None, SEEDS] = None
+    seeds: Annotated[str | None, USUAL_SEEDS] = None
     episodes: Annotated[int | None, COUNT] = None
     channels: Annotated[tuple[str, ...], NAMES] = ()
     pictures: str = "blosc2"
-    size: tuple[int, int] | None = None
-    rate_hz: float | None = None
+    size: Annotated[tuple[int, int] | None, SIZE] = None
+    rate_hz: Annotated[float | None, RATE] = None
     frames: Annotated[int | None, COUNT] = None
     renderer: str = "raster"
     workers: Annotated[int | None, WORKERS] = None

@@ -18,7 +18,7 @@ class LearnAlarms:
     the blind contestant.
 
     Attributes:
-        seeds: episodes A to B - 1 of each preset, below 10,000.
+        seeds: episodes A to B - 1, or A alone, of each preset, below 10,000.
     """
 
     seeds: Annotated[str, SEEDS] = "0:2"

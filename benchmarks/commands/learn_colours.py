@@ -18,8 +18,8 @@ class LearnColours:
 
     Attributes:
         preset: one or more of the town's presets to take towns from.
-        seeds: towns A to B - 1, below 10,000.
-        every: use one of this number of frames.
+        seeds: towns A to B - 1, or A alone, below 10,000.
+        every: use one frame in this number.
     """
 
     preset: tuple[str, ...] = ("quick",)

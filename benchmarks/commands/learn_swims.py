@@ -29,7 +29,7 @@ class LearnSwims:
     the decay of damped velocity from at most 12 swims of standard.
 
     Attributes:
-        seeds: swims A to B - 1, below 10,000.
+        seeds: swims A to B - 1, or A alone, below 10,000.
     """
 
     seeds: Annotated[str, SEEDS] = "0:80"

@@ -24,6 +24,7 @@ from scenarios import catalog
 from scenarios.scenario import Survey
 from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controllers
+from trackers.papers import PAPERS
 
 _PARTS = ("formula", "range", "unit", "better", "conditions", "source")
 _CONTENTS = Path(__file__).resolve().parent.parent / "preset_contents.json"
@@ -36,7 +37,7 @@ class List(WithModules):
     Attributes:
         measure: measure the contents of the presets again (without rendering) and store them, instead of showing the
             stored ones.
-        seeds: episodes A:B to measure.
+        seeds: episodes A to B - 1, or A alone, to measure.
         json: print JSON instead of tables.
         metrics: print the definitions of all metrics instead: formula, range, unit, better direction, conditions and
             source.
@@ -160,7 +161,15 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
         for name in _carriers()
     ]
     roles = [(role, "", words) for role, words in _ROLES.items()]
-    return [("suites", _suites()), *trackers, *steering, ("roles", roles), ("envs", _envs())]
+    papers = [(each.name, each.about, each.reference()) for each in PAPERS.values()]
+    return [
+        ("suites", _suites()),
+        *trackers,
+        *steering,
+        ("roles", roles),
+        ("papers of the methods as written", papers),
+        ("envs", _envs()),
+    ]
 
 
 def _envs() -> list[tuple[str, str, str]]:
@@ -184,6 +193,8 @@ def _carriers() -> list[str]:
 
 def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
     table = Table(title=title, show_header=False, box=box.SIMPLE)
+    for _ in range(3):
+        table.add_column(overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table
@@ -212,4 +223,11 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
         {"name": each.name, "kind": each.role, "summary": each.summary, "suites": each.suites}
         for each in entrants().values()
     ]
-    return {"scenarios": scenarios, "suites": listed_suites, "controllers": steering, "trackers": trackers}
+    papers = [{"name": each.name, "summary": each.about, "reference": each.reference()} for each in PAPERS.values()]
+    return {
+        "scenarios": scenarios,
+        "suites": listed_suites,
+        "controllers": steering,
+        "trackers": trackers,
+        "papers": papers,
+    }

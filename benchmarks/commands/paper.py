@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, PUBLISH, SEEDS, WORKERS, cores, seed_range
+from benchmarks.commands.arguments import FOLDER, PUBLISH, USUAL_SEEDS, WORKERS, cores, seed_range
 from benchmarks.papers.repeat import repeat
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.experiment import check_renderer
@@ -25,11 +25,12 @@ class Paper:
     and run no method.
 
     Attributes:
-        experiment: A2 (road shape, the helicopter's motion measured), A3 (background model, motion unknown), B1
-            (colours and camera settings under a dimmed lamp), B2 (when colour can be learnt), B3 (a person followed
-            by stereo under changing light), C (lost pieces of a fish's track) or D (intruders in a harbour, thermal).
-        seeds: episodes A to B - 1 (default: 10000:10050; for B3 10000:10010, as many frames as in the paper; for D
-            10000:10010, each as long as the paper's).
+        experiment: A2: a car is tracked by the shape of the road, the helicopter's motion is measured; A3: by pixel
+            classes, the motion is unknown; B1: colours and camera settings under a dimmed lamp; B2: when colour can be
+            learnt; B3: a person is followed by stereo under changing light; C: lost pieces of a fish's track; D:
+            intruders before a thermal camera.
+        seeds: episodes A to B - 1, or A alone (default: 10000:10050; for B3 10000:10010, as many frames as in the
+            paper; for D 10000:10010, each as long as the paper's).
         renderer: raster or pybullet.
         out: folder for rows, pictures and page (default: results/paper-a2 …).
         workers: number of worker processes.
@@ -37,7 +38,7 @@ class Paper:
     """
 
     experiment: Annotated[str, tyro.conf.Positional]
-    seeds: Annotated[str | None, SEEDS] = None
+    seeds: Annotated[str | None, USUAL_SEEDS] = None
     renderer: str = "raster"
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
@@ -46,12 +47,13 @@ class Paper:
 
     def run(self) -> int:
         """Run it; return the exit status."""
-        if self.experiment not in _EXPERIMENTS:
+        name = self.experiment.upper()
+        if name not in _EXPERIMENTS:
             raise ValueError(f"experiment: expected one of {', '.join(_EXPERIMENTS)}; got {self.experiment!r}")
         renderer = check_renderer(self.renderer)
-        experiment = importlib.import_module(f"benchmarks.papers.{self.experiment.lower()}").EXPERIMENT
-        out = self.out or Path("results") / f"paper-{self.experiment.lower()}"
+        experiment = importlib.import_module(f"benchmarks.papers.{name.lower()}").EXPERIMENT
+        out = self.out or Path("results") / f"paper-{name.lower()}"
         seeds = seed_range(self.seeds) if self.seeds else experiment.seeds
-        with recorded(command_of("paper", self, "experiment"), seeds, self.publish):
+        with recorded(command_of("paper", replace(self, experiment=name), "experiment"), seeds, self.publish):
             repeat(experiment, out, seeds, renderer, cores(self.workers))
         return 0

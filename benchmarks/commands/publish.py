@@ -15,7 +15,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import COUNT, FOLDER, WORKERS, cores, names
+from benchmarks.commands.arguments import COUNT, FOLDER, POSITIONAL_NAMES, WORKERS, cores, names
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.results import ledger
@@ -54,7 +54,7 @@ class Publish:
         workers: number of worker processes; 0 = run in this process.
     """
 
-    tables: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    tables: Annotated[tuple[str, ...], tyro.conf.Positional, POSITIONAL_NAMES] = ()
     dry_run: bool = False
     check: bool = False
     episodes: Annotated[int | None, COUNT] = None

@@ -10,6 +10,7 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import COUNT, FILE, ONE_NAME
+from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.jobs import Job
@@ -23,11 +24,11 @@ from sim.checks import check
 class Render(WithModules):
     """Write one episode as an MP4: the camera's picture, the truth, and a tracker's estimate.
 
-    A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above.
-    With a controller it is what `bench` scores where controllers are compared: the controller as tuned, its commands
-    through the link. A preset in closed loop (see `frameout list`) is shown as `bench` scores trackers on it: the
-    controller as written, without a link, unless you name one. Of a tracker of many targets all tracks are drawn, with
-    their identities; with a controller the one that it steers by.
+    A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above. Of a
+    tracker of many targets all tracks are drawn, with their identities; with a controller only the one that it steers
+    by. With --controller the video is of what the suite follow scores: the controller is tuned, and its commands go
+    through the link. In a preset in closed loop (see `frameout list`) it is of what `bench` scores trackers on: the
+    controller is as written and has no link, unless you name a link.
 
     Attributes:
         scenario: catalogue id, see `frameout list`; without a version the latest.
@@ -60,7 +61,9 @@ class Render(WithModules):
         scenario = catalog.scenario(self.scenario)
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
         out = self.out or Path("results") / f"{scenario.id}-{self.preset}-{self.seed}.mp4"
-        failures = render_episode(self._job(scenario.id), out, frames=self.frames, scale=self.scale)
+        job = self._job(scenario.id)
+        with progress_bar(f"{scenario.id} {self.preset}, frames") as progress:
+            failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
         print(out)
         for failure in failures:
             print(f"error: {failure}", file=sys.stderr)

@@ -12,10 +12,10 @@ import tyro
 from benchmarks.commands.arguments import FOLDER, NAMES, WORDS, WORKERS, cores, names
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.leaderboard import print_leaderboard
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
+from benchmarks.run.packages import needs_data
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import check_metrics
 from sim.checks import check
@@ -25,8 +25,8 @@ from sim.checks import check
 class Report(WithModules):
     """Make summary.json, comparisons.json and report.html of a result folder again, from its records.jsonl.
 
-    With --from-estimates the rows in records.jsonl are made again first, without running a tracker: those of the run,
-    but for what the present judge does in another way.
+    With --from-estimates the rows in records.jsonl are first made again from the kept answers, without running a
+    tracker; they differ from those of the run only where the judge has changed since.
 
     Attributes:
         directory: folder written by `frameout bench`.

@@ -8,8 +8,9 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.packages import needs_data
+from benchmarks.commands.arguments import FILE
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.run.packages import needs_data
 from trackers.atomic_file import write_atomic
 
 
@@ -19,11 +20,11 @@ class Show(WithModules):
 
     Attributes:
         directory: folder or URL written by `frameout generate`.
-        out: file of the page; by default page.html in that folder.
+        out: file of the page (default: page.html in that folder).
     """
 
     directory: Annotated[str, tyro.conf.Positional]
-    out: Path | None = None
+    out: Annotated[Path | None, FILE] = None
     resumes = False
 
     def run(self) -> int:

@@ -11,13 +11,13 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import COUNT, SEEDS, names, seed_range
+from benchmarks.commands.arguments import COUNT, POSITIONAL_NAMES, SEEDS, names, seed_range
 from benchmarks.commands.console import console_of
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.settings import EPISODES
 from benchmarks.run.experiment import make_folder
+from benchmarks.run.packages import needs_data
 from benchmarks.scores.summary import SUMMARY_FILE_NAME
 from benchmarks.speed.env_stepping import ENV_ID, SCENARIO, measure_env
 from benchmarks.speed.pictureless import measure_pictureless
@@ -34,8 +34,8 @@ _FEWEST_SOAKED_STEPS = 1000
 
 @dataclass(frozen=True)
 class Speed(WithModules):
-    """Compare the time of a finished frame with all its truth, and of its picture alone, with a bare call of PyBullet's
-    TinyRenderer on the scene, with its shadows and without.
+    """Measure how fast frames are made: with all their truth, and the picture alone, against a bare call of PyBullet's
+    TinyRenderer on the same scene, with shadows and without.
 
     Measured on one core, in CPU time of the thread; then frames a second, and the rate of two processes
     over that of one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v1 with a tracker and
@@ -46,7 +46,7 @@ class Speed(WithModules):
     Attributes:
         scenarios: catalogue ids (default: all that have the preset).
         preset: one of the scenarios'; it sets the size of the picture and the scene.
-        seeds: towns A to B - 1.
+        seeds: towns A to B - 1, or A alone.
         frames: number of timed frames in each town.
         stored: instead make and write data sets with all channels, and print their CPU time a frame against a bare call
             with shadows, and time and size of each channel (pip install 'frameout[data]').
@@ -55,7 +55,7 @@ class Speed(WithModules):
         json: print JSON instead of a table.
     """
 
-    scenarios: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    scenarios: Annotated[tuple[str, ...], tyro.conf.Positional, POSITIONAL_NAMES] = ()
     preset: str = "standard"
     seeds: Annotated[str, SEEDS] = "0:4"
     frames: int = 60

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, SEEDS, VALUES, development_seeds, seed_range
+from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, USUAL_SEEDS, VALUES, development_seeds, seed_range
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.error_models import make_error_model, save_error_model
@@ -77,8 +77,8 @@ class Train(WithModules):
     starts: Starts = "episodes"
     episode_steps: int = 300
     seed: int = 0
-    check_model: Annotated[str, SEEDS] = ""
-    fit_model: Annotated[str, SEEDS] = ""
+    check_model: Annotated[str, USUAL_SEEDS] = ""
+    fit_model: Annotated[str, USUAL_SEEDS] = ""
     out: Annotated[Path | None, FOLDER] = None
     resumes = True
 

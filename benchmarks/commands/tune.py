@@ -14,7 +14,8 @@ from benchmarks.commands.arguments import (
     NAMES,
     NUMBER,
     ONE_NAME,
-    SEEDS,
+    POSITIONAL_NAMES,
+    USUAL_SEEDS,
     WORKERS,
     cores,
     development_seeds,
@@ -59,13 +60,13 @@ class Tune(WithModules):
     stopped continues with the same command. Needs Optuna (pip install 'frameout[tune]').
 
     Attributes:
-        trackers: names.
-        controllers: names of controllers.
+        trackers: names, see `frameout list` (default: all).
+        controllers: names of controllers, see `frameout list`.
         scenario: scenario for the controllers that are named (default: the first one of `frameout list`).
         tracker: name of the tracker for the controllers that are named (default: the suite's own).
         trials: number of settings to try for each.
         preset: one or more presets, one for controllers; the scores are averaged (default: as the suite says).
-        seeds: episodes A to B - 1, below 10,000 (default: as the suite says).
+        seeds: episodes A to B - 1, or A alone, below 10,000 (default: as the suite says).
         fresh: number of episodes after them on which the best setting must be better too (default: as the suite says);
             those of controllers are with pictures.
         workers: number of worker processes.
@@ -73,13 +74,13 @@ class Tune(WithModules):
         studies: folder that keeps all trials, with plots.
     """
 
-    trackers: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    trackers: Annotated[tuple[str, ...], tyro.conf.Positional, POSITIONAL_NAMES] = ()
     controllers: Annotated[tuple[str, ...], NAMES] = ()
     scenario: Annotated[str, ONE_NAME] = ""
     tracker: Annotated[str, ONE_NAME] = ""
     trials: int = 40
-    preset: tuple[str, ...] = ()
-    seeds: Annotated[str, SEEDS] = ""
+    preset: Annotated[tuple[str, ...], NAMES] = ()
+    seeds: Annotated[str, USUAL_SEEDS] = ""
     fresh: Annotated[int | None, NUMBER] = None
     workers: Annotated[int | None, WORKERS] = None
     out: Annotated[Path, FOLDER] = TUNED_FOLDER

@@ -8,9 +8,9 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import COUNT
-from benchmarks.commands.packages import needs_data
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.run.packages import needs_data
 from sim.checks import check
 
 
@@ -20,7 +20,7 @@ class Verify(WithModules):
 
     Attributes:
         directory: folder or URL of the data set.
-        every: decode one of so many frames and compare it with its truth.
+        every: decode one frame in this number and compare it with its truth.
         discard: remove damaged episodes, so that the command that made the data set makes them again.
     """
 

@@ -22,6 +22,7 @@ from benchmarks.scores.statistics import bootstrap_interval
 from benchmarks.scores.summary import paired
 from scenarios.scenario import RendererName
 from trackers.atomic_file import write_atomic
+from trackers.papers import PAPERS
 
 _FILE_NAME = "paper.html"
 
@@ -43,6 +44,8 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     rows = experiment.rows_in(out)
     found = findings(experiment, rows)
     plots = experiment.show(out, rows, seeds, renderer)
+    paper = PAPERS[experiment.name[0]]
+    print(f"{paper.name}, {paper.about}. {paper.reference()}")
     print_findings(experiment.title, found, seeds, experiment.fitted)
     varied = experiment.sensitivity(out, rows, seeds, renderer)
     if varied is not None:
@@ -57,6 +60,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
         .render(
             style=Markup(page_style()),
             experiment=experiment,
+            paper=paper,
             findings=found,
             runs_trackers=any(claim.tracker for claim in experiment.claims),
             plots=plots,

@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from benchmarks.report import plots, tables
 from benchmarks.report.facts import facts_table
+from benchmarks.report.figures import ReportFigure
 from benchmarks.report.metric_definitions import MetricDefinition, metric_definitions
 from benchmarks.report.palette import LineStyle, line_styles
 from benchmarks.report.pictures import Picture, read_pictures
@@ -30,7 +31,9 @@ from benchmarks.scores.summary import (
 )
 from benchmarks.suites.registry import Condition, Plot, Suite, suite
 from sim.checks import check
+from trackers import registry
 from trackers.atomic_file import write_atomic
+from trackers.papers import Paper, paper_of
 
 REPORT_FILE_NAME = "report.html"
 _RANKED_ROLES = ("ours", "policy", "as-written", "tuned", "baseline", "external")
@@ -58,6 +61,7 @@ class Section:
     leaderboard: tables.Table
     references: tables.Table
     references_note: str
+    papers: Mapping[Paper, Sequence[str]]
     variants: tables.Table
     differences: tuple[Differences, ...]
     everything: tables.Table
@@ -166,18 +170,10 @@ def _section(
     suite_name, scenario, preset, renderer, _ = condition
     scores = suite(suite_name).showing(metrics)
     everything = tables.every_metric(scores, summary)
-    # A line's style is that of the first of the contestant's names, e.g. of the controller.
-    roles: dict[str, str] = {}
-    for line in sorted(everything.lines, key=lambda line: _ROLE_ORDER.index(line.role)):
-        # A controller that also has a blind tracker keeps its own role.
-        roles.setdefault(line.names[0], line.role)
-    ranked = list(roles.items())
+    ranked = _ranked(everything)
     references = tables.leaderboard(scores, summary, tables.UNRANKED_ROLES)
     notes = {"blind": WHAT_BLIND_MEANS, "oracle": scores.oracles}
     styles = line_styles(ranked)
-    drawn = {name: rows for name, rows in contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
-    # A suite's own references are there for its figures, whatever their role.
-    own = {name: contestants[name] for each in scores.references if (name := each.name) in contestants}
     return Section(
         name="-".join(filter(None, condition)),
         title=f"{scenario} · {preset} · {steering_words(condition)} · {renderer}",
@@ -186,15 +182,60 @@ def _section(
         leaderboard=tables.leaderboard(scores, summary, _RANKED_ROLES),
         references=references,
         references_note=" ".join(notes[role] for role in dict.fromkeys(line.role for line in references.lines)),
+        papers=_papers(everything),
         variants=tables.leaderboard(scores, summary, ("variant",)),
         differences=_differences(scores, comparisons, everything),
         everything=everything,
         facts=None if scores.facts is None else facts_table(scores.facts, contestants),
         ours=next((name for name, role in ranked if role == "ours"), None),
-        plots=(*scores.figures(drawn | own, styles), *_speed_plot(summary, styles)),
+        plots=_plots(scores, contestants, summary, styles),
         legend=tuple((name, role, styles[name]) for name, role in ranked if role in _DRAWN_ROLES),
         pictures=tuple(picture for picture in pictures if picture.condition == condition),
     )
+
+
+def _papers(everything: tables.Table) -> dict[Paper, list[str]]:
+    """Return the papers of the trackers in a table, each with the names of their methods."""
+    known, found = registry.entries(), dict[Paper, list[str]]()
+    for name in sorted({name for line in everything.lines for name in line.names} & known.keys()):
+        paper = paper_of(known[name].tracker.__module__)
+        if paper is not None:
+            found.setdefault(paper, []).append(name)
+    return found
+
+
+def figures_of(rows: Sequence[Row], summary: list[dict[str, Any]]) -> list[ReportFigure]:
+    """Return the plots of the page of these rows, condition by condition."""
+    made: list[ReportFigure] = []
+    for condition, contestants in grouped(rows).items():
+        scores, entries = suite(condition[0]), _of(summary, condition)
+        ranked = _ranked(tables.every_metric(scores, entries))
+        styles = line_styles(ranked)
+        legend = [(name, styles[name]) for name, role in ranked if role in _DRAWN_ROLES]
+        drawn = _plots(scores, contestants, entries, styles)
+        made += [ReportFigure(plot.title, plot.words, plot.svg, legend) for plot in drawn]
+    return made
+
+
+def _ranked(everything: tables.Table) -> list[tuple[str, str]]:
+    """Return name and role of those that have a line style: that of the first name, e.g. the controller's."""
+    roles: dict[str, str] = {}
+    for line in sorted(everything.lines, key=lambda line: _ROLE_ORDER.index(line.role)):
+        # A controller that also has a blind tracker keeps its own role.
+        roles.setdefault(line.names[0], line.role)
+    return list(roles.items())
+
+
+def _plots(
+    scores: Suite,
+    contestants: Mapping[str, Sequence[Row]],
+    summary: list[dict[str, Any]],
+    styles: Mapping[str, LineStyle],
+) -> tuple[Plot, ...]:
+    drawn = {name: rows for name, rows in contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
+    # A suite's own references are there for its figures, whatever their role.
+    own = {name: contestants[name] for each in scores.references if (name := each.name) in contestants}
+    return (*scores.figures(drawn | own, styles), *_speed_plot(summary, styles))
 
 
 def _differences(scores: Suite, comparisons: list[dict[str, Any]], everything: tables.Table) -> tuple[Differences, ...]:

@@ -5,8 +5,11 @@ Plots are drawn with placeholder colours, ``#0a0bNN``; the page's style sheet de
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 INK = "#0a0b01"
 QUIET = "#0a0b02"
@@ -83,3 +86,16 @@ def _style(role: str, place: int) -> LineStyle:
 
 def _line(variable: str, dashes: tuple[float, ...], width: float, *, in_front: bool = False) -> LineStyle:
     return LineStyle(_COLOURS[variable], variable, dashes, width, in_front)
+
+
+@cache
+def light_colours() -> dict[str, str]:
+    """Return the colour ``#rrggbb`` of each variable of the page's style sheet on a light ground."""
+    sheet = Path(__file__).with_name("page.css").read_text()
+    light = sheet[sheet.index(":root {") : sheet.index("}")]
+    return dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", light))
+
+
+def on_light(colour: str) -> str:
+    """Return a placeholder's colour on a light ground; other values as they are."""
+    return light_colours().get(PLACEHOLDERS.get(colour, ""), colour)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from benchmarks.report.curves import RECOVERY_FRAMES, Curve
-from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle
+from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle, on_light
 
 # matplotlib takes as long to import as numba; workers and commands without a report do not need it.
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
             zorder=5,
         )
         in_plain_numbers(axes.yaxis)
-        axes.set_xlim(0, end)
+        _count_frames(axes, end)
         return svg(figure)
 
 
@@ -95,9 +95,17 @@ def _found_again(curves: Curves, styles: Styles, since: str, until_frames: int) 
     for name, curve in curves.items():
         _draw(axes, curve, styles[name], steps=True)
     in_percent(axes.yaxis)
-    axes.set_xlim(0, until_frames)
+    _count_frames(axes, until_frames)
     axes.set_ylim(0, 1.01)
     return figure, axes
+
+
+def _count_frames(axes: Axes, end: float) -> None:
+    """Let the x axis run from 0 to ``end`` frames, or to 1, in whole numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set_xlim(0, max(end, 1))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def plot_errors(curves: Curves, styles: Styles, x_label: str, y_label: str) -> str:
@@ -109,7 +117,7 @@ def plot_errors(curves: Curves, styles: Styles, x_label: str, y_label: str) -> s
             _draw(axes, curve, styles[name])
         _mark_one_two_five(axes.yaxis)
         in_plain_numbers(axes.yaxis)
-        axes.set_xlim(0, max(curve.x[-1] for curve in curves.values()))
+        _count_frames(axes, max(curve.x[-1] for curve in curves.values()))
         return svg(figure)
 
 
@@ -167,6 +175,14 @@ def drawn_as(name: str) -> AbstractContextManager[None]:
     import matplotlib
 
     settings: Any = {**_SETTINGS, "svg.hashsalt": name}
+    return matplotlib.rc_context(settings)
+
+
+def drawn_on_light() -> AbstractContextManager[None]:
+    """Set matplotlib's style for figures that stand alone, in the page's colours on a light ground."""
+    import matplotlib
+
+    settings: Any = {name: on_light(value) if isinstance(value, str) else value for name, value in _SETTINGS.items()}
     return matplotlib.rc_context(settings)
 
 

@@ -28,6 +28,7 @@ from scenarios.envs.settings import FollowSettings
 from scenarios.envs.truth_info import INFO, truth_keys
 from scenarios.truth import Truth, dtype_of, meanings
 from trackers.belief import features as belief_features
+from trackers.papers import PAPERS
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +67,7 @@ def reference_page() -> str:
         own_truth=_own_truth(),
         settings_of=preset_settings,
         env=(FollowEnv, FollowSettings),
+        papers=PAPERS.values(),
         runs=published_runs(),
     )
 

@@ -16,7 +16,11 @@ UNRANKED_ROLES = ("blind", "oracle")
 _RANKED_BY = 3
 """Number of columns that decide the order: the first one, on ties the next …"""
 _WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
-    word: word.upper() for word in ("tpr", "tnr", "auc", "nees", "dat", "tsr", "sr", "evt")
+    word: word.upper()
+    for word in (
+        *("tpr", "tnr", "auc", "nees", "dat", "tsr", "sr", "evt"),
+        *("hota", "idf1", "mota", "froc", "gospa", "agc"),
+    )
 }
 
 
@@ -127,8 +131,9 @@ def column_of(metric: Metric) -> Column:
     if "_per_" in metric.name:
         return Column(metric.name, metric.name.replace("_", " "), "", goal, metric.summary)
     words = [_WRITTEN_OUT.get(word, word) for word in metric.name.split("_")]
-    if words[-1] in ("m", "px", "s") and metric.unit != "fraction":
-        words.pop()
+    unit = metric.unit.split()
+    if words[-len(unit) :] == unit:
+        words = words[: -len(unit)]
     return Column(metric.name, " ".join(words), unit_sign(metric.unit), goal, metric.summary)
 
 

@@ -22,7 +22,7 @@ TABLES_FOLDER = LEDGER.with_name("tables")
 TEMPLATE = LEDGER.with_name("RESULTS.template.md")
 RESULTS = LEDGER.parents[2] / "RESULTS.md"
 PACKAGES = ("sim", "trackers", "scenarios", "benchmarks")
-_WITHOUT_EFFECT = {"publish", "out", "workers", "backend", "json", "metric", "plot"}
+_WITHOUT_EFFECT = {"publish", "out", "workers", "backend", "json", "csv", "metric", "plot"}
 """Options that change no figure and are left out of commands."""
 
 

@@ -13,7 +13,6 @@ from typing import Any
 
 from benchmarks.commands.bench import Bench
 from benchmarks.commands.paper import Paper
-from benchmarks.commands.selection import parties
 from benchmarks.commands.speed import Speed
 from benchmarks.papers.camera_experiment import CameraExperiment
 from benchmarks.papers.experiment import PaperExperiment
@@ -26,6 +25,7 @@ from benchmarks.results.tuning_budgets import budgets_of
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import Experiment, Progress, check_names, jobs_of, run
 from benchmarks.run.records import Row, rounded
+from benchmarks.run.selection import parties
 from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from benchmarks.suites.registry import suite
 from sim.checks import check

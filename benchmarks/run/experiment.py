@@ -149,15 +149,16 @@ def jobs_of(experiment: Experiment) -> list[Job]:
     return [replace(job, notes=None, versions={}) for job in _jobs(experiment, _versions(experiment), Path())]
 
 
-def make_folder(out: Path) -> None:
-    """Make a folder for results. Raises ValueError if it cannot be made or written."""
+def make_folder(out: Path, parameter: str = "out") -> None:
+    """Make a folder for results. Raises ValueError, which names the parameter, if it cannot be made or written."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         probe = out / ".writable"
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise ValueError(f"out: expected a folder that can be written, got {str(out)!r}: {error.strerror}") from None
+        expected = f"{parameter}: expected a folder that can be written"
+        raise ValueError(f"{expected}, got {str(out)!r}: {error.strerror}") from None
 
 
 _Versions = dict[tuple[str, str | None], dict[str, dict[str, str]]]

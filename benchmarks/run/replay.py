@@ -11,6 +11,7 @@ from benchmarks.run.versions import versions_of
 from benchmarks.video.instant import Instant
 from scenarios import catalog
 from trackers.controllers import catalogue
+from trackers.types import Answer
 
 
 def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[Instant]:
@@ -31,7 +32,8 @@ def replay_all(live: OpenJob, *, scale: float, wanted: Container[int], frame_cou
         if frame.truth.frame in wanted:
             view = frame.observation.image_rgb if scale == 1 else live.loop.episode.larger_view(scale)
             targets, decides_at = live.targets(frame.truth), [each.guard.decides_at for each in live.watchers]
-            answered = zip(live.loop.answers or [None], decides_at or [0.0], strict=True)
+            answers: Sequence[Answer | None] = live.loop.answers or [None]
+            answered = zip(answers, decides_at or [0.0], strict=True)
             yield [Instant(frame, targets, answer, view, from_on) for answer, from_on in answered]
 
 

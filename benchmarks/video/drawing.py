@@ -51,7 +51,7 @@ class InLargerView:
 
     uses_larger_view = True
     signs: tuple[Sign, ...] = (
-        legend.outlined("observed", marks.OBSERVED),
+        legend.outlined("the camera's picture", marks.OBSERVED),
         legend.TRUTH,
         legend.shaded("out of view", _SHADE["out"]),
         legend.ESTIMATE,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.run.experiment import make_folder
+from benchmarks.run.experiment import Progress, make_folder
 from benchmarks.run.guards import Failure
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.replay import replay
@@ -23,7 +23,14 @@ MOST_PIXELS = 4096 * 4096
 """Limit of a larger view, whose buffers and encoder then take 2 GB."""
 
 
-def render_episode(job: Job, out: Path, *, frames: int | None = None, scale: float = 2.0) -> list[Failure]:
+def render_episode(
+    job: Job,
+    out: Path,
+    *,
+    frames: int | None = None,
+    scale: float = 2.0,
+    progress: Progress = lambda done, of: None,
+) -> list[Failure]:
     """Write the episode of a job as an MP4; return the failures in it.
 
     Args:
@@ -32,6 +39,7 @@ def render_episode(job: Job, out: Path, *, frames: int | None = None, scale: flo
         frames: number of frames; None = the whole episode.
         scale: size of the larger view relative to the observed frame, >= 1, of at most 16,777,216 pixels; for
             scenarios shown in one.
+        progress: called with the number of frames written, and of all.
 
     Raises:
         ValueError: names the parameter, what was expected and what came.
@@ -52,8 +60,17 @@ def render_episode(job: Job, out: Path, *, frames: int | None = None, scale: flo
         drawing = drawing_of(job.scenario, episode)
         shown_scale = scale if drawing.uses_larger_view else 1.0
         instants = replay(live, scale=shown_scale, wanted=range(count), frame_count=count)
+        instants = _counted(instants, count, progress)
         write_video(out, instants, drawing, rate_hz=episode.rate_hz, title=title, frame_count=count)
         return live.failures()
+
+
+def _counted(instants: Iterable[Instant], count: int, progress: Progress) -> Iterator[Instant]:
+    """Yield the instants; a frame is reported when the next one is asked for, since it is then written."""
+    progress(0, count)
+    for done, instant in enumerate(instants, 1):
+        yield instant
+        progress(done, count)
 
 
 def write_video(

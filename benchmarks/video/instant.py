@@ -132,7 +132,7 @@ def _draw_estimate(canvas: _Canvas, estimate: Estimate, identity: str) -> None:
     if identity:
         corner = position if estimate.box_xyxy is None else canvas.point(estimate.box_xyxy[2:])
         x, y = np.clip(corner + _LABEL_PX, -_FAR_PX, _FAR_PX).astype(int)
-        marks.draw_text(canvas.image, (x, y), identity, marks.ESTIMATE, size=19, weight=600)
+        marks.draw_label(canvas.image, (x, y), identity, marks.ESTIMATE, size=19, weight=600)
 
 
 def draw_steered(image: marks.Image, frame: Frame, zoom: float, corner_px: ArrayLike = (0.0, 0.0)) -> None:

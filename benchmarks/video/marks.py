@@ -21,6 +21,9 @@ PARTICLE: Rgb = (240, 228, 66)
 OBSERVED: Rgb = (255, 255, 255)
 HALO: Rgb = (16, 18, 22)
 
+_LABEL_MARGIN_PX = 3
+_LABEL_GROUND = 0.7
+"""Opacity of the ground of a label."""
 _SHIFT = 4
 """OpenCV draws at 1/16 pixel."""
 
@@ -115,6 +118,18 @@ def draw_text(
     """Write ``text`` with its baseline starting at ``at_px``; return the x where it ends."""
     end, _ = cv2.putText(image, text, at_px, colour, _font(), size, weight)
     return int(end[0])
+
+
+def draw_label(
+    image: Image, at_px: tuple[int, int], text: str, colour: Rgb, *, size: int = 16, weight: int = 400
+) -> None:
+    """Write text as ``draw_text`` does, on a dark patch: readable on any picture, whatever its colours."""
+    x, y = at_px
+    end = x + text_width_px(text, size=size, weight=weight)
+    rows = slice(max(y - size, 0), max(y + round(0.3 * size), 0))
+    patch = image[rows, max(x - _LABEL_MARGIN_PX, 0) : max(end + _LABEL_MARGIN_PX, 0)]
+    patch[:] = ((1.0 - _LABEL_GROUND) * patch + _LABEL_GROUND * np.array(HALO)).astype(np.uint8)
+    draw_text(image, at_px, text, colour, size=size, weight=weight)
 
 
 def text_width_px(text: str, *, size: int = 16, weight: int = 400) -> int:

@@ -21,12 +21,12 @@ class Reward:
         in_view: 1 while the target's centre is in the picture and it is at least 12 pixels long, else 0.
         centred: tanh(4 p³), where p is 1 in the middle of the picture and 0 on its border and outside (the reward of
             DAT_Benchmark).
-        size: while in view exp(-ln²(length / wanted length) / 2), which is 1 for a length of ``length_share`` of the
+        size: while in view exp(-ln²(length / wanted length) / 2), which is 1 for a length of `length_share` of the
             picture's width.
         effort: minus the root mean square of the obeyed command's numbers, each over its limit.
-        loss: -1 on the step at which the target has been out of view for ``loss_after_s``, else 0.
-        length_share: wanted length in ``size``, in widths of the picture.
-        loss_after_s: time out of view in ``loss``, in seconds.
+        loss: -1 on the step at which the target has been out of view for `loss_after_s`, else 0.
+        length_share: wanted length in `size`, in widths of the picture.
+        loss_after_s: time out of view in `loss`, in seconds.
     """
 
     in_view: float = 1.0

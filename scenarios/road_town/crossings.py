@@ -77,7 +77,7 @@ class FirstCome:
 
 
 class RollingOver:
-    """Edition 1: one car at a time, any that waits may be the next; one that rolls over the line drives into the other."""
+    """Edition 1: one car at a time, any that waits may be next; one that rolls over the line drives into the other."""
 
     def __init__(self) -> None:
         self._holder: dict[int, int] = {}

@@ -87,6 +87,8 @@ class BackgroundParticleFilter:
 
     Ours: the classes have colour statistics by light, without which hardly a pixel is road (``classify_pixels``); the
     search for corners starts at the last motion (``BackgroundMotionFilter``).
+
+    Source: paper A (Nawata, Ikoma, Kawano, Maeda 2010), see ``trackers.papers``.
     """
 
     Parameters = BackgroundParameters

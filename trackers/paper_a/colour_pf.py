@@ -54,6 +54,8 @@ class ColourParticleFilter:
     Readings: the helicopter's motion moves the picture of flat ground as in A.2, so that only the road differs in the
     comparison; for the same reason a rectangle outside the picture or cut by its border is weighted as in A.2. The
     rectangle keeps the size of the first box and does not turn.
+
+    Source: paper A (Nawata, Ikoma, Kawano, Maeda 2010), see ``trackers.papers``.
     """
 
     Parameters = ColourParameters

@@ -84,6 +84,8 @@ class RoadShapeParticleFilter:
     The paper gives no numbers; those of ``RoadShapeParameters``, ``RoadSearch`` and ``RoadEndParameters`` are fitted on
     development seeds. Readings: see ``RoadModel``, ``RoadEnd``, ``RoadShapeModel`` and ``ColourTemplate``; the road is
     searched for around the first box. The rectangle keeps the size of that box and does not turn.
+
+    Source: paper A (Nawata, Ikoma, Kawano, Maeda 2010), see ``trackers.papers``.
     """
 
     Parameters = RoadShapeParameters

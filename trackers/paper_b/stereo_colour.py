@@ -236,7 +236,7 @@ class StereoColour(ABC):
     suites=("stereo",),
 )
 class StereoWb(StereoColour):
-    """The older method: ``W = P_c``."""
+    """The older method: ``W = P_c``. Source: paper B, see ``trackers.papers``."""
 
     def weight(self, colour: float, brightness: float, learnt: float) -> float:
         """Return P_c."""
@@ -250,7 +250,7 @@ class StereoWb(StereoColour):
     suites=("stereo",),
 )
 class StereoWbShutterGain(StereoColour):
-    """The paper's method: W by equation 7."""
+    """The paper's method: W by equation 7. Source: paper B, see ``trackers.papers``."""
 
     def weight(self, colour: float, brightness: float, learnt: float) -> float:
         """Return ``brightness_weight``."""

@@ -31,6 +31,8 @@ class CaKalmanTracker:
 
     Reading: tracklets get their successors in the order of their ends, each start once. Nothing is answered in gaps,
     nor names at once: until the last picture every tracklet has a name of its own.
+
+    Source: paper C, see ``trackers.papers``.
     """
 
     Parameters = CaKalmanParameters

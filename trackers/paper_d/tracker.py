@@ -67,6 +67,8 @@ class EigenSwarm:
     no answer: the mean likelihood of a set's particles before resampling. The limit was never reached:
     19 sets at most. Particles outside the watched volume have the likelihood 0: the paper's clouds are as long as a
     line of sight inside it.
+
+    Source: paper D, see ``trackers.papers``.
     """
 
     Parameters = EigenSwarmParameters

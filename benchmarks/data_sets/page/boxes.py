@@ -71,6 +71,4 @@ def _draw_label(image: Rgb, box_xyxy: NDArray[np.float64], words: str, taken: li
     if any(x < to and since < x + length and abs(y - row) < _LABEL_PX for since, to, row in taken):
         return
     taken.append((x, x + length, y))
-    patch = image[y : y + _LABEL_PX, x : x + length]
-    patch[:] = (0.3 * patch + 0.7 * np.array(marks.HALO)).astype(np.uint8)
-    marks.draw_text(image, (x + 3, y + 13), words, marks.OBSERVED, size=_LABEL_SIZE)
+    marks.draw_label(image, (x + 3, y + 13), words, marks.OBSERVED, size=_LABEL_SIZE)

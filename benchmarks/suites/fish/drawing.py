@@ -80,7 +80,7 @@ class FishDrawing:
             marks.draw_ellipse(image, place, estimate.covariance_px * zoom**2, colour)
         if is_named:
             x, y = (place + 8.0 * np.array([1.0, -1.0])).astype(int)
-            marks.draw_text(image, (x, y), str(name), colour, size=17, weight=600)
+            marks.draw_label(image, (x, y), str(name), colour, size=17, weight=600)
 
     def describe(self, instant: Instant) -> str:
         """See ``Drawing``."""

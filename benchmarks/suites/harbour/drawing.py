@@ -49,7 +49,7 @@ class HarbourDrawing:
         legend.shaded("intruders in view", _THERE),
         _box_sign("track on an intruder", marks.ESTIMATE),
         _box_sign("false alarm, by cause", _ALARM),
-        _box_sign("neither", _NEITHER),
+        _box_sign("neither right nor wrong", _NEITHER),
     )
 
     def __init__(self, episode: Episode) -> None:
@@ -116,7 +116,7 @@ class HarbourDrawing:
             said = words.get(identity, "") if len(words) <= _NAMED_AT_MOST else ""
             if said or on:
                 x, y = (answers.box_xyxy[row, 2:] * self._zoom).clip(-1e4, 1e4).astype(int)
-                marks.draw_text(image, (x + 3, y + 3), said or answers.kind[row], colour, size=15, weight=600)
+                marks.draw_label(image, (x + 3, y + 3), said or answers.kind[row], colour, size=15, weight=600)
             if said and np.isfinite(place_m).all():
                 x, y = self._plan.at(place_m).clip(-1e4, 1e4).astype(int)
                 marks.draw_text(plan, (x + 6, y + 4), said, colour, size=13)

@@ -31,7 +31,7 @@ class PlanView:
         marks.draw_lines(self.ground, [self.at(site.wall_m)], _QUIET, 1)
         corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * 0.5 * site.volume_m[:2]
         marks.draw_lines(self.ground, [self.at(site.volume_centre_m[:2] + corners)], _QUIET, 1)
-        marks.draw_text(self.ground, (8, 18), f"{depth_m:g} m x {width_m:g} m", _QUIET, size=13)
+        marks.draw_text(self.ground, (8, 18), f"watched from above: {depth_m:g} m × {width_m:g} m", _QUIET, size=13)
 
     def at(self, places_m: ArrayLike) -> NDArray[np.float64]:
         """Return places (..., 2) of the world in the picture."""

@@ -14,9 +14,11 @@ from scenarios.stereo_follow.floor_plan import Area, RoomPlan
 from scenarios.stereo_follow.truth import StereoTruth
 from sim.optics import rays
 from trackers.paper_b.matching import StereoMatcher
+from trackers.types import CameraRegisters
 
 _CELL_PX = (640, 480)
 _PLAN_PX_PER_M = 40.0
+_CAPTION_AT, _INK = (16, 28), (236, 238, 242)
 _GROUND, _ROOM, _WALL = (30, 33, 38), (52, 56, 63), (150, 156, 166)
 _OTHERS, _SIGHT = (182, 186, 194), (74, 80, 92)
 _LARGEST_DISPARITY_PX = 64.0
@@ -30,6 +32,8 @@ def draw_stereo_instant(instant: Instant, plan: RoomPlan, matcher: StereoMatcher
     """
     right = instant.frame.observation.right_rgb
     upper = [_left(instant), _lost() if right is None else _enlarged(right)]
+    for picture, words in zip(upper, ("left picture", "right picture"), strict=True):
+        marks.draw_label(picture, _CAPTION_AT, words, _INK)
     return np.vstack([np.hstack(upper), np.hstack([_disparity(instant, matcher), _plan_view(instant, plan)])])
 
 
@@ -58,7 +62,7 @@ def _enlarged(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def _lost() -> NDArray[np.uint8]:
     nothing = np.full((_CELL_PX[1], _CELL_PX[0], 3), _GROUND, dtype=np.uint8)
-    marks.draw_text(nothing, (24, 40), "picture lost", _WALL)
+    marks.draw_text(nothing, (24, 64), "picture lost", _WALL)
     return nothing
 
 
@@ -74,7 +78,7 @@ def _disparity(instant: Instant, matcher: StereoMatcher) -> NDArray[np.uint8]:
     coloured = cv2.applyColorMap(level, cv2.COLORMAP_VIRIDIS)[..., ::-1]
     coloured = np.where((disparity > 0)[..., None], coloured, np.array(_GROUND, np.uint8))
     picture = _enlarged(np.ascontiguousarray(coloured))
-    marks.draw_text(picture, (16, 28), "disparity, matched from the pair", (236, 238, 242))
+    marks.draw_label(picture, _CAPTION_AT, "disparity, matched from the pair", _INK)
     return picture
 
 
@@ -111,11 +115,15 @@ def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
             marks.draw_cross(picture, at(answer_m), marks.ESTIMATE)
     lux = truth.illuminance_lx[instant.target]
     event = f", {truth.light_event}" if truth.light_event else ""
-    marks.draw_text(picture, (16, 28), f"{truth.place}, {lux:,.0f} lx on the target{event}", (236, 238, 242))
-    numbers = truth.registers
-    words = f"R {numbers.red}  B {numbers.blue}  S {numbers.shutter}  G {numbers.gain}"
-    marks.draw_text(picture, (16, _CELL_PX[1] - 14), words, _WALL)
+    marks.draw_label(picture, _CAPTION_AT, f"from above: {truth.place}, {lux:,.0f} lx on the target{event}", _INK)
+    marks.draw_label(picture, (16, _CELL_PX[1] - 14), settings_in_words(truth.registers), _INK)
     return picture
+
+
+def settings_in_words(registers: CameraRegisters) -> str:
+    """Return a camera's settings by name, in the camera's own steps."""
+    balance = f"white balance red {registers.red}, blue {registers.blue}"
+    return f"camera: {balance}; shutter {registers.shutter}, gain {registers.gain}"
 
 
 def _wider(opening: Area) -> NDArray[np.float64]:

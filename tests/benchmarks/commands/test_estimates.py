@@ -65,7 +65,7 @@ def test_summary_and_comparisons_are_made_from_estimates_again(
 def test_what_cannot_be_done_is_said_in_one_line(
     words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("benchmarks.commands.packages._DATA", ("no_such_package",))
+    monkeypatch.setattr("benchmarks.run.packages._DATA", ("no_such_package",))
     given: list[Any] = [str(tmp_path) if word == "OUT" else word for word in words]
     assert main(given) == 2
     err = capsys.readouterr().err

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import cli
 from benchmarks.cli import main
 from benchmarks.video.mp4 import Mp4Writer
 from tests.benchmarks.no_room import no_room
@@ -16,22 +17,7 @@ from tests.benchmarks.no_room import no_room
 pytestmark = pytest.mark.usefixtures("fake_suite")
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "list",
-        "bench",
-        "compare",
-        "paper",
-        "render",
-        "report",
-        "speed",
-        "tune",
-        "learn-colours",
-        "learn-swims",
-        "learn-alarms",
-    ],
-)
+@pytest.mark.parametrize("command", cli._COMMANDS)
 def test_help_says_something_of_every_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
@@ -39,6 +25,10 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
     out = capsys.readouterr().out
     assert f"usage: frameout {command}" in out
     assert "{None}" not in out
+    assert "``" not in out
+    said = " ".join(re.sub(r"[│╭╮╰╯─]", " ", out).split())
+    # A default is said once, in words where it is none.
+    assert re.search(r"\(default: (None|''|)\)|\(default: [^)]*\)\.? \(default", said) is None
 
 
 @pytest.mark.parametrize(
@@ -49,9 +39,9 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (["bench", "--workers", "two"], "workers: expected a whole number, got 'two'"),
         (["bench", "--workers", "-2"], "workers: expected a whole number >= 0, got -2"),
         (["bench", "--limit-s", "long"], "limit-s: expected a number, got 'long'"),
-        (["bench", "--seeds", "5"], "seeds: expected A:B with 0 <= A < B, got '5'"),
-        (["bench", "--seeds=-5:5"], "seeds: expected A:B with 0 <= A < B, got '-5:5'"),
-        (["bench", "--seeds", "5:5"], "seeds: expected A:B with 0 <= A < B, got '5:5'"),
+        (["bench", "--seeds", "5:"], "seeds: expected A:B with 0 <= A < B, or one seed, got '5:'"),
+        (["bench", "--seeds=-5:5"], "seeds: expected A:B with 0 <= A < B, or one seed, got '-5:5'"),
+        (["bench", "--seeds", "5:5"], "seeds: expected A:B with 0 <= A < B, or one seed, got '5:5'"),
         (["bench", "--preset", "nix"], "presets: expected one of tiny, tiny-loop; got 'nix'"),
         (["bench", "--trackers", "nix"], "trackers: expected one of .*colour_pf.*; got 'nix'"),
         (["bench", "--controllers", "nix"], "controllers: expected one of set-path, .*; got 'nix'"),

@@ -82,6 +82,8 @@ def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     assert {key.renderer for key in read_blocks(tmp_path)} == {"raster", "pybullet"}
     page = (tmp_path / "paper.html").read_text()
     assert "frameout paper B1 --seeds 0:1 --renderer pybullet" in page
+    assert "`" not in page
+    assert "Paper B, a person followed with a stereo camera" in page
     for claim in EXPERIMENT.claims:
         assert claim.words in page
     assert page.count("<svg") == len(CONDITIONS)

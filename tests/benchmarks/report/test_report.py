@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html.parser
+import itertools
 import json
 import re
 from pathlib import Path
@@ -13,13 +14,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.report import curves, numbers, plots, tables
+from benchmarks.report.markdown import head
 from benchmarks.report.page import write_report
 from benchmarks.report.palette import PLACEHOLDERS, line_styles
 from benchmarks.report.pictures import made_from, read_pictures, remove_picture, write_picture
 from benchmarks.report.provenance import provenance
+from benchmarks.report.reference import metrics_of
 from benchmarks.run.records import read_rows
-from benchmarks.suites.registry import suite
+from benchmarks.suites.registry import suite, suites
 from tests.benchmarks.fake_rows import TRACKERS, rows_of, write_rows
+from trackers.papers import PAPERS
 
 FRAME_OUT = suite("frame-out")
 
@@ -258,3 +262,46 @@ def test_pictures_are_embedded_in_their_section(tmp_path: Path) -> None:
     assert "Elsewhere" not in page
     remove_picture(tmp_path, "x")
     assert len(read_pictures(tmp_path)) == 1
+
+
+def test_the_papers_of_methods_stand_below_the_leaderboard(page: str) -> None:
+    notes = re.findall(r'<p class="note">(.*?)</p>', page, re.S)
+    (named,) = [note for note in notes if "paper A" in note]
+    assert re.findall(r'<span class="name">(\w+)</span>', named) == ["colour_pf", "road_shape_pf"]
+    assert PAPERS["A"].reference() in named
+    assert "paper B" not in page
+
+
+def test_a_head_says_no_unit_twice() -> None:
+    for name in suites():
+        for metric in metrics_of(suite(name)):
+            words = head(tables.column_of(metric)).replace("(", "").replace(")", "").split()
+            assert all(first != second for first, second in itertools.pairwise(words)), words
+            half = [words[k : k + 2] for k in range(len(words) - 1)]
+            assert all(half[k] != half[k + 2] for k in range(len(half) - 2)), words
+    assert head(tables.column_of(FRAME_OUT.metric("time_to_recover_frames"))) == "time to recover (frames) ↓"
+    assert head(tables.column_of(FRAME_OUT.metric("offscreen_error_car_lengths"))) == "offscreen error (car lengths) ↓"
+    assert head(tables.column_of(FRAME_OUT.metric("precision_20_px"))) == "precision 20 px (%) ↑"
+
+
+@pytest.mark.parametrize("last", [0, 1, 2, 7, 130])
+def test_frames_are_counted_in_whole_numbers(last: int) -> None:
+    x = np.arange(last + 1.0)
+    curve = curves.Curve(x, x + 1.0, x + 0.5, x + 1.5, np.ones(last + 1, int))
+    drawn = {"sharp": curve}
+    styles = line_styles([("sharp", "ours")])
+    pictures = (
+        plots.plot_offscreen_error(drawn, styles),
+        plots.plot_search(drawn, styles, last),
+        plots.plot_errors(drawn, styles, "frames since the track was lost", "error, px"),
+    )
+    for picture in pictures:
+        axis = picture[picture.index('id="matplotlib.axis_1"') : picture.index('id="matplotlib.axis_2"')]
+        ticks = re.findall(r"<text [^>]*>([^<]*)</text>", axis)[:-1]
+        assert len(ticks) >= 2
+        assert all(tick.isdigit() for tick in ticks), ticks
+
+
+def test_pages_hold_no_backtick_and_no_plus_before_a_share(page: str) -> None:
+    assert "`" not in page
+    assert 'content: "+' not in page

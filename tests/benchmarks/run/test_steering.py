@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.commands.selection import parties
 from benchmarks.results.published import tables_named
 from benchmarks.results.table_runs import run_of
+from benchmarks.run.selection import parties
 from benchmarks.run.steering import default_controllers
 from benchmarks.suites.registry import suite
 

@@ -167,3 +167,22 @@ def test_replay_steers_by_the_estimate_and_shows_only_what_is_wanted() -> None:
     assert episode.commands[0] is None
     steered = [command.right_mps for command in episode.commands[1:] if command is not None]
     np.testing.assert_allclose(steered, 50.0 + 7.7 * np.arange(5))
+
+
+@pytest.mark.parametrize("ground", [(253, 231, 37), (255, 255, 255), (0, 0, 0)])
+def test_a_label_is_readable_on_any_ground(ground: marks.Rgb) -> None:
+    """WCAG 2's contrast ratio of letters and the patch behind them is at least 4.5."""
+
+    def luminance(rgb: np.ndarray) -> float:
+        level = rgb / 255.0
+        linear = np.where(level <= 0.04045, level / 12.92, ((level + 0.055) / 1.055) ** 2.4)
+        return float(linear @ (0.2126, 0.7152, 0.0722))
+
+    image = np.full((40, 200, 3), ground, dtype=np.uint8)
+    marks.draw_label(image, (10, 25), "disparity", (236, 238, 242))
+    patch = image[25 - 16, 8]
+    assert (luminance(np.array([236, 238, 242])) + 0.05) / (luminance(patch) + 0.05) >= 4.5
+    assert (image[:, 150:] == ground).all()
+    untouched = image.copy()
+    marks.draw_label(image, (-500, -500), "far outside", (236, 238, 242))
+    assert (image == untouched).all()

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.commands.selection import parties
 from benchmarks.run.guards import guarded
+from benchmarks.run.selection import parties
 from benchmarks.run.time_limit import TooSlow, at_most
 from benchmarks.suites.registry import suite
 from scenarios.loop import FromPictures

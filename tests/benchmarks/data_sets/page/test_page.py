@@ -33,6 +33,7 @@ def test_it_is_whole_and_needs_nothing_from_outside(page: str) -> None:
 
 def test_it_tells_what_the_set_is(page: str) -> None:
     text = re.sub(r"<[^>]+>", " ", page)
+    assert "`" not in text
     assert "2 episodes · seeds 0–1 · not written: 2" in text
     assert "60 frames at 15 a second · 160 × 120 px, colour, stereo pair 0.25 m apart" in text
     assert re.search(r"on_road\s+true in 50.0 %", text)

@@ -15,7 +15,7 @@ from benchmarks.run.replay import replay
 from benchmarks.suites import event_picture
 from benchmarks.suites.stereo import picture
 from benchmarks.suites.stereo.drawing import StereoDrawing, describe_person
-from benchmarks.suites.stereo.instant import draw_left_and_plan
+from benchmarks.suites.stereo.instant import draw_left_and_plan, settings_in_words
 from benchmarks.video import legend, marks
 from benchmarks.video.drawing import InLargerView, drawing_of
 from benchmarks.video.episode_video import render_episode, write_video
@@ -24,7 +24,7 @@ from tests.benchmarks.fake_episode import FakeEpisode, live
 from tests.benchmarks.suites.follow import fake_follow
 from tests.benchmarks.suites.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing
 from tests.fakes_trackers import NoParameters
-from trackers.types import Estimate
+from trackers.types import CameraRegisters, Estimate
 
 
 def episode() -> FakeFollowEpisode:
@@ -63,7 +63,9 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
 
 def test_what_is_rendered_is_what_the_command_asks_for(tmp_path: Path):
     job = Job("stereo", "stereo-follow-v1", "quick", "raster", 0, None, ("stereo_wb",))
-    assert render_episode(job, tmp_path / "x.mp4", frames=2) == []
+    shown: list[tuple[int, ...]] = []
+    assert render_episode(job, tmp_path / "x.mp4", frames=2, progress=lambda *counts: shown.append(counts)) == []
+    assert shown == [(0, 2), (1, 2), (2, 2)]
     with av.open(str(tmp_path / "x.mp4")) as video:
         assert len(list(video.decode(video=0))) == 2
 
@@ -175,3 +177,8 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
     rows["stereo_wb"][0]["versions"] = "of old"
     picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
     assert list((tmp_path / "pictures").iterdir()) == []
+
+
+def test_settings_of_the_camera_are_named() -> None:
+    words = settings_in_words(CameraRegisters(red=499, blue=515, shutter=707, gain=12))
+    assert words == "camera: white balance red 499, blue 515; shutter 707, gain 12"

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli import main
-from benchmarks.commands.selection import parties
 from benchmarks.run.contestants import entrants
+from benchmarks.run.selection import parties
 from benchmarks.suites.follow.suite import FOLLOW
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.stereo.suite import STEREO

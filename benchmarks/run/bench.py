@@ -1,0 +1,159 @@
+"""Runs a suite from Python, as ``frameout bench`` does: the command calls this function.
+
+In a notebook or a script::
+
+    from benchmarks import bench
+
+    results = bench("frame-out", preset="quick", seeds=range(2), trackers=["mosaic_graph_pf", "hold"])
+    results.rows()  # a DataFrame, one line for each number
+    results.plot("recovery_rate")  # a matplotlib Figure
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmarks.report.results import Results
+from benchmarks.run.contestants import entrants
+from benchmarks.run.cores import cores
+from benchmarks.run.experiment import Experiment, Outcome, Progress, check_names, check_renderer, run
+from benchmarks.run.own_modules import load_modules
+from benchmarks.run.packages import needs_data
+from benchmarks.run.selection import Party, parties
+from benchmarks.suites import registry
+from benchmarks.suites.registry import DEFAULT, Suite
+from sim.checks import check
+
+if TYPE_CHECKING:
+    from benchmarks.data_sets.request import Request
+
+ShowProgress = Callable[[str], AbstractContextManager[Progress | None]]
+"""Takes a title and opens what shows progress, e.g. ``benchmarks.commands.progress.progress_bar``."""
+
+
+def bench(
+    suite: str | Suite = DEFAULT,
+    *,
+    seeds: range,
+    scenario: str | Sequence[str] = (),
+    preset: str | Sequence[str] = (),
+    trackers: str | Sequence[str] = (),
+    controllers: str | Sequence[str] = (),
+    link: str = "prompt",
+    renderer: str = "raster",
+    quick: bool = False,
+    out: Path | str | None = None,
+    workers: int | None = None,
+    limit_s: float = 60.0,
+    modules: str | Sequence[str] = (),
+    backend: str = "loky",
+    data: str | None = None,
+    keep_estimates: bool = False,
+    progress: ShowProgress = lambda title: nullcontext(),
+) -> Results:
+    """Run trackers in the episodes of a suite and return the results; what exists already is not run again.
+
+    Args:
+        suite: name, see ``frameout list``.
+        seeds: of the episodes, ``range(A, B)``; 0 to 9,999 are for development, 10,000 to 19,999 are the test split.
+        scenario, preset, trackers, controllers: a name or several; () = as ``frameout bench --help`` says.
+        link: how commands reach the carrier where controllers are contestants: prompt, delayed or noisy.
+        renderer: raster or pybullet.
+        quick: small presets, no variants, one repeat.
+        out: folder of the results; None = ``results/SUITE``, or ``results/quick``.
+        workers: processes; None = one per core, 0 = this process.
+        limit_s: time limit in seconds for one frame of a tracker.
+        modules: modules of yours to import first, also in the workers; they register trackers, metrics and so on.
+        backend: joblib's backend.
+        data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
+        keep_estimates: whether all answers are kept as tables, see ``benchmarks.estimates.reading``.
+        progress: shows progress, see ``ShowProgress``.
+
+    Raises:
+        ValueError: for unknown names and values out of range, before any run; names the argument.
+    """
+    check("seeds", isinstance(seeds, range), "range(A, B)", repr(seeds))
+    load_modules(_several(modules))
+    wanted = registry.suite(suite) if isinstance(suite, str) else suite
+    linked = link == "prompt" or wanted.judges_controllers
+    check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(link))
+    if keep_estimates:
+        needs_data()
+    scenarios, presets = _several(scenario), _several(preset) or ((wanted.quick_preset,) if quick else ())
+    if data is not None:
+        check("data", not wanted.judges_controllers, "none, as stored pictures cannot be steered", data)
+        given = {"scenario": scenario, "preset": preset, "controllers": controllers}
+        stored = _stored(data, seeds, renderer, {name: _several(each) for name, each in given.items()})
+        scenarios, presets, renderer = (stored.scenario,), (stored.preset,), stored.renderer
+    asked = (scenarios, presets, _several(trackers), _several(controllers))
+    common = Experiment(
+        suite=wanted.name,
+        scenario="",
+        presets=(),
+        trackers=(),
+        seeds=seeds,
+        renderer=check_renderer(renderer),
+        link=link,
+        workers=cores(workers),
+        repeats=1 if quick else 3,
+        limit_s=limit_s,
+        modules=_several(modules),
+        backend=backend,
+        data=data,
+        keep_estimates=keep_estimates,
+    )
+    experiments = [_of_party(common, party) for party in parties(wanted, *asked, variants=not quick)]
+    for experiment in experiments:
+        check_names(experiment)
+        _check_importable(experiment.trackers)
+    folder, outcome = Path(out or Path("results") / ("quick" if quick else wanted.name)), Outcome()
+    for experiment in experiments:
+        with progress(_title(wanted, experiment)) as report:
+            outcome = outcome.followed_by(run(experiment, folder, report))
+    return Results(folder, outcome)
+
+
+def _of_party(common: Experiment, party: Party) -> Experiment:
+    return replace(
+        common,
+        scenario=party.scenario,
+        presets=party.presets,
+        trackers=party.trackers,
+        controllers=party.controllers or None,
+    )
+
+
+def _stored(data: str, seeds: range, renderer: str, given: Mapping[str, Sequence[str]]) -> Request:
+    """Return what a data set is of. Raises ValueError for arguments that contradict it."""
+    needs_data()
+    from benchmarks.data_sets.benchmark import benchmark_of
+
+    request = benchmark_of(data)
+    check("renderer", renderer == "raster", "none with data, which sets it", renderer)
+    for name, mine in given.items():
+        check(name, not mine, "none with data, which sets it", ", ".join(mine))
+    first, end = request.seeds
+    within = set(seeds) <= set(range(first, end))
+    check("seeds", within, f"some of {first}:{end}, which the data set has", f"{seeds.start}:{seeds.stop}")
+    return request
+
+
+def _several(names: str | Sequence[str]) -> tuple[str, ...]:
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
+def _check_importable(trackers: Sequence[str]) -> None:
+    """Raise ValueError for trackers of a cell or a script: no worker can import them, no version tells their code."""
+    known = entrants()
+    for name in trackers:
+        importable = known[name].module != "__main__"
+        check("trackers", importable, "ones that a module of their own registers (modules=…)", f"{name!r} of __main__")
+
+
+def _title(wanted: Suite, experiment: Experiment) -> str:
+    steering = f" × {len(experiment.controllers or ())} controllers" if wanted.judges_controllers else ""
+    return f"{wanted.name}, {len(experiment.trackers)} trackers{steering}"

@@ -1,0 +1,88 @@
+"""A bench from Python is the bench of the command."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks import bench
+from benchmarks.run.bench import bench as same
+from benchmarks.run.experiment import Progress
+from benchmarks.suites.frame_out.suite import FRAME_OUT
+from benchmarks.suites.registry import Scene
+from tests import fakes_scenario
+from tests.fakes_trackers import Still
+from trackers import registry
+
+SUITE = replace(
+    FRAME_OUT, scenes=(Scene(fakes_scenario.FAKE_TOWN.id, "frame-out"),), preset="tiny", quick_preset="tiny"
+)
+TINY: dict[str, Any] = {"seeds": range(1), "workers": 0, "trackers": ["fake_knowing", "fake_raises"]}
+
+
+def test_results_and_what_failed_come_back(tmp_path: Path) -> None:
+    assert bench is same
+    results = bench(SUITE, out=tmp_path, **TINY)
+    rows = results.rows()
+    assert set(rows["tracker"]) == {"fake_knowing", "fake_raises"}
+    assert set(rows["seed"]) == {0}
+    assert [failure.tracker for failure in results.outcome.failures] == ["fake_raises"]
+    assert results.outcome.episodes == 2
+    again = bench(SUITE, out=str(tmp_path), **TINY)
+    assert (again.outcome.episodes, again.outcome.resumed) == (0, 2)
+
+
+def test_quick_runs_once_what_no_seed_makes_reproducible(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+    monkeypatch.setattr("benchmarks.run.bench.run", lambda experiment, out, report: seen.append((experiment, out)))
+    monkeypatch.setattr("benchmarks.run.experiment.Outcome.followed_by", lambda self, later: self)
+    monkeypatch.setattr("benchmarks.run.bench.Results", lambda folder, outcome: folder)
+    assert bench("frame-out", seeds=range(1), quick=True) == Path("results/quick")
+    assert bench("frame-out", seeds=range(1), trackers="hold") == Path("results/frame-out")
+    (quick, _), (whole, _) = seen
+    assert (quick.presets, quick.repeats, whole.presets, whole.repeats) == (("quick",), 1, ("standard",), 3)
+    assert whole.trackers == ("hold",)
+    assert "mosaic_graph_pf" in quick.trackers
+
+
+def test_progress_is_shown_under_a_title(tmp_path: Path) -> None:
+    shown: list[Any] = []
+
+    @contextmanager
+    def show(title: str) -> Iterator[Progress]:
+        shown.append(title)
+        yield lambda done, of: shown.append((done, of))
+
+    bench(SUITE, out=tmp_path, progress=show, **{**TINY, "trackers": "fake_still"})
+    assert shown == ["frame-out, 1 trackers", (0, 1), (1, 1)]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"seeds": "0:2"}, r"seeds: expected range\(A, B\), got '0:2'"),
+        ({"trackers": "nobody"}, "trackers: expected one of .*; got 'nobody'"),
+        ({"preset": "huge"}, "presets: expected one of .*; got 'huge'"),
+        ({"link": "noisy"}, "link: expected prompt, since suite frame-out knows no other, got 'noisy'"),
+    ],
+)
+def test_wrong_arguments_are_named_before_anything_is_written(
+    tmp_path: Path, wrong: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        bench(SUITE, out=tmp_path / "out", **{**TINY, **wrong})
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_tracker_of_a_cell_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its rows could not say which code made them, and would be kept when the cell has changed."""
+    mine = type("Mine", (Still,), {"__module__": "__main__"})
+    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+    registry.register("of_a_cell", role="external", summary="", suites=("frame-out",))(mine)
+    with pytest.raises(ValueError, match="trackers: expected ones that a module of their own registers"):
+        bench(SUITE, out=tmp_path / "out", **{**TINY, "trackers": "of_a_cell"})

@@ -1,0 +1,81 @@
+"""The four papers whose methods are here as written: the one place that holds their references.
+
+All are in Japanese. What the copies that the methods were written from do not show is left empty, and said so.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """A paper, as far as its copy tells.
+
+    Attributes:
+        letter: its name in this project, A to D. about: one line.
+        authors: names; () = not on the copy. title: "" = not on the copy.
+        venue: series, number and page; "" = not on the copy. date: year, or day; "" = not on the copy.
+        address: of the abstract in a public repository, "" = none is known.
+    """
+
+    letter: str
+    about: str
+    authors: tuple[str, ...] = ()
+    title: str = ""
+    venue: str = ""
+    date: str = ""
+    address: str = ""
+
+    @property
+    def name(self) -> str:
+        """``paper A``."""
+        return f"paper {self.letter}"
+
+    def reference(self) -> str:
+        """Return the reference in one line, with what is missing."""
+        parts = [", ".join(self.authors), f"“{self.title}”" if self.title else "", self.venue, self.date]
+        parts += [f"Abstract: {self.address}"] if self.address else []
+        known = ". ".join(filter(None, parts))
+        missing = [
+            words
+            for words, value in {"authors": self.authors, "title": self.title, "place": self.venue}.items()
+            if not value
+        ]
+        lacks = f"Not on the copy at hand: {', '.join(missing)}." if missing else ""
+        return " ".join(filter(None, [f"{known}." if known else "", lacks]))
+
+
+PAPERS = {
+    each.letter: each
+    for each in (
+        Paper(
+            "A",
+            "a car seen from above, tracked through frame-outs",
+            ("Ryuji Nawata", "Norikazu Ikoma", "Hideaki Kawano", "Hiroshi Maeda"),
+            "Robust visual tracking using background information in dynamic image including out-of-field-of-view",
+            "IPSJ SIG Technical Report, Vol. 2010-CVIM-171 No. 10, Information Processing Society of Japan",
+            "18 March 2010",
+        ),
+        Paper("B", "a person followed with a stereo camera under changing light, by the camera's own settings"),
+        Paper(
+            "C",
+            "lost pieces of the track of a fish, bridged by a Kalman filter",
+            venue="85th National Convention of the Information Processing Society of Japan, 5ZG-07, p. 4-527",
+            date="2023",
+        ),
+        Paper(
+            "D",
+            "intruders before a thermal camera, by eigenspaces and sets of particles",
+            address="https://ypir.lib.yamaguchi-u.ac.jp/on/journals/on000001/v/49/item/557",
+        ),
+    )
+}
+"""Letter -> paper."""
+
+
+def paper_of(module: str) -> Paper | None:
+    """Return the paper whose method a module defines, by the room that it is in; None for any other module."""
+    match = re.match(r"trackers\.paper_([a-d])\.", module)
+    return PAPERS[match[1].upper()] if match else None
