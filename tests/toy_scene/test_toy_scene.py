@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import subprocess
@@ -89,13 +90,6 @@ def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: P
 
 def test_a_change_of_the_scene_is_told_from_one_of_the_tracker(tmp_path: Path) -> None:
     """Rows hash the modules of a scene, a judge and a tracker that lie outside the four packages."""
-    script = (
-        "from benchmarks.run.contestants import entrant\n"
-        "from benchmarks.run.own_modules import load_modules\n"
-        "load_modules(['tests.toy_scene.register'])\n"
-        "from benchmarks.run.versions import versions_of\n"
-        "print(versions_of('toy-many', 'toy-yard', 'quick', entrant('warm_bodies')))"
-    )
     for package in ("sim", "trackers", "scenarios", "benchmarks"):
         (tmp_path / package).symlink_to(ROOT / package)
     toy = tmp_path / "tests" / "toy_scene"
@@ -103,27 +97,39 @@ def test_a_change_of_the_scene_is_told_from_one_of_the_tracker(tmp_path: Path) -
     for file in ("__init__.py", "toy_scene/__init__.py", *(f"toy_scene/{each.name}" for each in _sources())):
         (tmp_path / "tests" / file).write_bytes((ROOT / "tests" / file).read_bytes())
 
-    def versions() -> dict[str, str]:
-        done = subprocess.run(
-            [sys.executable, "-c", script],
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(tmp_path)},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        return dict(eval(done.stdout))
+    done = subprocess.run(
+        [sys.executable, "-c", _VERSIONS_OF_CHANGED_FILES],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    before, *after = map(ast.literal_eval, done.stdout.splitlines())
+    changed = [{name for name in before if before[name] != made[name]} for made in after]
+    assert changed == [{"scene"}, {"judge"}, {"tracker"}]
 
-    before = versions()
-    changed = {}
-    for part, file in (("scene", "thermal.py"), ("judge", "judge.py"), ("tracker", "tracker.py")):
-        path = toy / file
-        held = path.read_text()
-        path.write_text(f"{held}\nCHANGED = True\n")
-        after = versions()
-        path.write_text(held)
-        changed[part] = {name for name in before if before[name] != after[name]}
-    assert changed == {part: {part} for part in changed}
+
+_VERSIONS_OF_CHANGED_FILES = """
+from pathlib import Path
+from benchmarks.run import source_files, versions
+from benchmarks.run.contestants import entrant
+from benchmarks.run.own_modules import load_modules
+
+def tell():
+    source_files._read.cache_clear()
+    versions._modules_hash.cache_clear()
+    print(versions.versions_of("toy-many", "toy-yard", "quick", entrant("warm_bodies")))
+
+load_modules(["tests.toy_scene.register"])
+tell()
+for file in ("thermal.py", "judge.py", "tracker.py"):
+    path = Path("tests/toy_scene", file)
+    held = path.read_text()
+    path.write_text(held + "CHANGED = True")
+    tell()
+    path.write_text(held)
+"""
 
 
 def _sources() -> list[Path]:
