@@ -67,7 +67,7 @@ def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
         )
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
-        _count_frames(axes, end)
+        count_frames(axes, end)
         return svg(figure)
 
 
@@ -95,12 +95,12 @@ def _found_again(curves: Curves, styles: Styles, since: str, until_frames: int) 
     for name, curve in curves.items():
         _draw(axes, curve, styles[name], steps=True)
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-    _count_frames(axes, until_frames)
+    count_frames(axes, until_frames)
     axes.set_ylim(0, 1.01)
     return figure, axes
 
 
-def _count_frames(axes: Axes, end: float) -> None:
+def count_frames(axes: Axes, end: float) -> None:
     """Let the x axis run from 0 to ``end`` frames, or to 1, in whole numbers."""
     axes.set_xlim(0, max(end, 1))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -116,7 +116,7 @@ def plot_errors(curves: Curves, styles: Styles, x_label: str, y_label: str) -> s
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
-        _count_frames(axes, max(curve.x[-1] for curve in curves.values()))
+        count_frames(axes, max(curve.x[-1] for curve in curves.values()))
         return svg(figure)
 
 

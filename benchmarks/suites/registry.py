@@ -93,16 +93,11 @@ class Metric:
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A figure of the report with its text; ``svg`` as ``report.plots.svg`` returns it. A notebook shows the figure."""
+    """A figure of the report with its text; ``svg`` as ``report.plots.svg`` returns it."""
 
     title: str
     words: str
     svg: str
-
-    def _repr_svg_(self) -> str:
-        from benchmarks.report.plots import standing_alone
-
-        return standing_alone(self.svg)
 
 
 @dataclass(frozen=True, slots=True)
