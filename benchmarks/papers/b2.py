@@ -13,7 +13,7 @@ from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, 
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
 from benchmarks.report.palette import GRID, line_styles
-from benchmarks.report.plots import drawn_as, new_figure, svg
+from benchmarks.report.plots import count_frames, drawn_as, new_figure, svg
 from benchmarks.run.records import LAST_METRIC, Row
 from benchmarks.video.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
@@ -114,7 +114,7 @@ def _plot_colour(values: dict[str, list[float]]) -> str:
         negative = np.array(values["trend"]) < 0
         axes.fill_between(np.arange(len(negative)), 0, 1, where=negative, color=GRID, alpha=0.6, linewidth=0, zorder=1)
         axes.set_ylim(0, 1)
-        axes.set_xlim(0, len(negative) - 1)
+        count_frames(axes, len(negative) - 1)
         figure.legend(frameon=False, fontsize=8, loc="outside upper left", ncols=3)
         return svg(figure)
 
@@ -126,5 +126,5 @@ def _plot_trend(values: dict[str, list[float]]) -> str:
         style = line_styles([("D_l", "as-written")])["D_l"]
         axes.plot(np.clip(values["trend"], -_LARGEST_TREND, _LARGEST_TREND), color=style.colour, linewidth=1.0)
         axes.axhline(0.0, color=line_styles([("0", "oracle")])["0"].colour, linewidth=0.8)
-        axes.set_xlim(0, len(values["trend"]) - 1)
+        count_frames(axes, len(values["trend"]) - 1)
         return svg(figure)

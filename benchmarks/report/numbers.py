@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 _SIGNS = {"fraction": "%", "1": "", "1/s": "/s", "1/min": "/min", "1/h": "/h"}
 _MINUS = "\u2212"
@@ -36,6 +36,17 @@ def interval_text(low: float | None, high: float | None, unit: str, *, signed: b
 def range_text(low: float, high: float) -> str:
     """Return the range of a value in words: ``0 to 1``, ``0 to infinity``."""
     return " to ".join(f"{end:g}".replace("inf", "infinity").replace("-", _MINUS) for end in (low, high))
+
+
+def counted(count: int, one: str, many: str = "") -> str:
+    """Return a number of things in words: ``no losses``, ``1 loss``; ``many``: the plural, if it is not ``one`` + s."""
+    return f"{count or 'no'} {one if count == 1 else many or f'{one}s'}"
+
+
+def lengths_text(lengths_frames: Sequence[int]) -> str:
+    """Return the least and the largest length in words: ``3 to 8 frames``, ``1 frame``."""
+    low, high = min(lengths_frames), max(lengths_frames)
+    return counted(high, "frame") if low == high else f"{low} to {high} frames"
 
 
 def ranges_text(numbers: Iterable[int]) -> str:

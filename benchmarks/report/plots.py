@@ -67,7 +67,7 @@ def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
             zorder=5,
         )
         in_plain_numbers(axes.yaxis)
-        _count_frames(axes, end)
+        count_frames(axes, end)
         return svg(figure)
 
 
@@ -95,12 +95,12 @@ def _found_again(curves: Curves, styles: Styles, since: str, until_frames: int) 
     for name, curve in curves.items():
         _draw(axes, curve, styles[name], steps=True)
     in_percent(axes.yaxis)
-    _count_frames(axes, until_frames)
+    count_frames(axes, until_frames)
     axes.set_ylim(0, 1.01)
     return figure, axes
 
 
-def _count_frames(axes: Axes, end: float) -> None:
+def count_frames(axes: Axes, end: float) -> None:
     """Let the x axis run from 0 to ``end`` frames, or to 1, in whole numbers."""
     from matplotlib.ticker import MaxNLocator
 
@@ -117,7 +117,7 @@ def plot_errors(curves: Curves, styles: Styles, x_label: str, y_label: str) -> s
             _draw(axes, curve, styles[name])
         _mark_one_two_five(axes.yaxis)
         in_plain_numbers(axes.yaxis)
-        _count_frames(axes, max(curve.x[-1] for curve in curves.values()))
+        count_frames(axes, max(curve.x[-1] for curve in curves.values()))
         return svg(figure)
 
 

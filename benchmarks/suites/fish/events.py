@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from benchmarks.report.numbers import counted, lengths_text
 from benchmarks.suites.registry import EventWords, Metric
 
 
@@ -14,7 +15,7 @@ def _describe(events: Sequence[dict[str, Any]]) -> str:
         return "no gaps"
     crossing = sum(event["crosses"] for event in events)
     return (
-        f"{len(lengths)} gaps of {lengths[0]} to {lengths[-1]} frames, half of them below "
+        f"{counted(len(lengths), 'gap')} of {lengths_text(lengths)}, half of them below "
         f"{lengths[len(lengths) // 2] + 1}; in {crossing} fish cross"
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.report.palette import GRID, INK, QUIET
-from benchmarks.report.plots import drawn_as, new_figure, svg
+from benchmarks.report.plots import count_frames, drawn_as, new_figure, svg
 from benchmarks.run.records import Row
 from benchmarks.scores.runs import runs
 from benchmarks.suites.fish.drawing import colour_of
@@ -57,7 +57,7 @@ def plot_timeline(rows: Sequence[Row], name: str) -> str | None:
             frames = max(frames, borne[:, 1].max(initial=0), gaps[:, 1].max(initial=0))
         axes.set_yticks(np.arange(count)[::-1], [str(fish) for fish in range(count)])
         axes.set_ylim(-0.6, count - 0.4)
-        axes.set_xlim(0, frames)
+        count_frames(axes, frames)
         axes.grid(False)
         signs = [
             Patch(facecolor="none", edgecolor=QUIET, hatch="////", label="not apart", linewidth=0),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from benchmarks.report.numbers import counted, lengths_text
 from benchmarks.scores.view_time import LOSS_S, LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
 from benchmarks.suites.registry import EventWords, Metric
 
@@ -48,7 +49,7 @@ def _describe(losses: Sequence[dict[str, Any]]) -> str:
         return f"no losses: the target was never out of view for longer than {LOSS_S:g} s"
     lengths = [each["length_frames"] for each in losses]
     never = sum(each["back_frame"] is None for each in losses)
-    return f"{len(losses)} losses of {min(lengths)} to {max(lengths)} frames, {never} of them to the end"
+    return f"{counted(len(losses), 'loss', 'losses')} of {lengths_text(lengths)}, {never} of them to the end"
 
 
 EVENTS = EventWords(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
+from benchmarks.report.numbers import counted, lengths_text
 from benchmarks.suites.registry import EventTest, EventWords, Metric
 
 _LENGTHS = (1, 16, 31, 61, 121, 1_000_000)
@@ -40,11 +41,11 @@ def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
         return "no frame-outs"
     lengths = [each["length_frames"] for each in frame_outs]
     if all(each["kind"] == "unseen" for each in frame_outs):
-        return f"{len(frame_outs)} absences of {min(lengths)} to {max(lengths)} frames"
+        return f"{counted(len(frame_outs), 'absence')} of {lengths_text(lengths)}"
     turned = sum(bool(each["turned"]) for each in frame_outs)
     excursions = sum(each["kind"] == "excursion" for each in frame_outs)
     return (
-        f"{len(frame_outs)} frame-outs of {min(lengths)} to {max(lengths)} frames, "
+        f"{counted(len(frame_outs), 'frame-out')} of {lengths_text(lengths)}, "
         f"{turned} with a turn at a crossing, {excursions} with a way off the road"
     )
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.report.numbers import counted
 from benchmarks.suites.harbour.streaks import streaks
 from benchmarks.suites.registry import EventTest, EventWords, Metric
 
@@ -67,7 +68,7 @@ def _describe(events: Sequence[dict[str, Any]]) -> str:
         f"{counts[kind]} × {kind}" for kind in (*KINDS, *sorted(counts.keys() - set(KINDS))) if counts[kind]
     )
     hidden = sum(not event["seeable"] for event in events)
-    return f"{len(events)} intruders ({kinds}); {hidden or 'none'} that nobody could see"
+    return f"{counted(len(events), 'intruder')} ({kinds}); {hidden or 'none'} that nobody could see"
 
 
 def _is(kind: str) -> EventTest:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from benchmarks.report.numbers import counted, lengths_text
 from benchmarks.suites.registry import EventTest, EventWords, Metric
 from benchmarks.suites.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR, OCCLUSION
 
@@ -19,17 +20,13 @@ def _is(kind: str) -> EventTest:
 def _describe(events: Sequence[dict[str, Any]]) -> str:
     lengths = [event["length_frames"] for event in events if event["kind"] == OCCLUSION]
     lights = Counter(event["kind"] for event in events if event["light"])
-    hidden = _counted(len(lengths), "occlusion")
-    changes = _counted(lights.total(), "change of light", "changes of light")
+    hidden = counted(len(lengths), "occlusion")
+    changes = counted(lights.total(), "change of light", "changes of light")
     if lengths:
-        hidden += f" of {min(lengths)} to {max(lengths)} frames"
+        hidden += f" of {lengths_text(lengths)}"
     if lights:
         changes += f" ({', '.join(f'{lights[kind]} × {kind}' for kind in LIGHT_KINDS if kind in lights)})"
     return f"{hidden}, {changes}"
-
-
-def _counted(count: int, one: str, many: str = "") -> str:
-    return f"{count or 'no'} {one if count == 1 else many or f'{one}s'}"
 
 
 EVENTS = EventWords(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.report.palette import BETTER, GRID, INK, QUIET, WORSE
-from benchmarks.report.plots import drawn_as, new_figure, svg
+from benchmarks.report.plots import count_frames, drawn_as, new_figure, svg
 from benchmarks.run.records import Row
 from benchmarks.scores.runs import runs
 from benchmarks.suites.stereo.metrics.people import Outcome
@@ -72,7 +72,7 @@ def plot_strips(strips: Mapping[str, Strip]) -> str:
             axes.annotate(kind, (frame, top + 0.5), rotation=35, fontsize=8, color=QUIET, annotation_clip=False)
         axes.set_yticks([*places, top], [*strips, "seen"])
         axes.set_ylim(-0.5, top + 0.5)
-        axes.set_xlim(0, len(frames))
+        count_frames(axes, len(frames))
         axes.grid(False)
         patches = [Patch(color=colour, label=words) for words, (colour, _) in _LOOKS.items()]
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=8)

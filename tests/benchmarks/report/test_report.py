@@ -305,3 +305,9 @@ def test_frames_are_counted_in_whole_numbers(last: int) -> None:
 def test_pages_hold_no_backtick_and_no_plus_before_a_share(page: str) -> None:
     assert "`" not in page
     assert 'content: "+' not in page
+
+
+def test_one_thing_is_no_plural_and_one_length_no_range() -> None:
+    assert [numbers.counted(count, "loss", "losses") for count in (0, 1, 2)] == ["no losses", "1 loss", "2 losses"]
+    assert numbers.counted(2, "gap") == "2 gaps"
+    assert [numbers.lengths_text(each) for each in ([3, 8, 5], [6, 6], [1])] == ["3 to 8 frames", "6 frames", "1 frame"]

@@ -163,7 +163,7 @@ def test_leaderboard_report_and_compare_speak_of_sequences(ran: Path, capsys: py
     bench(ran / "cars", ran / "out")
     told = capsys.readouterr()
     assert "real, cars, real: 3 sequences" in told.out
-    assert "cars: 3 sequences, 180 frames; 2 absences of 5 to 5 frames; 2 with a return that is judged" in told.out
+    assert "cars: 3 sequences, 180 frames; 2 absences of 5 frames; 2 with a return that is judged" in told.out
     assert "tell no focal length: 1.2 times the longer side" in told.err
     assert main(["report", str(ran / "out"), "--markdown"]) == 0
     assert "| `fake_red` " in capsys.readouterr().out

@@ -182,7 +182,7 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
     assert "outside the picture" not in text
     for words in ("When is the person lost?", "How soon is the person found again?", "Frame by frame, seed 0"):
         assert words in text
-    assert "2 occlusions of 6 to 6 frames, 4 changes of light (2 × lamp off, 2 × back light)" in text
+    assert "2 occlusions of 6 frames, 4 changes of light (2 × lamp off, 2 × back light)" in text
     for words in ("after lamp off", "near person", "another person", *ALL_TRACKERS):
         assert words in text
     # Its pictures are black: nothing is matched in them, in the hall or in the corridor.
