@@ -115,7 +115,7 @@ class Suite:
         picture: writes a picture of the trackers ``shown`` for the report.
         facts: table of the report about the episodes themselves.
         references: contestants with unfair knowledge. oracles: note of the report about them.
-        remarks: tracker -> what a reader of its line in the table asks, answered below the table.
+        remarks: tracker -> answer to what its line beside methods as written makes readers ask, below the table.
         controller: default controller of presets in closed loop; None: no controller can steer.
         contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.

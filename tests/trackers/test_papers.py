@@ -7,7 +7,11 @@ import pytest
 from trackers import registry
 from trackers.papers import PAPERS, Paper, paper_of
 
-AS_WRITTEN = [each for each in registry.entries().values() if each.role == "as-written"]
+AS_WRITTEN = [
+    each
+    for each in registry.entries().values()
+    if each.role == "as-written" and each.tracker.__module__.startswith("trackers.")
+]
 
 
 def test_there_are_four_and_each_has_methods() -> None:

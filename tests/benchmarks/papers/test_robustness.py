@@ -51,7 +51,7 @@ class Aside:
 
 
 EXPERIMENT = TrackerExperiment(
-    name="X",
+    name="A9",
     title="a place beside the car",
     setting="",
     fitted="how far",

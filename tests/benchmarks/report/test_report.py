@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 
 from benchmarks.report import curves, numbers, plots, tables
 from benchmarks.report.markdown import head
+from benchmarks.report.metric_definitions import metrics_of
 from benchmarks.report.page import write_report
 from benchmarks.report.palette import PLACEHOLDERS, line_styles
 from benchmarks.report.pictures import made_from, read_pictures, remove_picture, write_picture
 from benchmarks.report.provenance import provenance
-from benchmarks.report.reference import metrics_of
 from benchmarks.run.records import read_rows
 from benchmarks.suites.registry import suite, suites
 from tests.benchmarks.fake_rows import TRACKERS, rows_of, write_rows
@@ -237,6 +237,25 @@ def test_provenance_says_what_was_run(results: Path) -> None:
     assert "--seeds 10000:10008" in made.command
     assert made.events.startswith("24 frame-outs of ")
     assert "8 with a turn at a crossing, 8 with a way off the road" in made.events
+
+
+def test_the_question_that_a_table_raises_is_answered_below_it(page: str, tmp_path: Path) -> None:
+    asked = "Why can hold be ahead of particle filters?"
+    assert asked in page
+    write_rows_of(tmp_path, "hold", "sharp")
+    assert asked not in write_report(tmp_path).read_text()
+
+
+def test_metrics_link_to_their_definitions_on_the_page(page: str) -> None:
+    links = set(re.findall(r'href="#(frame-out-\w+)"', page))
+    assert "frame-out-recovery_rate" in links
+    assert links <= set(re.findall(r'<dt id="(.*?)">', page))
+    assert "area under the Kaplan-Meier curve of recovery_frames" in page
+
+
+def write_rows_of(directory: Path, *trackers: str) -> None:
+    lines = [json.dumps(row) for tracker in trackers for seed in (1, 2) for row in rows_of(tracker, seed)]
+    (directory / "records.jsonl").write_text("\n".join([*lines, ""]))
 
 
 def test_failures_are_reported(tmp_path: Path) -> None:

@@ -24,7 +24,8 @@ WALL = Board(1.6, 0.1, GREEN, 2.6, 2.6, head=False)
 
 
 def started(name: str, *boards: Board) -> Tracker:
-    tracker = entry(name).create(np.random.default_rng(0))
+    """Return a tracker with the values as written; tuned ones predict for another time."""
+    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
     tracker.initialise(observation(boards), person_box(boards[0]))
     return tracker
 
@@ -80,7 +81,8 @@ def _posed(of: Observation, heading_rad: float) -> Observation:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_prediction_stays_on_the_ground_when_the_robot_turns(name: str) -> None:
-    tracker = entry(name).create(np.random.default_rng(0))
+    """Return a tracker with the values as written; tuned ones predict for another time."""
+    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
     tracker.initialise(_posed(observation([PERSON]), 0.0), person_box(PERSON))
     unseen = _posed(observation([PERSON], 1, right=False), 0.3)
     estimate = tracker.update(unseen)
@@ -99,7 +101,8 @@ def test_answers_are_valid_wherever_it_starts(
     name: str, start: tuple[float, float, float, float], right: bool, seconds: float
 ) -> None:
     x, y, width, height = start
-    tracker = entry(name).create(np.random.default_rng(0))
+    """Return a tracker with the values as written; tuned ones predict for another time."""
+    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
     tracker.initialise(observation([PERSON], right=right), np.array([x, y, x + width, y + height]))
     for frame, shown in enumerate((True, False, True), 1):
         seen = observation([PERSON], frame, right=shown)
@@ -108,7 +111,8 @@ def test_answers_are_valid_wherever_it_starts(
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_box_that_is_none_and_a_single_camera_are_refused(name: str) -> None:
-    tracker = entry(name).create(np.random.default_rng(0))
+    """Return a tracker with the values as written; tuned ones predict for another time."""
+    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
     with pytest.raises(ValueError, match="box_xyxy: expected"):
         tracker.initialise(observation([PERSON]), np.array([5.0, 5.0, 5.0, 9.0]))
     single = replace(observation([PERSON]), camera=replace(CAMERA, baseline_m=None))

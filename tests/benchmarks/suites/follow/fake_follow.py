@@ -161,6 +161,7 @@ class FakeFollowScenario:
     target: str = "target"
     pictureless: None = None
     carrier: Carrier = ROBOT
+    truth: type[PeopleTruth] = PeopleTruth
     presets: dict[str, FakeFollow] = field(default_factory=lambda: {"tiny": FakeFollow("a fixed camera")})
 
     def episode(

@@ -100,7 +100,8 @@ def test_a_tracker_without_depth_is_lent_what_its_pixel_shows(outcome: tuple[Out
 def test_rows_have_the_keys_that_are_documented(outcome: tuple[Outcome, Path]) -> None:
     _, out = outcome
     keys = (
-        "suite scenario preset tracker role controller renderer seed repeat metric value weight event seconds versions"
+        "suite scenario preset tracker role controller renderer seed modules repeat metric value weight event seconds "
+        "versions"
     )
     kinds = set()
     for row in read_rows(out):
