@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.ticker import PercentFormatter
 from numpy.typing import NDArray
 
 from benchmarks.report.palette import GRID
-from benchmarks.report.plots import Styles, drawn_as, new_figure, svg
+from benchmarks.report.plots import Styles, drawn_as, in_percent, new_figure, svg
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _GROUP_HEIGHT = 0.6
 """Height of a group's trackers together; 1 is the distance of groups."""
@@ -54,5 +55,5 @@ def lay_out_lines(axes: Axes, places: NDArray[np.int64], names: Sequence[str]) -
     axes.set_yticks(places, names)
     axes.set_ylim(-0.5, len(names) - 0.5)
     axes.set_xlim(0, 1.01)
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0))
+    in_percent(axes.xaxis)
     axes.grid(False, axis="y")

@@ -6,17 +6,18 @@ import io
 import re
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, PercentFormatter
 
 from benchmarks.report.curves import RECOVERY_FRAMES, Curve
 from benchmarks.report.palette import GRID, GROUND, INK, PLACEHOLDERS, QUIET, LineStyle
+
+# matplotlib takes as long to import as numba; workers and commands without a report do not need it.
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
 CAR_LENGTH_M = 4.5
 _SIZE_INCHES = (5.4, 3.7)
@@ -65,8 +66,7 @@ def plot_offscreen_error(curves: Curves, styles: Styles) -> str:
             bbox=_BACKED,
             zorder=5,
         )
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        in_plain_numbers(axes.yaxis)
         axes.set_xlim(0, end)
         return svg(figure)
 
@@ -94,7 +94,7 @@ def _found_again(curves: Curves, styles: Styles, since: str, until_frames: int) 
     figure, axes = new_figure(f"frames since {since}", "found again")
     for name, curve in curves.items():
         _draw(axes, curve, styles[name], steps=True)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+    in_percent(axes.yaxis)
     axes.set_xlim(0, until_frames)
     axes.set_ylim(0, 1.01)
     return figure, axes
@@ -107,9 +107,8 @@ def plot_errors(curves: Curves, styles: Styles, x_label: str, y_label: str) -> s
         axes.set_yscale("log")
         for name, curve in curves.items():
             _draw(axes, curve, styles[name])
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        _mark_one_two_five(axes.yaxis)
+        in_plain_numbers(axes.yaxis)
         axes.set_xlim(0, max(curve.x[-1] for curve in curves.values()))
         return svg(figure)
 
@@ -121,9 +120,8 @@ def plot_shares(curves: Curves, styles: Styles, x_label: str, y_label: str) -> s
         axes.set_xscale("log")
         for name, curve in curves.items():
             _draw(axes, curve, styles[name])
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
-        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+        in_plain_numbers(axes.xaxis)
+        in_percent(axes.yaxis)
         axes.margins(x=0)
         axes.set_ylim(0, 1.01)
         return svg(figure)
@@ -138,7 +136,7 @@ def plot_calibration(curves: Curves, styles: Styles) -> str:
         for name, curve in curves.items():
             _draw(axes, curve, styles[name])
         for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(PercentFormatter(1.0))
+            in_percent(axis)
         axes.set_xlim(0, 1)
         axes.set_ylim(0, 1.01)
         return svg(figure)
@@ -156,9 +154,8 @@ def plot_speed(speeds: Mapping[str, tuple[float, float, float]], styles: Styles)
         axes.set_xscale("log")
         ends = np.array(list(speeds.values()))
         axes.set_xlim(0.6 * ends.min(), 1.6 * ends.max())
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        _mark_one_two_five(axes.xaxis)
+        in_plain_numbers(axes.xaxis)
         axes.set_yticks(places, list(speeds))
         axes.grid(False, axis="y")
         axes.margins(y=0.12)
@@ -167,12 +164,17 @@ def plot_speed(speeds: Mapping[str, tuple[float, float, float]], styles: Styles)
 
 def drawn_as(name: str) -> AbstractContextManager[None]:
     """Set matplotlib's style for one plot; ids come from its name, so that plots on one page do not clash."""
+    import matplotlib
+
     settings: Any = {**_SETTINGS, "svg.hashsalt": name}
     return matplotlib.rc_context(settings)
 
 
 def new_figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
     """Return a figure of the report's size with labelled axes."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=_SIZE_INCHES, layout="constrained")
     FigureCanvasSVG(figure)
     axes = figure.add_subplot()
@@ -183,6 +185,25 @@ def new_figure(x_label: str, y_label: str) -> tuple[Figure, Axes]:
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
     return figure, axes
+
+
+def in_percent(axis: Axis) -> None:
+    """Label shares as percentages."""
+    from matplotlib.ticker import PercentFormatter
+
+    axis.set_major_formatter(PercentFormatter(1.0))
+
+
+def in_plain_numbers(axis: Axis) -> None:
+    """Label the marks of a log axis as 0.1 and 10, not as powers."""
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(lambda value, _: "")
+
+
+def _mark_one_two_five(axis: Axis) -> None:
+    from matplotlib.ticker import LogLocator
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
 
 
 def _draw(axes: Axes, curve: Curve, style: LineStyle, *, steps: bool = False) -> None:

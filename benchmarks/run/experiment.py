@@ -179,10 +179,13 @@ def _versions(experiment: Experiment) -> _Versions:
 
 
 def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Job]:
-    """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop."""
-    for (preset, controller), made in versions.items():
-        groups = [experiment.trackers] if controller is None else [(name,) for name in experiment.trackers]
-        for seed in experiment.seeds:
+    """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop.
+
+    Those of a seed come together: a worker keeps the latest world, see ``scenarios.road_town.town``.
+    """
+    for seed in experiment.seeds:
+        for (preset, controller), made in versions.items():
+            groups = [experiment.trackers] if controller is None else [(name,) for name in experiment.trackers]
             for trackers in groups:
                 yield Job(
                     suite=experiment.suite,

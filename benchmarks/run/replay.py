@@ -18,11 +18,21 @@ def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: 
 
     Each has the answer of the first contestant. At a ``scale`` of 1 the larger view is the observed frame itself.
     """
+    for instants in replay_all(live, scale=scale, wanted=wanted, frame_count=frame_count):
+        yield instants[0]
+
+
+def replay_all(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[list[Instant]]:
+    """Yield for each of the ``wanted`` frames the instants of all contestants in order, see ``replay``.
+
+    Without contestants it is one instant without an answer.
+    """
     for frame in live.frames(frame_count):
         if frame.truth.frame in wanted:
             view = frame.observation.image_rgb if scale == 1 else live.loop.episode.larger_view(scale)
-            decides_at = live.watchers[0].guard.decides_at if live.watchers else 0.0
-            yield Instant(frame, live.targets(frame.truth), next(iter(live.loop.answers), None), view, decides_at)
+            targets, decides_at = live.targets(frame.truth), [each.guard.decides_at for each in live.watchers]
+            answered = zip(live.loop.answers or [None], decides_at or [0.0], strict=True)
+            yield [Instant(frame, targets, answer, view, from_on) for answer, from_on in answered]
 
 
 def made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from scipy.stats import kendalltau
-
 from benchmarks.run.records import REAL
 from benchmarks.suites.registry import Metric, Suite
 
@@ -45,6 +43,9 @@ def _lines(
     values = [[means[name] for name in both] for _, means in (real, simulated)]
     if len(both) < _LEAST_TRACKERS or any(len(set(each)) == 1 for each in values):
         return
+    # scipy.stats takes longer to import than all of bench, which needs it for runs on real pictures alone.
+    from scipy.stats import kendalltau
+
     found = kendalltau(*values)
     tau = f"Kendall's tau {found.statistic:.2f} (p {found.pvalue:.2f}, {len(both)} trackers)"
     yield f"{metric.name}, {real[0]} and {simulated[0]}: {tau}"

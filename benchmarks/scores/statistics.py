@@ -15,7 +15,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from statsmodels.stats.multitest import multipletests
 
 from sim.checks import check
 from sim.rng import generator
@@ -98,10 +97,14 @@ def compare(first: PooledRatios, second: PooledRatios, resamples: int = RESAMPLE
 
 
 def holm(p_values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return p-values (K,) adjusted for K comparisons by Holm's step-down method (Holm 1979; statsmodels)."""
-    if len(p_values) == 0:
-        return p_values
-    return multipletests(p_values, method="holm")[1]
+    """Return p-values (K,) adjusted for K comparisons by Holm's step-down method (Holm 1979).
+
+    The k-th smallest, k from 0, becomes ``max over j <= k of (K - j) p_j``, and at most 1.
+    """
+    order = np.argsort(p_values)
+    adjusted = np.empty(len(p_values))
+    adjusted[order] = np.maximum.accumulate(np.arange(len(p_values), 0, -1) * p_values[order])
+    return np.minimum(adjusted, 1.0)
 
 
 def _permutation_p(a: PooledRatios, b: PooledRatios, resamples: int) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ def keep_event_picture(
     trackers: Mapping[str, Sequence[Row]],
     shown: Sequence[str],
     found: tuple[int, dict[str, Any]] | None,
-    draw: Callable[[Mapping[str, Job], dict[str, Any]], Sheet],
+    draw: Callable[[Sequence[Job], dict[str, Any]], Sheet],
 ) -> None:
     """Write the picture of an event, unless it exists; remove it where it is out of date.
 
@@ -34,7 +35,7 @@ def keep_event_picture(
         trackers: rows by tracker. shown: the trackers in the picture.
         found: seed and attributes of the event. No picture is written for None, nor for rows made by other code, whose
             runs cannot be repeated.
-        draw: returns the picture from the jobs of the trackers and the event.
+        draw: returns the picture from the jobs, which have the trackers in order, and the event.
     """
     name = "-".join(filter(None, condition))
     key = json.dumps([found, [(tracker, trackers[tracker][0]["versions"]) for tracker in shown]])
@@ -43,5 +44,13 @@ def keep_event_picture(
     remove_picture(directory, name)
     if found is not None and all(made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
         seed, event = found
-        sheet, title, caption = draw({tracker: job_of(trackers[tracker][0], seed) for tracker in shown}, event)
+        sheet, title, caption = draw(_jobs([trackers[tracker][0] for tracker in shown], seed), event)
         write_picture(directory, name, sheet, condition, title, f"Seed {seed}: {caption}", key)
+
+
+def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:
+    """Return the jobs that repeat the runs of rows: on a set path one, as all trackers see the same pictures."""
+    jobs = [job_of(row, seed) for row in rows]
+    if any(job.controller is not None for job in jobs):
+        return jobs
+    return [replace(jobs[0], trackers=tuple(name for job in jobs for name in job.trackers))]

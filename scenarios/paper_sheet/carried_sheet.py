@@ -135,7 +135,7 @@ def _build(world: World, rng: np.random.Generator) -> list[BrightArea]:
     for piece in (*_surfaces(rng), *_windows(rng), *_ceiling_lights(rng)):
         body = add_panel(world, piece)
         if piece.luminance_nit > 0:
-            bright.append(bright_area(body, piece))
+            bright.append(bright_area(body.index, piece))
     return bright
 
 

@@ -11,7 +11,7 @@ from scenarios.road_town.layout import Layout
 from scenarios.road_town.measurement import Instruments
 from scenarios.road_town.plan import TARGET, Plan
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.town import add_vehicle, build_town
+from scenarios.road_town.town import add_vehicle, town_of
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
@@ -36,7 +36,7 @@ class RoadTownEpisode(Stage):
 
     def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
         self._covers_all = covers_all(truth)
-        world = build_town(plan.layout, generator(plan.seed, "town"), plan.preset.edition)
+        world = town_of(plan.preset, plan.seed, plan.layout)
         self._cars = [
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from scenarios.road_town.canvas import rings_of
 from scenarios.road_town.countryside import FIELDS_PX, add_countryside
@@ -13,7 +14,7 @@ from scenarios.road_town.ground import paint_ground
 from scenarios.road_town.land_paint import paint_countryside
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.palette import KERB, Rgb, draw_paint
-from scenarios.road_town.presets import LAND_REACHES_M
+from scenarios.road_town.presets import LAND_REACHES_M, RoadTown
 from scenarios.road_town.road_map import road_area
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.ground import ground, kerb, surroundings
@@ -21,6 +22,7 @@ from sim.meshes.house import house
 from sim.meshes.tree import tree
 from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.pose import pose_on_ground
+from sim.rng import generator
 from sim.world import Body, World
 
 _KERB_SIZE_M = (0.3, 0.04)
@@ -31,6 +33,35 @@ _KERB_TOLERANCE_M = 0.06
 _KERB_PIECE_M = 25.0
 _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
+
+_latest: dict[tuple[RoadTown, int, tuple[str, ...]], list[tuple[Body, NDArray[np.float64]]]] = {}
+"""Static objects with their poses of the town that was drawn last."""
+
+
+def town_of(preset: RoadTown, seed: int, layout: Layout) -> World:
+    """Return a new world of an episode's town.
+
+    Drawing it takes two thirds of the time before the first picture, so the latest town is kept: the same episode often
+    comes again at once, with another controller or for the report.
+
+    Args:
+        preset, seed: of the episode. layout: theirs.
+    """
+    key = preset, seed, tuple(VEHICLES)
+    if key not in _latest:
+        forget_town()
+        world = build_town(layout, generator(seed, "town"), preset.edition)
+        _latest[key] = list(zip(world.bodies, world.poses, strict=True))
+        return world
+    world = World()
+    for body, T_world_body in _latest[key]:
+        world.add(body.mesh, T_world_body, name=body.name, category=body.category)
+    return world
+
+
+def forget_town() -> None:
+    """Draw the next town anew, also if it is the latest one."""
+    _latest.clear()
 
 
 def build_town(layout: Layout, rng: np.random.Generator, edition: int) -> World:

@@ -50,7 +50,7 @@ class Sky:
     temperature_k: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Building:
     """All static objects.
 

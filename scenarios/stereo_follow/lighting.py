@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,18 +19,26 @@ from sim.world import World
 
 
 def build(world: World, building: Building) -> BakedLight:
-    """Add a building to a world and bake its light."""
-    lights: dict[str, list[Source]] = {group: [] for group in LIGHT_GROUPS}
-    panels = []
+    """Add a building to a world and return its baked light."""
+    first_index = len(world.bodies)
     for piece in building.panels:
-        body = add_panel(world, piece)
-        if piece.group:
-            lights[piece.group].append(bright_area(body, piece))
-        else:
-            reflectance = mean_reflectance(piece.texture)
-            panels.append(Panel(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, reflectance))
+        add_panel(world, piece)
     for mesh, T_world_tree in building.trees:
         world.add(mesh, T_world_tree, name="tree", category="tree")
+    return baked_light(building, first_index)
+
+
+@lru_cache(maxsize=1)
+def baked_light(building: Building, first_index: int) -> BakedLight:
+    """Bake the light of a building whose first panel is the body ``first_index`` of its world; the latest is kept."""
+    lights: dict[str, list[Source]] = {group: [] for group in LIGHT_GROUPS}
+    panels = []
+    for index, piece in enumerate(building.panels, first_index):
+        if piece.group:
+            lights[piece.group].append(bright_area(index, piece))
+        else:
+            reflectance = mean_reflectance(piece.texture)
+            panels.append(Panel(index, piece.corner_m, piece.side_a_m, piece.side_b_m, reflectance))
     sky = building.sky
     lights[SUN].append(Sun(sky.sun_direction, sky.sun_illuminance_lx, _colour(sky.sun_temperature_k)))
     lights[SKY].append(Sky(sky.luminance_nit, _colour(sky.temperature_k)))

@@ -59,10 +59,10 @@ def add_panel(world: World, piece: Panel) -> Body:
     return world.add(mesh, np.eye(4), name=piece.name, category="building")
 
 
-def bright_area(body: Body, piece: Panel) -> BrightArea:
-    """Return the light of a panel that stands in a world as ``body``."""
+def bright_area(instance_id: int, piece: Panel) -> BrightArea:
+    """Return the light of a panel that stands in a world as the body ``instance_id``."""
     light = (piece.luminance_nit, piece.temperature_k)
-    return BrightArea(body.index, piece.corner_m, piece.side_a_m, piece.side_b_m, *light)
+    return BrightArea(instance_id, piece.corner_m, piece.side_a_m, piece.side_b_m, *light)
 
 
 def wall(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +52,8 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool) -> Plan:
     Args:
         seed: of the episode, see ``sim.rng.episode_seed``.
     """
-    floor_plan = draw_floor_plan(generator(seed, "floor plan"))
+    building = building_of(seed, preset.edition)
+    floor_plan = building.plan
     crowd = draw_crowd(preset, floor_plan, generator(seed, "crowd"))
     places = tuple(floor_plan.place_of(place_m) for place_m in crowd.walks[TARGET].place_m)
     looks = draw_looks(len(crowd.walks), preset.alike, preset.uniformed, generator(seed, "wardrobe"))
@@ -60,7 +62,7 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool) -> Plan:
         preset,
         seed,
         closed_loop,
-        draw_building(floor_plan, generator(seed, "building"), preset.edition),
+        building,
         crowd,
         draw_light_plan(preset, places, generator(seed, "light")),
         tuple(looks),
@@ -68,6 +70,12 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool) -> Plan:
         places,
         dropped,
     )
+
+
+@lru_cache(maxsize=1)
+def building_of(seed: int, edition: int) -> Building:
+    """Return the building of an episode. The latest one is kept, and its light: episodes often come again at once."""
+    return draw_building(draw_floor_plan(generator(seed, "floor plan")), generator(seed, "building"), edition)
 
 
 def _phases(crowd: Crowd, looks: list[PersonLook], rate_hz: float, rng: np.random.Generator) -> NDArray[np.float64]:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from trackers.kernels.boxes import box_size
 from trackers.paper_b.matching import StereoMatcher, baseline_m
@@ -161,6 +160,9 @@ def split_by_heads(
     # The median of three bins removes single outliers.
     smooth_m = np.median([heights_m[:-2], heights_m[1:-1], heights_m[2:]], axis=0)
     smooth_m = np.concatenate([[0.0], smooth_m, [0.0]])
+    # scipy.signal takes a second to import, which only trackers of this paper should cost.
+    from scipy.signal import find_peaks
+
     heads, _ = find_peaks(smooth_m, prominence=p.least_head_m, distance=max(int(p.heads_apart_m / _HEAD_BIN_M), 1))
     if len(heads) < 2:
         return [pixels]

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from benchmarks.report.palette import GRID, INK, QUIET
@@ -17,6 +15,9 @@ from benchmarks.scores.runs import runs
 from benchmarks.suites.fish.drawing import colour_of
 from benchmarks.suites.fish.links import Bearers
 from benchmarks.suites.judging import Score
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOST_FISH = 20
 """Fish of an episode whose identities are kept in rows and drawn."""
@@ -39,6 +40,9 @@ def identity_series(borne: Bearers, apart: NDArray[np.bool_]) -> Iterator[Score]
 
 def plot_timeline(rows: Sequence[Row], name: str) -> str | None:
     """Draw one tracker's identities in one episode, from its rows of this episode; None without any."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     series = {row["metric"]: row["value"] for row in rows if row["metric"].startswith((_BORNE, _GAPS))}
     count = sum(metric.startswith(_BORNE) for metric in series)
     if count == 0:

@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.records import Row
-from benchmarks.run.replay import replay
+from benchmarks.run.replay import replay_all
 from benchmarks.scores.recovery import RECOVERY_WINDOW_FRAMES
 from benchmarks.suites.event_picture import Sheet, keep_event_picture
 from benchmarks.suites.registry import Condition
@@ -35,18 +35,19 @@ def show_frame_out(
     keep_event_picture(directory, condition, trackers, shown, _first_frame_out(trackers[shown[0]]), _sheet)
 
 
-def _sheet(jobs: Mapping[str, Job], frame_out: dict[str, Any]) -> Sheet:
-    instants = {tracker: _instants(job, frame_out) for tracker, job in jobs.items()}
+def _sheet(jobs: Sequence[Job], frame_out: dict[str, Any]) -> Sheet:
+    instants = {tracker: shown for job in jobs for tracker, shown in _instants(job, frame_out).items()}
     return contact_sheet(instants), "One frame-out", _CAPTION
 
 
-def _instants(job: Job, frame_out: dict[str, Any]) -> list[Instant]:
+def _instants(job: Job, frame_out: dict[str, Any]) -> dict[str, list[Instant]]:
     exit_frame, length, back = frame_out["exit_frame"], frame_out["length_frames"], frame_out["back_frame"]
     wanted = (exit_frame - 1, exit_frame + length // 2, exit_frame + length - 1, back + RECOVERY_WINDOW_FRAMES)
     with opened(job) as live:
         count = min(wanted[-1] + 1, live.loop.episode.frame_count)
         last = (*wanted[:-1], count - 1)
-        return list(replay(live, scale=_SCALE, wanted=last, frame_count=count))
+        shown = list(replay_all(live, scale=_SCALE, wanted=last, frame_count=count))
+    return {tracker: [instants[k] for instants in shown] for k, tracker in enumerate(job.trackers)}
 
 
 def _first_frame_out(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:

@@ -6,7 +6,6 @@ import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter
 
 from benchmarks.report import curves, plots
 from benchmarks.report.palette import LineStyle
@@ -127,7 +126,7 @@ def _plot_causes(
                 axes.plot([mean], [place + offset], "o", color=styles[name].colour, markersize=4.5, markeredgewidth=0)
         axes.set_xscale("symlog", linthresh=1.0)
         axes.set_xlim(left=0.0)
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes.set_yticks(places, [cause.replace("_", " ") for cause in CAUSES])
         axes.grid(False, axis="y")
         return plots.svg(figure)

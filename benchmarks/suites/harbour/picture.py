@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.records import Row
-from benchmarks.run.replay import replay
+from benchmarks.run.replay import replay_all
 from benchmarks.suites.event_picture import Sheet, keep_event_picture
 from benchmarks.suites.harbour.drawing import HarbourDrawing
 from benchmarks.suites.registry import Condition
@@ -47,21 +47,22 @@ def _first_visit(rows: Sequence[Row]) -> tuple[int, dict[str, Any]] | None:
     return min(long, key=lambda each: (each[0], each[1]["first_frame"], each[1]["index"]), default=None)
 
 
-def _sheet(jobs: Mapping[str, Job], visit: dict[str, Any]) -> Sheet:
+def _sheet(jobs: Sequence[Job], visit: dict[str, Any]) -> Sheet:
     last = visit["first_frame"] + visit["length_frames"] - 1
     wanted = [min(visit["first_frame"] + each, last) for each in _AFTER_FRAMES]
-    cells = [_row(job, wanted) for job in jobs.values()]
+    cells = [row for job in jobs for row in _rows(job, wanted)]
     return picture_sheet(cells, _CELL_WIDTH_PX), f"A {visit['kind']} comes", _CAPTION
 
 
-def _row(job: Job, wanted: Sequence[int]) -> list[tuple[str, NDArray[np.uint8]]]:
-    """Return the wanted frames of a tracker's run with their words."""
+def _rows(job: Job, wanted: Sequence[int]) -> list[list[tuple[str, NDArray[np.uint8]]]]:
+    """Return the wanted frames of each tracker's run with their words."""
+    cells: list[dict[int, tuple[str, NDArray[np.uint8]]]] = [{} for _ in job.trackers]
     with opened(job) as live:
-        drawing = HarbourDrawing(live.loop.episode)
+        drawings = [HarbourDrawing(live.loop.episode) for _ in job.trackers]
         # Alarms are raised by frames running: all are drawn, up to the last one that is shown.
-        cells = {}
-        for instant in replay(live, scale=1.0, wanted=range(wanted[-1] + 1), frame_count=wanted[-1] + 1):
-            frame, picture = instant.frame.truth.frame, drawing.picture(instant)
-            if frame in wanted:
-                cells[frame] = f"{job.trackers[0]}   frame {frame}   {drawing.describe(instant)}", picture
-    return [cells[frame] for frame in wanted]
+        for instants in replay_all(live, scale=1.0, wanted=range(wanted[-1] + 1), frame_count=wanted[-1] + 1):
+            for mine, tracker, drawing, instant in zip(cells, job.trackers, drawings, instants, strict=True):
+                frame, picture = instant.frame.truth.frame, drawing.picture(instant)
+                if frame in wanted:
+                    mine[frame] = f"{tracker}   frame {frame}   {drawing.describe(instant)}", picture
+    return [[mine[frame] for frame in wanted] for mine in cells]

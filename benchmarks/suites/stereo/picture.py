@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.records import Row
-from benchmarks.run.replay import replay
+from benchmarks.run.replay import replay_all
 from benchmarks.suites.event_picture import Sheet, keep_event_picture
 from benchmarks.suites.registry import Condition
 from benchmarks.suites.stereo.drawing import describe_person
@@ -44,11 +44,11 @@ def show_event(
     keep_event_picture(directory, condition, trackers, shown, _first_event(trackers[shown[0]]), _sheet)
 
 
-def _sheet(jobs: Mapping[str, Job], event: dict[str, Any]) -> Sheet:
+def _sheet(jobs: Sequence[Job], event: dict[str, Any]) -> Sheet:
     title, words = "One occlusion", _OCCLUSION_WORDS
     if event["kind"] != OCCLUSION:
         title, words = "One change of light", _LIGHT_WORDS.format(kind=event["kind"])
-    cells = [_row(job, _wanted(event)) for job in jobs.values()]
+    cells = [row for job in jobs for row in _rows(job, _wanted(event))]
     return picture_sheet(cells, _CELL_WIDTH_PX), title, _CAPTION.format(words=words)
 
 
@@ -72,15 +72,17 @@ def _wanted(event: Mapping[str, Any]) -> list[int]:
     return [first - 1, *np.linspace(first, last, 4).round().astype(int).tolist()[1:]]
 
 
-def _row(job: Job, wanted: Sequence[int]) -> list[tuple[str, NDArray[np.uint8]]]:
-    """Return the wanted frames of a tracker's run with their words; the last one for frames beyond the end."""
+def _rows(job: Job, wanted: Sequence[int]) -> list[list[tuple[str, NDArray[np.uint8]]]]:
+    """Return the wanted frames of each tracker's run with their words; the last one for frames beyond the end."""
     with opened(job) as live:
         episode = live.loop.episode
         frames = [min(frame, episode.frame_count - 1) for frame in wanted]
         plan = episode.map_of().plan
-        instants = replay(live, scale=1.0, wanted=frames, frame_count=frames[-1] + 1)
-        cells = {instant.frame.truth.frame: _cell(job.trackers[0], instant, plan) for instant in instants}
-    return [cells[frame] for frame in frames]
+        cells = {
+            instants[0].frame.truth.frame: [_cell(*each, plan) for each in zip(job.trackers, instants, strict=True)]
+            for instants in replay_all(live, scale=1.0, wanted=frames, frame_count=frames[-1] + 1)
+        }
+    return [[cells[frame][k] for frame in frames] for k in range(len(job.trackers))]
 
 
 def _cell(tracker: str, instant: Instant, plan: RoomPlan) -> tuple[str, NDArray[np.uint8]]:

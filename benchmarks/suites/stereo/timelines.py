@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from benchmarks.report.palette import BETTER, GRID, INK, QUIET, WORSE
@@ -15,6 +14,9 @@ from benchmarks.report.plots import drawn_as, new_figure, svg
 from benchmarks.run.records import Row
 from benchmarks.scores.runs import runs
 from benchmarks.suites.stereo.metrics.people import Outcome
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _LOOKS: dict[str, tuple[str, tuple[Outcome, ...]]] = {
     "right": (BETTER, (Outcome.RIGHT,)),
@@ -53,6 +55,8 @@ def strip_of(rows: Sequence[Row]) -> Strip:
 
 def plot_strips(strips: Mapping[str, Strip]) -> str:
     """Draw the strips below each other, above them the target's visible share and the changes of light."""
+    from matplotlib.patches import Patch
+
     with drawn_as("strips"):
         figure, axes = new_figure("frame", "")
         first = next(iter(strips.values()))

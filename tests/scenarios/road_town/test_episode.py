@@ -12,6 +12,7 @@ from scenarios.catalog import names, scenario
 from scenarios.road_town.frame_outs import OUT, picture_states
 from scenarios.road_town.plan import TARGET
 from scenarios.road_town.presets import PRESETS, RoadTown
+from scenarios.road_town.town import forget_town
 from sim.optics import project
 from trackers.types import CameraCommand, Observation
 
@@ -36,14 +37,26 @@ def _flat(value) -> list[np.ndarray]:
 
 @pytest.mark.parametrize(("edition", "preset"), [(1, "quick"), *((2, name) for name in PRESETS)])
 def test_same_seed_same_bytes(edition, preset):
-    first, second = (_frames(preset, 0, 4, edition) for _ in range(2))
-    for a, b in zip(first[1], second[1], strict=True):
-        for x, y in zip(_flat(a), _flat(b), strict=True):
+    first = _frames(preset, 0, 4, edition)
+    # One town is drawn anew, one taken from memory.
+    kept = _frames(preset, 0, 4, edition)
+    forget_town()
+    second = _frames(preset, 0, 4, edition)
+    for a, b, c in zip(first[1], kept[1], second[1], strict=True):
+        for x, y, z in zip(_flat(a), _flat(b), _flat(c), strict=True):
             np.testing.assert_array_equal(x, y)
-    other = _frames(preset, 1, 1, edition)[1][0]
-    assert (other.observation.image_rgb != first[1][0].observation.image_rgb).any()
-    first[0].close()
-    second[0].close()
+            np.testing.assert_array_equal(x, z)
+    for episode, _ in (first, kept, second):
+        episode.close()
+
+
+@pytest.mark.parametrize("edition", [1, 2])
+def test_another_seed_is_another_picture(edition):
+    episodes = [_frames("quick", seed, 1, edition) for seed in (0, 1)]
+    one, other = (frames[0].observation.image_rgb for _, frames in episodes)
+    assert (one != other).any()
+    for episode, _ in episodes:
+        episode.close()
 
 
 def test_pictures_do_not_depend_on_larger_views_drawn_between():

@@ -17,8 +17,8 @@ from scenarios.stereo_follow.building import CORRIDOR_LIGHTS, HALL_LIGHTS, LIGHT
 from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.floor_plan import PLACES
 from scenarios.stereo_follow.light_plan import LightPlan
-from scenarios.stereo_follow.lighting import illuminance_lx, set_light
-from scenarios.stereo_follow.plan import TARGET, make_plan
+from scenarios.stereo_follow.lighting import baked_light, illuminance_lx, set_light
+from scenarios.stereo_follow.plan import TARGET, building_of, make_plan
 from scenarios.stereo_follow.presets import PRESETS
 from scenarios.stereo_follow.robot import FASTEST_MPS, FASTEST_TURN_RAD_S
 from scenarios.stereo_follow.truth import PeopleTruth
@@ -55,6 +55,8 @@ def _ground_of(frame: Frame, pixels: tuple[NDArray[np.intp], NDArray[np.intp]]) 
 
 
 def test_same_seed_same_bytes(recorded: Recorded):
+    building_of.cache_clear()
+    baked_light.cache_clear()
     again = STEREO_FOLLOW.episode("quick", SEED)
     assert np.array_equal(again.start.box_xyxy, recorded.episode.start.box_xyxy)
     for first in recorded.frames[:4]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import chdtr
 
 from scenarios.truth import Truth
 from sim.optics import PinholeCamera, intersect_plane
@@ -73,7 +73,7 @@ def gaussian_calibration(
         nees = float(error @ np.linalg.solve(covariance, error))
     except np.linalg.LinAlgError:
         return WRONG
-    return Calibration(float(stats.chi2.cdf(nees, 2)), nees) if nees >= 0 else WRONG
+    return Calibration(float(chdtr(2, nees)), nees) if nees >= 0 else WRONG
 
 
 def particle_calibration(

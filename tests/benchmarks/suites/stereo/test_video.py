@@ -161,7 +161,7 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
     drawn = []
     monkeypatch.setattr(event_picture, "made_by_this_code", lambda tracker, rows: rows[0]["versions"] == "now")
     monkeypatch.setattr(
-        picture, "_row", lambda *about: drawn.append(about) or [("words", np.zeros((24, 64, 3), np.uint8))]
+        picture, "_rows", lambda *about: drawn.append(about) or [[("words", np.zeros((24, 64, 3), np.uint8))]]
     )
     condition = ("stereo", "stereo-follow-v1", "quick", "raster", "")
     heading = dict(zip(("suite", "scenario", "preset", "renderer"), condition, strict=False)) | {"controller": None}
@@ -169,8 +169,7 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
     rows = {name: [{**heading, "tracker": name, **told}] for name in ("stereo_people", "stereo_wb")}
     for _ in range(2):
         picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
-    jobs = [Job(*condition[:4], 4, None, (name,), repeats=1) for name in rows]
-    assert drawn == [(job, [19, 22, 28, 38]) for job in jobs]
+    assert drawn == [(Job(*condition[:4], 4, None, tuple(rows), repeats=1), [19, 22, 28, 38])]
     (words,) = (tmp_path / "pictures").glob("*.json")
     assert json.loads(words.read_text())["title"] == "One occlusion"
     rows["stereo_wb"][0]["versions"] = "of old"
