@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -36,11 +36,13 @@ class RoadGraph:
         nodes_m: (K, 2).
         streets: edges; traffic uses every street in both directions.
         traffic_side: the side of the centre line on which it keeps, seen in its direction.
+        lanes_m: (street, whether it is driven from its start) -> (M, 2), as ``route`` has drawn it; routes share lanes.
     """
 
     nodes_m: NDArray[np.float64]
     streets: tuple[Street, ...]
     traffic_side: Literal["right", "left"] = "right"
+    lanes_m: dict[tuple[int, bool], NDArray[np.float64]] = field(default_factory=dict, init=False)
 
     @property
     def right_sign(self) -> float:

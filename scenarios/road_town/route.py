@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -67,6 +68,24 @@ class Route:
     def curvature_per_m(self) -> NDArray[np.float64]:
         """Return the signed curvature (M,) of the path."""
         return np.gradient(self.heading_rad, POINT_SPACING_M)
+
+
+class Routes:
+    """Routes of N cars, of which ``at`` answers all at once."""
+
+    def __init__(self, routes: Sequence[Route]) -> None:
+        self._points_m = np.concatenate([route.points_m for route in routes])
+        counts = np.array([len(route.points_m) for route in routes])
+        self._first, self._last = np.cumsum(counts)[:, None] - counts[:, None], counts[:, None] - 1.000001
+
+    def at(self, arc_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the positions (N, K, 2) of ``Route.at`` at arc lengths (N, K), bit for bit."""
+        place = np.clip(arc_m / POINT_SPACING_M, 0, self._last)
+        index = place.astype(int)
+        fraction = place - index
+        index += self._first
+        before = self._points_m[index]
+        return before + fraction[..., None] * (self._points_m[index + 1] - before)
 
 
 def random_route(
@@ -135,7 +154,13 @@ def _outgoing_lanes(graph: RoadGraph) -> list[list[Lane]]:
 
 
 def _lane_points(graph: RoadGraph, lane: Lane) -> NDArray[np.float64]:
-    """Return the lane's centre line between the crossings (M, 2), in driving direction."""
+    """Return the lane's centre line between the crossings (M, 2), in driving direction; read only."""
+    if lane not in graph.lanes_m:
+        graph.lanes_m[lane] = _drawn_lane(graph, lane)
+    return graph.lanes_m[lane]
+
+
+def _drawn_lane(graph: RoadGraph, lane: Lane) -> NDArray[np.float64]:
     street = graph.streets[lane[0]]
     centre = street.centre_m if lane[1] else street.centre_m[::-1]
     centre, _ = resample(centre)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from scenarios.road_town import gipps
 from scenarios.road_town.crossings import Approach, Crossings, FirstCome, RollingOver
-from scenarios.road_town.route import POINT_SPACING_M, Route
+from scenarios.road_town.route import POINT_SPACING_M, Route, Routes
 
 LATERAL_ACCELERATION_MPS2 = 2.2
 BRAKING_MPS2 = 2.5
@@ -127,6 +127,8 @@ class _State:
     def __post_init__(self) -> None:
         self.limits = [speed_limit_mps(d.route, d.cruise_mps) for d in self.drivers]
         self.places = [np.arange(len(limits), dtype=float) for limits in self.limits]
+        self.routes = Routes([driver.route for driver in self.drivers])
+        self.lengths_m = np.array([driver.route.length_m for driver in self.drivers])
         self.arc_m = np.array([d.start_m for d in self.drivers])
         limits = [self._limit(car) for car in range(len(self.drivers))]
         self.speed_mps = np.array(
@@ -148,8 +150,7 @@ class _State:
             free_m[car] = min(free_m[car], crossing_m, self._gap_to_stop(car, dt_s))
         speed = self.speed_mps
         self.speed_mps = np.maximum(speed + self._acceleration(free_m) * dt_s, 0.0)
-        lengths = np.array([d.route.length_m for d in self.drivers])
-        self.arc_m = np.minimum(self.arc_m + 0.5 * (speed + self.speed_mps) * dt_s, lengths)
+        self.arc_m = np.minimum(self.arc_m + 0.5 * (speed + self.speed_mps) * dt_s, self.lengths_m)
 
     def _acceleration(self, free_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the acceleration (N,) of every car with a free distance (N,) ahead of it."""
@@ -165,12 +166,13 @@ class _State:
 
     def _gap_to_cars(self) -> NDArray[np.float64]:
         """Return the free distance (N,) to the next car on each car's path."""
-        path = np.stack([d.route.at(self.arc_m[i] + _HERE_AND_AHEAD_M)[0] for i, d in enumerate(self.drivers)])
+        path = self.routes.at(self.arc_m[:, None] + _HERE_AND_AHEAD_M)
         here, ahead = path[:, 0], path[:, 1:]
-        distance = np.linalg.norm(ahead[:, :, None] - here[None, None], axis=-1)
-        blocked = distance < _SAME_LANE_M
-        blocked[np.arange(len(here)), :, np.arange(len(here))] = False
-        blocked = blocked.any(axis=2)
+        # (N, N, K): the places of cars last would make rows too short for fast loops.
+        across, along = (ahead[:, None, :, k] - here[None, :, k, None] for k in range(2))
+        blocked = np.sqrt(across * across + along * along) < _SAME_LANE_M
+        blocked[np.arange(len(here)), np.arange(len(here))] = False
+        blocked = blocked.any(axis=1)
         first = np.where(blocked.any(axis=1), _LOOK_AHEAD_M[np.argmax(blocked, axis=1)], np.inf)
         return first - _CAR_LENGTH_M
 

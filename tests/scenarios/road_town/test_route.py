@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scenarios.road_town.layout import RoadGraph
 from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.route import POINT_SPACING_M, random_route
+from scenarios.road_town.route import POINT_SPACING_M, Route, Routes, random_route
 from sim.rng import generator
 
 
@@ -60,3 +63,24 @@ def test_places_off_the_ends_are_clamped(arc_m):
     assert np.isfinite(position).all()
     assert np.isfinite(heading)
     assert np.linalg.norm(route.points_m - position, axis=1).min() <= 0.5 * POINT_SPACING_M + 1e-6
+
+
+def test_many_routes_answer_as_each_one_does() -> None:
+    rng = np.random.default_rng(2)
+    graph = make_streets("grid", rng, 420.0)
+    routes = [random_route(graph, rng, 200.0, keep_within_m=150.0, turn_preference=1.0) for _ in range(3)]
+    arcs_m = rng.uniform(-20.0, 400.0, (3, 50))
+    together = Routes(routes).at(arcs_m)
+    for route, arc_m, places_m in zip(routes, arcs_m, together, strict=True):
+        np.testing.assert_array_equal(places_m, route.at(arc_m)[0])
+
+
+def test_routes_that_share_a_lane_are_as_if_each_had_drawn_it() -> None:
+    graph = make_streets("grid", np.random.default_rng(2), 420.0)
+
+    def route(on: RoadGraph) -> Route:
+        return random_route(on, np.random.default_rng(5), 200.0, keep_within_m=150.0, turn_preference=1.0)
+
+    first, again, mirrored = route(graph), route(graph), route(replace(graph, traffic_side="left"))
+    np.testing.assert_array_equal(again.points_m, first.points_m)
+    assert not np.allclose(mirrored.points_m[:100], first.points_m[:100]), "lanes are of one side of the traffic"
