@@ -170,9 +170,9 @@ class _State:
         here, ahead = path[:, 0], path[:, 1:]
         # (N, N, K): the places of cars last would make rows too short for fast loops.
         across, along = (ahead[:, None, :, k] - here[None, :, k, None] for k in range(2))
-        blocked = np.sqrt(across * across + along * along) < _SAME_LANE_M
-        blocked[np.arange(len(here)), np.arange(len(here))] = False
-        blocked = blocked.any(axis=1)
+        near = np.sqrt(across * across + along * along) < _SAME_LANE_M
+        near[np.arange(len(here)), np.arange(len(here))] = False
+        blocked: NDArray[np.bool_] = np.asarray(near.any(axis=1))
         first = np.where(blocked.any(axis=1), _LOOK_AHEAD_M[np.argmax(blocked, axis=1)], np.inf)
         return first - _CAR_LENGTH_M
 
