@@ -38,7 +38,7 @@ class TexturePool(NamedTuple):
 
 
 class TextureStore:
-    """Packs lists of textures one after the other; those with which a list begins as the one before stay where they are.
+    """Packs lists of textures one after the other; those with which two lists begin stay where they are.
 
     A mip level halves the one before it, each texel the mean (of sRGB codes) of the four it covers.
     """
