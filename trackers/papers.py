@@ -17,7 +17,6 @@ class Paper:
         letter: its name in this project, A to D. about: one line.
         authors: names; () = not on the copy. title: "" = not on the copy.
         venue: series, number and page; "" = not on the copy. date: year, or day; "" = not on the copy.
-        address: of the abstract in a public repository, "" = none is known.
     """
 
     letter: str
@@ -26,7 +25,6 @@ class Paper:
     title: str = ""
     venue: str = ""
     date: str = ""
-    address: str = ""
 
     @property
     def name(self) -> str:
@@ -36,7 +34,6 @@ class Paper:
     def reference(self) -> str:
         """Return the reference in one line, with what is missing."""
         parts = [", ".join(self.authors), f"“{self.title}”" if self.title else "", self.venue, self.date]
-        parts += [f"Abstract: {self.address}"] if self.address else []
         known = ". ".join(filter(None, parts))
         missing = [
             words
@@ -65,11 +62,7 @@ PAPERS = {
             venue="85th National Convention of the Information Processing Society of Japan, 5ZG-07, p. 4-527",
             date="2023",
         ),
-        Paper(
-            "D",
-            "intruders before a thermal camera, by eigenspaces and sets of particles",
-            address="https://ypir.lib.yamaguchi-u.ac.jp/on/journals/on000001/v/49/item/557",
-        ),
+        Paper("D", "intruders before a thermal camera, by eigenspaces and sets of particles"),
     )
 }
 """Letter -> paper."""

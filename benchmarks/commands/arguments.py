@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import tyro
 
 from benchmarks.results.ledger import TEST_SPLIT
-from benchmarks.run.cores import cores as cores
 from sim.checks import check
 
 # The help texts of these name the default themselves.

@@ -19,12 +19,12 @@ from benchmarks.commands.arguments import (
     SIZE,
     USUAL_SEEDS,
     WORKERS,
-    cores,
     names,
     seed_range,
 )
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.run.cores import cores
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.packages import needs_data
 from benchmarks.run.versions import package_versions, scene_version

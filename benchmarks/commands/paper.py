@@ -9,9 +9,10 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, PUBLISH, USUAL_SEEDS, WORKERS, cores, seed_range
+from benchmarks.commands.arguments import FOLDER, PUBLISH, USUAL_SEEDS, WORKERS, seed_range
 from benchmarks.papers.repeat import repeat
 from benchmarks.results.ledger import command_of, recorded
+from benchmarks.run.cores import cores
 from benchmarks.run.experiment import check_renderer
 
 _EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C", "D")

@@ -15,7 +15,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import COUNT, FOLDER, POSITIONAL_NAMES, WORKERS, cores, names
+from benchmarks.commands.arguments import COUNT, FOLDER, POSITIONAL_NAMES, WORKERS, names
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.results import ledger
@@ -25,6 +25,7 @@ from benchmarks.results.published import tables_named
 from benchmarks.results.results_page import results_page
 from benchmarks.results.table_files import read_table, table_file, write_table
 from benchmarks.results.table_runs import TableRun, run_of
+from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
 from sim.checks import check
 from trackers.atomic_file import write_atomic

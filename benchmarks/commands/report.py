@@ -9,12 +9,13 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.commands.arguments import FOLDER, NAMES, WORDS, WORKERS, cores, names
+from benchmarks.commands.arguments import FOLDER, NAMES, WORDS, WORKERS, names
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
+from benchmarks.run.cores import cores
 from benchmarks.run.packages import needs_data
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import check_metrics

@@ -17,7 +17,6 @@ from benchmarks.commands.arguments import (
     POSITIONAL_NAMES,
     USUAL_SEEDS,
     WORKERS,
-    cores,
     development_seeds,
     names,
 )
@@ -41,6 +40,7 @@ from benchmarks.learning.tracker_tuning import (
 )
 from benchmarks.results.ledger import TEST_SPLIT
 from benchmarks.run.contestants import entrant
+from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
 from benchmarks.suites.registry import Scene, controllers_suite, suite
 from scenarios import catalog

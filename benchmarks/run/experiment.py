@@ -183,7 +183,7 @@ def _versions(experiment: Experiment) -> _Versions:
 def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Job]:
     """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop.
 
-    Those of a seed come together: a worker keeps the latest world, see ``scenarios.road_town.town``.
+    Those of a seed come together: a worker keeps what it has drawn of the latest world.
     """
     for seed in experiment.seeds:
         for (preset, controller), made in versions.items():

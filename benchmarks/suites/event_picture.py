@@ -53,4 +53,5 @@ def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:
     jobs = [job_of(row, seed) for row in rows]
     if any(job.controller is not None for job in jobs):
         return jobs
-    return [replace(jobs[0], trackers=tuple(name for job in jobs for name in job.trackers))]
+    modules = tuple(dict.fromkeys(name for job in jobs for name in job.modules))
+    return [replace(jobs[0], trackers=tuple(name for job in jobs for name in job.trackers), modules=modules)]

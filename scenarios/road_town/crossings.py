@@ -1,4 +1,4 @@
-"""Who may drive onto a crossing."""
+"""Which cars may drive onto a crossing."""
 
 from __future__ import annotations
 

@@ -244,20 +244,9 @@ def coloured_noise(
     warm_up = int(8 * time_constant_frames) + 1
     pole = np.exp(-1.0 / time_constant_frames)
     white = rng.normal(size=(frames + warm_up, channels))
-    smooth = np.stack([_two_low_passes(channel, pole) for channel in white.T], axis=1)[warm_up:]
+    # It takes half a second to import, which only processes that plan a flight should cost.
+    from scipy.signal import lfilter
+
+    smooth = lfilter([1.0], np.convolve([1, -pole], [1, -pole]), white, axis=0)[warm_up:]
     # Variance of a second-order autoregression with the double pole p: (1 + p²) / (1 - p²)³.
     return smooth / np.sqrt((1 + pole**2) / (1 - pole**2) ** 3)
-
-
-def _two_low_passes(white: NDArray[np.float64], pole: float) -> list[float]:
-    """Return ``y[t] = 2 p y[t-1] - p² y[t-2] + x[t]`` (T,), from rest.
-
-    ``scipy.signal.lfilter`` returns the same bits, but its import takes a second of every process that flies.
-    """
-    twice, squared = float(2 * pole), float(pole * pole)
-    last, before = 0.0, 0.0
-    passed = []
-    for x in white.tolist():
-        last, before = twice * last - squared * before + x, last
-        passed.append(last)
-    return passed

@@ -117,7 +117,7 @@ def speed_limit_mps(route: Route, cruise_mps: float) -> NDArray[np.float64]:
 
 @dataclass(eq=False)
 class _State:
-    """Places and speeds of all cars, and who may enter each crossing."""
+    """Places and speeds of all cars, and which may enter each crossing."""
 
     drivers: list[Driver]
     edition: Literal[1, 2]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import os
 import subprocess
@@ -86,54 +85,6 @@ def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: P
     )
     assert done.returncode == 0, done.stderr
     assert json.dumps(rows_of(results)) == json.dumps(rows_of(tmp_path))
-
-
-def test_a_change_of_the_scene_is_told_from_one_of_the_tracker(tmp_path: Path) -> None:
-    """Rows hash the modules of a scene, a judge and a tracker that lie outside the four packages."""
-    for package in ("sim", "trackers", "scenarios", "benchmarks"):
-        (tmp_path / package).symlink_to(ROOT / package)
-    toy = tmp_path / "tests" / "toy_scene"
-    toy.mkdir(parents=True)
-    for file in ("__init__.py", "toy_scene/__init__.py", *(f"toy_scene/{each.name}" for each in _sources())):
-        (tmp_path / "tests" / file).write_bytes((ROOT / "tests" / file).read_bytes())
-
-    done = subprocess.run(
-        [sys.executable, "-c", _VERSIONS_OF_CHANGED_FILES],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    before, *after = map(ast.literal_eval, done.stdout.splitlines())
-    changed = [{name for name in before if before[name] != made[name]} for made in after]
-    assert changed == [{"scene"}, {"judge"}, {"tracker"}]
-
-
-_VERSIONS_OF_CHANGED_FILES = """
-from pathlib import Path
-from benchmarks.run import source_files, versions
-from benchmarks.run.contestants import entrant
-from benchmarks.run.own_modules import load_modules
-
-def tell():
-    source_files._read.cache_clear()
-    versions._modules_hash.cache_clear()
-    print(versions.versions_of("toy-many", "toy-yard", "quick", entrant("warm_bodies")))
-
-load_modules(["tests.toy_scene.register"])
-tell()
-for file in ("thermal.py", "judge.py", "tracker.py"):
-    path = Path("tests/toy_scene", file)
-    held = path.read_text()
-    path.write_text(held + "CHANGED = True")
-    tell()
-    path.write_text(held)
-"""
-
-
-def _sources() -> list[Path]:
-    return [each for each in Path(__file__).parent.glob("*.py") if not each.name.startswith("test_")]
 
 
 def test_compare_report_and_list_take_the_modules_too(results: Path, capsys: pytest.CaptureFixture[str]) -> None:

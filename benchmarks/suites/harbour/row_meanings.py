@@ -21,7 +21,7 @@ _ALARMS = ("false_alarms_per_hour", *(f"false_alarms_per_hour_{cause}" for cause
 ROW_MEANINGS = (
     RowMeaning(("found",), -inf, 1, _SEEN, _CHANCE),
     RowMeaning(("chance_rate",), 0, 1, _SEEN, _CHANCE),
-    RowMeaning(("found_unseen",), -inf, 1, "intruders that nobody could see", _CHANCE),
+    RowMeaning(("found_unseen",), -inf, 1, "intruders that cannot be seen", _CHANCE),
     RowMeaning(("froc_found",), -inf, inf, _SEEN, _FROC),
     RowMeaning(("froc_findable", "froc_alarms", "watched_hours"), 0, inf, _SEEN, _FROC),
     RowMeaning(("found_as_in_paper",), 0, 1, "every intruder", "paper D"),

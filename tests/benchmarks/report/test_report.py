@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import html.parser
-import itertools
 import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from benchmarks.report import curves, numbers, plots, tables
-from benchmarks.report.markdown import head
-from benchmarks.report.metric_definitions import metrics_of
+from benchmarks.report import curves, plots, tables
 from benchmarks.report.page import write_report
 from benchmarks.report.palette import PLACEHOLDERS, line_styles
 from benchmarks.report.pictures import made_from, read_pictures, remove_picture, write_picture
 from benchmarks.report.provenance import provenance
 from benchmarks.run.records import read_rows
-from benchmarks.suites.registry import suite, suites
+from benchmarks.suites.registry import suite
 from tests.benchmarks.fake_rows import TRACKERS, rows_of, write_rows
 from trackers.papers import PAPERS
 
@@ -215,21 +210,6 @@ def test_differences_are_marked_only_where_no_doubt_is_left(
     assert errors.lines[0].cells[0].mark == opposite[mark]
 
 
-@given(value=st.floats(-1e4, 1e4, allow_nan=False), signed=st.booleans())
-def test_numbers_keep_their_value(value: float, signed: bool) -> None:
-    text = numbers.number_text(value, "m", signed=signed)
-    shown = float(text.replace("\u2212", "-"))
-    assert shown == pytest.approx(value, abs=0.51 if abs(value) >= 99.9 else 0.051)
-    assert "-" not in text
-
-
-def test_numbers_in_words() -> None:
-    assert numbers.number_text(0.934, "fraction") == "93.4"
-    assert numbers.number_text(None, "m") == "–"
-    assert numbers.number_text(-0.0001, "m", signed=True) == "0.00"
-    assert numbers.ranges_text([3, 1, 2, 9, 10_000, 10_001]) == "1–3, 9, 10,000–10,001"
-
-
 def test_provenance_says_what_was_run(results: Path) -> None:
     made = provenance(read_rows(results))
     assert (made.episodes, made.frames, made.split) == (8, 3200, "test split")
@@ -291,18 +271,6 @@ def test_the_papers_of_methods_stand_below_the_leaderboard(page: str) -> None:
     assert "paper B" not in page
 
 
-def test_a_head_says_no_unit_twice() -> None:
-    for name in suites():
-        for metric in metrics_of(suite(name)):
-            words = head(tables.column_of(metric)).replace("(", "").replace(")", "").split()
-            assert all(first != second for first, second in itertools.pairwise(words)), words
-            half = [words[k : k + 2] for k in range(len(words) - 1)]
-            assert all(half[k] != half[k + 2] for k in range(len(half) - 2)), words
-    assert head(tables.column_of(FRAME_OUT.metric("time_to_recover_frames"))) == "time to recover (frames) ↓"
-    assert head(tables.column_of(FRAME_OUT.metric("offscreen_error_car_lengths"))) == "offscreen error (car lengths) ↓"
-    assert head(tables.column_of(FRAME_OUT.metric("precision_20_px"))) == "precision 20 px (%) ↑"
-
-
 @pytest.mark.parametrize("last", [0, 1, 2, 7, 130])
 def test_frames_are_counted_in_whole_numbers(last: int) -> None:
     x = np.arange(last + 1.0)
@@ -324,9 +292,3 @@ def test_frames_are_counted_in_whole_numbers(last: int) -> None:
 def test_pages_hold_no_backtick_and_no_plus_before_a_share(page: str) -> None:
     assert "`" not in page
     assert 'content: "+' not in page
-
-
-def test_one_thing_is_no_plural_and_one_length_no_range() -> None:
-    assert [numbers.counted(count, "loss", "losses") for count in (0, 1, 2)] == ["no losses", "1 loss", "2 losses"]
-    assert numbers.counted(2, "gap") == "2 gaps"
-    assert [numbers.lengths_text(each) for each in ([3, 8, 5], [6, 6], [1])] == ["3 to 8 frames", "6 frames", "1 frame"]

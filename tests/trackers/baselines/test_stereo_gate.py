@@ -23,9 +23,8 @@ PERSON, OTHER = Board(3.0, 0.2, RED), Board(3.6, -1.0, BLUE)
 WALL = Board(1.6, 0.1, GREEN, 2.6, 2.6, head=False)
 
 
-def started(name: str, *boards: Board) -> Tracker:
-    """Return a tracker with the values as written; tuned ones predict for another time."""
-    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
+def started(name: str, *boards: Board, **changes: float) -> Tracker:
+    tracker = entry(name).create(np.random.default_rng(0), **changes)
     tracker.initialise(observation(boards), person_box(boards[0]))
     return tracker
 
@@ -49,7 +48,8 @@ def test_it_answers_where_the_person_is(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_hidden_person_is_predicted_then_lost_then_found(name: str) -> None:
-    tracker = started(name, PERSON)
+    """With the values as written: tuned ones predict for another time."""
+    tracker = started(name, PERSON, **entry(name).written())
     hidden = [tracker.update(observation([PERSON, WALL], frame)) for frame in range(3, 16, 3)]
     assert hidden[1].in_view_probability == 0.5
     assert place_of(hidden[1]) == pytest.approx([3.0, 0.2], abs=0.3)
@@ -81,8 +81,7 @@ def _posed(of: Observation, heading_rad: float) -> Observation:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_prediction_stays_on_the_ground_when_the_robot_turns(name: str) -> None:
-    """Return a tracker with the values as written; tuned ones predict for another time."""
-    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
+    tracker = entry(name).create(np.random.default_rng(0))
     tracker.initialise(_posed(observation([PERSON]), 0.0), person_box(PERSON))
     unseen = _posed(observation([PERSON], 1, right=False), 0.3)
     estimate = tracker.update(unseen)
@@ -101,8 +100,7 @@ def test_answers_are_valid_wherever_it_starts(
     name: str, start: tuple[float, float, float, float], right: bool, seconds: float
 ) -> None:
     x, y, width, height = start
-    """Return a tracker with the values as written; tuned ones predict for another time."""
-    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
+    tracker = entry(name).create(np.random.default_rng(0))
     tracker.initialise(observation([PERSON], right=right), np.array([x, y, x + width, y + height]))
     for frame, shown in enumerate((True, False, True), 1):
         seen = observation([PERSON], frame, right=shown)
@@ -111,8 +109,7 @@ def test_answers_are_valid_wherever_it_starts(
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_box_that_is_none_and_a_single_camera_are_refused(name: str) -> None:
-    """Return a tracker with the values as written; tuned ones predict for another time."""
-    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
+    tracker = entry(name).create(np.random.default_rng(0))
     with pytest.raises(ValueError, match="box_xyxy: expected"):
         tracker.initialise(observation([PERSON]), np.array([5.0, 5.0, 5.0, 9.0]))
     single = replace(observation([PERSON]), camera=replace(CAMERA, baseline_m=None))
