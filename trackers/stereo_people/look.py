@@ -159,21 +159,16 @@ class LookModel:
         known = look.known
         if not known.any():
             return 0.0
-        ratios = [self._ratio(look, known)]
         parts = np.flatnonzero(known.reshape(-1, 3).all(axis=1))
-        if len(parts) > 2:
-            for part in parts:
-                without = known.copy()
-                without[3 * part : 3 * part + 3] = False
-                ratios.append(self._ratio(look, without) - _PART_LEFT_OUT)
-        return max(ratios)
-
-    def _ratio(self, look: Look, known: NDArray[np.bool_]) -> float:
-        noise = np.diag(look.variance[known])
-        own, population = (each[np.ix_(known, known)] + noise for each in (self.covariance, self._population))
-        return _log_density(look.log_rgb[known] - self.mean[known], own) - (
-            _log_density(look.log_rgb[known] - population_mean(look)[known], population)
+        left_out = parts if len(parts) > 2 else parts[:0]
+        # (N, 15): all that is known, then without one part each.
+        used = known & ~np.vstack(
+            [np.zeros((1, SIZE), dtype=bool), np.repeat(np.eye(len(PARTS)), 3, axis=1)[left_out] > 0]
         )
+        ratios = _log_density(look, self.mean, self.covariance, used)
+        ratios -= _log_density(look, population_mean(look), self._population, used)
+        ratios[1:] -= _PART_LEFT_OUT
+        return float(ratios.max())
 
 
 def population_mean(look: Look) -> NDArray[np.float64]:
@@ -189,6 +184,17 @@ def population_covariance(parameters: LookParameters) -> NDArray[np.float64]:
     return np.kron(np.eye(len(PARTS)), part) + 0.25 * _BRIGHTER @ _BRIGHTER.T + 0.02 * _EVERY_PART @ _EVERY_PART.T
 
 
-def _log_density(residual: NDArray[np.float64], covariance: NDArray[np.float64]) -> float:
-    _, log_determinant = np.linalg.slogdet(2 * np.pi * covariance)
-    return -0.5 * (float(residual @ np.linalg.solve(covariance, residual)) + float(log_determinant))
+def _log_density(
+    look: Look, mean: NDArray[np.float64], covariance: NDArray[np.float64], used: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return the logarithmic normal density (N,) of those values of a look that each of the masks (N, 15) uses.
+
+    Unused values become independent ones with the residual 0 and the variance 1 / 2 pi, whose density is 1.
+    """
+    residual = np.where(used, look.log_rgb - mean, 0.0)
+    measured = covariance + np.diag(np.where(look.known, look.variance, 0.0))
+    both = used[:, :, None] & used[:, None, :]
+    masked = np.where(both, measured, np.eye(SIZE) / (2.0 * np.pi))
+    _, log_determinant = np.linalg.slogdet(2.0 * np.pi * masked)
+    distance = np.sum(residual * np.linalg.solve(masked, residual[:, :, None])[:, :, 0], axis=1)
+    return -0.5 * (distance + log_determinant)

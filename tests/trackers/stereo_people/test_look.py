@@ -10,8 +10,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
 
-from trackers.stereo_people.look import PARTS, SIZE, Look, LookModel, LookParameters, log_levels, look_at
+from trackers.stereo_people.look import (
+    PARTS,
+    SIZE,
+    Look,
+    LookModel,
+    LookParameters,
+    log_levels,
+    look_at,
+    population_covariance,
+    population_mean,
+)
 from trackers.stereo_people.tracks import Sighting, Track, TrackParameters, associate
 
 STEADY = np.zeros(3)
@@ -56,6 +67,28 @@ class TestLooks:
         assert loosened.likeness(relit) > 0
         # Another person's look stays unlikely: no light makes the trousers darker than the top.
         assert loosened.likeness(under_light(OTHER, *light)) < loosened.likeness(relit) - 3.0
+
+    @settings(max_examples=25, deadline=None)
+    @given(seed=st.integers(0, 9999))
+    def test_likeness_is_the_best_ratio_of_normal_densities_with_at_most_one_part_left_out(self, seed):
+        rng = np.random.default_rng(seed)
+        model = model_of(TARGET, 2)
+        seen = np.repeat(rng.random(len(PARTS)) < 0.7, 3)
+        log_rgb, variance = TARGET.log_rgb + rng.normal(0.0, 0.8, SIZE), rng.uniform(0.01, 0.5, SIZE)
+        look = Look(np.where(seen, log_rgb, np.nan), np.where(seen, variance, np.inf))
+
+        def ratio(used):
+            def log_density(mean, covariance):
+                noisy = covariance[np.ix_(used, used)] + np.diag(variance[used])
+                return multivariate_normal(mean[used], noisy).logpdf(log_rgb[used])
+
+            population = population_covariance(LookParameters())
+            return log_density(model.mean, model.covariance) - log_density(population_mean(look), population)
+
+        parts = [part for part in range(len(PARTS)) if seen[3 * part]]
+        left_out = [seen & (np.arange(SIZE) // 3 != part) for part in parts] if len(parts) > 2 else []
+        best = max([ratio(seen), *(ratio(each) - 3.0 for each in left_out)]) if parts else 0.0
+        assert model.likeness(look) == pytest.approx(best, rel=1e-9, abs=1e-9)
 
     def test_a_shift_of_the_whole_picture_shifts_the_look(self):
         model = model_of(TARGET)
