@@ -36,9 +36,9 @@ _BENCHES = (
     "frame-out --preset paper-a2 --seeds 0:1 --trackers colour_pf road_shape_pf hold",
     "stereo --preset quick --seeds 0:1",
     "follow --preset quick --seeds 0:1 --scenario road-town --trackers colour_pf"
-    " --controllers hold centre search reentry policy:road-town-follow",
+    " --controllers hold centre search reentry",
     "follow --preset quick --seeds 0:1 --scenario stereo-follow --trackers stereo_people"
-    " --controllers hold centre search reentry policy:stereo-follow",
+    " --controllers hold centre search reentry",
 )
 _ENVS = ("frameout/RoadTownFollow-v1", "frameout/StereoFollow-v1")
 

@@ -71,8 +71,7 @@ class Bench(WithModules):
             in the suite follow ours and one other for each scenario).
         controllers: names of controllers that steer the camera by the tracker's estimate, see `frameout list`;
             `policy:FILE` is a trained policy; `set-path` moves the camera on a fixed path, so that all trackers get
-            the same pictures (default: given by the preset; in the suite follow all controllers, but no policy for
-            another scenario or version).
+            the same pictures (default: given by the preset; in the suite follow all controllers of `frameout list`).
         link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
         seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split;
             with --quick 10000:10003 by default.

@@ -8,8 +8,7 @@ from typing import Any
 from benchmarks.suites.registry import suite, suites
 from scenarios import catalog
 from trackers import registry
-from trackers.controllers.catalogue import POLICY, controller_entry, controllers
-from trackers.controllers.policy_file import load_policy
+from trackers.controllers.catalogue import controller_entry, controllers
 from trackers.protocols import Controller
 
 
@@ -59,18 +58,6 @@ def controller_for(name: str, carrier: str, link: str | None, values: Mapping[st
 
 
 def default_controllers(scenario: str, *, variants: bool = False) -> tuple[str, ...]:
-    """Return the controllers of a scenario that steer where none are named, ablations only with ``variants``.
-
-    A policy steers by default only in the version of the scenario in whose env it was trained.
-    """
+    """Return the controllers of a scenario that steer where none are named, ablations only with ``variants``."""
     known = controllers(catalog.scenario(scenario).carrier.name)
-    return tuple(
-        name
-        for name, entry in known.items()
-        if (variants or entry.role != "variant") and (not name.startswith(POLICY) or _trained_in(name, scenario))
-    )
-
-
-def _trained_in(name: str, scenario: str) -> bool:
-    trained_in, _ = catalog.envs().get(load_policy(name.removeprefix(POLICY)).env, ("", ""))
-    return trained_in == catalog.scenario(scenario).id
+    return tuple(name for name, entry in known.items() if variants or entry.role != "variant")

@@ -20,14 +20,14 @@ from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 
-from trackers.controllers.policy_file import Policy, load_policy, shipped_policies
+from trackers.controllers.policy_file import Policy, load_policy
 from trackers.protocols import Controller
 from trackers.registry import MethodEntry, check_registered, tuned_values
 
 ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant"]
 
 POLICY = "policy:"
-"""Prefix of a trained policy's name; a file follows, or the name of a policy shipped with the package."""
+"""Prefix of a trained policy's name; a file follows."""
 _MODULES = (
     "trackers.controllers.hold",
     "trackers.controllers.centre",
@@ -107,13 +107,10 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
 
 
 def controllers(carrier: str) -> dict[str, ControllerEntry]:
-    """Return all controllers of a carrier by name, in order of registration, then the shipped policies."""
-    known = _registered(carrier)
-    for name in shipped_policies():
-        policy = load_policy(name)
-        if policy.carrier.name == carrier:
-            known[f"{POLICY}{name}"] = _policy_entry(policy, name)
-    return known
+    """Return all controllers of a carrier by name, in order of registration; policies are files."""
+    for module in _MODULES:
+        importlib.import_module(module)
+    return {name: entry for (steered, name), entry in _ENTRIES.items() if steered == carrier}
 
 
 def controller_entry(name: str, carrier: str) -> ControllerEntry:
@@ -128,17 +125,10 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
         if policy.carrier.name != carrier:
             raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
         return _policy_entry(policy, name.removeprefix(POLICY))
-    # Shipped policies are not loaded here: retraining one must work while they cannot be loaded.
-    known = _registered(carrier)
+    known = controllers(carrier)
     if name not in known:
         raise ValueError(f"controller: expected one of {', '.join(known)}, or {POLICY}FILE; got {name!r}")
     return known[name]
-
-
-def _registered(carrier: str) -> dict[str, ControllerEntry]:
-    for module in _MODULES:
-        importlib.import_module(module)
-    return {name: entry for (steered, name), entry in _ENTRIES.items() if steered == carrier}
 
 
 def _policy_entry(policy: Policy, file: str) -> ControllerEntry:

@@ -18,7 +18,6 @@ import dataclasses
 import hashlib
 import json
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
@@ -83,13 +82,13 @@ def save_policy(policy: Policy, path: Path) -> Path:
     return path
 
 
-def load_policy(name: str) -> Policy:
-    """Return a policy by the path of its JSON or weights file, or a shipped one by its name.
+def load_policy(file: str) -> Policy:
+    """Return a policy by the path of its JSON or weights file.
 
     Raises:
         ValueError: if there is no such file, or it holds no policy of this format.
     """
-    path = policy_path(name)
+    path = policy_path(file)
     try:
         document = json.loads(path.read_text())
         stored = path.with_suffix(".safetensors").read_bytes()
@@ -115,16 +114,9 @@ def load_policy(name: str) -> Policy:
     return policy
 
 
-def shipped_policies() -> list[str]:
-    """Return the names of the shipped policies."""
-    folder = Path(str(resources.files("trackers").joinpath("policies")))
-    return sorted(path.stem for path in folder.glob("*.json"))
-
-
-def policy_path(name: str) -> Path:
-    """Return the JSON file of a policy, a shipped one by its name or another by its path."""
-    shipped = resources.files("trackers").joinpath("policies", f"{name}.json")
-    return Path(str(shipped)) if shipped.is_file() else Path(name).with_suffix(".json")
+def policy_path(file: str) -> Path:
+    """Return the JSON file of a policy by its path or that of its weights."""
+    return Path(file).with_suffix(".json")
 
 
 def _check_shapes(policy: Policy) -> None:

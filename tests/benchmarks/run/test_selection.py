@@ -27,8 +27,7 @@ def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> Non
         roles = [entrants()[name].role for name in party.trackers]
         assert roles == ["ours", "as-written"]
         known = controllers(catalog.scenario(party.scenario).carrier.name).values()
-        # The shipped policies are of the scenes' first versions.
-        assert party.controllers == tuple(each.name for each in known if each.role != "policy")
+        assert party.controllers == tuple(each.name for each in known)
 
 
 def test_names_go_where_they_are_known() -> None:
