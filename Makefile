@@ -1,8 +1,8 @@
-# The two commands of the README, and the developers' check. Everything happens in .venv, made here.
+# The commands of the README, and the developers' check. Everything happens in .venv, made here.
 #
 # uv installs where it is on PATH, otherwise venv and pip do. Stamp files in .venv make a second call quick.
 
-.PHONY: demo test check check-all format lint types layers clean
+.PHONY: demo test docs check check-all format lint types layers clean
 
 # The first interpreter of version 3.11, or nothing. A name on PATH may be a shim that fails, so it is asked.
 PYTHON := $(shell for name in python3.11 python3; do \
@@ -21,6 +21,11 @@ demo: .venv/installed
 
 test: .venv/installed-dev
 	.venv/bin/pytest -n 2 --dist loadfile
+
+# Pages and pictures that are there already are kept, in build/docs.
+docs: .venv/installed-docs
+	.venv/bin/sphinx-build --quiet --fail-on-warning --keep-going -c docs -d build/docs/pages . build/site
+	@echo "the site is in build/site"
 
 check: format lint types layers test
 
@@ -55,9 +60,14 @@ clean:
 	@$(INSTALL) --no-build-isolation -e .
 	@touch $@
 
+.venv/installed-docs: .venv/installed
+	@echo "installing what the site needs"
+	@$(INSTALL) --no-build-isolation -e '.[docs]'
+	@touch $@
+
 .venv/installed-dev: .venv/installed
-	@echo "installing what tests, tuning, training, play and data sets need"
-	@$(INSTALL) --no-build-isolation -e '.[dev,tune,train,play,data,s3,dask,ray,rerun]'
+	@echo "installing what tests, tuning, training, play, data sets and the site need"
+	@$(INSTALL) --no-build-isolation -e '.[dev,docs,tune,train,play,data,s3,dask,ray,rerun]'
 	@# It asks for the OpenCV with windows, which would take the place of the headless one.
 	@$(INSTALL) --no-deps trackeval
 	@touch $@

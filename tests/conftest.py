@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -41,3 +44,18 @@ def pytest_configure(config: pytest.Config) -> None:
         config.option.loadscopereorder = False
     for package in (sim, trackers):
         forget_stale_kernels(Path(package.__file__).parent)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """A Chromium without a window; tests that ask for it are skipped where there is none."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    with playwright.sync_playwright() as started:
+        own = started.chromium.executable_path
+        found = own if Path(own).exists() else next(filter(None, map(shutil.which, names)), None)
+        if found is None:
+            pytest.skip("no Chromium is installed")
+        browser = started.chromium.launch(executable_path=found)
+        yield browser
+        browser.close()

@@ -125,7 +125,7 @@ class Machine:
     def put_python(self, name: str, version: str) -> None:
         """Put an interpreter that answers as this version would, and whose venv holds logging programs."""
         right = 0 if version == "3.11" else 1
-        programs = "python frameout pytest"
+        programs = "python frameout pytest sphinx-build"
         made = f"for p in {programs}; do printf '%s' \"$TEMPLATE\" > .venv/bin/$p; chmod +x .venv/bin/$p; done"
         self.put(
             name,
@@ -165,6 +165,15 @@ def test_demo_installs_pinned_packages_and_runs(machine: Machine) -> None:
         "python -m pip install --quiet -c constraints.txt --no-build-isolation -e .",
         "frameout bench frame-out --quick --out results/demo",
     ]
+
+
+def test_the_site_needs_no_more_than_its_extra(machine: Machine) -> None:
+    machine.put_python("python3.11", "3.11")
+    assert machine.make("docs").returncode == 0
+    calls = machine.calls()
+    assert calls[3] == "python -m pip install --quiet -c constraints.txt --no-build-isolation -e .[docs]"
+    assert calls[4].startswith("sphinx-build ")
+    assert len(calls) == 5
 
 
 def test_a_second_call_installs_nothing_unless_the_pins_changed(machine: Machine) -> None:
@@ -229,7 +238,7 @@ def test_ci_runs_the_tests_without_standard_input(machine: Machine) -> None:
     assert done.returncode == 0, done.stderr
     calls = machine.calls()
     assert calls[-1].startswith("pytest -n 2")
-    assert any("-e .[dev,tune,train,play,data,s3,dask,ray,rerun]" in call for call in calls)
+    assert any("-e .[dev,docs,tune,train,play,data,s3,dask,ray,rerun]" in call for call in calls)
 
 
 def test_ci_fails_if_the_tests_do(machine: Machine) -> None:

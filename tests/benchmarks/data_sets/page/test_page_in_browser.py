@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,22 +9,6 @@ import pytest
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.page.page import render_page
-
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-
-_NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with playwright.sync_playwright() as started:
-        own = started.chromium.executable_path
-        found = own if Path(own).exists() else next(filter(None, map(shutil.which, _NAMES)), None)
-        if found is None:
-            pytest.skip("no Chromium is installed")
-        browser = started.chromium.launch(executable_path=found)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

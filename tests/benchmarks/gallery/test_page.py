@@ -1,0 +1,50 @@
+"""The gallery's page follows the catalogue: a new scene, version or preset stands there by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.gallery import pictures
+from benchmarks.gallery.page import gallery_page
+from scenarios import catalog
+from scenarios.road_town.scenario import ROAD_TOWN
+
+FOGGY = replace(
+    ROAD_TOWN, id="road-town-v3", presets={"foggy": replace(ROAD_TOWN.presets["quick"], summary="nothing is seen")}
+)
+
+
+@pytest.fixture(autouse=True)
+def plain_file_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without hashes of code, which take seconds."""
+    monkeypatch.setattr(pictures, "scene_version", lambda *_: "a")
+    monkeypatch.setattr(pictures, "versions_of_modules", lambda *_: {"experiment": "b"})
+
+
+def sections() -> dict[str, str]:
+    _, *parts = gallery_page("../made").split("\n## ")
+    return {part.partition("\n")[0]: " ".join(part.partition("\n")[2].split()) for part in parts}
+
+
+def test_each_preset_has_a_picture_and_its_line() -> None:
+    (town,) = (text for name, text in sections().items() if name == ROAD_TOWN.id)
+    for seed, (name, preset) in enumerate(ROAD_TOWN.presets.items()):
+        assert f"{{figure}} ../made/road-town-v2-{name}-{seed}-ab.jpg" in town
+        assert f"`{name}`: {preset.summary}" in town
+    assert "A car in a town" in town
+    assert "[frame-out](/REFERENCE.md#metrics-of-suite-frame-out)" in town
+    assert "`frameout/RoadTownFollow-v2`. Older version: `road-town-v1` (`paper-a2`, " in town
+
+
+def test_a_new_version_takes_the_place_of_the_old_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = list(sections())
+    entry = catalog.Entry("road-town-v3", f"{__name__}:FOGGY")
+    monkeypatch.setattr(catalog, "_ENTRIES", (*catalog.entries(), entry))
+    after = sections()
+    assert list(after) == [name.replace("road-town-v2", "road-town-v3") for name in before]
+    assert "`foggy`: nothing is seen" in after["road-town-v3"]
+    assert "Older version: `road-town-v1`" in after["road-town-v3"]
+    assert "Older version: `road-town-v2`" in after["road-town-v3"]
+    assert "Env:" not in after["road-town-v3"]
