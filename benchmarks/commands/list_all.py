@@ -174,7 +174,7 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
 
 def _envs() -> list[tuple[str, str, str]]:
     return [
-        (name, scenario, f"Gymnasium env; default tracker: {tracker}")
+        (name, scenario, f"Gymnasium env; defaults: tracker {tracker}, preset {catalog.env_preset(scenario)}")
         for name, (scenario, tracker) in catalog.envs().items()
     ]
 

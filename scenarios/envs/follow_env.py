@@ -51,6 +51,9 @@ class FollowEnv(gym.Env, EzPickle):
         modes = self.metadata["render_modes"]
         check("render_mode", render_mode in (None, *modes), f"None or one of {', '.join(modes)}", repr(render_mode))
         self.settings = FollowSettings(scenario, **settings)
+        # Videos and windows play as fast as the episode's time passes, where the preset says how fast that is.
+        rate_hz = getattr(self.settings.configuration({}), "rate_hz", self.metadata["render_fps"])
+        self.metadata = {**self.metadata, "render_fps": rate_hz}
         self.carrier: Carrier = catalog.scenario(scenario).carrier
         self.render_mode = render_mode
         self.observation_space = self._observation_space()

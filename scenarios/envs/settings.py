@@ -30,11 +30,12 @@ class FollowSettings:
     Attributes:
         scenario: catalogue id.
         tracker: name in the registry, or an object with ``initialise`` and ``update``.
-        preset: name of one of the scenario's presets.
+        preset: name of one of the scenario's presets; None: the env's own (``standard``, or as ``frameout list`` says),
+            unless ``difficulty`` is given.
         changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
         randomise: numeric fields of the preset -> (low, high), drawn anew for every episode.
-        difficulty: None, or 0 (preset ``standard``) to 1 (``hard``), which interpolates these presets' numbers and
-            replaces ``preset``.
+        difficulty: None, or 0 (preset ``standard``) to 1 (``hard``), which interpolates these presets' numbers; given
+            in place of ``preset``, never beside it.
         link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``), or a ``Link``.
         controller: name, or an object with ``command``; used by the actions ``correction`` and ``parameters`` alone.
         controller_values: parameters of a named controller that replace its tuned values.
@@ -51,7 +52,7 @@ class FollowSettings:
 
     scenario: str
     tracker: Any
-    preset: str = "standard"
+    preset: str | None = None
     changes: Mapping[str, Any] = field(default_factory=dict)
     randomise: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     difficulty: float | None = None
@@ -89,8 +90,11 @@ class FollowSettings:
         known_links = f"one of {', '.join(LINKS)} or a Link"
         good = isinstance(self.link, Link) or (isinstance(self.link, str) and self.link in LINKS)
         check("link", good, known_links, repr(self.link))
-        good = isinstance(self.preset, str) and self.preset in scenario.presets
-        check("preset", good, f"one of {', '.join(scenario.presets)}", repr(self.preset))
+        good = self.preset is None or (isinstance(self.preset, str) and self.preset in scenario.presets)
+        check("preset", good, f"None or one of {', '.join(scenario.presets)}", repr(self.preset))
+        alone = self.preset is None or self.difficulty is None
+        wanted = "one of preset and difficulty, which stands for presets of its own"
+        check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
         for end in (0, 1):
             self.configuration({name: limits[end] for name, limits in self._checked_ranges().items()})
 
@@ -102,6 +106,9 @@ class FollowSettings:
         good = isinstance(seed, int | np.integer) and not isinstance(seed, bool) and bool(seed >= 0)
         check("episode_seed", good, "a whole number >= 0", repr(seed))
         changes = {name: value for name, value in options.items() if name in EPISODE_OPTIONS}
+        if {"preset", "difficulty"} & changes.keys():
+            # Either takes the place of whichever of the two the env was made with.
+            changes = {"preset": None, "difficulty": None} | changes
         return dataclasses.replace(self, **changes) if changes else self
 
     def _checked_ranges(self) -> Mapping[str, tuple[float, float]]:
@@ -116,6 +123,11 @@ class FollowSettings:
         return self.randomise
 
     @property
+    def preset_name(self) -> str:
+        """The preset that holds without a ``difficulty``."""
+        return catalog.env_preset(self.scenario) if self.preset is None else self.preset
+
+    @property
     def link_settings(self) -> Link:
         """The link's delay and noise."""
         return self.link if isinstance(self.link, Link) else LINKS[self.link]
@@ -127,7 +139,7 @@ class FollowSettings:
             ValueError: for an unknown field, or a value that the preset rejects.
         """
         scenario = catalog.scenario(self.scenario)
-        preset = scenario.presets[self.preset]
+        preset = scenario.presets[self.preset_name]
         if self.difficulty is not None:
             graded = {"standard", "hard"} <= scenario.presets.keys()
             wanted = f"None{' or a number from 0 to 1' if graded else f', as {scenario.id} has no preset hard'}"
