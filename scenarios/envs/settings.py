@@ -29,7 +29,8 @@ class FollowSettings:
 
     Attributes:
         scenario: catalogue id.
-        tracker: name in the registry, or an object with ``initialise`` and ``update``.
+        tracker: name in the registry, or an object with ``initialise`` and ``update``; None for a policy that sees the
+            picture alone: ``observation`` is then ``pixels`` and ``action`` ``command``.
         preset: name of one of the scenario's presets; None: the env's own (``standard``, or as ``frameout list`` says),
             unless ``difficulty`` is given.
         changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
@@ -80,9 +81,13 @@ class FollowSettings:
         check(
             "tracker",
             _is_tracker(self.tracker),
-            "the name of a tracker, or one with initialise and update",
+            "None, the name of a tracker, or one with initialise and update",
             repr(self.tracker),
         )
+        if self.tracker is None:
+            check("observation", self.observation == "pixels", "'pixels' with tracker=None", repr(self.observation))
+            wanted = "'command' with tracker=None, as a controller steers by a tracker's estimates"
+            check("action", self.action == "command", wanted, repr(self.action))
         if isinstance(self.tracker, str):
             registry.entry(self.tracker)
         for name in ("changes", "randomise", "controller_values"):
@@ -177,7 +182,9 @@ def _is_number(value: Any) -> bool:
 
 
 def _is_tracker(tracker: Any) -> bool:
-    return isinstance(tracker, str) or all(callable(getattr(tracker, name, None)) for name in ("initialise", "update"))
+    if tracker is None or isinstance(tracker, str):
+        return True
+    return all(callable(getattr(tracker, name, None)) for name in ("initialise", "update"))
 
 
 def _like(example: Any, value: float) -> Any:

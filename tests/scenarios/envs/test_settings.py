@@ -37,7 +37,7 @@ def settings(**changes: Any) -> FollowSettings:
         ("link", {}, "link: expected one of prompt, delayed, noisy or a Link, got {}"),
         ("preset", [], r"preset: expected None or one of .*, got \[\]"),
         ("tracker", "owl", "tracker: expected one of .*; got 'owl'"),
-        ("tracker", 3, "tracker: expected the name of a tracker, or one with initialise and update, got 3"),
+        ("tracker", 3, "tracker: expected None, the name of a tracker, or one with initialise and update, got 3"),
         ("changes", 3, "changes: expected a dictionary, got 3"),
         ("randomise", {"ego": (0, 1)}, "randomise: expected fields that are numbers, got 'ego'"),
         ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, got 3"),
