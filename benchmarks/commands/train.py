@@ -51,7 +51,7 @@ class Train(WithModules):
         controller_values: values of the controller's parameters in place of the tuned ones, e.g. gain_per_s 0.8.
         corrects: when the policy corrects: always, or while the tracker does not see the target (unseen).
         correction_share: the largest correction, as a share of the command's limit.
-        reward: weights of the reward's terms, see REFERENCE.md.
+        reward: weights of the reward's terms, see ENVS.md.
         pictures: train with pictures.
         envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
         episodes: number of episodes planned for training without pictures, about a second each; they are stored.

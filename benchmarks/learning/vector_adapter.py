@@ -57,7 +57,7 @@ class GymnasiumVecEnv(VecEnv):
             details[k] = {
                 "terminal_observation": infos["final_obs"][k],
                 "TimeLimit.truncated": bool(truncated[k] and not terminated[k]),
-                "episode": self._ended(k),
+                "episode": self._ended(int(k)),
             }
         return observations, (self._reward_scale * rewards).astype(np.float32), dones, details
 

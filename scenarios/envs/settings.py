@@ -76,7 +76,7 @@ class FollowSettings:
         check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
         check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
         check("reward", isinstance(self.reward, Reward), "a Reward", repr(self.reward))
-        good = self.lost_after_s is None or (_is_number(self.lost_after_s) and self.lost_after_s > 0)
+        good = self.lost_after_s is None or (is_number(self.lost_after_s) and self.lost_after_s > 0)
         check("lost_after_s", good, "None or a number > 0", repr(self.lost_after_s))
         check(
             "tracker",
@@ -120,10 +120,10 @@ class FollowSettings:
         """Return ``randomise``. Raises ValueError for an invalid range, or a field that must not vary by episode."""
         preset = self.configuration({})
         for name, limits in self.randomise.items():
-            check("randomise", _is_number(getattr(preset, name)), "fields that are numbers", repr(name))
+            check("randomise", is_number(getattr(preset, name)), "fields that are numbers", repr(name))
             same = self.observation != "track" and name in ("width_px", "height_px")
             check("randomise", not same, "no size of the picture where that is observed", repr(name))
-            good = isinstance(limits, Sequence) and len(limits) == 2 and all(map(_is_number, limits))
+            good = isinstance(limits, Sequence) and len(limits) == 2 and all(map(is_number, limits))
             check(f"randomise.{name}", good and limits[0] <= limits[1], "two numbers in ascending order", limits)
         return self.randomise
 
@@ -150,13 +150,18 @@ class FollowSettings:
             wanted = f"None{' or a number from 0 to 1' if graded else f', as {scenario.id} has no preset hard'}"
             check("difficulty", graded and 0 <= self.difficulty <= 1, wanted, self.difficulty)
             preset = between(scenario.presets["standard"], scenario.presets["hard"], self.difficulty)
-        known = {each.name for each in dataclasses.fields(preset)} - {"summary", "closed_loop"}
+        known = changeable(preset)
         fields = f"fields of {type(preset).__name__}: {', '.join(sorted(known))}"
         for group in ("changes", "randomise"):
             for name in getattr(self, group):
                 check(group, name in known, fields, repr(name))
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **self.changes, **values)
+
+
+def changeable(preset: Any) -> tuple[str, ...]:
+    """Return the fields of a preset that ``changes`` takes, in their order; of them ``randomise`` takes numbers."""
+    return tuple(each.name for each in dataclasses.fields(preset) if each.name not in ("summary", "closed_loop"))
 
 
 def between(easy: Any, hard: Any, difficulty: float) -> Any:
@@ -177,7 +182,8 @@ def _between(easy: Any, hard: Any, difficulty: float) -> Any:
     return _like(easy, easy + difficulty * (hard - easy))
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Return whether a value is a number, which ``True`` is not."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
