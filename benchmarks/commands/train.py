@@ -146,5 +146,5 @@ class _Told:
 def _in_words(standing: Standing) -> str:
     return (
         f"{standing.done:,} steps: episode reward {standing.reward:.1f}, "
-        f"target in view {standing.time_in_view:.0%} of the time, {standing.steps_per_s:,.0f} steps/s"
+        f"in view {standing.time_in_view:.0%} of the time, {standing.steps_per_s:,.0f} steps/s"
     )

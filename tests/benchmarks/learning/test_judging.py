@@ -44,9 +44,7 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
     words = f"train frameout/StereoFollow-v2 --preset brief --steps {STEPS} --envs 2 --episodes 2".split()
     assert main([*words, "--out", "a folder"]) == 0
     out, err = capsys.readouterr()
-    lines = re.findall(
-        r"([\d,]+) steps: episode reward (\S+), target in view (\d+)% of the time, ([\d,]+) steps/s", err
-    )
+    lines = re.findall(r"([\d,]+) steps: episode reward (\S+), in view (\d+)% of the time, ([\d,]+) steps/s", err)
     assert lines[-1][0] == f"{STEPS:,}"
     for _, reward, share, rate in lines:
         assert -100.0 < float(reward) <= 11 * 1.2
