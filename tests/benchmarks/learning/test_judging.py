@@ -85,26 +85,31 @@ def test_minutes_are_those_of_the_rounds_on_all_cores(monkeypatch: pytest.Monkey
 
 
 def test_an_episode_s_reward_and_time_in_view_are_its_own_steps() -> None:
-    """Summed here from a second env with the same seed; the step that ends an episode begins the next."""
-    options = {"pictures": False, "seeds": range(2), "preset": "quick", "max_episode_steps": 5}
+    """Summed here from a second env with the same seed; the step that ends an episode begins the next.
+
+    The helicopter flies off, so that the target is out of view at the end and in view again at once.
+    """
+    options = {"pictures": False, "seeds": range(2), "preset": "quick", "max_episode_steps": 40}
     ours = GymnasiumVecEnv(gym.make_vec(ENV, 3, **options), 4, 0.01)
     theirs = gym.make_vec(ENV, 3, **options)
     ours.reset()
     theirs.reset(seed=4)
     rewards, seen = np.zeros(3), np.zeros(3)
-    for step in range(1, 16):
-        actions = np.full((3, 4), np.cos(step), np.float32)
+    for step in range(1, 81):
+        actions = np.array([[1, 1, 0, 0]] * 3, np.float32)
         *_, details = ours.step(actions)
         _, reward, _, truncated, infos = theirs.step(actions)
         rewards += reward
-        seen += infos["final_info"]["in_view"] if step % 5 == 0 else infos["in_view"]
-        assert truncated.all() == (step % 5 == 0)
+        seen += infos["final_info"]["in_view"] if step % 40 == 0 else infos["in_view"]
+        assert truncated.all() == (step % 40 == 0)
         for k in range(3):
-            if step % 5:
+            if step % 40:
                 assert "episode" not in details[k]
                 continue
             episode = details[k]["episode"]
-            assert episode["l"] == 5
+            assert episode["l"] == 40
             assert episode["r"] == pytest.approx(rewards[k])
-            assert episode["in_view"] == pytest.approx(seen[k] / 5)
+            assert episode["in_view"] == pytest.approx(seen[k] / 40)
+            assert not infos["final_info"]["in_view"][k]
+            assert infos["in_view"][k]
             rewards[k] = seen[k] = 0.0
