@@ -104,6 +104,11 @@ def envs() -> dict[str, tuple[str, str]]:
     return {entry.env_id: (entry.id, entry.tracker) for entry in _ENTRIES if entry.env_id}
 
 
+def env_preset(name: str) -> str:
+    """Return the default preset of a scenario's env. Raises ValueError for an unknown name."""
+    return _entry(name).preset
+
+
 def scenario(name: str) -> Scenario:
     """Return a scenario by id; an id without a version (``road-town``) means the latest version.
 

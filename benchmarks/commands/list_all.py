@@ -15,6 +15,7 @@ from benchmarks.commands.arguments import SEEDS, seed_range
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.report.envs_page import envs_page
 from benchmarks.report.metric_definitions import MetricDefinition, metric_definitions
 from benchmarks.report.reference import reference_page
 from benchmarks.run.contestants import entrants
@@ -42,7 +43,9 @@ class List(WithModules):
         metrics: print the definitions of all metrics instead: formula, range, unit, better direction, conditions and
             source.
         reference: print the definitions of everything instead, as Markdown (the page REFERENCE.md): truth, metrics,
-            columns of results, settings of presets, env keywords, observation features, reward terms, `info` keys.
+            columns of results, settings of presets.
+        envs: print the reference of the envs instead, as Markdown (the page ENVS.md): ids, keywords, observation,
+            actions, reward, `changes` and `randomise`, links, `info` keys, costs.
     """
 
     measure: bool = False
@@ -50,12 +53,16 @@ class List(WithModules):
     json: bool = False
     metrics: bool = False
     reference: bool = False
+    envs: bool = False
     resumes = False
 
     def run(self) -> int:
         """Print it; return the exit status."""
         if self.reference:
             print(reference_page(), end="")
+            return 0
+        if self.envs:
+            print(envs_page(), end="")
             return 0
         if self.metrics:
             defined = [each for suite in suites().values() for each in metric_definitions(suite)]
@@ -174,7 +181,7 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
 
 def _envs() -> list[tuple[str, str, str]]:
     return [
-        (name, scenario, f"Gymnasium env; default tracker: {tracker}")
+        (name, scenario, f"Gymnasium env; defaults: tracker {tracker}, preset {catalog.env_preset(scenario)}")
         for name, (scenario, tracker) in catalog.envs().items()
     ]
 

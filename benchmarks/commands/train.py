@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import shlex
+import math
+import sys
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -14,11 +16,12 @@ from benchmarks.commands.arguments import COUNT, FOLDER, ONE_NAME, USUAL_SEEDS, 
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.error_models import make_error_model, save_error_model
+from benchmarks.learning.judging import Judging
 from benchmarks.learning.model_check import as_table, model_check
 from benchmarks.learning.settings import Algorithm, Corrects, Training
-from benchmarks.learning.training import train
-from benchmarks.run.experiment import make_folder
-from benchmarks.suites.registry import controllers_suite
+from benchmarks.learning.training import Standing, train
+from benchmarks.run.cores import cores
+from benchmarks.run.experiment import Progress, make_folder
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
@@ -26,6 +29,7 @@ from scenarios.envs.settings import FollowSettings
 from trackers.controllers.catalogue import controllers
 
 _RUNS = "runs"
+_LINE_EVERY_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -33,8 +37,9 @@ class Train(WithModules):
     """Train a policy in an env with stable-baselines3. A run that was stopped continues with the same command.
 
     By default training is without pictures: a fitted model of the tracker's errors replaces picture and tracker.
-    `frameout bench follow --controllers policy:OUT/policy.json` scores the policy with pictures. OUT gets policy.json
-    and policy.safetensors (no pickle), checkpoints, and curves for TensorBoard.
+    On the way it prints the mean reward of the latest episodes, the share of time with the target in view, and steps a
+    second; at the end the command that scores the policy with pictures, and how many minutes that takes. OUT gets
+    policy.json and policy.safetensors (no pickle), checkpoints, and curves for TensorBoard.
 
     Attributes:
         env: env id, see `frameout list`.
@@ -46,7 +51,7 @@ class Train(WithModules):
         controller_values: values of the controller's parameters in place of the tuned ones, e.g. gain_per_s 0.8.
         corrects: when the policy corrects: always, or while the tracker does not see the target (unseen).
         correction_share: the largest correction, as a share of the command's limit.
-        reward: weights of the reward's terms, see REFERENCE.md.
+        reward: weights of the reward's terms, see ENVS.md.
         pictures: train with pictures.
         envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
         episodes: number of episodes planned for training without pictures, about a second each; they are stored.
@@ -100,10 +105,12 @@ class Train(WithModules):
         if self.check_model:
             return self._check_model(settings, out / _RUNS)
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
-            path = train(training, out, progress)
-        modules = f" --modules {shlex.join(self.modules)}" if self.modules else ""
-        judging = f"frameout bench {controllers_suite().name} --controllers policy:{path}{modules}"
-        print(f"policy: {path}\njudge it: {judging}")
+            path = train(training, out, _Told(progress))
+        print(f"policy: {path}", flush=True)
+        judging = Judging(training, path)
+        minutes, used = judging.minutes(), cores(None)
+        print(f"judge it beside {judging.controller}, with pictures, in about {minutes} min on {used} idle cores:")
+        print(judging.command)
         return 0
 
     def _fit_model(self, settings: FollowSettings, runs: Path) -> int:
@@ -120,3 +127,24 @@ class Train(WithModules):
             compared = model_check(settings, names, seeds, runs, progress)
         print(as_table(compared))
         return 0
+
+
+class _Told:
+    """Moves the progress bar, and prints a line above it now and then."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._next_s = 0.0
+
+    def __call__(self, standing: Standing) -> None:
+        self._progress(standing.done, standing.of)
+        if math.isfinite(standing.reward) and (time.monotonic() >= self._next_s or standing.done >= standing.of):
+            print(_in_words(standing), file=sys.stderr)
+            self._next_s = time.monotonic() + _LINE_EVERY_S
+
+
+def _in_words(standing: Standing) -> str:
+    return (
+        f"{standing.done:,} steps: episode reward {standing.reward:.1f}, "
+        f"in view {standing.time_in_view:.0%} of the time, {standing.steps_per_s:,.0f} steps/s"
+    )

@@ -31,7 +31,7 @@ def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
     runs = [read_run(path) for path in paths]
     made = {
         "by": "benchmarks.learning.error_models",
-        "preset": settings.preset,
+        "preset": settings.preset_name,
         "frames": sum(len(run) - 1 for run in runs),
         "runs": [path.stem.removeprefix(f"{settings.scenario}-") for path in paths],
     }

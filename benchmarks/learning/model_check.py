@@ -60,7 +60,7 @@ def model_check(
             report(k * len(seeds) + n, len(controllers) * len(seeds))
             [path] = write_runs(settings, range(seed, seed + 1), [controller], folder)
             rendered.append(float(read_run(path)["in_view"][1:].mean()))
-        followed = (settings.scenario, settings.preset, settings.tracker)
+        followed = (settings.scenario, settings.preset_name, settings.tracker)
         pictureless = scores_without_pictures(*followed, controller, {}, seeds, EPISODES, _REPEATS)["time_in_view"]
         compared.append(Compared(controller, tuple(seeds), np.array(rendered), pictureless))
     report(len(controllers) * len(seeds), len(controllers) * len(seeds))

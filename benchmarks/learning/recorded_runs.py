@@ -103,7 +103,7 @@ def write_runs(
     for k, seed in enumerate(seeds):
         report(k, len(seeds))
         controller = controllers[k % len(controllers)]
-        path = folder / f"{settings.scenario}-{settings.preset}-{seed}-{_file_name(settings, controller)}.npy"
+        path = folder / f"{settings.scenario}-{settings.preset_name}-{seed}-{_file_name(settings, controller)}.npy"
         if not path.exists():
             run = run_of(settings, seed, controller)
             with atomic_file(path) as file:
@@ -125,7 +125,7 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
     carrier = catalog.scenario(settings.scenario).carrier
     steering = controller_entry(controller.removeprefix(DISTURBED), carrier.name)
     tracker = entrant(str(settings.tracker))
-    judged = (controllers_suite().name, settings.scenario, settings.preset)
+    judged = (controllers_suite().name, settings.scenario, settings.preset_name)
     made = versions_of(*judged, tracker, steering) | versions_of_modules(__name__)
     digest = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
     return f"{controller.replace(':', '-')}-{digest}"

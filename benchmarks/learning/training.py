@@ -7,6 +7,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -33,7 +34,29 @@ _CHECKPOINT_S = 60.0
 _DISCOUNT = 0.99
 _ROLLOUT_STEPS, _BATCH = 128, 2048
 
-Report = Callable[[int, int], None]
+_LATEST_EPISODES = 100
+"""At least so many are in the means of ``Standing``, once they have ended."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a training is.
+
+    Attributes:
+        done, of: steps of all envs together.
+        reward: mean sum of an episode's rewards, of the latest episodes; NaN before one has ended.
+        time_in_view: mean share of steps with the target in view, of the same episodes.
+        steps_per_s: of all envs together, since this process began to train; learning is included.
+    """
+
+    done: int
+    of: int
+    reward: float
+    time_in_view: float
+    steps_per_s: float
+
+
+Report = Callable[[Standing], None]
 
 
 def train(training: Training, out: Path, report: Report) -> Path:
@@ -150,6 +173,7 @@ def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:
         "tensorboard_log": str(out / "tensorboard"),
         "device": "cpu",
         "gamma": _DISCOUNT,
+        "stats_window_size": max(_LATEST_EPISODES, training.env_count),
         "policy_kwargs": {"net_arch": list(_HIDDEN), "activation_fn": torch.nn.Tanh},
     }
     if training.algorithm == "sac":
@@ -202,11 +226,11 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
         learnt_steps = behind
 
         def _on_training_start(self) -> None:
-            self.saved_s = time.monotonic()
+            self.saved_s = self.begun_s = time.monotonic()
 
         def _on_rollout_start(self) -> None:
             self.learnt_steps = self.num_timesteps
-            report(min(self.num_timesteps, behind + left), behind + left)
+            report(self.standing())
             if time.monotonic() - self.saved_s > _CHECKPOINT_S:
                 save_checkpoint(self.model, out, settings)
                 self.saved_s = time.monotonic()
@@ -217,6 +241,21 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
 
         def _on_rollout_end(self) -> None:
             signals.hold()
+            # Stands beside rollout/ep_rew_mean in TensorBoard.
+            self.logger.record("rollout/time_in_view", self.standing().time_in_view)
+
+        def _on_training_end(self) -> None:
+            report(self.standing())
+
+        def standing(self) -> Standing:
+            episodes = list(self.model.ep_info_buffer or ())
+            reward, in_view = (
+                float(np.mean([each[key] for each in episodes])) if episodes else float("nan")
+                for key in ("r", "in_view")
+            )
+            taken_s = max(time.monotonic() - self.begun_s, 1e-3)
+            done = min(self.num_timesteps, behind + left)
+            return Standing(done, behind + left, reward, in_view, (self.num_timesteps - behind) / taken_s)
 
     return Keep()
 

@@ -50,14 +50,14 @@ def _is_nested(value: Any) -> bool:
 def _grouped(values: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
     groups: dict[str, list[str]] = {}
     for preset, value in values.items():
-        groups.setdefault(_text(value), []).append(preset)
+        groups.setdefault(value_text(value), []).append(preset)
     return {text: tuple(presets) for text, presets in groups.items()}
 
 
-def _text(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return a value as users write it in ``changes``."""
     if isinstance(value, float):
         return f"{value:g}"
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return f"({', '.join(map(_text, value))}{',' if len(value) == 1 else ''})"
+        return f"({', '.join(map(value_text, value))}{',' if len(value) == 1 else ''})"
     return repr(value)

@@ -1,14 +1,13 @@
 """The page of definitions, made from the code.
 
-Truth, metrics, columns of results, settings of presets, env keywords, observation features, reward terms and keys of
-``info``.
+Truth, metrics, columns of results and settings of presets; those of envs stand on ``envs_page``.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.report.docstrings import attribute_meanings, place_of, words_of
@@ -22,12 +21,8 @@ from benchmarks.scores.pooling import pooled
 from benchmarks.scores.statistics import Comparison, bootstrap_interval
 from benchmarks.suites.registry import suites
 from scenarios import catalog
-from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.reward import Reward
-from scenarios.envs.settings import FollowSettings
-from scenarios.envs.truth_info import INFO, truth_keys
+from scenarios.envs.truth_info import truth_keys
 from scenarios.truth import Truth, dtype_of, meanings
-from trackers.belief import features as belief_features
 from trackers.papers import PAPERS
 
 
@@ -46,7 +41,7 @@ class TruthField:
 def reference_page() -> str:
     """Return the page as Markdown."""
     environment = page_environment("report", autoescape=False)
-    environment.filters |= {"cell": _cell, "words": words_of, "place": place_of}
+    environment.filters |= {"cell": cell, "words": words_of, "place": place_of}
     return environment.get_template("reference.md.jinja").render(
         suites=suites().values(),
         metrics_of=metric_definitions,
@@ -57,16 +52,11 @@ def reference_page() -> str:
             summary.SUMMARY_FILE_NAME: summary.SUMMARY_COLUMNS,
             summary.COMPARISONS_FILE_NAME: summary.COMPARISON_COLUMNS,
         },
-        features=belief_features,
-        reward=Reward,
-        weights=asdict(Reward()),
-        info=INFO,
         truth_words=words_of(Truth).partition("Attributes:")[0].strip(),
         fields=list(truth_fields(Truth)),
         scenarios=[catalog.scenario(name) for name in catalog.names()],
-        own_truth=_own_truth(),
+        own_truth=own_truth(),
         settings_of=preset_settings,
-        env=(FollowEnv, FollowSettings),
         papers=PAPERS.values(),
         runs=published_runs(),
     )
@@ -85,7 +75,7 @@ def truth_fields(kind: type[Truth]) -> Iterator[TruthField]:
         yield TruthField(name, _dtype(kind, name, meaning.unit), shape, meaning.unit, told, name in in_info)
 
 
-def _own_truth() -> list[tuple[tuple[str, ...], list[TruthField]]]:
+def own_truth() -> list[tuple[tuple[str, ...], list[TruthField]]]:
     """Return the fields that scenarios add to ``Truth``, with the ids of all that have them."""
     kinds: dict[type[Truth], list[str]] = {}
     for name in catalog.names():
@@ -103,6 +93,6 @@ def _dtype(kind: type[Truth], name: str, unit: str) -> str:
     return "object" if dtype.hasobject else dtype.name
 
 
-def _cell(text: Any) -> str:
+def cell(text: Any) -> str:
     """Return text escaped for the cell of a table."""
     return str(text).replace("|", "\\|").replace("\n", " ")

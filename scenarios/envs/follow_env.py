@@ -51,6 +51,9 @@ class FollowEnv(gym.Env, EzPickle):
         modes = self.metadata["render_modes"]
         check("render_mode", render_mode in (None, *modes), f"None or one of {', '.join(modes)}", repr(render_mode))
         self.settings = FollowSettings(scenario, **settings)
+        # Videos and windows play as fast as the episode's time passes, where the preset says how fast that is.
+        rate_hz = getattr(self.settings.configuration({}), "rate_hz", self.metadata["render_fps"])
+        self.metadata = {**self.metadata, "render_fps": rate_hz}
         self.carrier: Carrier = catalog.scenario(scenario).carrier
         self.render_mode = render_mode
         self.observation_space = self._observation_space()
@@ -160,7 +163,7 @@ class _Run:
         self._rewarder = Rewarder(settings.reward, rate_hz)
         lost_after_s = settings.lost_after_s
         self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * rate_hz), 1)
-        self._feature_filter = FeatureFilter(carrier)
+        self._feature_filter = None if settings.tracker is None else FeatureFilter(carrier)
         try:
             self._move()
         except BaseException:
@@ -190,9 +193,11 @@ class _Run:
 
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
         """Return the truth of the latest frame, see ``truth_info``."""
-        return truth_info(self.loop.frame, self.target, self.loop.estimate, self._obeyed, terms, self._seed)
+        estimate = None if self._feature_filter is None else self.loop.estimate
+        return truth_info(self.loop.frame, self.target, estimate, self._obeyed, terms, self._seed)
 
     def _move(self, command: CameraCommand | None = None) -> None:
         frame, still = self.loop.step(command), CameraCommand()
         self._obeyed = self.loop.obeyed or still
-        self._features = self._feature_filter.update(frame.observation, self.loop.estimate, command or still)
+        if self._feature_filter is not None:
+            self._features = self._feature_filter.update(frame.observation, self.loop.estimate, command or still)

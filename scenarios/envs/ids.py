@@ -36,7 +36,7 @@ def _register(registration: ModuleType) -> None:
                 max_episode_steps=entry.episode_steps,
                 # Gymnasium's checker fails in the first step after a refused reset; the tests run the full checker.
                 disable_env_checker=True,
-                kwargs={"scenario": entry.id, "tracker": entry.tracker, "preset": entry.preset},
+                kwargs={"scenario": entry.id, "tracker": entry.tracker},
             )
 
 

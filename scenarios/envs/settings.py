@@ -29,12 +29,14 @@ class FollowSettings:
 
     Attributes:
         scenario: catalogue id.
-        tracker: name in the registry, or an object with ``initialise`` and ``update``.
-        preset: name of one of the scenario's presets.
+        tracker: name in the registry, or an object with ``initialise`` and ``update``; None for a policy that sees the
+            picture alone: ``observation`` is then ``pixels`` and ``action`` ``command``.
+        preset: name of one of the scenario's presets; None: the env's own (``standard``, or as ``frameout list`` says),
+            unless ``difficulty`` is given.
         changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
         randomise: numeric fields of the preset -> (low, high), drawn anew for every episode.
-        difficulty: None, or 0 (preset ``standard``) to 1 (``hard``), which interpolates these presets' numbers and
-            replaces ``preset``.
+        difficulty: None, or 0 (preset ``standard``) to 1 (``hard``), which interpolates these presets' numbers; given
+            in place of ``preset``, never beside it.
         link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``), or a ``Link``.
         controller: name, or an object with ``command``; used by the actions ``correction`` and ``parameters`` alone.
         controller_values: parameters of a named controller that replace its tuned values.
@@ -51,7 +53,7 @@ class FollowSettings:
 
     scenario: str
     tracker: Any
-    preset: str = "standard"
+    preset: str | None = None
     changes: Mapping[str, Any] = field(default_factory=dict)
     randomise: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     difficulty: float | None = None
@@ -74,14 +76,18 @@ class FollowSettings:
         check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
         check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
         check("reward", isinstance(self.reward, Reward), "a Reward", repr(self.reward))
-        good = self.lost_after_s is None or (_is_number(self.lost_after_s) and self.lost_after_s > 0)
+        good = self.lost_after_s is None or (is_number(self.lost_after_s) and self.lost_after_s > 0)
         check("lost_after_s", good, "None or a number > 0", repr(self.lost_after_s))
         check(
             "tracker",
             _is_tracker(self.tracker),
-            "the name of a tracker, or one with initialise and update",
+            "None, the name of a tracker, or one with initialise and update",
             repr(self.tracker),
         )
+        if self.tracker is None:
+            check("observation", self.observation == "pixels", "'pixels' with tracker=None", repr(self.observation))
+            wanted = "'command' with tracker=None, as a controller steers by a tracker's estimates"
+            check("action", self.action == "command", wanted, repr(self.action))
         if isinstance(self.tracker, str):
             registry.entry(self.tracker)
         for name in ("changes", "randomise", "controller_values"):
@@ -89,8 +95,11 @@ class FollowSettings:
         known_links = f"one of {', '.join(LINKS)} or a Link"
         good = isinstance(self.link, Link) or (isinstance(self.link, str) and self.link in LINKS)
         check("link", good, known_links, repr(self.link))
-        good = isinstance(self.preset, str) and self.preset in scenario.presets
-        check("preset", good, f"one of {', '.join(scenario.presets)}", repr(self.preset))
+        good = self.preset is None or (isinstance(self.preset, str) and self.preset in scenario.presets)
+        check("preset", good, f"None or one of {', '.join(scenario.presets)}", repr(self.preset))
+        alone = self.preset is None or self.difficulty is None
+        wanted = "one of preset and difficulty, which stands for presets of its own"
+        check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
         for end in (0, 1):
             self.configuration({name: limits[end] for name, limits in self._checked_ranges().items()})
 
@@ -102,18 +111,26 @@ class FollowSettings:
         good = isinstance(seed, int | np.integer) and not isinstance(seed, bool) and bool(seed >= 0)
         check("episode_seed", good, "a whole number >= 0", repr(seed))
         changes = {name: value for name, value in options.items() if name in EPISODE_OPTIONS}
+        if {"preset", "difficulty"} & changes.keys():
+            # Either takes the place of whichever of the two the env was made with.
+            changes = {"preset": None, "difficulty": None} | changes
         return dataclasses.replace(self, **changes) if changes else self
 
     def _checked_ranges(self) -> Mapping[str, tuple[float, float]]:
         """Return ``randomise``. Raises ValueError for an invalid range, or a field that must not vary by episode."""
         preset = self.configuration({})
         for name, limits in self.randomise.items():
-            check("randomise", _is_number(getattr(preset, name)), "fields that are numbers", repr(name))
+            check("randomise", is_number(getattr(preset, name)), "fields that are numbers", repr(name))
             same = self.observation != "track" and name in ("width_px", "height_px")
             check("randomise", not same, "no size of the picture where that is observed", repr(name))
-            good = isinstance(limits, Sequence) and len(limits) == 2 and all(map(_is_number, limits))
+            good = isinstance(limits, Sequence) and len(limits) == 2 and all(map(is_number, limits))
             check(f"randomise.{name}", good and limits[0] <= limits[1], "two numbers in ascending order", limits)
         return self.randomise
+
+    @property
+    def preset_name(self) -> str:
+        """The preset that holds without a ``difficulty``."""
+        return catalog.env_preset(self.scenario) if self.preset is None else self.preset
 
     @property
     def link_settings(self) -> Link:
@@ -127,19 +144,24 @@ class FollowSettings:
             ValueError: for an unknown field, or a value that the preset rejects.
         """
         scenario = catalog.scenario(self.scenario)
-        preset = scenario.presets[self.preset]
+        preset = scenario.presets[self.preset_name]
         if self.difficulty is not None:
             graded = {"standard", "hard"} <= scenario.presets.keys()
             wanted = f"None{' or a number from 0 to 1' if graded else f', as {scenario.id} has no preset hard'}"
             check("difficulty", graded and 0 <= self.difficulty <= 1, wanted, self.difficulty)
             preset = between(scenario.presets["standard"], scenario.presets["hard"], self.difficulty)
-        known = {each.name for each in dataclasses.fields(preset)} - {"summary", "closed_loop"}
+        known = changeable(preset)
         fields = f"fields of {type(preset).__name__}: {', '.join(sorted(known))}"
         for group in ("changes", "randomise"):
             for name in getattr(self, group):
                 check(group, name in known, fields, repr(name))
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **self.changes, **values)
+
+
+def changeable(preset: Any) -> tuple[str, ...]:
+    """Return the fields of a preset that ``changes`` takes, in their order; of them ``randomise`` takes numbers."""
+    return tuple(each.name for each in dataclasses.fields(preset) if each.name not in ("summary", "closed_loop"))
 
 
 def between(easy: Any, hard: Any, difficulty: float) -> Any:
@@ -160,12 +182,15 @@ def _between(easy: Any, hard: Any, difficulty: float) -> Any:
     return _like(easy, easy + difficulty * (hard - easy))
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Return whether a value is a number, which ``True`` is not."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _is_tracker(tracker: Any) -> bool:
-    return isinstance(tracker, str) or all(callable(getattr(tracker, name, None)) for name in ("initialise", "update"))
+    if tracker is None or isinstance(tracker, str):
+        return True
+    return all(callable(getattr(tracker, name, None)) for name in ("initialise", "update"))
 
 
 def _like(example: Any, value: float) -> Any:

@@ -40,7 +40,11 @@ INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "centring": ("float64", (), "1 with the target in the middle of the picture, 0 on its border and outside"),
     "length_px": ("float64", (), "longer side of the target's true box in pixels; 0 behind the camera"),
     "place_m": ("float64", (3,), "target's true place in the world, in metres"),
-    "error_px": ("float64", (), "distance in pixels of the tracker's estimate from the true centre; NaN without one"),
+    "error_px": (
+        "float64",
+        (),
+        "distance in pixels of the tracker's estimate from the true centre; NaN without one; no key with tracker=None",
+    ),
     "command": ("float64", (len(COMMANDS),), f"command obeyed: {', '.join(COMMANDS)}"),
     **{f"reward_{term}": ("float64", (), "weighted term of the step's reward; 0 after a reset") for term in TERMS},
 }
@@ -52,15 +56,22 @@ that a scene's own kind of ``Truth`` has besides are in the ``info`` of its env 
 def truth_info(
     frame: Frame,
     target: int,
-    estimate: Estimate,
+    estimate: Estimate | None,
     obeyed: CameraCommand,
     terms: Mapping[str, float],
     episode_seed: int,
 ) -> dict[str, Any]:
-    """Return the info of one step for the object ``target``, see ``INFO``; ``terms`` are the reward's."""
+    """Return the info of one step for the object ``target``, see ``INFO``.
+
+    Args:
+        estimate: None without a tracker. terms: those of the reward.
+    """
     truth, camera = frame.judged
     kind: Any = type(truth)
-    error_px = np.asarray(estimate.position_px) - frame.truth.position_px[target]
+    # Left out without a tracker: checkers of envs compare infos, and a NaN equals no other.
+    error = {}
+    if estimate is not None:
+        error["error_px"] = float(np.linalg.norm(estimate.position_px - frame.truth.position_px[target]))
     return {
         "episode_seed": episode_seed,
         **{name: _plain(getattr(truth, name), each, target) for name, each in _is_per_object(kind).items()},
@@ -69,7 +80,7 @@ def truth_info(
         "centring": centring(truth, target, camera),
         "length_px": length_px(truth, target),
         "place_m": truth.T_world_object[target, :3, 3].copy(),
-        "error_px": float(np.linalg.norm(error_px)),
+        **error,
         "command": np.array([getattr(obeyed, name) for name in COMMANDS]),
         **{f"reward_{term}": terms[term] for term in TERMS},
     }

@@ -7,10 +7,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from scenarios import catalog
 from scenarios.command_link import episode_link
 from scenarios.envs.settings import FollowSettings
-from scenarios.loop import FromPictures, Loop, tracker_stream
+from scenarios.loop import Contestant, FromPictures, Loop, tracker_stream
 from scenarios.scenario import Frame
 from sim.rng import generator
 from trackers import registry
@@ -21,7 +23,8 @@ from trackers.types import Estimate, Observation, Start
 def watched_episode(settings: FollowSettings, seed: int) -> Loop:
     """Open one episode in closed loop, with the same pictures and estimates as in ``frameout bench follow``.
 
-    Its steps raise RuntimeError if the tracker raises, or returns no valid estimate.
+    Its steps raise RuntimeError if the tracker raises, or returns no valid estimate. Without a tracker every estimate
+    is NaN.
     """
     scenario = catalog.scenario(settings.scenario)
     rng = generator(seed, "randomise")
@@ -30,11 +33,27 @@ def watched_episode(settings: FollowSettings, seed: int) -> Loop:
         settings.configuration(drawn), seed, renderer=settings.renderer, closed_loop=True, truth="target"
     )
     try:
-        watcher = _Watcher(settings.tracker, seed, episode.start.background)
+        watcher = _watcher(settings.tracker, seed, episode.start.background)
     except Exception:
         episode.close()
         raise
     return Loop(episode, [watcher], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
+
+
+def _watcher(tracker: Any, seed: int, background: Sequence[Observation]) -> Contestant:
+    return _Nobody() if tracker is None else _Watcher(tracker, seed, background)
+
+
+class _Nobody:
+    """No tracker: it knows no place on any frame, not even on the first."""
+
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
+        """See ``Contestant``."""
+        return self.update(frame)
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``Contestant``."""
+        return Estimate(np.full(2, np.nan))
 
 
 class _Watcher:

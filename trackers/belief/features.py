@@ -58,6 +58,9 @@ MEANINGS = {
 }
 """Feature -> meaning, in the order of the vector."""
 FEATURES = tuple(MEANINGS)
+_NEVER_NEGATIVE = ("known", "in_view_probability", "length_share", "spread", "densest_share", "since_seen")
+RANGES = {name: (0.0 if name in _NEVER_NEGATIVE or name.startswith("searched_") else -1.0, 1.0) for name in FEATURES}
+"""Feature -> its smallest and largest value."""
 
 
 @njit(cache=True)

@@ -22,7 +22,7 @@ from trackers.controllers.policy_file import load_policy
 pytest.importorskip("stable_baselines3")
 import torch
 
-from benchmarks.learning.training import train
+from benchmarks.learning.training import Standing, train
 from benchmarks.learning.vector_adapter import GymnasiumVecEnv
 
 STEPS = 2 * 4 * 128
@@ -38,7 +38,7 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def nothing(done: int, of: int) -> None:
+def nothing(standing: Standing) -> None:
     pass
 
 

@@ -14,7 +14,7 @@ import pytest
 from benchmarks.report.docstrings import attribute_meanings
 from benchmarks.report.metric_definitions import NOT_STATED, definitions_of, metric_definitions, metrics_of
 from benchmarks.report.preset_settings import preset_settings
-from benchmarks.report.reference import reference_page, truth_fields
+from benchmarks.report.reference import truth_fields
 from benchmarks.run import records
 from benchmarks.run.jobs import Job, heading_of
 from benchmarks.scores import pooling
@@ -24,7 +24,6 @@ from benchmarks.suites.frame_out import episode_scores
 from benchmarks.suites.metric import Metric, RowMeaning, Statistic
 from benchmarks.suites.registry import suite
 from scenarios import catalog
-from scenarios.envs.reward import TERMS, Reward
 from tests.benchmarks.fake_rows import TRACKERS, rows_of
 from trackers.belief.features import COMMANDS, FEATURES, features_of
 from trackers.belief.kernel import BELIEF
@@ -149,12 +148,6 @@ def test_meanings_are_read_from_a_docstring() -> None:
 
     expected = ("of the picture", "of the picture", "frames a second; 0 for none", "(3,) of each colour", "")
     assert tuple(attribute_meanings(Camera).values()) == expected
-
-
-def test_the_page_names_what_an_env_tells() -> None:
-    page = reference_page()
-    for name in (*FEATURES, *TERMS, *Reward.__dataclass_fields__, "T_world_camera", "reward_loss"):
-        assert f"`{name}`" in page or f"\n    {name}:" in page, name
 
 
 def test_there_are_as_many_meanings_as_features() -> None:

@@ -18,6 +18,7 @@ from tests import fakes_scenario, fakes_trackers
 from tests.fakes_trackers import Silent, Still
 from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import FRAMES, IDS, fresh, keywords, make, stand_in
+from trackers.belief.features import RANGES
 from trackers.types import Estimate, Observation
 
 __all__ = ["stand_in"]
@@ -87,6 +88,7 @@ def test_spaces_contain_every_observation_and_info_has_the_same_keys_always(env_
     states = set()
     for _ in range(FRAMES - 1):
         assert observed in env.observation_space
+        assert all(low <= x <= high for x, (low, high) in zip(observed["track"], RANGES.values(), strict=True))
         observed, reward, _, truncated, info = env.step(env.action_space.low)
         assert {key: (type(value), np.shape(value)) for key, value in info.items()} == kinds
         assert reward == pytest.approx(sum(info[key] for key in info if key.startswith("reward_")))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scenarios import catalog
 from scenarios.command_link import Link
 from scenarios.envs.settings import RESET_OPTIONS, FollowSettings, between
 from scenarios.road_town.presets import PRESETS
@@ -23,7 +25,7 @@ def settings(**changes: Any) -> FollowSettings:
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("preset", "easy", "preset: expected one of"),
+        ("preset", "easy", "preset: expected None or one of"),
         ("observation", "sound", "observation: expected one of track, pixels, both, got 'sound'"),
         ("action", "thought", "action: expected one of command, correction, parameters"),
         ("renderer", "paint", "renderer: expected one of raster, pybullet"),
@@ -33,9 +35,9 @@ def settings(**changes: Any) -> FollowSettings:
         ("lost_after_s", -1.0, "lost_after_s: expected None or a number > 0, got -1"),
         ("lost_after_s", "a", "lost_after_s: expected None or a number > 0, got 'a'"),
         ("link", {}, "link: expected one of prompt, delayed, noisy or a Link, got {}"),
-        ("preset", [], r"preset: expected one of .*, got \[\]"),
+        ("preset", [], r"preset: expected None or one of .*, got \[\]"),
         ("tracker", "owl", "tracker: expected one of .*; got 'owl'"),
-        ("tracker", 3, "tracker: expected the name of a tracker, or one with initialise and update, got 3"),
+        ("tracker", 3, "tracker: expected None, the name of a tracker, or one with initialise and update, got 3"),
         ("changes", 3, "changes: expected a dictionary, got 3"),
         ("randomise", {"ego": (0, 1)}, "randomise: expected fields that are numbers, got 'ego'"),
         ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, got 3"),
@@ -128,7 +130,32 @@ def test_difficulty_lies_between_the_presets(difficulty: float) -> None:
 def test_difficulty_ends_at_the_presets() -> None:
     assert between(STANDARD, HARD, 0.0) == STANDARD
     assert between(STANDARD, HARD, 1.0) == HARD
-    assert settings(difficulty=1.0, preset="quick").configuration({}) == HARD
+    assert settings(difficulty=1.0).configuration({}) == HARD
+
+
+def test_preset_and_difficulty_together_are_refused() -> None:
+    """Even where they agree: which of the two holds is not to be guessed."""
+    told = "difficulty: expected one of preset and difficulty, .*, got preset='standard' and difficulty=0.0"
+    with pytest.raises(ValueError, match=told):
+        settings(preset="standard", difficulty=0.0)
+    for made in (settings(), settings(preset="quick"), settings(difficulty=1.0)):
+        with pytest.raises(ValueError, match=told):
+            made.with_options({"preset": "standard", "difficulty": 0.0})
+
+
+def test_an_option_of_the_two_replaces_the_one_that_the_env_was_made_with() -> None:
+    graded, named = settings(difficulty=1.0), settings(preset="quick")
+    assert named.with_options({"difficulty": 1.0}).configuration({}) == HARD
+    assert graded.with_options({"preset": "standard"}).configuration({}) == STANDARD
+    assert graded.with_options({"link": "noisy"}).configuration({}) == HARD
+    assert named.with_options({"changes": {}}).configuration({}) == PRESETS["quick"]
+
+
+@pytest.mark.parametrize("entry", [each for each in catalog.entries() if each.env_id], ids=lambda each: each.id)
+def test_without_either_the_preset_is_the_env_s_own(entry: catalog.Entry) -> None:
+    presets = catalog.scenario(entry.id).presets
+    assert FollowSettings(entry.id, "hold").configuration({}) == presets[entry.preset]
+    assert gym.spec(entry.env_id).kwargs == {"scenario": entry.id, "tracker": entry.tracker}
 
 
 def test_drawn_values_take_their_fields_kind() -> None:

@@ -1,0 +1,68 @@
+"""The command that judges a trained policy with pictures, and the time that it takes."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.learning.settings import Training
+from benchmarks.results.episode_time import seconds_of_episode
+from benchmarks.run.cores import cores
+from benchmarks.run.jobs import Job
+from benchmarks.suites.registry import controllers_suite
+
+SEEDS = range(9_996, 10_000)
+"""Development episodes; a training without pictures reaches them only if it plans nearly all there are."""
+_ALONE = "centre"
+"""The controller that a policy without one is compared with."""
+
+
+@dataclass(frozen=True)
+class Judging:
+    """A few episodes of suite ``follow`` with a policy, and as many with the controller that it corrects.
+
+    Attributes:
+        training: of the policy.
+        policy: its file.
+    """
+
+    training: Training
+    policy: Path
+
+    @property
+    def controller(self) -> str:
+        """The controller that the policy is compared with."""
+        return _ALONE if self.training.controller == "none" else self.training.controller
+
+    @property
+    def command(self) -> str:
+        """The command, quoted for a shell."""
+        mine = self.training
+        words = ["frameout", "bench", controllers_suite().name, "--scenario", mine.scenario, "--preset", mine.preset]
+        words += ["--trackers", mine.tracker_name, "--controllers", f"policy:{self.policy}", self.controller]
+        words += ["--seeds", f"{SEEDS.start}:{SEEDS.stop}", "--out", str(self.policy.parent / "judged")]
+        return shlex.join([*words, *(("--modules", *mine.modules) if mine.modules else ())])
+
+    def minutes(self) -> int:
+        """Return about how many minutes the command takes, rounded up, on cores that do nothing else.
+
+        Some frames of the first episode are run to measure it, see ``seconds_of_episode``. The time for compilation on
+        a new machine, and for the report, is not in it.
+        """
+        mine = self.training
+        steered = Job(
+            suite=controllers_suite().name,
+            scenario=mine.scenario,
+            preset=mine.preset,
+            renderer="raster",
+            seed=SEEDS.start,
+            controller=self.controller,
+            trackers=(mine.tracker_name,),
+            link="prompt",
+            modules=mine.modules,
+        )
+        # An episode with the policy takes as long: its network is small.
+        rounds = math.ceil(2 * len(SEEDS) / cores(None))
+        return math.ceil(rounds * seconds_of_episode(steered) / 60.0)
