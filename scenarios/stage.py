@@ -26,9 +26,20 @@ class Stage(ABC):
         frame_count, rate_hz, closed_loop: see ``Episode``.
     """
 
-    def __init__(self, world: World, rig: Rig, *, frame_count: int, rate_hz: float, closed_loop: bool) -> None:
+    def __init__(
+        self,
+        world: World,
+        rig: Rig,
+        *,
+        frame_count: int,
+        rate_hz: float,
+        closed_loop: bool,
+        world_is_kept: bool = False,
+    ) -> None:
+        """Stand before a world; if it ``is_kept``, ``close`` leaves it to other episodes."""
         self.world, self.frame_count, self.rate_hz, self.closed_loop = world, frame_count, rate_hz, closed_loop
         self._rig = rig
+        self._world_is_kept = world_is_kept
         self._frame = -1
         self._T_world_camera = np.eye(4)
         self._exits: Exits | None = None
@@ -89,8 +100,9 @@ class Stage(ABC):
         return self._rig.normals(self._T_world_camera)
 
     def close(self) -> None:
-        """Free the world."""
-        self.world.close()
+        """Free the world, unless it is kept."""
+        if not self._world_is_kept:
+            self.world.close()
 
     def _seen(
         self,

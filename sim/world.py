@@ -131,6 +131,15 @@ class World:
         self._poses = np.concatenate([self._poses, np.asarray(T_world_body, dtype=float)[None]])
         return body
 
+    def remove_after(self, count: int) -> None:
+        """Remove all bodies but the first ``count``; textures that PyBullet's renderer has stay until ``close``."""
+        for handle in self._handles[count:]:
+            pybullet.removeBody(handle, physicsClientId=self._client)
+        del self.bodies[count:], self._handles[count:]
+        self._poses = self._poses[:count].copy()
+        self._textured = min(self._textured, count)
+        self._moved = {index for index in self._moved if index < count}
+
     def move(self, body: Body, T_world_body: NDArray[np.float64]) -> None:
         """Set the pose (4, 4) of a movable body."""
         _require_movable(body)

@@ -22,6 +22,7 @@ from benchmarks.scores.summary import SUMMARY_FILE_NAME
 from benchmarks.speed.env_stepping import ENV_ID, SCENARIO, measure_env
 from benchmarks.speed.pictureless import measure_pictureless
 from benchmarks.speed.rendering import FRAMES_PER_BARE_CALL, measure_scenario
+from benchmarks.speed.resets import measure_resets
 from benchmarks.speed.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
@@ -50,6 +51,9 @@ class Speed(WithModules):
         frames: number of timed frames in each town.
         stored: instead make and write data sets with all channels, and print their CPU time a frame against a bare call
             with shadows, and time and size of each channel (pip install 'frameout[data]').
+        resets: instead measure the throughput of the env with resets and without, as `frameout train --pictures`
+            trains, and their ratio; for every seed as many episodes as there are between two new worlds, and of each
+            the given number of frames.
         soak: instead make this number of steps in four envs side by side, and print the memory in use.
         out: folder for summary.json.
         json: print JSON instead of a table.
@@ -60,6 +64,7 @@ class Speed(WithModules):
     seeds: Annotated[str, SEEDS] = "0:4"
     frames: int = 60
     stored: bool = False
+    resets: bool = False
     soak: Annotated[int | None, COUNT] = None
     out: Path = Path("results/speed")
     json: bool = False
@@ -82,13 +87,19 @@ class Speed(WithModules):
             if self.stored:
                 entries += self._stored(scenario.id, seeds)
                 continue
+            env_ids = [env_id for env_id, (followed, _) in catalog.envs().items() if followed == scenario.id]
+            if self.resets:
+                for env_id in env_ids:
+                    with progress_bar(f"throughput of {env_id}") as progress:
+                        entries += measure_resets(env_id, self.preset, seeds, self.frames, progress)
+                continue
             with progress_bar(f"speed of {scenario.id}") as progress:
                 entries += measure_scenario(scenario.id, self.preset, seeds, self.frames, progress)
             if scenario.id == SCENARIO:
                 with progress_bar(f"speed of {ENV_ID}") as progress:
                     entries += measure_env(self.preset, seeds, self.frames, progress)
-            for env_id, (followed, _) in catalog.envs().items():
-                if followed == scenario.id and is_playable(followed, scenario.presets[self.preset]):
+            for env_id in env_ids:
+                if is_playable(scenario.id, scenario.presets[self.preset]):
                     entries += measure_pictureless(env_id, self.preset, seeds, EPISODES)
         write_atomic(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
         if self.json:

@@ -53,6 +53,9 @@ class Train(WithModules):
         correction_share: the largest correction, as a share of the command's limit.
         reward: weights of the reward's terms, see ENVS.md.
         pictures: train with pictures.
+        worlds: number of worlds (towns, buildings) that each env with pictures keeps and uses again, about 210 MB a
+            town and 80 MB a building (default: 2 where the scenario can keep worlds, otherwise none).
+        episodes_per_world: number of episodes after which a new world takes the place of the oldest one.
         envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
         episodes: number of episodes planned for training without pictures, about a second each; they are stored.
         starts: first frame of episodes without pictures: episodes (frame 0), or frame-outs (shortly before the target
@@ -77,6 +80,8 @@ class Train(WithModules):
     correction_share: float = 0.5
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
+    worlds: Annotated[int | None, COUNT] = None
+    episodes_per_world: Annotated[int, COUNT] = 20
     envs: Annotated[int, COUNT] = 0
     episodes: Annotated[int, COUNT] = 256
     starts: Starts = "episodes"

@@ -10,9 +10,11 @@ from typing import Any, Literal
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
+from scenarios.kept_world import KeepsWorlds
 from sim.checks import check
 
 _PICTURELESS_ENVS = 256
+_WORLDS = 2
 EPISODES = Path("results/episodes")
 """Folder of planned episodes for envs without pictures, kept for reuse."""
 Algorithm = Literal["ppo", "sac"]
@@ -35,6 +37,8 @@ class Training:
         correction_share: the largest correction, as a share of the command's limit.
         reward: weights of its terms.
         pictures: train in the rendered env; otherwise in the one without pictures.
+        worlds, episodes_per_world: with pictures, see ``FollowSettings``; None: 2 where the scenario can keep worlds,
+            otherwise 0.
         envs: number of envs that run together; 0: 256 without pictures, one for each core with them.
         episodes: number planned for the env without pictures, with seeds from 0.
         starts: first frame without pictures: frame 0 (``episodes``), as in the rendered env, or shortly before the
@@ -55,6 +59,8 @@ class Training:
     correction_share: float = 0.5
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
+    worlds: int | None = None
+    episodes_per_world: int = 20
     envs: int = 0
     episodes: int = 256
     starts: Starts = "episodes"
@@ -100,4 +106,8 @@ class Training:
                 "corrects": self.corrects,
                 "correction_share": self.correction_share,
             }
+        if self.pictures:
+            keeps = isinstance(catalog.scenario(self.scenario), KeepsWorlds)
+            worlds = (_WORLDS if keeps else 0) if self.worlds is None else self.worlds
+            steering |= {"worlds": worlds, "episodes_per_world": self.episodes_per_world}
         return {"preset": self.preset, "tracker": self.tracker_name, "reward": self.reward, **steering}

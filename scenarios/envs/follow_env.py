@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -13,18 +15,17 @@ from scenarios import catalog
 from scenarios.envs.actions import Steering, action_count, checked_actions, steering
 from scenarios.envs.reward import Rewarder
 from scenarios.envs.settings import FollowSettings
-from scenarios.envs.truth_info import NO_REWARD, truth_info
+from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
 from scenarios.envs.view import Window, draw_view
 from scenarios.envs.watched_episode import watched_episode
+from scenarios.envs.world_bank import DEVELOPMENT_SEEDS, WorldBank
+from scenarios.kept_world import KeepsWorlds, KeptWorld
 from scenarios.loop import Loop
 from sim.checks import check
 from trackers.belief.command_shares import shares_of
 from trackers.belief.feature_filter import FeatureFilter
 from trackers.belief.features import FEATURES
 from trackers.types import CameraCommand, Carrier
-
-DEVELOPMENT_SEEDS = 10_000
-"""Drawn episode seeds lie below this number; only ``episode_seed`` selects one of the test split."""
 
 Observed = NDArray[Any] | dict[str, NDArray[Any]]
 
@@ -38,7 +39,11 @@ class FollowEnv(gym.Env, EzPickle):
 
     The episode equals the catalogue's episode with the seed ``info["episode_seed"]`` byte for byte.
     ``reset(seed=...)`` seeds the draw of episode seeds below 10,000; ``reset(options={"episode_seed": n})`` selects
-    one. An episode is truncated after its last frame, and terminates only by ``lost_after_s``.
+    one, built in full. An episode is truncated after its last frame, and terminates only by ``lost_after_s``.
+
+    With ``worlds`` an episode that no option selects takes place in the kept world of ``info["world_seed"]``; both
+    seeds depend on the latest ``reset(seed=...)`` and the number of resets since. The options ``episode_seed`` and
+    ``world_seed`` build the same episode in full.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 15}
@@ -58,6 +63,10 @@ class FollowEnv(gym.Env, EzPickle):
         self.render_mode = render_mode
         self.observation_space = self._observation_space()
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
+        keeper = catalog.scenario(scenario)
+        self._bank: WorldBank | None = None
+        if isinstance(keeper, KeepsWorlds):
+            self._bank = WorldBank(keeper, self.settings.worlds, self.settings.episodes_per_world)
         self._run: _Run | None = None
         # A missing screen is refused here, before anything runs.
         self._window = Window(self.metadata["render_fps"]) if render_mode == "human" else None
@@ -69,12 +78,18 @@ class FollowEnv(gym.Env, EzPickle):
         super().reset(seed=seed)
         wanted = options or {}
         settings = self.settings.with_options(wanted)
-        drawn = int(self.np_random.integers(DEVELOPMENT_SEEDS))
+        drawn, world = int(self.np_random.integers(DEVELOPMENT_SEEDS)), self._drawn_world(begins=seed is not None)
         if settings.observation != "track":
             size, made_for = _picture_size(settings), _picture_size(self.settings)
             check("options", size == made_for, f"pictures of the size {made_for}, which the env was made for", size)
         self._end()
-        self._run = _Run(settings, int(wanted.get("episode_seed", drawn)), self.carrier)
+        anew = "episode_seed" in wanted
+        if anew:
+            drawn, world = int(wanted["episode_seed"]), int(wanted.get("world_seed", OWN_WORLD))
+        world_of = None
+        if self._bank is not None and world != OWN_WORLD:
+            world_of = partial(self._bank.world, seed=world, anew=anew)
+        self._run = _Run(settings, drawn, self.carrier, world, world_of)
         self._show()
         return self._observed(self._run), self._run.info(NO_REWARD)
 
@@ -115,9 +130,19 @@ class FollowEnv(gym.Env, EzPickle):
     def close(self) -> None:
         """Free the world and close the window."""
         self._end()
+        if self._bank is not None:
+            self._bank.close()
         if self._window is not None:
             self._window.close()
             self._window = None
+
+    def _drawn_world(self, *, begins: bool) -> int:
+        """Return the seed of the next episode's world; ``begins``: of the first one after ``reset(seed=...)``."""
+        if self._bank is None or self.settings.worlds == 0:
+            return OWN_WORLD
+        if begins:
+            self._bank.begin()
+        return self._bank.draw(self.np_random)
 
     def _observation_space(self) -> gym.Space[Any]:
         track = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
@@ -152,14 +177,22 @@ def _picture_size(settings: FollowSettings) -> tuple[int, int, int]:
 class _Run:
     """One episode of the env."""
 
-    def __init__(self, settings: FollowSettings, seed: int, carrier: Carrier) -> None:
+    def __init__(
+        self,
+        settings: FollowSettings,
+        seed: int,
+        carrier: Carrier,
+        world_seed: int,
+        world_of: Callable[[Any], KeptWorld] | None,
+    ) -> None:
+        """See ``watched_episode``; ``world_seed`` as in ``INFO``."""
         self._carrier = carrier
         # Before the world is built: a refusal leaves no world behind.
         self._steering: Steering = steering(settings, carrier)
-        self.loop = watched_episode(settings, seed)
+        self.loop = watched_episode(settings, seed, world_of)
         self.ended = False
         self._target = catalog.scenario(settings.scenario).target
-        self._seed, rate_hz = seed, self.loop.episode.rate_hz
+        self._seeds, rate_hz = (seed, world_seed), self.loop.episode.rate_hz
         self._rewarder = Rewarder(settings.reward, rate_hz)
         lost_after_s = settings.lost_after_s
         self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * rate_hz), 1)
@@ -194,7 +227,7 @@ class _Run:
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
         """Return the truth of the latest frame, see ``truth_info``."""
         estimate = None if self._feature_filter is None else self.loop.estimate
-        return truth_info(self.loop.frame, self.target, estimate, self._obeyed, terms, self._seed)
+        return truth_info(self.loop.frame, self.target, estimate, self._obeyed, terms, *self._seeds)
 
     def _move(self, command: CameraCommand | None = None) -> None:
         frame, still = self.loop.step(command), CameraCommand()

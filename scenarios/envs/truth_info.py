@@ -16,6 +16,8 @@ from trackers.types import CameraCommand, CommandName, Estimate
 
 _STATES = get_args(VisibilityState)
 COMMANDS = get_args(CommandName)
+OWN_WORLD = -1
+"""``world_seed`` of an episode that has its own world."""
 NO_REWARD = dict.fromkeys(TERMS, 0.0)
 
 
@@ -34,6 +36,7 @@ def truth_keys(kind: type[Truth]) -> dict[str, tuple[str, tuple[int, ...], str]]
 
 INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "episode_seed": ("int64", (), "seed of the episode in the catalogue"),
+    "world_seed": ("int64", (), "seed of the kept world in which the episode takes place; -1: the episode's own world"),
     **truth_keys(Truth),
     "state": ("int64", (), f"index of the target's state in {', '.join(_STATES)}"),
     "in_view": ("bool", (), "target's centre in the picture, hidden or not, and its box at least 12 pixels long"),
@@ -60,6 +63,7 @@ def truth_info(
     obeyed: CameraCommand,
     terms: Mapping[str, float],
     episode_seed: int,
+    world_seed: int = OWN_WORLD,
 ) -> dict[str, Any]:
     """Return the info of one step for the object ``target``, see ``INFO``.
 
@@ -74,6 +78,7 @@ def truth_info(
         error["error_px"] = float(np.linalg.norm(estimate.position_px - frame.truth.position_px[target]))
     return {
         "episode_seed": episode_seed,
+        "world_seed": world_seed,
         **{name: _plain(getattr(truth, name), each, target) for name, each in _is_per_object(kind).items()},
         "state": _STATES.index(truth.state[target]),
         "in_view": is_in_view(truth, target, camera),

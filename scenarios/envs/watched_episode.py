@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,26 +12,35 @@ import numpy as np
 from scenarios import catalog
 from scenarios.command_link import episode_link
 from scenarios.envs.settings import FollowSettings
+from scenarios.kept_world import KeepsWorlds, KeptWorld
 from scenarios.loop import Contestant, FromPictures, Loop, tracker_stream
-from scenarios.scenario import Frame
+from scenarios.scenario import Episode, Frame
 from sim.rng import generator
 from trackers import registry
 from trackers.estimate_check import check_estimate
 from trackers.types import Estimate, Observation, Start
 
 
-def watched_episode(settings: FollowSettings, seed: int) -> Loop:
+def watched_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any], KeptWorld] | None = None) -> Loop:
     """Open one episode in closed loop, with the same pictures and estimates as in ``frameout bench follow``.
 
     Its steps raise RuntimeError if the tracker raises, or returns no valid estimate. Without a tracker every estimate
     is NaN.
+
+    Args:
+        world_of: returns a kept world for the episode's configuration, of a scenario that keeps worlds; None: the
+            episode's own world.
     """
     scenario = catalog.scenario(settings.scenario)
     rng = generator(seed, "randomise")
     drawn = {name: float(rng.uniform(*limits)) for name, limits in settings.randomise.items()}
-    episode = scenario.episode(
-        settings.configuration(drawn), seed, renderer=settings.renderer, closed_loop=True, truth="target"
-    )
+    preset, renderer = settings.configuration(drawn), settings.renderer
+    episode: Episode
+    if world_of is None:
+        episode = scenario.episode(preset, seed, renderer=renderer, closed_loop=True, truth="target")
+    else:
+        assert isinstance(scenario, KeepsWorlds)
+        episode = scenario.episode_in(world_of(preset), preset, seed, renderer=renderer, truth="target")
     try:
         watcher = _watcher(settings.tracker, seed, episode.start.background)
     except Exception:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.camera_rig import SingleCamera
+from scenarios.kept_world import KeptWorld
 from scenarios.road_town.flight import Helicopter
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.measurement import Instruments
@@ -34,9 +35,11 @@ _NO_FLOW = np.empty((0, 0, 2), np.float32)
 class RoadTownEpisode(Stage):
     """See ``scenarios.scenario.Episode``."""
 
-    def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
+    def __init__(
+        self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all", kept: KeptWorld | None = None
+    ) -> None:
         self._covers_all = covers_all(truth)
-        world = town_of(plan.preset, plan.seed, plan.layout)
+        world = town_of(plan.preset, plan.seed, plan.layout) if kept is None else kept.vacated()
         self._cars = [
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)
@@ -51,6 +54,7 @@ class RoadTownEpisode(Stage):
             frame_count=preset.frame_count,
             rate_hz=preset.rate_hz,
             closed_loop=plan.closed_loop,
+            world_is_kept=kept is not None,
         )
         self.plan = plan
         self._names = tuple(body.name for body in self._cars)

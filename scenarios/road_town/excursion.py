@@ -36,6 +36,7 @@ def with_excursion(
     between_m: tuple[float, float],
     aside_m: tuple[float, float],
     along_m: tuple[float, float],
+    clears: bool = True,
 ) -> tuple[Route, Layout, Excursion | None]:
     """Bend a route off the road where the fewest obstacles stand, and remove those: trees, at most one house.
 
@@ -43,6 +44,7 @@ def with_excursion(
         between_m: arc lengths between which the excursion lies.
         aside_m: range of the sideways distance from the lane.
         along_m: range of the distance driven off the road.
+        clears: False: only where nothing has to be removed.
 
     Returns:
         The bent route, the layout without the obstacles, and the excursion; or the same route and layout and None if
@@ -70,7 +72,7 @@ def with_excursion(
         if hits.parked or len(hits.buildings) > 1 or np.abs(bent[off]).max() > 0.45 * layout.extent_m:
             continue
         cost = 10.0 * len(hits.buildings) + len(hits.trees)
-        if best is None or cost < best[0]:
+        if (clears or cost == 0) and (best is None or cost < best[0]):
             best = cost, hits, bent, leave, leave + along
         if cost == 0:
             break

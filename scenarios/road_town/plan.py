@@ -82,16 +82,26 @@ class Plan:
         return any(p.is_turn and p.enter_m <= arc <= p.leave_m for p in self.routes[TARGET].passages)
 
 
-def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool) -> Plan:
-    """Draw the plan of an episode. The same arguments always give the same plan."""
-    streams = {name: generator(seed, name) for name in ("streets", "blocks", "looks", "traffic", "sun")}
-    pattern = str(streams["streets"].choice(preset.street_patterns))
-    graph = make_streets(pattern, streams["streets"], preset.extent_m)
-    graph = replace(graph, traffic_side=preset.traffic_side)
-    layout = fill_blocks(graph, streams["blocks"], preset.extent_m)
+def draw_layout(preset: RoadTown, seed: int) -> Layout:
+    """Draw the town of an episode."""
+    rng = generator(seed, "streets")
+    pattern = str(rng.choice(preset.street_patterns))
+    graph = replace(make_streets(pattern, rng, preset.extent_m), traffic_side=preset.traffic_side)
+    return fill_blocks(graph, generator(seed, "blocks"), preset.extent_m)
+
+
+def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | None = None) -> Plan:
+    """Draw the plan of an episode. The same arguments always give the same plan.
+
+    Args:
+        kept: a town that other episodes share, so that excursions lead only where nothing stands; None: the seed's own,
+            where excursions may remove obstacles.
+    """
+    streams = {name: generator(seed, name) for name in ("looks", "traffic", "sun")}
+    layout = draw_layout(preset, seed) if kept is None else kept
     looks = _draw_looks(preset, streams["looks"])
     sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
-    target, layout, excursions = _target_driver(preset, layout, streams["traffic"])
+    target, layout, excursions = _target_driver(preset, layout, streams["traffic"], clears=kept is None)
     if closed_loop and preset.starts_at_turn:
         target = _at_first_turn(target)
     drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
@@ -143,9 +153,13 @@ def _draw_looks(preset: RoadTown, rng: np.random.Generator) -> tuple[Look, ...]:
 
 
 def _target_driver(
-    preset: RoadTown, layout: Layout, rng: np.random.Generator
+    preset: RoadTown, layout: Layout, rng: np.random.Generator, *, clears: bool
 ) -> tuple[Driver, Layout, tuple[Excursion, ...]]:
-    """Return the target's driver, the layout without obstacles on its route, and its excursions."""
+    """Return the target's driver, the layout without obstacles on its route, and its excursions.
+
+    Args:
+        clears: whether obstacles may be removed for an excursion.
+    """
     cruise = float(rng.uniform(*preset.cruise_mps))
     needed = 1.15 * cruise * preset.frame_count / preset.rate_hz
     route = random_route(
@@ -170,6 +184,7 @@ def _target_driver(
             between_m=(start + max(k * share, 3.0 * cruise), start + (k + 1) * share + 20.0),
             aside_m=EXCURSION_ASIDE_M,
             along_m=EXCURSION_ALONG_M,
+            clears=clears,
         )
         if excursion is not None:
             excursions.append(excursion)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from scenarios.kept_world import KeptWorld
 from scenarios.road_town.episode import RoadTownEpisode
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.pictureless.bank import RoadPictureless
-from scenarios.road_town.plan import make_plan
+from scenarios.road_town.plan import draw_layout, make_plan
 from scenarios.road_town.presets import ABLATIONS, PRESETS, PRESETS_V1, RoadTown
+from scenarios.road_town.town import build_town
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.truth import TruthExtent
-from sim.rng import episode_seed
+from sim.rng import episode_seed, generator
 from trackers.types import Carrier
 
 
@@ -28,6 +30,7 @@ class RoadTownScenario:
     carrier: Carrier = HELICOPTER
     pictureless: Pictureless | None = field(default_factory=RoadPictureless)
     presets: dict[str, RoadTown] = field(default_factory=lambda: PRESETS | ABLATIONS)
+    world_fields: tuple[str, ...] = ("street_patterns", "extent_m", "traffic_side", "edition")
 
     def episode(
         self,
@@ -52,6 +55,29 @@ class RoadTownScenario:
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         plan = make_plan(configuration, episode_seed(seed, self.id, 0), closed_loop=looped)
         return RoadTownEpisode(plan, renderer, truth)
+
+    def keep_world(self, preset: RoadTown, seed: int) -> KeptWorld:
+        """Build the town of the seed's episode; see ``KeepsWorlds``."""
+        seed = episode_seed(seed, self.id, 0)
+        layout = draw_layout(preset, seed)
+        world = build_town(layout, generator(seed, "town"), preset.edition)
+        return KeptWorld(world, len(world.bodies), layout)
+
+    def episode_in(
+        self,
+        kept: KeptWorld,
+        preset: RoadTown,
+        seed: int,
+        *,
+        renderer: RendererName = "raster",
+        truth: TruthExtent = "all",
+    ) -> RoadTownEpisode:
+        """Build the seed's episode in another town: target, traffic, flight and day; see ``KeepsWorlds``.
+
+        Excursions lead only where nothing stands.
+        """
+        plan = make_plan(preset, episode_seed(seed, self.id, 0), closed_loop=True, kept=kept.content)
+        return RoadTownEpisode(plan, renderer, truth, kept)
 
 
 ROAD_TOWN = RoadTownScenario()

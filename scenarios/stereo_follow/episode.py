@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.kept_world import KeptWorld
 from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
 from scenarios.stereo_follow.building import Building
@@ -33,13 +34,18 @@ _SHADOW_TEXELS = 1024
 class StereoFollowEpisode(Stage):
     """See ``scenarios.scenario.Episode``."""
 
-    def __init__(self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all") -> None:
+    def __init__(
+        self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all", kept: KeptWorld | None = None
+    ) -> None:
         self._covers_all = covers_all(truth)
         preset, crowd = plan.preset, plan.crowd
         self.plan = plan
         self._camera = camera(preset.width_px, preset.height_px)
-        world = World()
-        baked = build(world, plan.building)
+        if kept is None:
+            world = World()
+            baked = build(world, plan.building)
+        else:
+            world, baked = kept.vacated(), kept.content.baked
         self._people = People(world, plan)
         shadows: dict[str, Any] = (
             {} if preset.edition == 1 else {"shadow_texels": _SHADOW_TEXELS, "panels_raised": False}
@@ -47,7 +53,12 @@ class StereoFollowEpisode(Stage):
         self._baked_light = BakedLightShader(world, baked, **shadows)
         self._pair = StereoRig(world, self._camera, renderer, plan.seed)
         super().__init__(
-            world, self._pair, frame_count=preset.frame_count, rate_hz=preset.rate_hz, closed_loop=plan.closed_loop
+            world,
+            self._pair,
+            frame_count=preset.frame_count,
+            rate_hz=preset.rate_hz,
+            closed_loop=plan.closed_loop,
+            world_is_kept=kept is not None,
         )
         self._odometry = Odometry(generator(plan.seed, "odometry")) if preset.odometry else None
         shake = generator(plan.seed, "shake").normal(0.0, NOD_RAD, (preset.frame_count, 2))

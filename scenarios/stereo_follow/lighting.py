@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +17,14 @@ from sim.shaders.black_body import black_body_rgb
 from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.daylight import Sun
 from sim.world import World
+
+
+@dataclass(frozen=True, eq=False)
+class LitBuilding:
+    """A building with its light, see ``baked_light``."""
+
+    building: Building
+    baked: BakedLight
 
 
 def build(world: World, building: Building) -> BakedLight:

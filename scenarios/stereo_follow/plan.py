@@ -46,13 +46,14 @@ class Plan:
     dropped: NDArray[np.bool_]
 
 
-def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool) -> Plan:
+def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool, kept: Building | None = None) -> Plan:
     """Draw the plan of an episode.
 
     Args:
         seed: of the episode, see ``sim.rng.episode_seed``.
+        kept: a building that other episodes share; None: the seed's own.
     """
-    building = building_of(seed, preset.edition)
+    building = building_of(seed, preset.edition) if kept is None else kept
     floor_plan = building.plan
     crowd = draw_crowd(preset, floor_plan, generator(seed, "crowd"))
     places = tuple(floor_plan.place_of(place_m) for place_m in crowd.walks[TARGET].place_m)

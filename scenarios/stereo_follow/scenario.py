@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from scenarios.kept_world import KeptWorld
 from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.stereo_follow.episode import StereoFollowEpisode
+from scenarios.stereo_follow.lighting import LitBuilding, build
 from scenarios.stereo_follow.pictureless.bank import StereoPictureless
-from scenarios.stereo_follow.plan import make_plan
+from scenarios.stereo_follow.plan import building_of, make_plan
 from scenarios.stereo_follow.presets import PRESETS, PRESETS_V1, StereoFollow
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import PeopleTruth
 from scenarios.truth import TruthExtent
 from sim.rng import episode_seed
+from sim.world import World
 from trackers.types import Carrier
 
 
@@ -28,6 +31,7 @@ class StereoFollowScenario:
     carrier: Carrier = ROBOT
     pictureless: Pictureless | None = field(default_factory=StereoPictureless)
     presets: dict[str, StereoFollow] = field(default_factory=lambda: dict(PRESETS))
+    world_fields: tuple[str, ...] = ("edition",)
 
     def episode(
         self,
@@ -52,6 +56,28 @@ class StereoFollowScenario:
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         plan = make_plan(configuration, episode_seed(seed, self.id, 0), closed_loop=looped)
         return StereoFollowEpisode(plan, renderer, truth)
+
+    def keep_world(self, preset: StereoFollow, seed: int) -> KeptWorld:
+        """Build the building of the seed's episode, and its light; see ``KeepsWorlds``."""
+        building = building_of(episode_seed(seed, self.id, 0), preset.edition)
+        world = World()
+        baked = build(world, building)
+        return KeptWorld(world, len(world.bodies), LitBuilding(building, baked))
+
+    def episode_in(
+        self,
+        kept: KeptWorld,
+        preset: StereoFollow,
+        seed: int,
+        *,
+        renderer: RendererName = "raster",
+        truth: TruthExtent = "all",
+    ) -> StereoFollowEpisode:
+        """Build the seed's episode in another building: people, their paths and how the light changes; see
+        ``KeepsWorlds``.
+        """
+        plan = make_plan(preset, episode_seed(seed, self.id, 0), closed_loop=True, kept=kept.content.building)
+        return StereoFollowEpisode(plan, renderer, truth, kept)
 
 
 STEREO_FOLLOW = StereoFollowScenario()

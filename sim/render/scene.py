@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.mesh import TexturedMesh
-from sim.render.textures import TexturePool, pack_textures
-from sim.world import World
+from sim.render.textures import TexturePool, TextureStore, count_alike
+from sim.world import Body, World
 
 
 class SceneArrays(NamedTuple):
@@ -51,12 +53,83 @@ CHUNK = 24
 
 
 def pack_scene(world: World) -> tuple[SceneArrays, TexturePool]:
-    """Return the present shapes and textures of all bodies of ``world``, without poses."""
-    meshes = [body.mesh for body in world.bodies]
-    textures = list(dict.fromkeys(mesh.texture for mesh in meshes))
-    index_of = {texture: index for index, texture in enumerate(textures)}
-    texture = np.array([index_of[mesh.texture] for mesh in meshes], dtype=np.int32)
-    return pack_geometry(meshes)._replace(texture=texture), pack_textures(textures)
+    """Return the present shapes and textures of all bodies of ``world``, without poses.
+
+    They are packed once. Those of bodies that remain stay when the bodies after them are removed or others added; what
+    was returned before is invalid then.
+    """
+    return _packed(world).scene(world)
+
+
+def pack_shapes(world: World) -> SceneArrays:
+    """Return the shapes of ``pack_scene`` alone; every texture index is 0."""
+    return _packed(world).shapes(world)
+
+
+class _Packed:
+    """What was packed of one world so far."""
+
+    def __init__(self) -> None:
+        self._bodies: list[Body] = []
+        self._shapes = pack_geometry([])
+        self._store = TextureStore()
+
+    def shapes(self, world: World) -> SceneArrays:
+        kept, bodies = count_alike(self._bodies, world.bodies), world.bodies
+        if not kept == len(self._bodies) == len(bodies):
+            added = pack_geometry([body.mesh for body in bodies[kept:]])
+            self._shapes = _appended(_first_bodies(self._shapes, kept), added)
+            self._bodies = list(bodies)
+        return self._shapes
+
+    def scene(self, world: World) -> tuple[SceneArrays, TexturePool]:
+        textures = list(dict.fromkeys(body.mesh.texture for body in world.bodies))
+        index_of = {texture: index for index, texture in enumerate(textures)}
+        texture = np.array([index_of[body.mesh.texture] for body in world.bodies], dtype=np.int32)
+        return self.shapes(world)._replace(texture=texture), self._store.pool(textures)
+
+
+_packed_worlds: WeakKeyDictionary[World, _Packed] = WeakKeyDictionary()
+
+
+def _packed(world: World) -> _Packed:
+    return _packed_worlds.setdefault(world, _Packed())
+
+
+def _first_bodies(scene: SceneArrays, count: int) -> SceneArrays:
+    """Return the shapes of the first ``count`` bodies."""
+    vertices, faces, chunks = scene.first_vertex[count], scene.first_face[count], scene.first_chunk[count]
+    return SceneArrays(
+        scene.vertices_m[:vertices],
+        scene.normals[:vertices],
+        scene.uv[:vertices],
+        scene.faces[:faces],
+        scene.face_is_flat[:faces],
+        scene.first_vertex[: count + 1],
+        scene.first_face[: count + 1],
+        scene.centre_m[:count],
+        scene.radius_m[:count],
+        scene.texture[:count],
+        scene.first_chunk[: count + 1],
+        scene.chunk_middle_m[:chunks],
+        scene.chunk_half_m[:chunks],
+        scene.chunk_vertices[:chunks],
+    )
+
+
+def _appended(scene: SceneArrays, added: SceneArrays) -> SceneArrays:
+    """Return the shapes of one scene's bodies and after them those of another."""
+    vertices = scene.first_vertex[-1]
+    pairs: Iterator[Any] = zip(scene, added, strict=True)
+    joined = SceneArrays(*map(np.concatenate, pairs))
+    return joined._replace(
+        faces=np.concatenate([scene.faces, added.faces + vertices]),
+        chunk_vertices=np.concatenate([scene.chunk_vertices, added.chunk_vertices + vertices]),
+        **{
+            name: np.concatenate([getattr(scene, name), getattr(added, name)[1:] + getattr(scene, name)[-1]])
+            for name in ("first_vertex", "first_face", "first_chunk")
+        },
+    )
 
 
 def pack_geometry(meshes: list[TexturedMesh]) -> SceneArrays:

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.render.scene import SceneArrays, pack_geometry
+from sim.render.scene import SceneArrays, pack_shapes
 from sim.render.shadow_kernels import draw_tiles
 from sim.render.shadow_tiles import BLOCK, MapArrays, forget, new_map
 from sim.world import World
@@ -162,7 +162,7 @@ class ShadowCaster:
             return
         bodies = self._world.bodies
         casts = [body for body in bodies if body.category != "ground"]
-        self._scene: SceneArrays = pack_geometry([body.mesh for body in bodies])
+        self._scene: SceneArrays = pack_shapes(self._world)
         self._movers, self._fixed = (
             np.array([body.index for body in casts if body.movable is moves and self._casting in kinds], dtype=np.int64)
             for moves, kinds in ((True, ("all", "movers")), (False, ("all", "fixed")))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import NamedTuple
 
 import cv2
@@ -10,6 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.mesh import Texture
+
+_ROOM = 8
+"""A pool has room for one more texel in so many."""
 
 
 class TexturePool(NamedTuple):
@@ -33,33 +37,58 @@ class TexturePool(NamedTuple):
     smooth: NDArray[np.bool_]
 
 
-def pack_textures(textures: Sequence[Texture]) -> TexturePool:
-    """Return the pool of ``textures``, in their order.
+class TextureStore:
+    """Packs lists of textures one after the other; those with which two lists begin stay where they are.
 
     A mip level halves the one before it, each texel the mean (of sRGB codes) of the four it covers.
     """
-    sizes = [_level_sizes(texture) for texture in textures]
-    count, depth = len(sizes), max((len(levels) for levels in sizes), default=1)
-    where = np.zeros((count, depth, 2), dtype=np.int32)
-    scale, last = np.zeros((count, depth, 2), np.float32), np.zeros((count, depth, 2), np.float32)
-    used = 0
-    for t, levels in enumerate(sizes):
-        for k, (rows, columns) in enumerate(levels):
-            where[t, k] = used, 16 * (columns // 4 + 1)
-            scale[t, k] = columns / levels[0][1], rows / levels[0][0]
-            last[t, k] = columns - 1, rows - 1
-            used += _texel_count(rows, columns)
-    texels = np.zeros(used, dtype=np.uint32)
-    for t, texture in enumerate(textures):
-        _write_mip_chain(texture, sizes[t], texels[where[t, 0, 0] :])
-    return TexturePool(
-        texels,
-        where,
-        scale,
-        last,
-        np.array([len(levels) for levels in sizes], dtype=np.int32),
-        np.array([texture.smooth for texture in textures], dtype=np.bool_),
-    )
+
+    def __init__(self) -> None:
+        self._textures: list[Texture] = []
+        self._texels = np.zeros(0, dtype=np.uint32)
+
+    def pool(self, textures: Sequence[Texture]) -> TexturePool:
+        """Return the pool of ``textures``, in their order; it shares memory with the one before, which is invalid."""
+        sizes = [_level_sizes(texture) for texture in textures]
+        count, depth = len(sizes), max((len(levels) for levels in sizes), default=1)
+        where = np.zeros((count, depth, 2), dtype=np.int32)
+        scale, last = np.zeros((count, depth, 2), np.float32), np.zeros((count, depth, 2), np.float32)
+        used, first = 0, []
+        for t, levels in enumerate(sizes):
+            first.append(used)
+            for k, (rows, columns) in enumerate(levels):
+                where[t, k] = used, 16 * (columns // 4 + 1)
+                scale[t, k] = columns / levels[0][1], rows / levels[0][0]
+                last[t, k] = columns - 1, rows - 1
+                used += _texel_count(rows, columns)
+        kept = count_alike(self._textures, textures)
+        texels = self._with_room((*first, used)[kept], used)
+        for t in range(kept, count):
+            _write_mip_chain(textures[t], sizes[t], texels[first[t] :])
+        self._textures = list(textures)
+        return TexturePool(
+            texels,
+            where,
+            scale,
+            last,
+            np.array([len(levels) for levels in sizes], dtype=np.int32),
+            np.array([texture.smooth for texture in textures], dtype=np.bool_),
+        )
+
+    def _with_room(self, kept: int, used: int) -> NDArray[np.uint32]:
+        """Return ``used`` texels, of which the first ``kept`` stay."""
+        if used > len(self._texels):
+            # Zeros take no memory until they are written: room for other textures at the end costs nothing.
+            texels = np.zeros(used + used // _ROOM, dtype=np.uint32)
+            texels[:kept] = self._texels[:kept]
+            self._texels = texels
+        self._texels[kept:used] = 0
+        return self._texels[:used]
+
+
+def count_alike(some: Sequence[object], others: Sequence[object]) -> int:
+    """Return the number of objects with which both lists begin."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] is pair[1], zip(some, others, strict=False)))
 
 
 def _level_sizes(texture: Texture) -> list[tuple[int, int]]:

@@ -113,6 +113,15 @@ def test_a_training_that_is_interrupted_leaves_what_it_has_learnt(
     assert json.loads((tmp_path / "checkpoint" / "state.json").read_text())["steps"] == STEPS
 
 
+def test_worlds_are_kept_where_that_is_possible_if_pictures_are_made() -> None:
+    def worlds(env: str, **settings: Any) -> int:
+        return int(Training(env, pictures=True, **settings).env_keywords["worlds"])
+
+    assert worlds("frameout/RoadTownFollow-v2") == worlds("frameout/StereoFollow-v2") == 2
+    assert worlds("frameout/FishTankFollow-v1") == worlds("frameout/RoadTownFollow-v2", worlds=0) == 0
+    assert not {"worlds", "episodes_per_world"} & set(TINY.env_keywords)
+
+
 def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -38,6 +38,9 @@ def settings(**changes: Any) -> FollowSettings:
         ("preset", [], r"preset: expected None or one of .*, got \[\]"),
         ("tracker", "owl", "tracker: expected one of .*; got 'owl'"),
         ("tracker", 3, "tracker: expected None, the name of a tracker, or one with initialise and update, got 3"),
+        ("worlds", -1, "worlds: expected a whole number >= 0, got -1"),
+        ("worlds", True, "worlds: expected a whole number >= 0, got True"),
+        ("episodes_per_world", 0, "episodes_per_world: expected a whole number >= 1, got 0"),
         ("changes", 3, "changes: expected a dictionary, got 3"),
         ("randomise", {"ego": (0, 1)}, "randomise: expected fields that are numbers, got 'ego'"),
         ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, got 3"),
@@ -101,6 +104,21 @@ def test_what_is_observed_keeps_its_size() -> None:
     with pytest.raises(ValueError, match="randomise: expected no size of the picture where that is observed"):
         settings(observation="pixels", randomise={"width_px": (64, 128)})
     settings(observation="track", randomise={"width_px": (64, 128)})
+
+
+def test_worlds_are_kept_where_that_is_possible_and_are_alike() -> None:
+    settings(worlds=2, randomise={"stop_share": (0.0, 0.5)})
+    with pytest.raises(ValueError, match="randomise: expected no field that decides what a world is, got 'extent_m'"):
+        settings(worlds=2, randomise={"extent_m": (300, 400)})
+    able = r"expected a scenario that keeps worlds \(road-town-v1, .*stereo-follow-v2\), got fish-tank-v1"
+    with pytest.raises(ValueError, match=f"worlds: {able}"):
+        FollowSettings("fish-tank-v1", "hold", worlds=1)
+    with pytest.raises(ValueError, match=f"world_seed: {able}"):
+        FollowSettings("fish-tank-v1", "hold").with_options({"episode_seed": 1, "world_seed": 1})
+    with pytest.raises(ValueError, match="world_seed: expected an episode_seed beside it, got none"):
+        settings().with_options({"world_seed": 1})
+    with pytest.raises(ValueError, match="world_seed: expected a whole number >= 0, got -1"):
+        settings().with_options({"episode_seed": 1, "world_seed": -1})
 
 
 def test_an_unknown_scenario_is_refused() -> None:

@@ -64,17 +64,20 @@ def test_same_generator_same_town():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_excursion_leaves_the_road_clear_of_everything_and_comes_back(seed):
+@pytest.mark.parametrize("clears", [True, False])
+def test_excursion_leaves_the_road_clear_of_everything_and_comes_back(seed, clears):
     layout = _layout("grid", seed)
     rng = generator(seed, "route")
     route = random_route(layout.graph, rng, 300.0, keep_within_m=140.0, turn_preference=1.0)
     bent, cleared, excursion = with_excursion(
-        route, layout, rng, between_m=(40.0, 280.0), aside_m=(7.0, 16.0), along_m=(34.0, 70.0)
+        route, layout, rng, between_m=(40.0, 280.0), aside_m=(7.0, 16.0), along_m=(34.0, 70.0), clears=clears
     )
     if excursion is None:
         assert bent is route
         assert cleared is layout
         return
+    if not clears:
+        assert (cleared.buildings, cleared.trees) == (layout.buildings, layout.trees)
     # At most one house is removed, and nothing is added.
     assert len(layout.buildings) - 1 <= len(cleared.buildings)
     assert set(cleared.buildings) <= set(layout.buildings)
