@@ -72,7 +72,7 @@ def test_every_world_is_freed_before_the_next(monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"weather": 1}, "options: expected keys among episode_seed, preset, changes, .*, got 'weather'"),
+        ({"weather": 1}, "options: expected keys among episode_seed, world_seed, preset, .*, got 'weather'"),
         ({"episode_seed": -1}, "episode_seed: expected a whole number >= 0, got -1"),
         ({"episode_seed": 1.5}, "episode_seed: expected a whole number >= 0, got 1.5"),
         ({"changes": {"wheels": 3}}, "changes: expected fields of FakeTown: .*, got 'wheels'"),
