@@ -50,9 +50,9 @@ class FollowSettings:
         reward: weights of the reward's terms.
         lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
         renderer: ``raster`` or ``pybullet``.
-        worlds: number of worlds (towns, buildings) that the env keeps and uses again, with others in them, which makes
-            most resets several times as fast; 0: every episode has its own. ``road-town`` and ``stereo-follow`` can
-            keep some; a town takes about 210 MB, a building 80 MB.
+        worlds: number of worlds that the env keeps and uses again, with others in them, which makes most resets several
+            times as fast; 0: every episode has its own. Refused for a scenario that cannot keep any. A world takes
+            about 80 to 210 MB, and about 2 MB more for every episode in it.
         episodes_per_world: number of resets after which a new world takes the place of the oldest one.
     """
 
