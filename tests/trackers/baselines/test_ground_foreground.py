@@ -18,7 +18,8 @@ QUIET = 5
 
 
 def answers(name: str, harbour: DrawnHarbour) -> list[list[Track]]:
-    tracker = entry(name).create(np.random.default_rng(0))
+    # As written: tuned values are for the scene that they were tuned on.
+    tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
     tracker.start(harbour.pictures(80), CAMERA)
     pictures = [*harbour.pictures(QUIET), *(harbour.picture([place_m]) for place_m in WALK)]
     made = [tracker.update(picture) for picture in pictures]
