@@ -36,7 +36,7 @@ from trackers.controllers import catalogue
 if TYPE_CHECKING:
     from benchmarks.estimates.keeping import KeepingJudge
 
-# joblib replaces a worker that has grown by 300 MB, which a kept town is enough for, and tells it as if it were a fault.
+# joblib replaces a worker that has grown by 300 MB, for which a kept town is enough, and tells it like a fault.
 warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
 
 
