@@ -1,8 +1,12 @@
-"""The number of worker processes."""
+"""Worker processes: how many, and what joblib tells about them in vain."""
 
 from __future__ import annotations
 
 import os
+import warnings
+
+# joblib replaces a worker that has grown by 300 MB, for which a kept town is enough, and tells it like a fault.
+warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
 
 
 def cores(workers: int | None) -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import time
-import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -35,9 +34,6 @@ from trackers.controllers import catalogue
 
 if TYPE_CHECKING:
     from benchmarks.estimates.keeping import KeepingJudge
-
-# joblib replaces a worker that has grown by 300 MB, for which a kept town is enough, and tells it like a fault.
-warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
 
 
 @dataclass(frozen=True)
