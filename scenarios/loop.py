@@ -41,10 +41,10 @@ class Contestant(Protocol):
 
 @runtime_checkable
 class OutsourcingContestant(Contestant, Protocol):
-    """A contestant that may let other processes work for it."""
+    """A contestant that others may work for, see ``OutsourcingTracker``."""
 
     def elsewhere_cpu_s(self) -> float:
-        """Return the CPU time in seconds that they spent on the latest frame; 0 without them."""
+        """Return the CPU time in seconds that they spent for it on the latest frame; 0 without them."""
         ...
 
 

@@ -26,10 +26,10 @@ class Tracker(Protocol):
 
 @runtime_checkable
 class OutsourcingTracker(Tracker, Protocol):
-    """A ``Tracker`` that lets other processes work for it.
+    """A ``Tracker`` that others work for: processes, or trackers of the same pictures whose results it shares.
 
     Attributes:
-        elsewhere_cpu_s: CPU time in seconds that they spent on the latest picture, >= 0.
+        elsewhere_cpu_s: CPU time in seconds that they spent for it on the latest picture, >= 0; it counts as its own.
     """
 
     elsewhere_cpu_s: float

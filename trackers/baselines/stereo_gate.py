@@ -66,7 +66,7 @@ class StereoNearest:
         self._time_s, self._unseen_s = observation.time_s, 0.0
         self._height_m = self._candidates.usual_height_m
         self._mounting = first_mounting(observation, box_xyxy, self._matcher, self._candidates.usual_height_m)
-        view = see(observation, self._matcher, self._mounting, self._candidates)
+        view, self.elsewhere_cpu_s = see(observation, self._matcher, self._mounting, self._candidates)
         first = candidate_in_box(view.candidates if view else [], box_xyxy)
         if first is not None:
             place_m = first.place_m
@@ -83,7 +83,7 @@ class StereoNearest:
         self._filter.predict(seconds)
         if self._is_lost:
             self._filter.stand_still()
-        view = see(observation, self._matcher, self._mounting, self._candidates)
+        view, self.elsewhere_cpu_s = see(observation, self._matcher, self._mounting, self._candidates)
         found = self._find(observation, view.candidates) if view is not None and view.candidates else None
         if found is None:
             return self._predicted(observation)

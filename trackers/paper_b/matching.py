@@ -67,10 +67,13 @@ class StereoMatcher:
 
     Block matching at full size takes twice as long and leaves holes in uniform clothes and walls. Here smoothness fills
     them, and also fills a uniform sky with the depth of what is in front of it.
+
+    Attributes:
+        parameters: its settings.
     """
 
     def __init__(self, parameters: MatchingParameters | None = None) -> None:
-        p = self._parameters = parameters or MatchingParameters()
+        p = self.parameters = parameters or MatchingParameters()
         self._matcher = cv2.StereoSGBM.create(
             minDisparity=0,
             numDisparities=p.disparities,
@@ -87,7 +90,7 @@ class StereoMatcher:
 
     def smaller(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return a picture (H, W) or (H, W, 3) at the depth picture's size (H', W'), each pixel a mean."""
-        shrink = max(round(image.shape[1] / self._parameters.width_px), 1)
+        shrink = max(round(image.shape[1] / self.parameters.width_px), 1)
         size = (image.shape[1] // shrink, image.shape[0] // shrink)
         smaller: NDArray[np.uint8] = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
         return smaller
@@ -108,11 +111,11 @@ class StereoMatcher:
                 f"right_rgb: expected a picture of the left one's shape {left_rgb.shape}, got {right_rgb.shape}"
             )
         left, right = (self._widened(image) for image in (left_rgb, right_rgb))
-        sixteenths: NDArray[np.int16] = self._matcher.compute(left, right)[:, self._parameters.disparities :]
+        sixteenths: NDArray[np.int16] = self._matcher.compute(left, right)[:, self.parameters.disparities :]
         known = sixteenths > 0
         disparity_px = sixteenths.astype(np.float32) / np.float32(16)
-        cut = self._parameters.disparities
-        disparity_px += correction_px(left[:, cut:], right[:, cut:], disparity_px, self._parameters.correction_block_px)
+        cut = self.parameters.disparities
+        disparity_px += correction_px(left[:, cut:], right[:, cut:], disparity_px, self.parameters.correction_block_px)
         disparity_px = np.where(known, np.maximum(disparity_px, 1e-3), np.nan).astype(np.float32)
         focal_px = camera.focal_px * disparity_px.shape[1] / camera.width_px
         depth: NDArray[np.float32] = np.float32(focal_px * baseline_m(camera)) / disparity_px
@@ -121,7 +124,7 @@ class StereoMatcher:
     def _widened(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the reduced grey picture, widened on the left by the columns for which the matcher has no result."""
         grey = self.smaller(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY))
-        wider: NDArray[np.uint8] = cv2.copyMakeBorder(grey, 0, 0, self._parameters.disparities, 0, cv2.BORDER_REPLICATE)
+        wider: NDArray[np.uint8] = cv2.copyMakeBorder(grey, 0, 0, self.parameters.disparities, 0, cv2.BORDER_REPLICATE)
         return wider
 
 

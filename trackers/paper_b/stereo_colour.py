@@ -118,7 +118,7 @@ class StereoColour(ABC):
         self._time_s, self._unfound_s = observation.time_s, 0.0
         self._found_last, self._lost = True, False
         self._height_m = self._candidates.usual_height_m
-        view = see(observation, self._matcher, self._mounting, self._candidates)
+        view, self.elsewhere_cpu_s = see(observation, self._matcher, self._mounting, self._candidates)
         bins = hs_bins(self._matcher.smaller(observation.image_rgb))
         first = candidate_in_box(view.candidates if view else [], box_xyxy)
         if first is not None:
@@ -135,7 +135,7 @@ class StereoColour(ABC):
         registers = self._registers = camera_registers(observation, self._registers)
         trend = self._trend.update(registers)
         self._predict(observation.time_s)
-        view = see(observation, self._matcher, self._mounting, self._candidates)
+        view, self.elsewhere_cpu_s = see(observation, self._matcher, self._mounting, self._candidates)
         found = self._find(observation, view, registers, trend) if view else None
         self._found_last = found is not None
         if found is None:

@@ -91,7 +91,7 @@ class StereoPeople:
         self._mounting = first_mounting(observation, box_xyxy, self._matcher, self._candidates.usual_height_m)
         self._time_s = observation.time_s
         self._scene = self._scene_of(observation, log_levels(self._matcher.smaller(observation.image_rgb)))
-        view = see(observation, self._matcher, self._mounting, self._candidates)
+        view, self.elsewhere_cpu_s = see(observation, self._matcher, self._mounting, self._candidates)
         first = None if view is None else candidate_in_box(view.candidates, box_xyxy)
         if view is not None and first is not None:
             sighting = self._scene.whole(view, first)
@@ -110,7 +110,7 @@ class StereoPeople:
         levels = log_levels(self._matcher.smaller(observation.image_rgb))
         self._predict(observation, registers, levels)
         self._registers, self._scene = registers, self._scene_of(observation, levels)
-        view = see(observation, self._matcher, self._mounting, self._candidates)
+        view, self.elsewhere_cpu_s = see(observation, self._matcher, self._mounting, self._candidates)
         if view is not None:
             self._take_in(view)
         return self._answer(observation, view)

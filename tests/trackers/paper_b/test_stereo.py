@@ -21,7 +21,7 @@ LEVEL = Mounting.level(CAMERA_HEIGHT_M)
 
 
 def view_of(frame: Observation) -> StereoView:
-    view = see(frame, StereoMatcher(), LEVEL, CandidateParameters())
+    view, _ = see(frame, StereoMatcher(), LEVEL, CandidateParameters())
     assert view is not None
     return view
 
@@ -151,7 +151,7 @@ def test_without_texture_or_right_picture_there_is_nothing():
     even = np.full((480, 640, 3), 90, np.uint8)
     blank = replace(observation([]), image_rgb=even, right_rgb=even)
     assert view_of(blank).candidates == []
-    assert see(replace(blank, right_rgb=None), StereoMatcher(), LEVEL, CandidateParameters()) is None
+    assert see(replace(blank, right_rgb=None), StereoMatcher(), LEVEL, CandidateParameters()) == (None, 0.0)
 
 
 def test_errors_say_what_was_expected():
