@@ -36,7 +36,7 @@ class Stage(ABC):
         closed_loop: bool,
         world_is_kept: bool = False,
     ) -> None:
-        """Stand before a world; if it ``is_kept``, ``close`` leaves it to other episodes."""
+        """Stand before a world; if ``world_is_kept``, ``close`` leaves it to other episodes."""
         self.world, self.frame_count, self.rate_hz, self.closed_loop = world, frame_count, rate_hz, closed_loop
         self._rig = rig
         self._world_is_kept = world_is_kept

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 import sim
 import trackers
@@ -40,6 +41,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Tests run the kernels as they are written now, and xdist keeps the order of files, which else goes by size."""
+    # How long an example takes depends on what else runs here.
+    settings.register_profile("untimed", deadline=None)
+    settings.load_profile("untimed")
     if hasattr(config.option, "loadscopereorder"):
         config.option.loadscopereorder = False
     for package in (sim, trackers):

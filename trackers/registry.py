@@ -20,9 +20,10 @@ defaults. A paper's method keeps the values as written: where tuning found bette
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import importlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any, Literal, TypeVar, get_args
@@ -94,7 +95,7 @@ class MethodEntry:
         known = {field.name for field in dataclasses.fields(self.parameters_class)}
         for name in values:
             if name not in known:
-                raise ValueError(f"{self.name}.{name}: expected one of {sorted(known)}, got an unknown parameter")
+                raise ValueError(f"{self.name}: expected parameters among {', '.join(sorted(known))}, got {name!r}")
         return self.parameters_class(**values)
 
 
@@ -223,8 +224,13 @@ def entry(name: str) -> TrackerEntry:
     """
     known = entries()
     if name not in known:
-        raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}")
+        raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}{_near(name, known)}")
     return known[name]
+
+
+def _near(name: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(name, list(known), 1)
+    return f" (did you mean {near[0]}?)" if near else ""
 
 
 def tuned_values(name: str) -> dict[str, Any]:

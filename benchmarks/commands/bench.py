@@ -38,7 +38,7 @@ from benchmarks.run.experiment import Outcome, make_folder
 from benchmarks.run.packages import needs_data
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
-from benchmarks.run.records import read_rows
+from benchmarks.run.records import Row, read_rows
 from benchmarks.scores.rank_agreement import rank_agreement
 from benchmarks.scores.summary import read_summary
 from benchmarks.sequences.reading import read_collections
@@ -48,7 +48,7 @@ from sim.checks import check
 from trackers import registry
 from trackers.atomic_file import write_atomic
 
-_QUICK_SEEDS = "10000:10003"
+_QUICK_SEEDS = "0:3"
 _STDOUT = "-"
 _OF_EPISODES = ("seeds", "renderer", "link", "keep_estimates", "data")
 """Arguments that mean nothing for what is real."""
@@ -74,7 +74,7 @@ class Bench(WithModules):
             the same pictures (default: given by the preset; in the suite follow all controllers of `frameout list`).
         link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
         seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split;
-            with --quick 10000:10003 by default.
+            with --quick 0:3 by default.
         renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
         data: folder or URL of a data set of `frameout generate` (`frameout[data]`): its stored episodes take the place
             of rendered ones and give the same scores; it also sets scenario, preset, renderer and, unless you name
@@ -184,6 +184,7 @@ class Bench(WithModules):
             out, outcome = self._run_on_files(wanted)
         else:
             out, outcome = self._run_episodes(wanted)
+        print("making the report …", file=sys.stderr)
         report = write_report(out, names(self.metric), self.plot)
         if self.json:
             failures = [asdict(failure) for failure in outcome.failures]
@@ -237,7 +238,8 @@ class Bench(WithModules):
         default = self._installed(known)
         out = self.out or Path("results") / f"{wanted.name}-real"
         with progress_bar(f"{wanted.name}, real tracks") as progress:
-            return out, run_on_files(wanted, self.real, names(self.trackers) or default, out, self.limit_s, progress)
+            arguments = (wanted, self.real, names(self.trackers) or default, out, self.limit_s, progress, self._origin)
+            return out, run_on_files(*arguments)
 
     def _run_on_sequences(self, wanted: Suite) -> tuple[Path, Outcome]:
         self._check_real()
@@ -246,7 +248,18 @@ class Bench(WithModules):
         trackers = names(self.trackers) or default
         out, repeats = self.out or Path("results") / f"{wanted.name}-real", 1 if self.quick else 3
         with progress_bar(f"{wanted.name}, real sequences, {len(trackers)} trackers") as progress:
-            return out, run_on_sequences(wanted, collections, trackers, out, repeats, self.limit_s, progress)
+            how = (repeats, self.limit_s, progress, self._origin)
+            return out, run_on_sequences(wanted, collections, trackers, out, *how)
+
+    @property
+    def _origin(self) -> Row:
+        """Columns of rows on recordings that say how to make them again."""
+        recorded = ["--real", *map(str, self.real)]
+        for name in ("layout", "target", "rate_hz"):
+            value = getattr(self, name)
+            if value != getattr(type(self), name):
+                recorded += [f"--{name.replace('_', '-')}", f"{value:g}" if isinstance(value, float) else str(value)]
+        return {"recorded": recorded, **({"modules": list(self.modules)} if self.modules else {})}
 
     def _installed(self, known: Mapping[str, registry.TrackerEntry | Entrant]) -> tuple[str, ...]:
         """Return the names of all that need nothing which is not installed, without ablations if it is to be quick."""

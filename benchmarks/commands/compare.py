@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -102,7 +103,7 @@ class Compare(WithModules):
                 attribute if attribute != previous else "",
                 f"{metric.name} ({'↑' if metric.better == 'higher' else '↓'})",
                 f"{comparison.difference:+.3f}",
-                f"{comparison.ci_low:+.3f} to {comparison.ci_high:+.3f}",
+                f"{comparison.ci_low:+.3f} to {comparison.ci_high:+.3f}" if math.isfinite(comparison.ci_low) else "–",
                 f"{p_holm:.4f}",
                 str(comparison.n),
                 style="bold" if clear else "",
@@ -114,4 +115,5 @@ class Compare(WithModules):
 def _as_data(
     words: EventWords, attribute: str, metric: Metric, comparison: Comparison, p_holm: float
 ) -> dict[str, Any]:
-    return {f"{words.key}s": attribute, "metric": metric.name, **asdict(comparison), "p_holm": p_holm}
+    numbers = {name: value if math.isfinite(value) else None for name, value in asdict(comparison).items()}
+    return {f"{words.key}s": attribute, "metric": metric.name, **numbers, "p_holm": p_holm}

@@ -39,7 +39,7 @@ class Speed(WithModules):
     TinyRenderer on the same scene, with shadows and without.
 
     Measured on one core, in CPU time of the thread; then frames a second, and the rate of two processes
-    over that of one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v1 with a tracker and
+    over that of one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v2 with a tracker and
     pictures of 84 × 84: also the rate of four envs, two at a time over one at a time, beside two processes that only
     count, as the limit of the machine, and the time of a reset. Then steps a second of the envs without pictures. Run
     nothing else meanwhile: other processes on the same cores change the figures.
@@ -76,6 +76,7 @@ class Speed(WithModules):
         check("frames", enough, f"a whole number >= {FRAMES_PER_BARE_CALL}", self.frames)
         if self.soak is not None:
             return self._soak(self.soak)
+        check("resets", not (self.resets and self.stored), "one of --stored, --resets", "both")
         make_folder(self.out)
         seeds = seed_range(self.seeds)
         known = [catalog.scenario(name) for name in names(self.scenarios) or catalog.names()]
@@ -89,6 +90,7 @@ class Speed(WithModules):
                 continue
             env_ids = [env_id for env_id, (followed, _) in catalog.envs().items() if followed == scenario.id]
             if self.resets:
+                check("resets", bool(env_ids) or not self.scenarios, "scenarios with an env", scenario.id)
                 for env_id in env_ids:
                     with progress_bar(f"throughput of {env_id}") as progress:
                         entries += measure_resets(env_id, self.preset, seeds, self.frames, progress)

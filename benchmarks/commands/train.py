@@ -23,6 +23,7 @@ from benchmarks.learning.training import Standing, train
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import Progress, make_folder
 from scenarios import catalog
+from scenarios.envs.pictureless.error_model import error_model
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from scenarios.envs.settings import FollowSettings
@@ -45,9 +46,11 @@ class Train(WithModules):
         env: env id, see `frameout list`.
         algorithm: ppo, or sac (off-policy).
         steps: number of steps of all envs together.
-        tracker: name of the tracker (default: the env's).
-        preset: one of the scenario's.
-        controller: name of the controller that the policy corrects; none: the policy steers alone.
+        tracker: name of the tracker (default: the env's); without pictures one with a model of its errors, see
+            fit_model.
+        preset: one of the scenario's (default: the env's).
+        controller: name of the controller that the policy corrects (default: ours for the carrier); none: the policy
+            steers alone.
         controller_values: values of the controller's parameters in place of the tuned ones, e.g. gain_per_s 0.8.
         corrects: when the policy corrects: always, or while the tracker does not see the target (unseen).
         correction_share: the largest correction, as a share of the command's limit.
@@ -57,7 +60,8 @@ class Train(WithModules):
             town and 80 MB a building (default: 2 where the scenario can keep worlds, otherwise none).
         episodes_per_world: number of episodes after which a new world takes the place of the oldest one.
         envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
-        episodes: number of episodes planned for training without pictures, about a second each; they are stored.
+        episodes: number of episodes planned for training without pictures, about a second each; they are stored in
+            results/episodes.
         starts: first frame of episodes without pictures: episodes (frame 0), or frame-outs (shortly before the target
             is likely to be lost).
         episode_steps: maximum number of steps of an episode.
@@ -73,8 +77,8 @@ class Train(WithModules):
     algorithm: Algorithm = "ppo"
     steps: Annotated[int, COUNT] = 4_000_000
     tracker: Annotated[str, ONE_NAME] = ""
-    preset: str = "standard"
-    controller: str = "reentry"
+    preset: Annotated[str, ONE_NAME] = ""
+    controller: Annotated[str, ONE_NAME] = ""
     controller_values: Annotated[dict[str, float], VALUES] = field(default_factory=dict)
     corrects: Corrects = "always"
     correction_share: float = 0.5
@@ -102,20 +106,21 @@ class Train(WithModules):
         if self.fit_model and self.check_model:
             raise ValueError(f"fit_model: expected it without check_model, got {self.fit_model!r} with it")
         training = self.training
+        if not (training.pictures or self.fit_model):
+            error_model(training.scenario, training.tracker_name)
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
         make_folder(out)
-        settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset)
+        settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset_name)
         if self.fit_model:
             return self._fit_model(settings, out / _RUNS)
         if self.check_model:
             return self._check_model(settings, out / _RUNS)
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, _Told(progress))
-        print(f"policy: {path}", flush=True)
         judging = Judging(training, path)
-        minutes, used = judging.minutes(), cores(None)
-        print(f"judge it beside {judging.controller}, with pictures, in about {minutes} min on {used} idle cores:")
-        print(judging.command)
+        print(f"policy: {path}\njudge it beside {judging.controller}, with pictures:\n{judging.command}", flush=True)
+        print("measuring how long that takes …", file=sys.stderr)
+        print(f"it takes about {judging.minutes()} min on {cores(None)} idle cores")
         return 0
 
     def _fit_model(self, settings: FollowSettings, runs: Path) -> int:

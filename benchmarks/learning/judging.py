@@ -34,14 +34,16 @@ class Judging:
     @property
     def controller(self) -> str:
         """The controller that the policy is compared with."""
-        return _ALONE if self.training.controller == "none" else self.training.controller
+        mine = self.training.controller_name
+        return _ALONE if mine == "none" else mine
 
     @property
     def command(self) -> str:
         """The command, quoted for a shell."""
         mine = self.training
-        words = ["frameout", "bench", controllers_suite().name, "--scenario", mine.scenario, "--preset", mine.preset]
-        words += ["--trackers", mine.tracker_name, "--controllers", f"policy:{self.policy}", self.controller]
+        words = ["frameout", "bench", controllers_suite().name, "--scenario", mine.scenario]
+        words += ["--preset", mine.preset_name, "--trackers", mine.tracker_name]
+        words += ["--controllers", f"policy:{self.policy}", self.controller]
         words += ["--seeds", f"{SEEDS.start}:{SEEDS.stop}", "--out", str(self.policy.parent / "judged")]
         return shlex.join([*words, *(("--modules", *mine.modules) if mine.modules else ())])
 
@@ -55,7 +57,7 @@ class Judging:
         steered = Job(
             suite=controllers_suite().name,
             scenario=mine.scenario,
-            preset=mine.preset,
+            preset=mine.preset_name,
             renderer="raster",
             seed=SEEDS.start,
             controller=self.controller,

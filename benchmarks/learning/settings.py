@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +12,7 @@ from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from scenarios.kept_world import KeepsWorlds
 from sim.checks import check
+from trackers.controllers.catalogue import our_controller
 
 _PICTURELESS_ENVS = 256
 _WORLDS = 2
@@ -30,8 +31,8 @@ class Training:
         algorithm: ``ppo``, or ``sac`` (off-policy).
         steps: of all envs together.
         tracker: in the loop; without pictures its error model.
-        preset: of the scenario.
-        controller: the one that the policy corrects, ``none`` for a policy that steers alone.
+        preset: of the scenario; empty: the env's.
+        controller: the one that the policy corrects; empty: ours for the carrier; ``none``: the policy steers alone.
         controller_values: parameter values in place of the tuned ones.
         corrects: when it corrects: ``always``, or while the target is ``unseen``.
         correction_share: the largest correction, as a share of the command's limit.
@@ -52,8 +53,8 @@ class Training:
     algorithm: Algorithm = "ppo"
     steps: int = 4_000_000
     tracker: str = ""
-    preset: str = "standard"
-    controller: str = "reentry"
+    preset: str = ""
+    controller: str = ""
     controller_values: dict[str, float] = field(default_factory=dict)
     corrects: Corrects = "always"
     correction_share: float = 0.5
@@ -76,6 +77,7 @@ class Training:
         check("envs", self.envs >= 0, "a whole number >= 0", self.envs)
         whole = self.starts == "episodes" or not self.pictures
         check("starts", whole, "episodes with pictures, which begin on frame 0", repr(self.starts))
+        check("worlds", self.pictures or not self.worlds, "0 without pictures, where there are none", self.worlds)
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
 
     @property
@@ -94,14 +96,31 @@ class Training:
         return self.tracker or catalog.envs()[self.env][1]
 
     @property
+    def preset_name(self) -> str:
+        """The preset, by default that of the env."""
+        return self.preset or catalog.env_preset(self.scenario)
+
+    @property
+    def controller_name(self) -> str:
+        """The controller that the policy corrects, by default ours for the carrier; ``none`` without one."""
+        return self.controller or our_controller(catalog.scenario(self.scenario).carrier.name)
+
+    @property
+    def resolved(self) -> dict[str, Any]:
+        """What the training depends on, with the names in place of defaults, and without what it has no use for."""
+        known = {"preset": self.preset_name, "controller": self.controller_name, "tracker": self.tracker_name}
+        unused = () if self.pictures else ("worlds", "episodes_per_world")
+        return {name: value for name, value in (asdict(self) | known).items() if name not in unused}
+
+    @property
     def env_keywords(self) -> dict[str, Any]:
         """Keywords of ``gym.make`` and ``gym.make_vec`` for this training's env."""
-        alone = self.controller == "none"
+        alone = self.controller_name == "none"
         steering: dict[str, Any] = {"action": "command"}
         if not alone:
             steering = {
                 "action": "correction",
-                "controller": self.controller,
+                "controller": self.controller_name,
                 "controller_values": self.controller_values,
                 "corrects": self.corrects,
                 "correction_share": self.correction_share,
@@ -110,4 +129,4 @@ class Training:
             keeps = isinstance(catalog.scenario(self.scenario), KeepsWorlds)
             worlds = (_WORLDS if keeps else 0) if self.worlds is None else self.worlds
             steering |= {"worlds": worlds, "episodes_per_world": self.episodes_per_world}
-        return {"preset": self.preset, "tracker": self.tracker_name, "reward": self.reward, **steering}
+        return {"preset": self.preset_name, "tracker": self.tracker_name, "reward": self.reward, **steering}

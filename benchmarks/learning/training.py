@@ -73,7 +73,7 @@ def train(training: Training, out: Path, report: Report) -> Path:
 
     # For a small network threads cost more than they gain.
     torch.set_num_threads(1)
-    settings = json.loads(json.dumps(dataclasses.asdict(training)))
+    settings = json.loads(json.dumps(training.resolved))
     learnt_from = settings | {"error_model": _error_model_hash(training)}
     before = checkpointed_settings(out)
     if before is not None:
@@ -110,9 +110,9 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
     linear = [layer for layer in layers if isinstance(layer, torch.nn.Linear)]
     carrier = catalog.scenario(training.scenario).carrier
     base = None
-    if training.controller != "none":
-        parameters = controller_entry(training.controller, carrier.name).parameters(**training.controller_values)
-        base = {"controller": training.controller, "parameters": dataclasses.asdict(parameters)}
+    if training.controller_name != "none":
+        parameters = controller_entry(training.controller_name, carrier.name).parameters(**training.controller_values)
+        base = {"controller": training.controller_name, "parameters": dataclasses.asdict(parameters)}
     return Policy(
         env=training.env,
         carrier=carrier,

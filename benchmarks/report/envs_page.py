@@ -16,8 +16,8 @@ from scenarios import catalog
 from scenarios.command_link import LINKS, Link
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
-from scenarios.envs.reward import Reward
-from scenarios.envs.settings import EPISODE_OPTIONS, FollowSettings, changeable, is_number
+from scenarios.envs.reward import TERMS, Reward
+from scenarios.envs.settings import RESET_OPTIONS, FollowSettings, changeable, is_number
 from scenarios.envs.truth_info import INFO
 from scenarios.scenario import Scenario
 from trackers.belief import features
@@ -64,13 +64,14 @@ def envs_page() -> str:
         env=FollowEnv,
         vector_env=PicturelessVectorEnv,
         keywords=fields_of(FollowSettings, ["tracker"]),
-        options=EPISODE_OPTIONS,
+        options=RESET_OPTIONS,
         configurations=_configurations(rows),
         features=features,
         carriers=_carriers(rows),
         command=CameraCommand,
         reward=Reward,
         reward_fields=fields_of(Reward),
+        terms=TERMS,
         links=LINKS,
         link=Link,
         info=INFO,

@@ -27,8 +27,8 @@ def number_text(value: float | None, unit: str, *, signed: bool = False) -> str:
 
 
 def interval_text(low: float | None, high: float | None, unit: str, *, signed: bool = False) -> str:
-    """Return an interval as ``low … high``; empty where there is none."""
-    if low is None or high is None:
+    """Return an interval as ``low … high``; empty where there is none (None or NaN)."""
+    if low is None or high is None or low != low or high != high:
         return ""
     return f"{number_text(low, unit, signed=signed)} … {number_text(high, unit, signed=signed)}"
 

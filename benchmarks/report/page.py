@@ -52,10 +52,13 @@ class Differences:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """The report's section of one condition."""
+    """The report's section of one condition; ``about`` it, and what ``silence`` counts as, in words."""
 
     name: str
     title: str
+    is_real: bool
+    about: str
+    silence: str
     suite: Suite
     provenance: Provenance
     leaderboard: tables.Table
@@ -173,10 +176,14 @@ def _section(
     ranked = _ranked(everything)
     references = tables.leaderboard(scores, summary, tables.UNRANKED_ROLES)
     notes = {"blind": WHAT_BLIND_MEANS, "oracle": scores.oracles}
-    styles = line_styles(ranked)
+    styles, real = line_styles(ranked), scenario == REAL
+    sequences = scores.on_sequences if real else None
     return Section(
         name="-".join(filter(None, condition)),
-        title=f"{scenario} · {preset} · {steering_words(condition)} · {renderer}",
+        title=f"{scenario} · {preset}" if real else f"{scenario} · {preset} · {steering_words(condition)} · {renderer}",
+        is_real=real,
+        about=scores.summary if sequences is None else "Real sequences of pictures, with boxes of one target as truth.",
+        silence=scores.silence if sequences is None else sequences.silence,
         suite=scores,
         provenance=provenance([row for rows in contestants.values() for row in rows]),
         leaderboard=tables.leaderboard(scores, summary, _RANKED_ROLES),

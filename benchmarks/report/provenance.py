@@ -93,7 +93,8 @@ def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
     if all(each["controller"] == HUMAN for each in rows):
         return _played(row, seeds, modules)
     if row["scenario"] == REAL:
-        return shlex.join([*parts, "--real", "FILE", "--trackers", *trackers])
+        parts += [*row["recorded"], "--trackers", *trackers]
+        return shlex.join([*parts, "--modules", *modules] if modules else parts)
     parts += ["--scenario", row["scenario"], "--preset", row["preset"]]
     parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}", "--renderer", row["renderer"]]
     if suite(row["suite"]).judges_controllers:

@@ -12,7 +12,7 @@ from typing import Any, get_args
 
 from benchmarks.run.contestants import entrant, entrants, entrants_of
 from benchmarks.run.current_blocks import ESTIMATES, current_blocks, with_estimates
-from benchmarks.run.guards import Failure
+from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import results

@@ -5,12 +5,13 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from benchmarks.run.failures import place_of
 from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
 from benchmarks.suites.judging import Ending, Score
 from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
@@ -31,37 +32,16 @@ SILENT = Estimate(position_px=np.full(2, np.nan))
 """Answer of a failed contestant of one target."""
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """Where and how a tracker failed.
-
-    Attributes:
-        tracker, scenario, preset, seed, frame: where; ``tracker`` may be a controller.
-        reason: one line. since: what it has done from that frame on.
-    """
-
-    tracker: str
-    scenario: str
-    preset: str
-    seed: int
-    frame: int
-    reason: str
-    since: str = "answered nothing"
-
-    def __str__(self) -> str:
-        return (
-            f"{self.tracker} failed in {self.scenario} {self.preset}, seed {self.seed}, frame {self.frame}: "
-            f"{self.reason}; from there on it has {self.since}"
-        )
-
-
 class Guard:
     """Detects failures of a component, which is not called again after one.
 
     Attributes:
         reason: cause of the failure, None without one.
         failed_at_frame: first frame on which it failed.
+        place: file and line of a user's own code that raised; empty if none did.
     """
+
+    place = ""
 
     def __init__(self, limit_s: float, answer: str) -> None:
         self._limit_s, self._answer = limit_s, answer
@@ -81,6 +61,7 @@ class Guard:
         except TooSlow:
             self.fail(frame, f"took longer than {self._limit_s:g} s over one {answer or self._answer}")
         except Exception as error:
+            self.place = place_of(error)
             self.fail(frame, f"{type(error).__name__}: {error}".splitlines()[0])
 
 

@@ -17,7 +17,8 @@ import numba
 
 from benchmarks.run.blocks import as_block
 from benchmarks.run.contestants import Entrant, entrant
-from benchmarks.run.guards import Failure, Guard, GuardedContestant, GuardedController, guarded
+from benchmarks.run.failures import Failure
+from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, guarded
 from benchmarks.run.notes import Note, note_at
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.records import Row
@@ -147,7 +148,7 @@ class OpenJob:
             guards.insert(0, (str(self.job.controller), self.controller, "commanded nothing"))
         where = (self.job.scenario, self.job.preset, self.job.seed)
         return [
-            Failure(name, *where, guard.failed_at_frame, str(guard.reason), since)
+            Failure(name, *where, guard.failed_at_frame, str(guard.reason), since, guard.place)
             for name, guard, since in guards
             if guard.failed_at_frame is not None
         ]

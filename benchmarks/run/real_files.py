@@ -10,7 +10,8 @@ from pathlib import Path
 from benchmarks.run.blocks import as_row
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import Outcome, Progress, make_folder
-from benchmarks.run.guards import Failure, Guard, GuardedGapMethod
+from benchmarks.run.failures import Failure
+from benchmarks.run.guards import Guard, GuardedGapMethod
 from benchmarks.run.records import LAST_METRIC, REAL, Row, append_block, tidy
 from benchmarks.run.versions import versions_on_files
 from benchmarks.scores.summary import write_summary
@@ -23,12 +24,18 @@ from trackers.protocols import BridgingTracker
 
 
 def run_on_files(
-    suite: Suite, files: Sequence[Path], trackers: Sequence[str], out: Path, limit_s: float, progress: Progress
+    suite: Suite,
+    files: Sequence[Path],
+    trackers: Sequence[str],
+    out: Path,
+    limit_s: float,
+    progress: Progress,
+    origin: Row,
 ) -> Outcome:
     """Run the trackers that bridge gaps on recordings; write rows and summary.
 
     Rows have the scenario ``real``, the recording as preset, and the number of a block of time as seed, so that
-    intervals are those of a bootstrap over blocks.
+    intervals are those of a bootstrap over blocks. ``origin`` has the columns ``recorded`` and ``modules``.
 
     Raises:
         ValueError: for a suite that judges no recordings, files that cannot be read, or no tracker that bridges gaps.
@@ -49,10 +56,12 @@ def run_on_files(
         for name, tracker in bridging.items():
             guard = Guard(limit_s, "answer")
             ending = Ending(new_gap_method=partial(GuardedGapMethod, tracker.gap_method, guard, 0))
-            for block in _blocks(suite, recording, name, ending):
+            for block in _blocks(suite, recording, name, ending, origin):
                 append_block(out, block)
             if guard.reason is not None:
-                outcome.failures.append(Failure(name, REAL, recording.name, 0, 0, guard.reason, "predicted nothing"))
+                outcome.failures.append(
+                    Failure(name, REAL, recording.name, 0, 0, guard.reason, "predicted nothing", guard.place)
+                )
             outcome.episodes += 1
             progress(outcome.episodes, total)
     outcome.moved += filter(None, [tidy(out)])
@@ -60,7 +69,7 @@ def run_on_files(
     return outcome
 
 
-def _blocks(suite: Suite, recording: Recording, tracker: str, ending: Ending) -> list[list[Row]]:
+def _blocks(suite: Suite, recording: Recording, tracker: str, ending: Ending, origin: Row) -> list[list[Row]]:
     entered = entrant(tracker)
     heading: Row = {
         "suite": suite.name,
@@ -70,6 +79,7 @@ def _blocks(suite: Suite, recording: Recording, tracker: str, ending: Ending) ->
         "role": entered.role,
         "controller": None,
         "renderer": REAL,
+        **origin,
     }
     started = time.perf_counter()
     blocks = list(recording.scores(ending))

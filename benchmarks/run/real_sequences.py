@@ -14,7 +14,8 @@ import numba
 from benchmarks.run.blocks import as_block
 from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.run.experiment import Outcome, Progress, make_folder
-from benchmarks.run.guards import Failure, GuardedContestant, guarded
+from benchmarks.run.failures import Failure
+from benchmarks.run.guards import GuardedContestant, guarded
 from benchmarks.run.jobs import take_in
 from benchmarks.run.records import FILE_NAME, REAL, BlockKey, Row, append_block, read_blocks, tidy
 from benchmarks.run.versions import versions_on_sequences
@@ -37,6 +38,7 @@ class _Run:
     Attributes:
         suite: that judges. trackers: by name. versions: of their rows.
         repeats: runs of a tracker that no seed makes reproducible. limit_s: for one frame.
+        origin: common columns of the rows, of users' modules and of the arguments that say what is read.
     """
 
     suite: Suite
@@ -44,6 +46,7 @@ class _Run:
     versions: dict[str, dict[str, str]]
     repeats: int
     limit_s: float
+    origin: Row
 
     def key(self, collection: Collection, number: int, tracker: str) -> BlockKey:
         """Return the identity of a tracker's block on a sequence."""
@@ -63,11 +66,13 @@ def run_on_sequences(
     repeats: int,
     limit_s: float,
     progress: Progress,
+    origin: Row,
 ) -> Outcome:
     """Run trackers on the sequences that lack rows of the present code, in this process; write rows and summary.
 
     Rows have the scenario ``real``, the collection as preset, and the number of the sequence in it as seed, so that
-    intervals are those of a bootstrap over sequences. The same call after a stop continues.
+    intervals are those of a bootstrap over sequences. The same call after a stop continues. ``origin`` has the columns
+    ``recorded`` and ``modules``.
 
     Raises:
         ValueError: for an unknown tracker or one that needs the truth, and for a picture that is broken.
@@ -81,7 +86,7 @@ def run_on_sequences(
     numba.set_num_threads(1)
     chosen = {name: expected[name] for name in trackers}
     versions = {name: versions_on_sequences(suite.name, each, __name__) for name, each in chosen.items()}
-    run = _Run(suite, chosen, versions, repeats, limit_s)
+    run = _Run(suite, chosen, versions, repeats, limit_s, origin)
     have, outdated = _stored(run, collections, out)
     outcome = Outcome(resumed=len(have))
     total = len(chosen) * sum(len(each.sequences) for each in collections)
@@ -159,7 +164,7 @@ def _blocks(
             outcome.silent[each.name] += guard.silent_frames
         else:
             where = (each.name, REAL, f"{collection.name} {sequence.name}", number, guard.failed_at_frame)
-            outcome.failures.append(Failure(*where, str(guard.reason)))
+            outcome.failures.append(Failure(*where, str(guard.reason), place=guard.place))
 
 
 def _watchers(run: _Run, number: int, name: str) -> Iterator[_Watcher]:
@@ -180,4 +185,5 @@ def _heading(run: _Run, collection: Collection, number: int, sequence: BoxedSequ
         "seed": number,
         "sequence": sequence.name,
         "recording": sequence.fingerprint,
+        **run.origin,
     }

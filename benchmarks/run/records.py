@@ -15,6 +15,7 @@
 ``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
 ``seed``                the episode's seed; of recordings the number of a block of 500 frames, or of a ``sequence``
 ``modules``             names or files of users' own modules of the run; only where there were any
+``recorded``            of recordings alone: the arguments of ``frameout bench`` that say which, and how they are read
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)

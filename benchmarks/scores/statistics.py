@@ -21,6 +21,7 @@ from sim.rng import generator
 
 RESAMPLES = 4000
 CONFIDENCE = 0.95
+_FEWEST_SEEDS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ class Comparison:
 
     Attributes:
         difference: first minus second.
-        ci_low, ci_high: 95 % percentile bootstrap interval over the common seeds.
+        ci_low, ci_high: 95 % percentile bootstrap interval over the common seeds; NaN for fewer than two of them.
         p: two-sided, of the paired permutation test (swaps the trackers' names within seeds).
         n: number of common seeds that contribute to both.
     """
@@ -77,7 +78,12 @@ class Comparison:
 
 
 def bootstrap_interval(pool: PooledRatios, resamples: int = RESAMPLES) -> tuple[float, float]:
-    """Return the 95 % percentile bootstrap interval over seeds (Efron 1979); the same rows give the same interval."""
+    """Return the 95 % percentile bootstrap interval over seeds (Efron 1979); the same rows give the same interval.
+
+    It is NaN where fewer than two seeds contribute, which tell nothing of how seeds differ.
+    """
+    if pool.seed_count < _FEWEST_SEEDS:
+        return float("nan"), float("nan")
     return _interval(pool.value(_resample(len(pool.seeds), resamples)))
 
 
@@ -90,10 +96,10 @@ def compare(first: PooledRatios, second: PooledRatios, resamples: int = RESAMPLE
     seeds = np.intersect1d(first.seeds, second.seeds)
     check("seeds", len(seeds) > 0, "some that both trackers ran on", "none in common")
     a, b = first.on(seeds), second.on(seeds)
+    both = int(((a.denominators.sum(axis=1) > 0) & (b.denominators.sum(axis=1) > 0)).sum())
     counts = _resample(len(seeds), resamples)
-    low, high = _interval(a.value(counts) - b.value(counts))
-    both = (a.denominators.sum(axis=1) > 0) & (b.denominators.sum(axis=1) > 0)
-    return Comparison(a.mean - b.mean, low, high, _permutation_p(a, b, resamples), int(both.sum()))
+    low, high = _interval(a.value(counts) - b.value(counts)) if both >= _FEWEST_SEEDS else (float("nan"),) * 2
+    return Comparison(a.mean - b.mean, low, high, _permutation_p(a, b, resamples), both)
 
 
 def holm(p_values: NDArray[np.float64]) -> NDArray[np.float64]:

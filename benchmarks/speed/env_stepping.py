@@ -1,7 +1,7 @@
 """Speed of an env: a rendered step with a tracker in the loop, against a bare call of PyBullet's renderer.
 
 Both are timed in one run, alternately, on the same view, in CPU time of the working thread, after a rehearsal:
-see ``benchmarks.speed.rendering``. A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v1`` with
+see ``benchmarks.speed.rendering``. A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v2`` with
 pictures of 84 × 84 observed on every step: action to command, everything moved, picture with shadows, light and noise,
 ``colour_pf`` with 500 particles, belief, truth of the target and reward. The *bare call* is ``getCameraImage`` of
 TinyRenderer with shadows. Resets are timed separately. *Process scaling* is the wall-clock speed of

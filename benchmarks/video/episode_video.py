@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.run.experiment import Progress, make_folder
-from benchmarks.run.guards import Failure
+from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.replay import replay
 from benchmarks.video.caption import Caption

@@ -37,7 +37,7 @@ class FollowEnv(gym.Env, EzPickle):
     (``trackers.belief.features.FEATURES``, in [-1, 1]), the picture ``pixels`` (H, W, 3) uint8, or a dictionary
     of both. An action is (A,) in [-1, 1]. Truth is in ``info`` alone, see ``truth_info``.
 
-    The episode equals the catalogue's episode with the seed ``info["episode_seed"]`` byte for byte.
+    Without ``worlds`` the episode equals the catalogue's episode with the seed ``info["episode_seed"]`` byte for byte.
     ``reset(seed=...)`` seeds the draw of episode seeds below 10,000; ``reset(options={"episode_seed": n})`` selects
     one, built in full. An episode is truncated after its last frame, and terminates only by ``lost_after_s``.
 
@@ -78,17 +78,18 @@ class FollowEnv(gym.Env, EzPickle):
         super().reset(seed=seed)
         wanted = options or {}
         settings = self.settings.with_options(wanted)
-        drawn, world = int(self.np_random.integers(DEVELOPMENT_SEEDS)), self._drawn_world(begins=seed is not None)
         if settings.observation != "track":
             size, made_for = _picture_size(settings), _picture_size(self.settings)
             check("options", size == made_for, f"pictures of the size {made_for}, which the env was made for", size)
+        drawn, world = int(self.np_random.integers(DEVELOPMENT_SEEDS)), self._drawn_world(begins=seed is not None)
         self._end()
         anew = "episode_seed" in wanted
         if anew:
             drawn, world = int(wanted["episode_seed"]), int(wanted.get("world_seed", OWN_WORLD))
         world_of = None
-        if self._bank is not None and world != OWN_WORLD:
-            world_of = partial(self._bank.world, seed=world, anew=anew)
+        if self._bank is not None:
+            self._bank.tidy()
+            world_of = None if world == OWN_WORLD else partial(self._bank.world, seed=world, anew=anew)
         self._run = _Run(settings, drawn, self.carrier, world, world_of)
         self._show()
         return self._observed(self._run), self._run.info(NO_REWARD)

@@ -19,6 +19,7 @@ from trackers import registry
 
 ObservationMode = Literal["track", "pixels", "both"]
 ActionMode = Literal["command", "correction", "parameters"]
+_NOT_CHANGED = ("summary", "closed_loop", "edition")
 EPISODE_OPTIONS = ("preset", "changes", "randomise", "difficulty", "link")
 """Settings that ``reset(options=...)`` may change for one episode."""
 RESET_OPTIONS = ("episode_seed", "world_seed", *EPISODE_OPTIONS)
@@ -50,9 +51,9 @@ class FollowSettings:
         reward: weights of the reward's terms.
         lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
         renderer: ``raster`` or ``pybullet``.
-        worlds: number of worlds that the env keeps and uses again, with others in them, which makes most resets several
-            times as fast; 0: every episode has its own. Refused for a scenario that cannot keep any. A world takes
-            about 80 to 210 MB, and about 2 MB more for every episode in it.
+        worlds: number of worlds that the env keeps and uses again, with other cars or people in them, which makes most
+            resets several times as fast; 0: every episode has its own. Refused for a scenario that cannot keep any. A
+            world takes about 80 to 210 MB, and about 2 MB more for every episode in it.
         episodes_per_world: number of resets after which a new world takes the place of the oldest one.
     """
 
@@ -105,7 +106,7 @@ class FollowSettings:
         good = self.preset is None or (isinstance(self.preset, str) and self.preset in scenario.presets)
         check("preset", good, f"None or one of {', '.join(scenario.presets)}", repr(self.preset))
         alone = self.preset is None or self.difficulty is None
-        wanted = "one of preset and difficulty, which stands for presets of its own"
+        wanted = "no preset beside it, as it lies between standard and hard"
         check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
         check("worlds", _is_whole(self.worlds) and self.worlds >= 0, "a whole number >= 0", repr(self.worlds))
         good = _is_whole(self.episodes_per_world) and self.episodes_per_world >= 1
@@ -164,7 +165,8 @@ class FollowSettings:
         if self.difficulty is not None:
             graded = {"standard", "hard"} <= scenario.presets.keys()
             wanted = f"None{' or a number from 0 to 1' if graded else f', as {scenario.id} has no preset hard'}"
-            check("difficulty", graded and 0 <= self.difficulty <= 1, wanted, self.difficulty)
+            good = graded and is_number(self.difficulty) and 0 <= self.difficulty <= 1
+            check("difficulty", good, wanted, repr(self.difficulty))
             preset = between(scenario.presets["standard"], scenario.presets["hard"], self.difficulty)
         known = changeable(preset)
         fields = f"fields of {type(preset).__name__}: {', '.join(sorted(known))}"
@@ -172,12 +174,12 @@ class FollowSettings:
             for name in getattr(self, group):
                 check(group, name in known, fields, repr(name))
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
-        return dataclasses.replace(preset, **self.changes, **values)
+        return dataclasses.replace(preset, **{**self.changes, **values})
 
 
 def changeable(preset: Any) -> tuple[str, ...]:
     """Return the fields of a preset that ``changes`` takes, in their order; of them ``randomise`` takes numbers."""
-    return tuple(each.name for each in dataclasses.fields(preset) if each.name not in ("summary", "closed_loop"))
+    return tuple(each.name for each in dataclasses.fields(preset) if each.name not in _NOT_CHANGED)
 
 
 def between(easy: Any, hard: Any, difficulty: float) -> Any:

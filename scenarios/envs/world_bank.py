@@ -42,18 +42,22 @@ class WorldBank:
         return self._seeds[int(rng.integers(len(self._seeds)))]
 
     def world(self, preset: Any, seed: int, *, anew: bool = False) -> KeptWorld:
-        """Return the world with a seed for an episode of a configuration; of the others those that may come again stay.
+        """Return the world with a seed for an episode of a configuration.
 
         Args:
             anew: build it also if it is kept.
         """
         fields = tuple(getattr(preset, name) for name in self._scenario.world_fields)
-        for other in list(self._built):
-            if other not in (*self._seeds, seed) or (other == seed and (anew or self._built[seed][0] != fields)):
-                self._built.pop(other)[1].world.close()
+        if seed in self._built and (anew or self._built[seed][0] != fields):
+            self._built.pop(seed)[1].world.close()
         if seed not in self._built:
             self._built[seed] = fields, self._scenario.keep_world(preset, seed)
         return self._built[seed][1]
+
+    def tidy(self) -> None:
+        """Close the worlds that no drawn episode can have any more."""
+        for other in set(self._built) - set(self._seeds):
+            self._built.pop(other)[1].world.close()
 
     def close(self) -> None:
         """Free all worlds."""

@@ -15,7 +15,7 @@ class Harbour:
 
     Attributes:
         summary: one line.
-        frame_count, rate_hz: number of frames, and frames per second.
+        frame_count: number of frames. rate_hz: frames per second.
         width_px, height_px: of each picture; it always shows the whole site.
         closed_loop: True if commands steer a second camera, False if there is none.
         people, cars, boats: how many come in all; who gets out of a car counts as another person than who got in.
@@ -26,7 +26,7 @@ class Harbour:
         car_stays_s: how long a car stands that comes; it stays to the end if that is sooner, or if nobody is left to
             fetch it. boat_stays_s: how long a boat lies at the berth, if it does not pass.
         start_h: solar time of the first picture. day_of_year: 1 to 366.
-        cloud, wind_mps, rain_mm_h, swell_m: of the day; swell is its significant height.
+        cloud: share of the sky that is covered. wind_mps, rain_mm_h: of the day. swell_m: its significant height.
         background: pictures without intruders before the first frame, evenly over three days.
         cloud_before, wind_before_mps, swell_before_m: of those days.
     """

@@ -89,8 +89,8 @@ class RoadTown:
 
     Attributes:
         summary: one line for ``frameout list``.
-        width_px, height_px, field_of_view_deg: the camera; the field of view is horizontal.
-        rate_hz, frame_count: frames per second, and length of an episode.
+        width_px, height_px: of each picture. field_of_view_deg: of the camera, horizontal.
+        rate_hz: frames per second. frame_count: length of an episode.
         street_patterns: one is drawn per episode.
         extent_m: side of the town.
         traffic_cars: number of moving cars besides the target.
@@ -105,7 +105,7 @@ class RoadTown:
         traffic_side: side of the street on which cars drive.
         driver: model of all drivers' speeds: ``idm`` = ``traffic``, ``gipps`` = ``gipps``.
         excursions: range of the number of excursions off the road per episode, both ends included.
-        altitude_m: range.
+        altitude_m: above the ground.
         attitude_noise_deg: standard deviation of roll and pitch; yaw has 1.5 times that.
         camera_pitch_deg: range of the angle by which the camera is pitched forward from straight down; 0, or so much
             that a gust can swing the view off the car (edition 2).

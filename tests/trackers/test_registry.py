@@ -100,5 +100,5 @@ def test_what_cannot_be_registered_is_refused_by_name() -> None:
 def test_an_unknown_name_and_an_unknown_parameter_are_named() -> None:
     with pytest.raises(ValueError, match=r"tracker: expected one of .*hold, .*; got 'hodl'"):
         entry("hodl")
-    with pytest.raises(ValueError, match=r"hold\.gate_px: expected one of .*, got an unknown parameter"):
+    with pytest.raises(ValueError, match=r"hold: expected parameters among .*, got 'gate_px\'"):
         entry("hold").parameters(gate_px=3.0)

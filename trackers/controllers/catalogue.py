@@ -113,6 +113,11 @@ def controllers(carrier: str) -> dict[str, ControllerEntry]:
     return {name: entry for (steered, name), entry in _ENTRIES.items() if steered == carrier}
 
 
+def our_controller(carrier: str) -> str:
+    """Return the name of a carrier's controller of the role ``ours``; ``none`` if it has none."""
+    return next((name for name, entry in controllers(carrier).items() if entry.role == "ours"), "none")
+
+
 def controller_entry(name: str, carrier: str) -> ControllerEntry:
     """Return one controller's entry.
 

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import histogram_of, hs_bins
-from trackers.paper_b.candidates import Candidate, CandidateParameters, StereoView, candidate_in_box, see
+from trackers.paper_b.candidates import Candidate, CandidateParameters, candidate_in_box
 from trackers.paper_b.first_mounting import first_mounting, usual_depth_m
 from trackers.paper_b.light_change import LightTrend, brightness_change, colour_change, dissimilarity
 from trackers.paper_b.matching import StereoMatcher, baseline_m
 from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, OtherPeople, share_before
 from trackers.paper_b.person_kalman import PersonKalman
 from trackers.paper_b.registers import camera_registers
+from trackers.paper_b.stereo_view import StereoView, see
 from trackers.registry import register, tunable
 from trackers.types import CameraModel, CameraRegisters, Estimate, Observation
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
-from trackers.paper_b.candidates import Candidate, CandidateParameters, StereoView
+from trackers.paper_b.candidates import Candidate, CandidateParameters
 from trackers.paper_b.robot_frame import Mounting
+from trackers.paper_b.stereo_view import StereoView
 from trackers.stereo_people.look import Look, LookParameters, look_at
 from trackers.stereo_people.tracks import Sighting
 from trackers.types import Observation

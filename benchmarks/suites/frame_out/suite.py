@@ -147,11 +147,10 @@ FRAME_OUT = Suite(
     oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: "
     "what they miss is hardly predictable.",
     remarks={
-        "hold": "Why can hold be ahead of particle filters? It waits where it last matched the car. A gust swings the "
-        "picture away and back the same way, so the car comes back into it near the place where it left, and hold is "
-        "there. The filters as written go on moving, and nothing in them searches the picture anew: one that is off "
-        "the car when it leaves is hardly ever on it when it is back. Nor does hold know where the car is meanwhile: "
-        "see the error outside.",
+        "hold": "Why can hold be ahead of particle filters? It looks at every picture anew, around the place in the "
+        "picture where it matched last, and takes what is most like the car there. The filters as written look where "
+        "their particles are, and nothing in them searches the whole picture: one that is off the car when it leaves "
+        "is hardly ever on it when it is back. Nor does hold know where the car is meanwhile: see the error outside.",
     },
     definitions={
         FrameOut: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),

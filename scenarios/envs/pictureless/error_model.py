@@ -117,8 +117,10 @@ def model_path(scenario: str, tracker: str) -> Path:
 def error_model(scenario: str, tracker: str) -> ErrorModel:
     """Return a tracker's model from its scenario's package. Raises ValueError if there is none."""
     path = model_path(scenario, tracker)
-    known = ", ".join(sorted(each.stem for each in path.parent.glob("*.json")))
-    check("tracker", path.is_file(), f"one with an error model: {known}", repr(tracker))
+    among = model_path(scenario, "*")
+    known = ", ".join(sorted(each.stem.removeprefix(among.stem[:-1]) for each in path.parent.glob(among.name)))
+    wanted = f"one with a model of its errors in {scenario} ({known or 'none'}), or pictures"
+    check("tracker", path.is_file(), wanted, f"{tracker!r}; frameout train --fit-model makes a model")
     return model_from_json(path.read_text())
 
 

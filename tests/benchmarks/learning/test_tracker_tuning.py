@@ -14,6 +14,7 @@ from benchmarks.learning.search import Found, search
 from benchmarks.learning.tracker_tuning import Budget, tunables, tune, write_tuned
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
+from benchmarks.suites.registry import suite as registered
 from tests import fakes_scenario, fakes_trackers
 from trackers.registry import entry, register, tunable
 from trackers.types import Estimate, Observation
@@ -101,6 +102,13 @@ def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch:
 def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:
     for name in ("colour_pf", "road_shape_pf", "background_pf", "mosaic_graph_pf", "hold", "constant_velocity"):
         assert tunables(name)
+
+
+def test_all_of_a_suite_were_tuned_for_one_score() -> None:
+    for file in sorted(tuning.TUNED_FOLDER.glob("*.json")):
+        found = json.loads(file.read_text())
+        told = " + ".join(f"{factor:g} {metric}" for metric, factor in registered(found["suite"]).tuned_for.items())
+        assert found["score_is"] == told, file.name
 
 
 def test_a_search_goes_on_unless_what_it_depends_on_has_changed(tmp_path: Path) -> None:

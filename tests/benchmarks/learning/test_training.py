@@ -15,6 +15,7 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.learning.checkpoint import checkpointed_settings, save_checkpoint
 from benchmarks.learning.settings import Training
+from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from tests.benchmarks.no_room import no_room
 from trackers.controllers.catalogue import controller_entry
 from trackers.controllers.policy_file import load_policy
@@ -120,6 +121,11 @@ def test_worlds_are_kept_where_that_is_possible_if_pictures_are_made() -> None:
     assert worlds("frameout/RoadTownFollow-v2") == worlds("frameout/StereoFollow-v2") == 2
     assert worlds("frameout/FishTankFollow-v1") == worlds("frameout/RoadTownFollow-v2", worlds=0) == 0
     assert not {"worlds", "episodes_per_world"} & set(TINY.env_keywords)
+    assert not {"worlds", "episodes_per_world"} & set(TINY.resolved)
+    with pytest.raises(ValueError, match="worlds: expected 0 without pictures, where there are none, got 4"):
+        Training("frameout/RoadTownFollow-v2", worlds=4)
+    with pytest.raises(ValueError, match="worlds: expected 0 without pictures, where there are none, got 1"):
+        PicturelessVectorEnv(2, "road-town-v2", tracker="colour_pf", worlds=1)
 
 
 def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(

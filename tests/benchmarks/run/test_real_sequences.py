@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import json
+import re
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -169,11 +172,35 @@ def test_leaderboard_report_and_compare_speak_of_sequences(ran: Path, capsys: py
     assert "| `fake_red` " in capsys.readouterr().out
     page = (ran / "out" / "report.html").read_text()
     assert "real sequences" in page
-    assert "frameout bench frame-out --real FILE" in page
+    assert "a car seen from a helicopter" not in page
+    assert "Intervals are 95 % bootstrap over sequences" in page
     assert main(["compare", "fake_red", "fake_stays", "--directory", str(ran / "out")]) == 0
     told = capsys.readouterr()
     assert "whole episodes" in told.out
     assert "success_auc" in told.out
+
+
+def test_the_command_of_the_report_makes_the_same_rows_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Another rate is another run: trackers are told the time of each picture."""
+    monkeypatch.chdir(tmp_path)
+    write_otb(tmp_path / "my cars" / "Car1")
+    (tmp_path / "mine.py").write_text("")
+    assert bench(Path("my cars/Car1"), Path("out"), "--rate-hz", "12.5", "--modules", "mine.py") == 1
+    assert "frame 30: RuntimeError: no red on Tuesdays (test_real_sequences.py, line " in capsys.readouterr().err
+    page = html.unescape((tmp_path / "out" / "report.html").read_text())
+    (command,) = re.findall("<code>(frameout bench .*)</code>", page)
+    assert main([*shlex.split(command)[1:], "--out", "again"]) == 1
+    first, second = ([_without_times(row) for row in read_rows(tmp_path / name)] for name in ("out", "again"))
+    assert first == second
+    # One sequence tells nothing of how sequences differ.
+    assert {entry["ci_low"] for entry in json.loads((tmp_path / "out" / "summary.json").read_text())} == {None}
+
+
+def _without_times(row: dict[str, Any]) -> dict[str, Any]:
+    timed = row["metric"] in ("ms_per_frame", "frames_per_s")
+    return {name: value for name, value in row.items() if name != "seconds" and not (timed and name == "value")}
 
 
 def test_ranks_stand_beside_those_of_simulated_rows(ran: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -104,6 +104,16 @@ def test_seeds_that_say_nothing_are_not_counted() -> None:
     assert pool.mean == 0.75
 
 
+def test_a_single_seed_has_no_interval() -> None:
+    """Also one beside others that say nothing."""
+    one, other = pool_of(np.array([1.0])), pool_of(np.array([0.5]))
+    assert np.isnan(bootstrap_interval(one)).all()
+    assert np.isnan(bootstrap_interval(pool_of(np.array([1.0, 0.3]), weights=np.array([1.0, 0.0])))).all()
+    found = compare(one, other)
+    assert (found.difference, found.n) == (0.5, 1)
+    assert np.isnan([found.ci_low, found.ci_high]).all()
+
+
 def test_the_same_rows_give_the_same_interval() -> None:
     values = np.random.default_rng(6).normal(size=20)
     assert bootstrap_interval(pool_of(values)) == bootstrap_interval(pool_of(values.copy()))

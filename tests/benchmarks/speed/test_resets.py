@@ -13,6 +13,9 @@ from benchmarks.learning.settings import Training
 from benchmarks.speed import resets
 from benchmarks.speed.rendering import UNTIMED_FRAMES
 from benchmarks.speed.resets import CycleSample, measure_cycle, measure_resets
+from scenarios import catalog
+from scenarios.envs.settings import FollowSettings
+from trackers.controllers.catalogue import controller_entry
 
 RESET_S, WORLD_S, FIRST_S, STEP_S = 0.5, 4.0, 0.3, 0.01
 TRAINING = Training("frameout/RoadTownFollow-v2", pictures=True, episodes_per_world=4)
@@ -67,6 +70,14 @@ def test_a_cycle_has_one_new_world_and_whole_episodes_are_reckoned_from_parts():
 def test_without_kept_worlds_every_reset_builds_one():
     sample = measure_cycle(Training("frameout/RoadTownFollow-v2", pictures=True, worlds=0), 0, 6)
     assert sample.reset_s == pytest.approx((WORLD_S,))
+
+
+@pytest.mark.parametrize("env_id", catalog.envs())
+def test_every_env_takes_the_keywords_of_its_training(env_id):
+    training = Training(env_id, pictures=True)
+    settings = FollowSettings(training.scenario, **training.env_keywords)
+    assert settings.preset == catalog.env_preset(training.scenario)
+    assert controller_entry(settings.controller, catalog.scenario(training.scenario).carrier.name).role == "ours"
 
 
 def test_more_steps_than_an_episode_has_are_refused():

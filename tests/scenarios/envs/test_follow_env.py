@@ -79,6 +79,15 @@ def test_an_option_does_not_shift_what_later_resets_draw():
     assert env.reset()[1]["episode_seed"] == other.reset()[1]["episode_seed"]
 
 
+def test_a_refused_option_does_not_shift_what_later_resets_draw_either():
+    env, other = make(observation="pixels"), make(observation="pixels")
+    env.reset(seed=4)
+    other.reset(seed=4)
+    with pytest.raises(ValueError, match="options: expected pictures of the size"):
+        env.reset(options={"changes": {"width_px": 100}})
+    assert env.reset()[1]["episode_seed"] == other.reset()[1]["episode_seed"]
+
+
 @pytest.mark.parametrize("tracker", [Still, Silent, Far])
 @pytest.mark.parametrize("env_id", IDS)
 def test_spaces_contain_every_observation_and_info_has_the_same_keys_always(env_id, tracker):

@@ -145,6 +145,18 @@ def test_difficulty_lies_between_the_presets(difficulty: float) -> None:
     assert preset.traffic_looks in (STANDARD.traffic_looks, HARD.traffic_looks)
 
 
+@pytest.mark.parametrize("difficulty", ["a", True, -0.1, 1.1])
+def test_a_difficulty_is_a_number_from_0_to_1(difficulty: Any) -> None:
+    with pytest.raises(ValueError, match="difficulty: expected None or a number from 0 to 1, got "):
+        settings(difficulty=difficulty)
+
+
+def test_a_drawn_value_holds_where_the_field_is_changed_too() -> None:
+    both = settings(changes={"traffic_cars": 3}, randomise={"traffic_cars": (4, 24)})
+    assert both.configuration({}).traffic_cars == 3
+    assert both.configuration({"traffic_cars": 7.0}).traffic_cars == 7
+
+
 def test_difficulty_ends_at_the_presets() -> None:
     assert between(STANDARD, HARD, 0.0) == STANDARD
     assert between(STANDARD, HARD, 1.0) == HARD
@@ -153,7 +165,7 @@ def test_difficulty_ends_at_the_presets() -> None:
 
 def test_preset_and_difficulty_together_are_refused() -> None:
     """Even where they agree: which of the two holds is not to be guessed."""
-    told = "difficulty: expected one of preset and difficulty, .*, got preset='standard' and difficulty=0.0"
+    told = "difficulty: expected no preset beside it, .*, got preset='standard' and difficulty=0.0"
     with pytest.raises(ValueError, match=told):
         settings(preset="standard", difficulty=0.0)
     for made in (settings(), settings(preset="quick"), settings(difficulty=1.0)):

@@ -76,6 +76,7 @@ def test_each_world_is_built_once_and_freed_when_it_cannot_come_again():
     rng = np.random.default_rng(0)
     for k in range(12):
         seed = bank.draw(rng)
+        bank.tidy()
         assert bank.world(PRESET, seed) is bank.world(PRESET, seed)
         assert len(keeper.open) == (1 if k < 3 else 2)
         assert seed in keeper.open
@@ -94,6 +95,17 @@ def test_a_world_is_built_again_if_asked_or_for_another_kind():
     assert other.content == 2
     assert bank.world(SimpleNamespace(size=2), seed, anew=True) is not other
     assert keeper.open == [seed]
+
+
+def test_a_world_that_was_asked_for_is_freed_when_the_next_episode_needs_none():
+    keeper = Keeper()
+    bank = WorldBank(keeper, 1, 2)
+    drawn_seed = bank.draw(np.random.default_rng(0))
+    bank.world(PRESET, drawn_seed)
+    bank.world(PRESET, 12_345)
+    assert sorted(keeper.open) == sorted([drawn_seed, 12_345])
+    bank.tidy()
+    assert keeper.open == [drawn_seed]
 
 
 def rollout(env: FollowEnv, **options: Any) -> tuple[Any, ...]:

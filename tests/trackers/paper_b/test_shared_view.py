@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from tests.trackers.drawn_people import BLUE, CAMERA_HEIGHT_M, GREEN, RED, Board, observation, person_box
-from trackers.paper_b.candidates import CandidateParameters, see
+from trackers.paper_b.candidates import CandidateParameters
 from trackers.paper_b.matching import MatchingParameters, StereoMatcher
 from trackers.paper_b.robot_frame import Mounting
+from trackers.paper_b.stereo_view import see
 from trackers.protocols import OutsourcingTracker
 from trackers.registry import entry
 from trackers.types import Estimate, Observation

@@ -10,11 +10,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.trackers.drawn_people import BLUE, CAMERA, CAMERA_HEIGHT_M, GREY, Board, observation, person_box
-from trackers.paper_b.candidates import CandidateParameters, StereoView, below_head_top, see
+from trackers.paper_b.candidates import CandidateParameters, below_head_top
 from trackers.paper_b.matching import StereoMatcher
 from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, OtherPeople, assign, share_before
 from trackers.paper_b.person_kalman import PersonKalman
 from trackers.paper_b.robot_frame import Mounting, points_m
+from trackers.paper_b.stereo_view import StereoView, see
 from trackers.types import CameraModel, Observation
 
 LEVEL = Mounting.level(CAMERA_HEIGHT_M)

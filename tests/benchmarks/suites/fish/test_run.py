@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -113,7 +114,7 @@ def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys:
     assert [(row["event"]["fish"], row["event"]["length_frames"]) for row in links] == [(0, 20), (1, 30)]
     page = (folder / "out" / "report.html").read_text()
     assert "real recording, blocks of time" in page
-    assert "frameout bench fish --real FILE" in page
+    assert f"frameout bench fish --real {shlex.join(map(str, paths))} --trackers " in page
 
 
 @pytest.mark.parametrize(

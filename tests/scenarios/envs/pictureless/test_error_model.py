@@ -109,5 +109,5 @@ def test_every_env_s_tracker_has_a_model(scenario: str, tracker: str) -> None:
 def test_unfit_numbers_are_refused() -> None:
     with pytest.raises(ValueError, match="kept: expected finite numbers"):
         model(kept=np.zeros((2, 8)))
-    with pytest.raises(ValueError, match=r"tracker: expected one with an error model: .*got 'hold'"):
+    with pytest.raises(ValueError, match=r"tracker: expected one with a model of its errors in .*got 'hold'"):
         error_model(next(iter(catalog.envs().values()))[0], "hold")

@@ -109,7 +109,7 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
         ({"observation": "pixels"}, "observation: expected 'track'"),
         ({"action": "parameters", "controller": "centre"}, "action: expected one of"),
         ({"preset": "hard"}, "bank: expected episodes of"),
-        ({"model": None, "tracker": "hold"}, "tracker: expected one with an error model"),
+        ({"model": None, "tracker": "hold"}, "tracker: expected one with a model of its errors in "),
     ],
 )
 def test_errors_say_what_was_expected(changes: dict[str, Any], message: str) -> None:

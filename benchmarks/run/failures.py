@@ -1,0 +1,46 @@
+"""Failures of contestants and controllers: where, why, and what happened then."""
+
+from __future__ import annotations
+
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+
+_ROOT = Path(__file__).parents[2]
+_PACKAGES = ("benchmarks", "scenarios", "sim", "trackers")
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Where and how a tracker failed.
+
+    Attributes:
+        tracker, scenario, preset, seed, frame: where; ``tracker`` may be a controller.
+        reason: one line. since: what it has done from that frame on.
+        place: file and line of a user's own code that raised; empty without.
+    """
+
+    tracker: str
+    scenario: str
+    preset: str
+    seed: int
+    frame: int
+    reason: str
+    since: str = "answered nothing"
+    place: str = ""
+
+    def __str__(self) -> str:
+        where = f"{self.scenario} {self.preset}, seed {self.seed}, frame {self.frame}"
+        place = f" ({self.place})" if self.place else ""
+        return f"{self.tracker} failed in {where}: {self.reason}{place}; from there on it has {self.since}"
+
+
+def place_of(error: Exception) -> str:
+    """Return the innermost file and line in an error's traceback that are a user's own; empty if none are."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [each for each in frames if "site-packages" not in each.filename and not _is_ours(Path(each.filename))]
+    return f"{Path(own[-1].filename).name}, line {own[-1].lineno}" if own else ""
+
+
+def _is_ours(file: Path) -> bool:
+    return any(file.is_relative_to(_ROOT / package) for package in _PACKAGES)
