@@ -15,7 +15,7 @@
 ``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
 ``seed``                the episode's seed; of recordings the number of a block of 500 frames, or of a ``sequence``
 ``modules``             names or files of users' own modules of the run; only where there were any
-``recorded``            of recordings alone: the arguments of ``frameout bench`` that say which, and how they are read
+``recorded``            of recordings: the arguments of ``frameout bench`` that say which, and how they are read
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)
@@ -119,7 +119,6 @@ about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_
 ``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers ``in_view_tpr``,
 ``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
-
 Beside it lie ``summary.json``, ``comparisons.json`` (``scores.summary``), the report, ``estimates`` if asked for.
 """
 
