@@ -23,9 +23,10 @@ import dataclasses
 import difflib
 import importlib
 import json
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
+from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
@@ -130,7 +131,7 @@ class TrackerEntry(MethodEntry):
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values if they replace them, then overrides, then ``changes``."""
-        tuned = tuned_values(self.tuned_as) if self.tuned else {}
+        tuned = tuned_values(self.tuned_as, self.tracker.__module__) if self.tuned else {}
         return self._with({**tuned, **self.overrides, **changes})
 
     @property
@@ -188,7 +189,7 @@ def register(
         as_written = role == "as-written"
         new = TrackerEntry(name, role, summary, tracker, {}, name, not as_written, reproducible, suites, missing)
         _add(new)
-        if as_written and tuned_values(name):
+        if as_written and tuned_values(name, tracker.__module__):
             _add(dataclasses.replace(new, name=f"{name}_tuned", role="tuned", summary=f"{summary}, tuned", tuned=True))
         return tracker
 
@@ -233,9 +234,19 @@ def _near(name: str, known: Iterable[str]) -> str:
     return f" (did you mean {near[0]}?)" if near else ""
 
 
-def tuned_values(name: str) -> dict[str, Any]:
-    """Return the values that tuning wrote for ``name``; empty if it has not run."""
-    file = resources.files("trackers").joinpath("tuned", f"{name}.json")
+def tuned_file(name: str, module: str) -> Path:
+    """Return the file with the values that tuning found for a method.
+
+    It is ``tuned/NAME.json``, in this package or beside the ``module`` of a user that defines the method.
+    """
+    own = getattr(sys.modules.get(module), "__file__", None)
+    folder = Path(__file__).parent if own is None or module.startswith(f"{__package__}.") else Path(own).parent
+    return folder / "tuned" / f"{name}.json"
+
+
+def tuned_values(name: str, module: str) -> dict[str, Any]:
+    """Return the values in ``tuned_file``; empty if there is none."""
+    file = tuned_file(name, module)
     return json.loads(file.read_text())["parameters"] if file.is_file() else {}
 
 

@@ -30,7 +30,6 @@ from benchmarks.learning.controller_tuning import (
 )
 from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_tuning import (
-    TUNED_FOLDER,
     Budget,
     Tuned,
     trackers_to_tune,
@@ -45,6 +44,8 @@ from benchmarks.run.experiment import make_folder
 from benchmarks.suites.registry import Scene, controllers_suite, suite
 from scenarios import catalog
 from sim.checks import check
+from trackers import registry
+from trackers.controllers.catalogue import controller_entry
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,9 @@ class Tune(WithModules):
     Without names: of all trackers, on the first scene of each one's suite, then of all controllers, in all scenes.
     Controllers are tuned for suite `follow`: the search is without pictures where the scenario has such envs, with a
     model of the tracker's errors in place of the tracker; the best setting is checked with pictures.
-    Writes trackers/tuned/NAME.json (controllers: trackers/tuned/controllers/CARRIER/NAME.json) with the values, the
-    score, the number of trials, the seeds and this command. These values then replace the defaults; a paper's method
+    Writes trackers/tuned/NAME.json (controllers: trackers/tuned/controllers/CARRIER/NAME.json), or, for a method in a
+    module of yours, tuned/NAME.json beside it, with the values, the score, the number of trials, the seeds and this
+    command. These values then replace the defaults; a paper's method
     stays as written and stands a second time as NAME_tuned. Variants share the values of their tracker. A run that was
     stopped continues with the same command. Needs Optuna (pip install 'frameout[tune]').
 
@@ -70,7 +72,7 @@ class Tune(WithModules):
         fresh: number of episodes after them on which the best setting must be better too (default: as the suite says);
             those of controllers are with pictures.
         workers: number of worker processes.
-        out: folder for the values (default: trackers/tuned, the only folder that they are loaded from).
+        out: folder for the values (default: the one above, the only one that they are loaded from).
         studies: folder that keeps all trials, with plots.
     """
 
@@ -83,7 +85,7 @@ class Tune(WithModules):
     seeds: Annotated[str, USUAL_SEEDS] = ""
     fresh: Annotated[int | None, NUMBER] = None
     workers: Annotated[int | None, WORKERS] = None
-    out: Annotated[Path, FOLDER] = TUNED_FOLDER
+    out: Annotated[Path | None, FOLDER] = None
     studies: Annotated[Path, FOLDER] = Path("results/tune")
     resumes = True
 
@@ -91,10 +93,13 @@ class Tune(WithModules):
         """Tune them one after the other; return the exit status."""
         for parameter, value in (("trials", self.trials), ("fresh", self.fresh)):
             check(parameter, value is None or value >= 1, "a whole number >= 1", value)
-        make_folder(self.out)
         # All is checked before the first search: they take hours.
         trackers = [(name, self._tracker_budget(name)) for name in self._trackers()]
         controllers = [(name, self._controller_budget(name, scenario)) for scenario, name in self._controllers()]
+        for name, _ in trackers:
+            make_folder(self._tracker_folder(name))
+        for name, steering in controllers:
+            make_folder(self._controller_folder(name, steering))
         for name, budget in trackers:
             self._tune_tracker(name, budget)
         for name, steering in controllers:
@@ -143,7 +148,8 @@ class Tune(WithModules):
         with progress_bar(f"{name}, {self.trials} trials") as progress:
             tuned = tune(name, budget, progress, self.studies)
         command = self._command(name, budget.presets, budget.seeds, budget.fresh)
-        _report(name, tuned, write_tuned(name, tuned, budget.suite, budget.presets, budget.seeds, command, self.out))
+        folder = self._tracker_folder(name)
+        _report(name, tuned, write_tuned(name, tuned, budget.suite, budget.presets, budget.seeds, command, folder))
 
     def _tune_controller(self, name: str, budget: ControllerBudget) -> None:
         carrier, presets = catalog.scenario(budget.scenario).carrier.name, (budget.preset,)
@@ -151,8 +157,17 @@ class Tune(WithModules):
             tuned = tune_controller(name, budget, progress, self.studies)
         of = f"--controllers {name} --scenario {catalog.unversioned(budget.scenario)} --tracker {budget.tracker}"
         command = self._command(of, presets, budget.seeds, budget.fresh)
-        folder = self.out / "controllers" / carrier
+        folder = self._controller_folder(name, budget)
         _report(name, tuned, write_tuned(name, tuned, controllers_suite().name, presets, budget.seeds, command, folder))
+
+    def _tracker_folder(self, name: str) -> Path:
+        return self.out or registry.tuned_file(name, registry.entry(name).tracker.__module__).parent
+
+    def _controller_folder(self, name: str, budget: ControllerBudget) -> Path:
+        carrier = catalog.scenario(budget.scenario).carrier.name
+        mine = f"controllers/{carrier}/{name}"
+        file = registry.tuned_file(mine, controller_entry(name, carrier).controller.__module__)
+        return file.parent if self.out is None else (self.out / mine).parent
 
     def _episodes(self, scene: Scene) -> tuple[tuple[str, ...], range, range]:
         """Return presets, seeds that score, and seeds that check."""

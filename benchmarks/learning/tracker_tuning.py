@@ -27,8 +27,6 @@ from sim.checks import check
 from trackers import registry
 from trackers.atomic_file import write_atomic
 
-TUNED_FOLDER = Path(__file__).resolve().parents[2] / "trackers" / "tuned"
-
 
 @dataclass(frozen=True)
 class Budget:
@@ -144,7 +142,7 @@ def chosen(found: Found, fresh_score: float, fresh_default_score: float) -> Tune
 def write_tuned(
     name: str, tuned: Tuned, suite_name: str, presets: Sequence[str], seeds: range, command: str, folder: Path
 ) -> Path:
-    """Write ``NAME.json``; in ``TUNED_FOLDER`` its values replace the defaults. Return its path."""
+    """Write ``NAME.json``, which in the folder of ``registry.tuned_file`` replaces the defaults. Return its path."""
     document = {
         "parameters": {key: tuned.parameters[key] for key in sorted(tuned.parameters)},
         "score": round(tuned.score, 6),

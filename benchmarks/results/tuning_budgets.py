@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from importlib import resources
 from typing import Any
 
 from benchmarks.run.records import Row
@@ -25,20 +24,20 @@ def budgets_of(rows: Iterable[Row]) -> dict[str, dict[str, Any]]:
     known = registry.entries()
     pairs = {(row["scenario"], row["tracker"], row["controller"]) for row in rows}
     trackers = {
-        tracker: _spent_on(known[tracker], known[tracker].tuned_as)
+        tracker: _spent_on(known[tracker], known[tracker].tuned_as, known[tracker].tracker.__module__)
         for tracker in sorted({tracker for _, tracker, _ in pairs})
         if tracker in known and known[tracker].tuned and known[tracker].role != "variant"
     }
-    controllers = {
-        name: _spent_on(controller_entry(name, carrier), f"controllers/{carrier}/{name}")
-        for name, carrier in sorted({(of, catalog.scenario(scene).carrier.name) for scene, _, of in pairs if of})
-    }
+    controllers = {}
+    for name, carrier in sorted({(of, catalog.scenario(scene).carrier.name) for scene, _, of in pairs if of}):
+        steering = controller_entry(name, carrier)
+        controllers[name] = _spent_on(steering, f"controllers/{carrier}/{name}", steering.controller.__module__)
     return {"trackers": _without_none(trackers), "controllers": _without_none(controllers)}
 
 
-def _spent_on(entry: MethodEntry, file: str) -> dict[str, Any] | None:
+def _spent_on(entry: MethodEntry, name: str, module: str) -> dict[str, Any] | None:
     """Return what the tuned file says, 0 trials without one, None if there is nothing to tune."""
-    path = resources.files("trackers").joinpath("tuned", f"{file}.json")
+    path = registry.tuned_file(name, module)
     if path.is_file():
         told = json.loads(path.read_text())
         return {key: told[key] for key in _SPENT}

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from trackers import registry
 from trackers.follow_one import FollowOne
-from trackers.registry import entry, register, register_variant, tunable
+from trackers.registry import entry, register, register_variant, tunable, tuned_file
 from trackers.types import CameraModel, Observation, Track
 
 
@@ -65,7 +67,7 @@ def test_a_variant_has_its_overrides_and_is_written_with_them() -> None:
 
 
 def test_a_paper_s_method_stays_as_written_and_stands_again_tuned(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "tuned_values", lambda name: {"gate_px": 33.0} if name == "many" else {})
+    monkeypatch.setattr(registry, "tuned_values", lambda name, module: {"gate_px": 33.0} if name == "many" else {})
     register("many", role="as-written", summary="many targets")(_Many)
     assert entry("many").parameters().gate_px == entry("many").written()["gate_px"] == 8.0
     assert entry("many_tuned").role == "tuned"
@@ -75,13 +77,13 @@ def test_a_paper_s_method_stays_as_written_and_stands_again_tuned(monkeypatch: p
 
 
 def test_a_paper_s_method_without_better_values_stands_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "tuned_values", lambda name: {})
+    monkeypatch.setattr(registry, "tuned_values", lambda name, module: {})
     register("many", role="as-written", summary="many targets")(_Many)
     assert "many_tuned" not in registry.entries()
 
 
 def test_tuned_values_replace_the_defaults_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "tuned_values", lambda name: {"gate_px": 33.0})
+    monkeypatch.setattr(registry, "tuned_values", lambda name, module: {"gate_px": 33.0})
     register("many", role="baseline", summary="many targets")(_Many)
     assert entry("many").parameters().gate_px == 33.0
     assert "many_tuned" not in registry.entries()
@@ -95,6 +97,19 @@ def test_what_cannot_be_registered_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="Parameters: expected a dataclass of this name in class object, got none"):
         register("many", role="ours", summary="")(object)
     assert "many" not in registry.entries()
+
+
+def test_values_of_a_user_s_tracker_lie_beside_its_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "own_tracker_of_a_user.py").write_text(
+        "from tests.trackers.test_registry import _Many\n\nclass Own(_Many):\n    pass\n"
+    )
+    (tmp_path / "tuned").mkdir()
+    (tmp_path / "tuned" / "own_many.json").write_text('{"parameters": {"gate_px": 44.0}}')
+    monkeypatch.syspath_prepend(tmp_path)
+    module = importlib.import_module("own_tracker_of_a_user")
+    register("own_many", role="external", summary="")(module.Own)
+    assert entry("own_many").parameters().gate_px == 44.0
+    assert tuned_file("hold", entry("hold").tracker.__module__).parent == Path(registry.__file__).parent / "tuned"
 
 
 def test_an_unknown_name_and_an_unknown_parameter_are_named() -> None:

@@ -70,7 +70,7 @@ class ControllerEntry(MethodEntry):
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then ``changes``."""
-        tuned = tuned_values(f"controllers/{self.carrier}/{self.name}")
+        tuned = tuned_values(f"controllers/{self.carrier}/{self.name}", self.controller.__module__)
         return self._with({**tuned, **self.overrides, **changes})
 
     @property

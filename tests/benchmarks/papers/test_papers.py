@@ -56,7 +56,7 @@ AS_WRITTEN = (*EXPERIMENTS, *(each.EXPERIMENT for each in (b3, c, d)))
 def test_methods_are_set_as_they_were_written_whatever_tuning_found(
     experiment: TrackerExperiment, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(registry, "tuned_values", lambda name: {"no_such_parameter": 99.0})
+    monkeypatch.setattr(registry, "tuned_values", lambda name, module: {"no_such_parameter": 99.0})
     as_written = [name for name in experiment.trackers if registry.entry(name).role == "as-written"]
     assert as_written
     for name in as_written:

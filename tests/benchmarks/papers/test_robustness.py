@@ -78,7 +78,7 @@ def known(monkeypatch: pytest.MonkeyPatch) -> None:
     registry.entries()
     monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
     registry.register("aside", role="as-written", summary="beside")(Aside)
-    monkeypatch.setattr(registry, "tuned_values", lambda name: {"below_px": 77.0} if name == "aside" else {})
+    monkeypatch.setattr(registry, "tuned_values", lambda name, module: {"below_px": 77.0} if name == "aside" else {})
 
 
 def values(rows: list[Row], tracker: str, preset: str, metric: str) -> list[float]:
