@@ -63,7 +63,8 @@ def test_a_tracker_that_fails_is_told_in_one_line_and_in_the_status(
     assert bench(tmp_path, "--trackers", "fake_raises", "fake_still", "fake_silent") == 1
     out, err = capsys.readouterr()
     told = [line for line in err.splitlines() if "fake_" in line]
-    assert told[0].startswith("error: fake_raises failed in fake-town-v1 tiny, seed 0, frame 20: RuntimeError: a bug (fakes_trackers.py, line ")
+    failed = "error: fake_raises failed in fake-town-v1 tiny, seed 0, frame 20"
+    assert told[0].startswith(f"{failed}: RuntimeError: a bug (fakes_trackers.py, line ")
     assert told[0].endswith("(and failed in 1 more)")
     assert "note: fake_silent gave no answer (NaN) on 440 frames" in told[1]
     assert "Traceback" not in out + err
