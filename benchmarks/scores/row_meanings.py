@@ -7,8 +7,10 @@ from math import inf
 from benchmarks.suites.metric import OWN, RowMeaning
 
 CPU_TIME = RowMeaning(("ms_per_frame", "frames_per_s"), 0, inf, "every frame but the tracker's first five", OWN)
-KAPLAN_MEIER = "Kaplan and Meier, 1958"
-_OXUVA = "OxUvA: Valmadre et al., 2018"
+_HOTA = "HOTA: Luiten et al., HOTA: a higher order metric for evaluating multi-object tracking, IJCV 129, 2021"
+_IDF1 = "IDF1: Ristani et al., Performance measures and a data set for multi-target, multi-camera tracking, ECCV 2016"
+KAPLAN_MEIER = "Kaplan and Meier, Nonparametric estimation from incomplete observations, JASA 53, 1958"
+_OXUVA = "OxUvA: Valmadre et al., Long-term tracking in the wild: a benchmark, ECCV 2018"
 IN_VIEW = (
     RowMeaning(("in_view_tpr",), 0, 1, "frames with the whole target in the picture, at least half of it seen", _OXUVA),
     RowMeaning(("in_view_tnr",), 0, 1, "frames with the target outside, or less than a tenth of it seen", _OXUVA),
@@ -27,10 +29,10 @@ def time_in_view(episodes: str) -> tuple[RowMeaning, ...]:
 def identities(frames: str, ending: str = "") -> tuple[RowMeaning, ...]:
     """Return what holds of the scores of whole tracks; ``frames`` count, in words; ``ending``: of the rows' names."""
     counts = tuple(f"identity_{kind}_frames{ending}" for kind in ("right", "false", "missed"))
-    clear = "CLEAR: Bernardin and Stiefelhagen, 2008"
+    clear = "CLEAR: Bernardin and Stiefelhagen, Evaluating multiple object tracking performance, EURASIP JIVP 2008"
     return (
-        RowMeaning((f"hota{ending}",), 0, 1, frames, "HOTA: Luiten et al., 2021"),
-        RowMeaning(counts, 0, inf, frames, "IDF1: Ristani et al., 2016"),
+        RowMeaning((f"hota{ending}",), 0, 1, frames, _HOTA),
+        RowMeaning(counts, 0, inf, frames, _IDF1),
         RowMeaning((f"mota{ending}",), -inf, 1, frames, clear),
         RowMeaning((f"identity_switches{ending}",), 0, inf, frames, clear),
     )

@@ -10,6 +10,7 @@ from benchmarks.suites.harbour.matching import RADIUS_M
 from benchmarks.suites.harbour.sizes import AT_100_M, DIMENSIONS
 from benchmarks.suites.metric import OWN, RowMeaning
 
+_GOSPA = "Rahmathullah, García-Fernández and Svensson, Generalized optimal sub-pattern assignment metric, FUSION 2017"
 _SEEN = "intruders that can be seen, on the frames on which they are judged"
 _TRACKED = "frames of intruders with a track on them"
 _FRAMES = "frames on which intruders are judged; what is neither right nor wrong is left out"
@@ -36,6 +37,6 @@ ROW_MEANINGS = (
     RowMeaning(("kind_right",), 0, 1, f"{_TRACKED} that names a class", OWN),
     RowMeaning(("duplicate_rate",), 0, 1, _TRACKED, OWN),
     *identities(_FRAMES),
-    RowMeaning(("gospa_m",), 0, inf, _FRAMES, "GOSPA: Rahmathullah, Garcia-Fernandez and Svensson, 2017"),
+    RowMeaning(("gospa_m",), 0, inf, _FRAMES, _GOSPA),
     CPU_TIME,
 )

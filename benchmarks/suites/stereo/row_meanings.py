@@ -14,7 +14,7 @@ _OCCLUSIONS = "occlusions with at least 10 frames of the episode after half of t
 _SEEN = "frames but the first with at least a tenth of the person seen"
 _BACK = "occlusions after which half of the person is seen again"
 _PIXELS = "every tenth pair whose right picture is not lost: pixels that both cameras see"
-_MIDDLEBURY = "Middlebury: Scharstein and Szeliski, 2002"
+_MIDDLEBURY = "Middlebury: Scharstein and Szeliski, A taxonomy and evaluation of dense two-frame stereo, IJCV 47, 2002"
 
 ROW_MEANINGS = (
     RowMeaning(("right_frames", "wrong_frames", "missed_frames"), 0, inf, _COUNTED, "paper B; detection_f1: Frameout"),
