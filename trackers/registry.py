@@ -96,7 +96,8 @@ class MethodEntry:
         known = {field.name for field in dataclasses.fields(self.parameters_class)}
         for name in values:
             if name not in known:
-                raise ValueError(f"{self.name}: expected parameters among {', '.join(sorted(known))}, got {name!r}")
+                wanted = f"parameters among {', '.join(sorted(known))}" if known else "no parameter"
+                raise ValueError(f"{self.name}: expected {wanted}, got {name!r}")
         return self.parameters_class(**values)
 
 

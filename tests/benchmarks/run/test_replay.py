@@ -112,7 +112,7 @@ def test_a_failed_one_is_shown_silent_and_reported(tmp_path: Path, capsys: pytes
     out, err = capsys.readouterr()
     assert out == f"{tmp_path / 'x.mp4'}\n"
     failures = [line for line in err.splitlines() if line.startswith("error:")]
-    assert [re.findall(r"frame \d+: [^;]*", line) for line in failures] == [["frame 20: RuntimeError: a bug"]] * 2
+    assert [re.findall(r"frame \d+: [^;(]*", line) for line in failures] == [["frame 20: RuntimeError: a bug "]] * 2
     assert [line.split()[-1] for line in failures] == ["nothing", "nothing"]
 
 
