@@ -19,7 +19,7 @@ TRACKERS = {
     "frameout/RoadTownFollow-v2": "colour_pf",
     "frameout/StereoFollow-v2": "stereo_wb",
     "frameout/FishTankFollow-v1": "shoal_chain",
-    "frameout/HarbourFollow-v1": "harbour_watch",
+    "frameout/HarbourFollow-v1": "harbour_mog2",
 }
 NOT_STOOD_IN_FOR = ("frameout/FishTankFollow-v1", "frameout/HarbourFollow-v1")
 STEPS, SEED = 6, 21
