@@ -14,6 +14,7 @@ from rich.table import Table
 from benchmarks.commands.console import console_of
 from benchmarks.report import tables
 from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
+from benchmarks.report.numbers import counted
 from benchmarks.run.records import REAL
 from benchmarks.scores.summary import condition_of, steering_words
 from benchmarks.suites.registry import suite
@@ -46,9 +47,10 @@ def print_leaderboard(
     for condition, entries in _conditions(summary):
         episodes = max(entry["n"] for entry in entries)
         scores = suite(entries[0]["suite"]).showing(metrics)
-        recorded = "blocks of time" if scores.on_sequences is None else "sequences"
-        units = recorded if entries[0]["scenario"] == REAL else "episodes"
-        title = f"{condition}: {episodes} {units}, 95 % intervals over them"
+        recorded = ("block of time", "blocks of time") if scores.on_sequences is None else ("sequence", "sequences")
+        units = recorded if entries[0]["scenario"] == REAL else ("episode", "episodes")
+        over = "95 % intervals over them" if episodes > 1 else "too few for intervals"
+        title = f"{condition}: {counted(episodes, *units)}, {over}"
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             print(f"{title}\n")

@@ -9,7 +9,7 @@ _COUNTED = "runs in which it is on the car again after the frame-out, and still 
 
 EXPERIMENT = TrackerExperiment(
     name="A2",
-    title="Paper A, experiment 1: the shape of the road, helicopter motion measured",
+    title="Paper A, A2, its experiment 1: the shape of the road, helicopter motion measured",
     setting="A car on a set route; a simple controller keeps the estimate in the middle of the picture. A gust "
     "puts the car outside the picture while the road bends. A plain colour particle filter against one that "
     "extrapolates the road; both move their particles with the measured helicopter motion. Both have their written "

@@ -42,7 +42,7 @@ class BackgroundExperiment(TrackerExperiment):
 
 EXPERIMENT = BackgroundExperiment(
     name="A3",
-    title="Paper A, experiment 2: a model of the background, helicopter motion unknown",
+    title="Paper A, A3, its experiment 2: a model of the background, helicopter motion unknown",
     setting="A town with crossings, buildings and other cars; car and helicopter on set paths. The helicopter's "
     "motion is estimated from the picture; road, other ground and buildings show where a car may be. The "
     "method has its written parameters, not the tuned ones.",

@@ -106,14 +106,17 @@ class Matrix(NamedTuple):
 def print_findings(title: str, found: Sequence[Finding], seeds: range, fitted: str = "") -> None:
     """Print our findings beside the paper's claims, those against a fitted figure marked, and what was fitted."""
     caption = f"fitted: {fitted}" if fitted else None
-    heading = f"{title}: seeds {ranges_text(seeds)}, 95 % intervals over them"
+    several = len(seeds) > 1
+    told = "seeds" if several else "seed"
+    over = "95 % intervals over them" if several else "which decides nothing"
+    heading = f"{title}: {told} {ranges_text(seeds)}, {over}"
     table = Table(title=heading, caption=caption, caption_justify="left")
     methods = any(each.claim.tracker for each in found)
     for head in (*(["method"] if methods else []), "the paper", "here", "renderer", "value", "interval", "expected"):
         table.add_column(head)
     for each in found:
         claim = each.claim
-        verdict = {True: ": yes", False: ": NO", None: ""}[each.agrees]
+        verdict = {True: ": yes", False: ": NO", None: ""}[each.agrees] if several else ""
         named = [claim.tracker] if methods else []
         expected = f"{each.expected}{verdict}{' (fitted)' if claim.fitted else ''}"
         table.add_row(*named, claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
