@@ -252,7 +252,7 @@ def test_the_command_line_runs_resumes_prints_and_compares(tmp_path: Path, capsy
     out, _ = capsys.readouterr()
     lines = [line.split()[:3] for line in out.splitlines() if "fake_" in line]
     assert lines[0] == ["centre", "fake_knowing", "baseline"]
-    assert "fake-town-v1, tiny, raster, prompt link: 1 episodes" in out
+    assert "fake-town-v1, tiny, raster, prompt link: 1 episode, too few for intervals" in out
     assert main([*words, "--json"]) == 0
     assert {e["controller"] for e in json.loads(capsys.readouterr().out)["summary"]} == {"hold", "centre"}
     assert main(["report", str(tmp_path), "--markdown"]) == 0
