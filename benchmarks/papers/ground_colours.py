@@ -3,7 +3,7 @@
 The paper's town has one light, and one mean and variance for each class. In our towns sun and shade, the sun's height
 and the exposure move the brightness of road and of other ground by twice the distance of their means, so that one set
 of statistics puts nearly every pixel within both, and so building. So a class's labelled pixels are grouped by
-brightness into a few lights (k-means), each with a mean and a variance; the paper's rule stays (``classify_pixels``).
+brightness into a few lights (k-means), each with a mean and a variance; the paper's rule stays (``PixelClassifier``).
 Other ground is of more kinds than road (lawn, crops, pavements, yards) and has more of them. The numbers of lights are
 fitted, by two-fold cross-validation over 14 development towns: recalls of road, other and building were 0.05, 0.04 and
 0.91 with one light each, 0.68, 0.64 and 0.68 with these. Dividing by the picture's own brightness first did not

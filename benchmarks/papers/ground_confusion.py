@@ -9,7 +9,7 @@ from benchmarks.papers.ground_colours import CLASSES, labelled_frames
 from scenarios.road_town.scenario import RoadTownScenario
 from scenarios.scenario import RendererName
 from trackers.paper_a.ground_classes import ClassStatistics
-from trackers.paper_a.pixel_classes import classify_pixels
+from trackers.paper_a.pixel_classes import PixelClassifier
 
 
 def confusion(
@@ -28,9 +28,10 @@ def confusion(
     Args:
         seeds: towns, of which every ``every``-th frame counts.
     """
+    classifier = PixelClassifier(statistics.mean_rgb, statistics.variance_rgb, statistics.of_road)
     counts = np.zeros((3, 3))
     for image_rgb, labels in labelled_frames(scenario, preset, seeds, every, renderer):
-        given = classify_pixels(image_rgb, statistics.mean_rgb, statistics.variance_rgb, statistics.of_road)
+        given = classifier.classify(image_rgb)
         for row, name in enumerate(CLASSES):
             counts[row] += np.bincount(given[labels[name]], minlength=3)
     with np.errstate(invalid="ignore"):

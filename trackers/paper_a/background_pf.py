@@ -15,6 +15,7 @@ from trackers.paper_a.background_motion import STILL, BackgroundMotionFilter, Ba
 from trackers.paper_a.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
 from trackers.paper_a.existence import ExistenceMap
 from trackers.paper_a.ground_classes import load_class_statistics
+from trackers.paper_a.pixel_classes import PixelClassifier
 from trackers.paper_a.road_lines import RoadSearch
 from trackers.paper_a.road_model import RoadModel
 from trackers.paper_a.road_shape_pf import RoadInstant
@@ -85,7 +86,7 @@ class BackgroundParticleFilter:
     ``BackgroundModel``, ``ExistenceMap``, ``RoadModel`` and ``ColourTemplate``. The rectangle is the first box, keeps
     its size and does not turn.
 
-    Ours: the classes have colour statistics by light, without which hardly a pixel is road (``classify_pixels``); the
+    Ours: the classes have colour statistics by light, without which hardly a pixel is road (``PixelClassifier``); the
     search for corners starts at the last motion (``BackgroundMotionFilter``).
 
     Source: paper A (Nawata, Ikoma, Kawano, Maeda 2010), see ``trackers.papers``.
@@ -96,7 +97,8 @@ class BackgroundParticleFilter:
     def __init__(self, parameters: BackgroundParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
         self._rng = rng
-        self._classes = load_class_statistics(parameters.class_model)
+        statistics = load_class_statistics(parameters.class_model)
+        self._classifier = PixelClassifier(statistics.mean_rgb, statistics.variance_rgb, statistics.of_road)
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Take the template, trace the road at the car and draw the particles around it."""
@@ -119,7 +121,7 @@ class BackgroundParticleFilter:
         grey = cv2.cvtColor(observation.image_rgb, cv2.COLOR_RGB2GRAY)
         road = self._road.update(grey, motion, *self._believed)
         centre_px = image_centre(observation.camera)
-        existence = ExistenceMap(observation.image_rgb, self._classes, road, centre_px)
+        existence = ExistenceMap(observation.image_rgb, self._classifier, road, centre_px)
         instant = BackgroundInstant(hs_bins(observation.image_rgb), centre_px, motion, road, existence)
         posterior = self._filter.step(instant)
         self._believed = place_and_heading(posterior)

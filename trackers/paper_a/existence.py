@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.paper_a.ground_classes import ClassStatistics
-from trackers.paper_a.pixel_classes import classify_pixels, mean_existence
+from trackers.paper_a.pixel_classes import PixelClassifier, mean_existence
 from trackers.paper_a.road_model import RoadCurve
 from trackers.paper_a.spline import evaluate_spline
 
@@ -22,12 +21,12 @@ class ExistenceMap:
     def __init__(
         self,
         image_rgb: NDArray[np.uint8],
-        statistics: ClassStatistics,
+        classifier: PixelClassifier,
         road: RoadCurve | None,
         centre_px: NDArray[np.float64],
     ) -> None:
         """Classify a picture (H, W, 3) with its centre (2,); a known road is in pixels from the centre."""
-        self._classes = classify_pixels(image_rgb, statistics.mean_rgb, statistics.variance_rgb, statistics.of_road)
+        self._classes = classifier.classify(image_rgb)
         self._road = road
         self._centre_px = centre_px
 
@@ -39,7 +38,10 @@ class ExistenceMap:
         axis = 0 if self._road is None else self._road.axis
         start, line, half = self._road_line(corners, axis, max(width, height))
         pavement_px = 0.0 if self._road is None else _PAVEMENT_SHARE * self._road.half_width_px
-        return mean_existence(self._classes, corners, width, height, axis, line, start, half, pavement_px)
+        # Particles in the same pixel share a rectangle.
+        distinct, which = np.unique(corners, axis=0, return_inverse=True)
+        means = mean_existence(self._classes, distinct, width, height, axis, line, start, half, pavement_px)
+        return means[which]
 
     def _road_line(
         self, corners: NDArray[np.int64], axis: int, extent: int

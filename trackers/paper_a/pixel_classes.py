@@ -8,50 +8,58 @@ from numpy.typing import NDArray
 
 ROAD_EXISTENCE, OTHER_EXISTENCE, BUILDING_EXISTENCE = 1.0, 0.8, 0.1
 ROAD, OTHER, BUILDING = 0, 1, 2
+_UNKNOWN = 255
 _MOST_SAMPLED = 256
 
 
+class PixelClassifier:
+    """The paper's rule for the class of a pixel. Each colour is judged once, as there are far fewer than pixels."""
+
+    def __init__(
+        self, mean_rgb: NDArray[np.float64], variance_rgb: NDArray[np.float64], of_road: NDArray[np.bool_]
+    ) -> None:
+        """Take the statistics of L lights: means and variances (L, 3), 0-255, and whether they are road's (L,)."""
+        # Each band's share of each distance for each of its 256 values.
+        self._shares = (np.arange(256.0) - mean_rgb[:, :, None]) ** 2 / (3.0 * variance_rgb[:, :, None])
+        self._of_road = of_road
+        self._known = np.full(1 << 24, _UNKNOWN, np.uint8)
+
+    def classify(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the class of each pixel (H, W) of a picture (H, W, 3): 0 road, 1 other, 2 building.
+
+        ``d_l² = 1/3 Σ_bands (x - μ_l)² / s_l`` for the statistics of each light l of a class; a pixel is within a class
+        if ``d_l² < 1`` in one of its lights; road if within road's alone, other if within other's alone, building if
+        within neither or both (equations 4.5-4.9).
+
+        Reading: the distance is standardised per band and its mean over the bands is compared with one, which is
+        ``rd² < rs`` if all bands have the same variance. Ours: each light has statistics of its own; the paper has one
+        light, see ``benchmarks/papers/ground_colours.py``.
+        """
+        return _classify(image_rgb, self._shares, self._of_road, self._known)
+
+
 @njit(cache=True)
-def classify_pixels(
-    image_rgb: NDArray[np.uint8],
-    mean_rgb: NDArray[np.float64],
-    variance_rgb: NDArray[np.float64],
-    of_road: NDArray[np.bool_],
-) -> NDArray[np.uint8]:
-    """Return the class of each pixel (H, W): 0 road, 1 other, 2 building.
-
-    ``d_l² = 1/3 Σ_bands (x - μ_l)² / s_l`` for the statistics of each light l of a class; a pixel is within a class if
-    ``d_l² < 1`` in one of its lights; road if within road's alone, other if within other's alone, building if within
-    neither or both (equations 4.5-4.9).
-
-    Reading: the distance is standardised per band and its mean over the bands is compared with one, which is
-    ``rd² < rs`` if all bands have the same variance. Ours: each light has statistics of its own; the paper has one
-    light, see ``benchmarks/papers/ground_colours.py``.
-
-    Args:
-        image_rgb: (H, W, 3).
-        mean_rgb, variance_rgb: (L, 3) μ and s, 0-255.
-        of_road: (L,) True for road's statistics, False for other's.
-    """
-    # Each band's share of each distance for each of its 256 values.
-    share = np.empty((len(mean_rgb), 3, 256))
-    for light in range(len(mean_rgb)):
-        for band in range(3):
-            for value in range(256):
-                difference = value - mean_rgb[light, band]
-                share[light, band, value] = difference**2 / (3.0 * variance_rgb[light, band])
+def _classify(image_rgb, shares, of_road, known):  # type: ignore[no-untyped-def]
     rows, columns, _ = image_rgb.shape
     classes = np.empty((rows, columns), np.uint8)
     for i in range(rows):
         for j in range(columns):
-            r, g, b = image_rgb[i, j]
-            is_road, is_other = False, False
-            for light in range(len(mean_rgb)):
-                if share[light, 0, r] + share[light, 1, g] + share[light, 2, b] < 1.0:
-                    is_road = is_road or of_road[light]
-                    is_other = is_other or not of_road[light]
-            classes[i, j] = BUILDING if is_road == is_other else ROAD if is_road else OTHER
+            r, g, b = np.uint32(image_rgb[i, j, 0]), np.uint32(image_rgb[i, j, 1]), np.uint32(image_rgb[i, j, 2])
+            colour = r << 16 | g << 8 | b
+            if known[colour] == _UNKNOWN:
+                known[colour] = _class_of(shares[:, 0, r], shares[:, 1, g], shares[:, 2, b], of_road)
+            classes[i, j] = known[colour]
     return classes
+
+
+@njit(cache=True)
+def _class_of(red_shares, green_shares, blue_shares, of_road):  # type: ignore[no-untyped-def]
+    is_road, is_other = False, False
+    for light in range(len(of_road)):
+        if red_shares[light] + green_shares[light] + blue_shares[light] < 1.0:
+            is_road = is_road or of_road[light]
+            is_other = is_other or not of_road[light]
+    return BUILDING if is_road == is_other else ROAD if is_road else OTHER
 
 
 @njit(cache=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.paper_a.pixel_classes import BUILDING, OTHER, ROAD, classify_pixels, mean_existence
+from trackers.paper_a.pixel_classes import BUILDING, OTHER, ROAD, PixelClassifier, mean_existence
 
 MEAN = np.array([[100.0, 100.0, 100.0], [40.0, 40.0, 44.0], [60.0, 140.0, 60.0]])
 VARIANCE = np.array([[400.0, 100.0, 400.0], [64.0, 64.0, 64.0], [900.0, 900.0, 100.0]])
@@ -18,7 +18,7 @@ def test_classes_are_the_papers_in_each_light() -> None:
     image[:10] = (100, 104, 95)
     image[10:20] = (70, 130, 62)
     image[20:25] = (43, 38, 46)
-    classes = classify_pixels(image, MEAN, VARIANCE, OF_ROAD)
+    classes = PixelClassifier(MEAN, VARIANCE, OF_ROAD).classify(image)
     for i in range(40):
         for j in range(50):
             within = [
@@ -37,8 +37,8 @@ def test_classes_are_the_papers_in_each_light() -> None:
 def test_what_both_classes_claim_is_building() -> None:
     image = np.full((2, 2, 3), 100, np.uint8)
     same = np.stack([MEAN[0], MEAN[0]])
-    assert (classify_pixels(image, same, VARIANCE[:2], np.array([True, False])) == BUILDING).all()
-    assert (classify_pixels(image, same, VARIANCE[:2], np.array([True, True])) == ROAD).all()
+    assert (PixelClassifier(same, VARIANCE[:2], np.array([True, False])).classify(image) == BUILDING).all()
+    assert (PixelClassifier(same, VARIANCE[:2], np.array([True, True])).classify(image) == ROAD).all()
 
 
 @pytest.mark.parametrize("axis", [0, 1])
