@@ -95,23 +95,23 @@ def _speed(scenario: str) -> PublishedTable:
 TABLES: tuple[PublishedTable, ...] = (
     _bench("frame-out-standard", "frame-out", "road-town-v2", "standard", 200, without=_OPENCV),
     _bench("frame-out-hard", "frame-out", "road-town-v2", "hard", 200, without=_OPENCV),
-    _bench("frame-out-oblique", "frame-out", "road-town-v2", "oblique", 100, without=_OPENCV),
+    _bench("frame-out-oblique", "frame-out", "road-town-v2", "oblique", 60, without=_OPENCV),
     *(
         _bench(
             f"frame-out-{preset}-opencv",
             "frame-out",
             "road-town-v2",
             preset,
-            20,
+            12,
             *_OPENCV,
             "hold_ground",
             "mosaic_graph_pf",
         )
         for preset in ("standard", "oblique")
     ),
-    _bench("frame-out-parts", "frame-out", "road-town-v2", "standard", 50, parts_of="mosaic_graph_pf"),
+    _bench("frame-out-parts", "frame-out", "road-town-v2", "standard", 40, parts_of="mosaic_graph_pf"),
     *(
-        _bench(f"frame-out-{preset}", "frame-out", "road-town-v2", preset, 50, "hold_ground", "mosaic_graph_pf")
+        _bench(f"frame-out-{preset}", "frame-out", "road-town-v2", preset, 40, "hold_ground", "mosaic_graph_pf")
         for preset in (
             "standard-left-hand",
             "standard-gipps",
@@ -125,7 +125,7 @@ TABLES: tuple[PublishedTable, ...] = (
         "frame-out",
         "road-town-v2",
         "standard",
-        30,
+        20,
         "mosaic_graph_pf",
         "hold_ground",
         "template_ground",
@@ -164,13 +164,13 @@ TABLES: tuple[PublishedTable, ...] = (
         "stereo",
         "stereo-follow-v2",
         "standard",
-        20,
+        12,
         *_OPENCV,
         "stereo_nearest",
         "stereo_people",
     ),
-    _bench("stereo-parts", "stereo", "stereo-follow-v2", "standard", 30, parts_of="stereo_people"),
-    _bench("fish-standard", "fish", "fish-tank-v1", "standard", 20, variants=True),
+    _bench("stereo-parts", "stereo", "stereo-follow-v2", "standard", 20, parts_of="stereo_people"),
+    _bench("fish-standard", "fish", "fish-tank-v1", "standard", 12, variants=True),
     _bench("fish-hard", "fish", "fish-tank-v1", "hard", 10),
     _bench("harbour-standard", "harbour", "harbour-v1", "standard", 10),
     _bench("harbour-hard", "harbour", "harbour-v1", "hard", 10),
@@ -182,7 +182,7 @@ TABLES: tuple[PublishedTable, ...] = (
         "follow",
         "road-town-v2",
         "standard",
-        30,
+        20,
         "mosaic_graph_pf",
         "colour_pf",
         "blind_turning",
@@ -193,7 +193,7 @@ TABLES: tuple[PublishedTable, ...] = (
         "follow",
         "stereo-follow-v2",
         "standard",
-        30,
+        20,
         "stereo_people",
         "stereo_wb_shutter_gain",
         "blind_ahead",
