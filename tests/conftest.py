@@ -20,7 +20,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--new-golden", action="store_true", help="make the pictures in tests/golden anew")
 
 
-_EARLY = ("scenarios/", "test_contributing.py", "trackers/test_fuzz.py")
+_EARLY = ("scenarios/", "test_contributing.py", "test_readme.py", "trackers/test_fuzz.py")
 """First what compiles the kernels of pictures, a scene at a time; then the files that take longest.
 
 Commands run in two processes of their own, which would compile the same kernels at the same time. Were a long file the

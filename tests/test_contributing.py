@@ -1,63 +1,15 @@
-"""README, RESULTS and CONTRIBUTING are followed word for word: files are written as shown, commands are run."""
+"""RESULTS and CONTRIBUTING are followed word for word: files are written as shown, commands are run."""
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
-import subprocess
-import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from benchmarks.cli import main
-
-ROOT = Path(__file__).parents[1]
-MAKE = {"make demo", "make test"}
-"""Tested in a fresh clone, see tests/test_setup.py; the second would run itself."""
-
-
-@dataclass(frozen=True)
-class Block:
-    """A fenced block: its language, what else stands behind the fence, its text, and the heading above it."""
-
-    language: str
-    mark: str
-    text: str
-    heading: str
-
-
-def blocks_of(name: str) -> list[Block]:
-    found, heading = [], ""
-    pattern = re.compile(
-        r"^#+ (?P<heading>[^\n]*)$|^```(?P<language>\w+) ?(?P<mark>\w*)\n(?P<text>.*?)^```$", re.M | re.S
-    )
-    for match in pattern.finditer((ROOT / name).read_text()):
-        if match["heading"]:
-            heading = match["heading"]
-        else:
-            found.append(Block(match["language"], match["mark"], match["text"], heading))
-    return found
-
-
-def commands(name: str, mark: str) -> list[str]:
-    texts = [block.text for block in blocks_of(name) if block.language == "bash" and block.mark == mark]
-    return [line for text in texts for line in text.splitlines() if line not in MAKE]
-
-
-def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a command as a user would who has activated the environment."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PATH": path}
-    return subprocess.run(command, shell=True, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-
-
-def succeeds(command: str, folder: Path) -> str:
-    done = run(command, folder)
-    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
-    return done.stdout
+from tests.documents import ROOT, blocks_of, commands, succeeds
 
 
 @pytest.mark.parametrize(
@@ -101,17 +53,6 @@ def test_the_scenes_that_contributing_shows_run_in_a_checkout(tmp_path: Path) ->
     assert (tmp_path / "belt.mp4").exists()
 
 
-def test_commands_of_the_readme_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In this process, which has loaded what they need; those of CONTRIBUTING register things and get their own."""
-    monkeypatch.chdir(tmp_path)
-    for command in commands("README.md", ""):
-        program, *words = shlex.split(command)
-        assert program == "frameout"
-        assert main(words) == 0, command
-        out = re.search(r"--out (\S+)", command)
-        assert out is None or (tmp_path / out[1]).exists()
-
-
 @pytest.mark.parametrize("command", sorted({*commands("README.md", "long"), *commands("RESULTS.md", "long")}))
 def test_long_commands_are_understood(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -123,19 +64,6 @@ def test_long_commands_are_understood(
     assert program == "frameout"
     assert main([*words, "--out", "file/inside"]) == 2
     assert "out: expected a folder that can be written" in capsys.readouterr().err
-
-
-def test_python_in_the_readme_runs(tmp_path: Path) -> None:
-    blocks = [block.text for block in blocks_of("README.md") if block.language == "python"]
-    told = []
-    for text in blocks:
-        if "stable_baselines3" in text:
-            pytest.importorskip("stable_baselines3")
-        (tmp_path / "look.py").write_text(text)
-        told.append(succeeds("python look.py", tmp_path))
-    with_sb3, loop = told
-    assert re.fullmatch(r"(True|False) [01]\.\d\n", with_sb3)
-    assert loop.startswith("(240, 320, 3) in")
 
 
 def test_python_about_envs_and_data_sets_in_contributing_runs(tmp_path: Path) -> None:
@@ -155,14 +83,6 @@ def test_python_about_results_in_contributing_runs(tmp_path: Path) -> None:
     told = succeeds("python look.py", tmp_path)
     assert re.search(r"^colour_pf( +\d+\.\d+){2}$", told, re.M)
     assert (tmp_path / "results" / "python" / "error.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_envs_side_by_side_are_made_as_the_readme_says(tmp_path: Path) -> None:
-    (call,) = re.findall(r"`(gym\.make_vec\(ID, .*?\))`", (ROOT / "README.md").read_text())
-    named = call.replace("ID, 2", "'scenarios:frameout/StereoFollow-v1', 2, preset='quick', tracker='stereo_wb'")
-    script = f"import gymnasium as gym\nif __name__ == '__main__':\n    envs = {named}\n"
-    (tmp_path / "side_by_side.py").write_text(f"{script}    print(envs.reset(seed=0)[0].shape[0])\n    envs.close()\n")
-    assert succeeds("python side_by_side.py", tmp_path) == "2\n"
 
 
 def test_files_that_the_documents_point_to_exist() -> None:
