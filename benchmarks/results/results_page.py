@@ -26,7 +26,7 @@ from jinja2 import Environment, StrictUndefined, TemplateError
 
 from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
 from benchmarks.report.numbers import interval_text, number_text, unit_sign
-from benchmarks.report.tables import column_of, leaderboard
+from benchmarks.report.tables import leaderboard
 from benchmarks.results import ledger
 from benchmarks.results.table_files import TableFile, read_table
 from benchmarks.suites.registry import suite
@@ -74,13 +74,19 @@ class _Page:
         scores = suite(shown[0]["summary"][0]["suite"])
         # A metric that a suite does not have is named by its error.
         ranked = replace(scores, headline=tuple(scores.metric(name).name for name in columns) or scores.headline)
+        boards = [
+            leaderboard(ranked, each["summary"], roles or sorted({entry["role"] for entry in each["summary"]}))
+            for each in shown
+        ]
+        # A metric that no row has, such as one of steered runs alone, has no column.
+        kinds = sorted({" | ".join(map(head, board.columns)) for board in boards})
+        check("table", len(kinds) == 1, f"the same columns in {', '.join(names)}", "; ".join(kinds))
         several, lines = len(shown) > 1, []
-        for each in shown:
-            board = leaderboard(ranked, each["summary"], roles or sorted({entry["role"] for entry in each["summary"]}))
+        for each, board in zip(shown, boards, strict=True):
             preset = [f"`{each['summary'][0]['preset']}`"] if several else []
             lines += [[*preset, *names_and_cells(line)] for line in board.lines]
         texts = [*(["preset"] if several else []), *scores.contestants, "role"]
-        heads = [*texts, *(head(column_of(scores.metric(name))) for name in ranked.headline)]
+        heads = [*texts, *map(head, boards[0].columns)]
         return f"{markdown_table(heads, lines, words=len(texts))}\n\n{_origin(shown)}"
 
     def paper(self, name: str) -> str:

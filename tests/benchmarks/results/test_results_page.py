@@ -89,6 +89,19 @@ def test_a_table_stands_where_the_template_names_it(published: dict[str, Any]) -
     assert chosen.count("\n| `") == 2
 
 
+def test_a_metric_without_rows_has_no_column(published: dict[str, Any]) -> None:
+    """Time seen is counted in steered runs alone."""
+    assert not any(each["metric"] == "time_seen" for each in published["summary"])
+    heads, rule, *lines = rendered("{{ table('first') }}").split("\n\n")[0].splitlines()
+    assert "recovery rate" in heads
+    assert "time seen" not in heads
+    assert {line.count("|") for line in (rule, *lines)} == {heads.count("|")}
+    steered = [{**each, "metric": "time_seen"} for each in published["summary"] if each["metric"] == "recovery_rate"]
+    keep("second", published, summary=[*published["summary"], *steered])
+    with pytest.raises(ValueError, match=r"table: expected the same columns in first, second, got .*time seen"):
+        rendered("{{ table('first', 'second') }}")
+
+
 def test_numbers_in_prose_come_from_the_tables(published: dict[str, Any]) -> None:
     text = rendered(
         "{{ value('first', 'sharp', 'recovery_rate') }} {{ value('first', 'sharp', 'offscreen_error_30_m') }}"
