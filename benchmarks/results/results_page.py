@@ -10,6 +10,8 @@ The template, ``RESULTS.template.md``, is prose with calls in double braces (Jin
 ``figures(NAME)``                                all metrics of a speed, a line for each
 ``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
 ``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference
+``change(NAME, OTHER, CONTESTANT, METRIC)``      the same of one contestant: table NAME minus OTHER, paired over
+                                                 the seeds that both have
 ================================================  ======================================================================
 
 A contestant is a tracker, or CONTROLLER+TRACKER. Tables end with a line that names their command, commit and seeds.
@@ -28,7 +30,9 @@ from benchmarks.report.markdown import head, markdown_table, names_and_cells, sh
 from benchmarks.report.numbers import interval_text, number_text, unit_sign
 from benchmarks.report.tables import leaderboard
 from benchmarks.results import ledger
-from benchmarks.results.table_files import TableFile, read_table
+from benchmarks.results.table_files import TableFile, label, read_rows_of, read_table
+from benchmarks.run.records import Row
+from benchmarks.scores.summary import paired
 from benchmarks.suites.registry import suite
 from sim.checks import check
 
@@ -42,7 +46,7 @@ def results_page() -> str:
     """
     page = _Page()
     environment = Environment(undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False)
-    calls = (page.table, page.paper, page.figures, page.value, page.difference)
+    calls = (page.table, page.paper, page.figures, page.value, page.difference, page.change)
     environment.globals |= {each.__name__: each for each in calls}
     try:
         text = environment.from_string(ledger.TEMPLATE.read_text()).render()
@@ -61,6 +65,7 @@ class _Page:
 
     def __init__(self) -> None:
         self.tables: dict[str, TableFile] = {}
+        self._rows: dict[str, list[Row]] = {}
 
     def _read(self, name: str) -> TableFile:
         if name not in self.tables:
@@ -119,6 +124,25 @@ class _Page:
         """See the module."""
         entry = _entry(self._read(name), "comparisons", contestant, metric, other)
         return _number({**entry, "mean": entry["difference"], "unit": suite(entry["suite"]).metric(metric).unit})
+
+    def change(self, name: str, other: str, contestant: str, metric: str) -> str:
+        """See the module."""
+        judged = suite(self._read(name)["summary"][0]["suite"]).metric(metric)
+        first, second = ([row for row in self._rows_of(each) if label(row) == contestant] for each in (name, other))
+        found = paired(first, second, judged)
+        if found is None:
+            raise ValueError(
+                f"change: expected rows of {contestant} with {metric} on common seeds of {name} and {other}, got none"
+            )
+        return _number(
+            {"mean": found.difference, "ci_low": found.ci_low, "ci_high": found.ci_high, "unit": judged.unit}
+        )
+
+    def _rows_of(self, name: str) -> list[Row]:
+        self._read(name)
+        if name not in self._rows:
+            self._rows[name] = [row for block in (read_rows_of(name) or {}).values() for row in block]
+        return self._rows[name]
 
 
 def check_one_run(shown: Sequence[TableFile]) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import lzma
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -16,6 +18,7 @@ from benchmarks.results import ledger, table_files
 from benchmarks.results.figures_hash import hash_of_figures
 from benchmarks.results.results_page import results_page
 from benchmarks.results.tuning_budgets import budgets_of
+from benchmarks.run.records import FILE_NAME
 from benchmarks.scores.summary import write_summary
 from tests.benchmarks.fake_rows import write_rows
 from trackers import registry
@@ -116,6 +119,33 @@ def test_numbers_in_prose_come_from_the_tables(published: dict[str, Any]) -> Non
     ]
     text = rendered("{{ difference('first', 'sharp', 'blunt', 'recovery_rate') }}")
     assert text == percents({**found, "mean": found["difference"]}).replace("-", "\u2212")
+
+
+def test_a_contestant_is_compared_between_tables_on_their_common_seeds(
+    published: dict[str, Any], tmp_path: Path
+) -> None:
+    keep("second", published)
+    for name, seeds in (("first", range(10_000, 10_008)), ("second", range(10_004, 10_012))):
+        write_rows(tmp_path / name, seeds)
+    rows = [json.loads(line) for line in (tmp_path / "second" / FILE_NAME).read_text().splitlines()]
+    common = [
+        (row["value"], row["weight"])
+        for row in rows
+        if row["tracker"] == "sharp" and row["metric"] == "offscreen_error_30_m" and row["seed"] < 10_008
+    ]
+    mean = sum(value * weight for value, weight in common) / sum(weight for _, weight in common)
+    for row in rows:
+        row["value"] = 3.0 * row["value"] if row["metric"] == "offscreen_error_30_m" else row["value"]
+    (tmp_path / "second" / FILE_NAME).write_text("".join(f"{json.dumps(row)}\n" for row in rows))
+    for name in ("first", "second"):
+        packed = lzma.compress((tmp_path / name / FILE_NAME).read_bytes())
+        table_files.rows_file(name).write_bytes(packed)
+    text = rendered("{{ change('second', 'first', 'sharp', 'offscreen_error_30_m') }}")
+    found, low, high = map(float, re.findall(r"[\d.]+", text))
+    assert found == pytest.approx(2.0 * mean, rel=0.005)
+    assert 0.0 < low < found < high
+    with pytest.raises(ValueError, match="change: expected rows of nix with recovery_rate on common seeds"):
+        rendered("{{ change('second', 'first', 'nix', 'recovery_rate') }}")
 
 
 def test_tables_of_one_run_stand_below_each_other(published: dict[str, Any]) -> None:
