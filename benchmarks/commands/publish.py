@@ -27,6 +27,7 @@ from benchmarks.results.table_files import read_table, table_file, write_table
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
+from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -40,9 +41,9 @@ class Publish:
     made from to benchmarks/results/tables.
 
     A run that was stopped continues with the same command. It starts with an estimate of its time. It needs a checkout
-    without changes to the code, all that the tables' trackers need, and a folder without rows of another commit. Each
-    table on the test split is recorded in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker
-    failed.
+    without changes to the code, and all that the tables' trackers need. Rows of an earlier commit stay where, by their
+    hashes, the same code, parameters and packages would make them. Each table on the test split is recorded in
+    benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker failed.
 
     Attributes:
         tables: names of tables (default: all; with --check, all published ones that have rows).
@@ -155,16 +156,23 @@ class Publish:
 
 
 def _claim(folder: Path, commit: str) -> None:
-    """Mark a table's folder as made at ``commit``. Raises ValueError if it holds rows of another one."""
+    """Mark a table's folder as made at ``commit``.
+
+    Of another commit only rows stay: a run keeps those that the same code, parameters and packages made, and makes the
+    others anew. What has no rows, a speed, is measured anew.
+
+    Raises:
+        ValueError: if this command did not make the folder.
+    """
     make_folder(folder)
     mark = folder / _COMMIT
     if not mark.is_file():
         others = sorted(each.name for each in folder.iterdir())
         check("out", not others, "folders of tables that this command made", f"{str(folder)!r} with {others[:1]}")
-        write_atomic(mark, json.dumps({"commit": commit}) + "\n")
-    made_at = json.loads(mark.read_text())["commit"]
-    wanted = f"rows of commit {commit}, which is checked out (or another --out)"
-    check("out", made_at == commit, wanted, f"{str(folder)!r} with rows of commit {made_at}")
+    elif json.loads(mark.read_text())["commit"] != commit:
+        for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME):
+            (folder / name).unlink(missing_ok=True)
+    write_atomic(mark, json.dumps({"commit": commit}) + "\n")
 
 
 def _render() -> int:

@@ -141,6 +141,8 @@ class Chain:
         if self._parameters.offline:
             self._learn()
             fish = self._decide_all()
+            # Guesses from while the pictures came need not agree with what is decided now.
+            self._guesses = {}
         else:
             self._decide(0)
             fish = list(self._fish.values())

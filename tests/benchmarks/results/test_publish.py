@@ -23,6 +23,7 @@ from benchmarks.run.records import FILE_NAME, read_blocks
 from scenarios.scenario import RendererName
 from tests.benchmarks.results.conftest import SMOKE, commit_all, contents, git, publish
 from tests.plain_scene import belt
+from trackers import registry
 from trackers.baselines.csrt_pipe import MAKE_IT, PYTHON_VARIABLE
 
 pytestmark = pytest.mark.usefixtures("smoke", "unmeasured")
@@ -88,23 +89,34 @@ def test_only_code_as_committed_is_published(
     assert publish(tmp_path / "out", "--dry-run") == 0
 
 
-def test_rows_of_another_commit_are_not_gone_on_with(
-    checkout: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_rows_of_an_earlier_commit_stay_where_the_same_code_made_them(
+    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
     first = git(checkout, "rev-parse", "--short=10", "HEAD")
     assert publish(out) == 0
     # What publishing wrote does not count as a change.
     assert publish(out) == 0
-    second = commit_all(checkout, "second")
-    capsys.readouterr()
-    assert publish(out) == 2
-    (error,) = capsys.readouterr().err.splitlines()
-    assert error == (
-        f"error: out: expected rows of commit {second}, which is checked out (or another --out), "
-        f"got '{out / 'smoke'}' with rows of commit {first}"
-    )
     assert contents()["commit"] == first
+    before = read_blocks(out / "smoke")
+    second = commit_all(checkout, "second")
+    assert publish(out) == 0
+    assert contents()["commit"] == second
+    assert read_blocks(out / "smoke") == before
+    # One contestant's parameters are others now: its rows alone are made anew.
+    changed = dataclasses.replace(registry.entry("constant_velocity"), overrides={"acceleration_px": 2.5})
+    monkeypatch.setitem(registry._ENTRIES, "constant_velocity", changed)
+    commit_all(checkout, "third")
+    assert publish(out) == 0
+    after = read_blocks(out / "smoke")
+    assert after.keys() == before.keys()
+    for key, rows in after.items():
+        assert (rows == before[key]) == (key.tracker != "constant_velocity")
+
+
+def test_a_folder_that_publishing_did_not_make_is_refused(
+    checkout: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "foreign/smoke").mkdir(parents=True)
     (tmp_path / "foreign/smoke" / FILE_NAME).touch()
     assert publish(tmp_path / "foreign") == 2
@@ -277,3 +289,7 @@ def test_a_speed_is_published_without_rows(
     assert "| frames per s | /s | 61.2 (58.0–64.0) |" in ledger.RESULTS.read_text()
     assert publish(tmp_path / "out", "fast", "--check") == 2
     assert "tables: expected some with rows, as times are never equal, got 'fast'" in capsys.readouterr().err
+    commit_all(checkout, "second")
+    monkeypatch.setattr("benchmarks.commands.speed.measure_scenario", lambda *_: [{**entry, "mean": 60.5}])
+    assert publish(tmp_path / "out") == 0
+    assert json.loads((ledger.TABLES_FOLDER / "fast.json").read_text())["summary"][0]["mean"] == 60.5

@@ -15,6 +15,7 @@ from tests.trackers.fish_chain.drawn_tank import Tank
 from tests.trackers.fish_chain.steady import Steady
 from trackers.estimate_check import check_tracks
 from trackers.fish_chain.chain import Chain, ChainParameters
+from trackers.fish_chain.fish import Fish
 from trackers.registry import entry
 from trackers.types import CameraModel, Observation, Track
 
@@ -134,6 +135,21 @@ def test_between_two_tracklets_a_fish_is_where_both_ends_say() -> None:
             share = (k - 59) / 11
             between_px = places[59] + share * (places[70] - places[59])
             np.testing.assert_allclose(track.estimate.position_px, between_px, atol=3.0)
+
+
+def test_offline_no_guess_from_while_the_pictures_came_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fish that came back within the delay had a guess, which the links of the whole video need not contain."""
+    tank, background, pictures, _ = film(1)
+    hidden = [background[0] if 80 <= k < 90 else picture for k, picture in enumerate(pictures[:100])]
+    chain = Chain(ChainParameters(offline=True), Steady())
+    chain.start(background, tank.camera)
+    for each in hidden:
+        chain.update(each)
+    assert chain._guesses
+    monkeypatch.setattr(chain, "_decide_all", lambda: [Fish([each]) for each in chain._tracklets])
+    answers = chain.revised()
+    assert len(answers) == 100
+    assert not any(answers[85])
 
 
 def test_a_high_limit_abstains() -> None:
