@@ -160,12 +160,14 @@ class Detector:
     def _sign(self, difference: Grey) -> int:
         """Return -1 for fish darker than the floor, +1 for brighter ones, as the first pictures show it.
 
+        Each pixel has one vote: about lamps there are few that are far brighter.
+
         ``difference``: to the floor, 0 where lamps are reflected.
         """
         assert self._background is not None
         if self._voted < _VOTING_FRAMES:
-            beyond = np.where(np.abs(difference) > self._parameters.surely * self._background.spread, difference, 0.0)
-            self._votes += -float(beyond[beyond < 0].sum()), float(beyond[beyond > 0].sum())
+            limit = self._parameters.surely * self._background.spread
+            self._votes += np.count_nonzero(difference < -limit), np.count_nonzero(difference > limit)
             self._voted += 1
         return 1 if self._votes[1] > self._votes[0] else -1
 

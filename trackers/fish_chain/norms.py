@@ -61,16 +61,24 @@ class Norms:
             shadow = shadow_limit(np.array(self._cores))
             if shadow > 0 and self.shadow == 0:
                 # What was learnt so far was learnt from shadows too.
-                for values in (self._areas, self._lengths, self._contrasts, self._centres):
-                    values.clear()
-                self.area_px = self.length_px = self.contrast = self.centre = 0.0
+                self._forget()
+                self.contrast = 0.0
             self.shadow = shadow
+        if len(self._areas) >= _SOME and self.contrast == 0:
+            # With a contrast to cut them by, blobs are smaller from now on.
+            self.contrast = float(np.quantile(self._contrasts, _ONE_BODY_QUANTILE))
+            self._forget()
         if len(self._areas) >= _SOME:
             self.area_px, self.length_px, self.contrast = (
                 float(np.quantile(values, _ONE_BODY_QUANTILE))
                 for values in (self._areas, self._lengths, self._contrasts)
             )
             self.centre = float(np.median(self._centres))
+
+    def _forget(self) -> None:
+        for values in (self._areas, self._lengths, self._contrasts, self._centres):
+            values.clear()
+        self.area_px = self.length_px = self.centre = 0.0
 
 
 def shadow_limit(cores: NDArray[np.float64]) -> float:

@@ -43,6 +43,22 @@ def test_single_fish_are_found_with_their_posture(paler: bool, background: int) 
     assert np.median(lines_px) < 1.0
 
 
+def test_lamps_that_are_brighter_than_fish_are_dark_are_no_fish() -> None:
+    """They are fewer pixels, with more contrast in all."""
+    tank, rng = Tank(count=3, seed=5), np.random.default_rng(0)
+    tank._darkness[:] = 30.0
+    new = detector(tank, 20)
+    for frame in range(20):
+        observation = tank.draw()
+        shown = observation.image_rgb.copy()
+        for x, y in rng.integers(5, [tank.size[0] - 9, tank.size[1] - 9], (14, 2)):
+            shown[y : y + 5, x : x + 5] = 249
+        found = new.detect(Observation(shown, observation.time_s, observation.camera))
+        places = np.array([each.position_px for each in found]).reshape(-1, 2)
+        for place in tank.positions_px:
+            assert np.linalg.norm(places - place, axis=1).min(initial=np.inf) < 12.0, frame
+
+
 def test_a_tail_that_comes_and_goes_does_not_move_the_middle() -> None:
     tank = Tank(count=3, seed=3)
     new = detector(tank, 20)
