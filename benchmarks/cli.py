@@ -16,6 +16,7 @@ import tyro
 
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.source_files import ROOT, foreign_packages
+from sim.choices import check_choice
 
 _COMMANDS = {
     "list": ("benchmarks.commands.list_all", "List"),
@@ -82,8 +83,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(_overview())
         return 0 if words else _USAGE_ERROR
     name, rest = words[0], words[1:]
-    if name not in _COMMANDS:
-        return _refuse(f"command: expected one of {', '.join(_COMMANDS)}; got {name!r}")
+    try:
+        check_choice("command", name, _COMMANDS)
+    except ValueError as error:
+        return _refuse(str(error))
     module, kind = _COMMANDS[name]
     command: Command | None = None
     try:

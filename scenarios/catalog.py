@@ -6,6 +6,8 @@ import importlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from sim.choices import check_choice
+
 if TYPE_CHECKING:
     from scenarios.scenario import Scenario, Survey
 
@@ -129,10 +131,10 @@ def survey(name: str) -> Survey | None:
 
 
 def _entry(name: str) -> Entry:
-    for entry in reversed(_ENTRIES):
-        if name in (entry.id, unversioned(entry.id)):
-            return entry
-    raise ValueError(f"scenario: expected one of {', '.join(names())}; got {name!r}")
+    # Without its version a name is the latest one's.
+    known = {unversioned(entry.id): entry for entry in _ENTRIES} | {entry.id: entry for entry in _ENTRIES}
+    check_choice("scenario", name, known)
+    return known[name]
 
 
 def _loaded(place: str) -> Any:

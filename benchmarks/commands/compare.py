@@ -16,6 +16,7 @@ from benchmarks.commands.arguments import ONE_NAME
 from benchmarks.commands.console import console_of
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.report.numbers import interval_text, number_text, unit_sign
 from benchmarks.run.records import REAL, Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison
@@ -92,7 +93,7 @@ class Compare(WithModules):
 
     def _table(self, words: EventWords, found: list[tuple[str, Metric, Comparison, float]]) -> Table:
         table = Table(title=f"{self.first} minus {self.second}, paired over episodes", box=box.SIMPLE_HEAD)
-        for column in (words.name, "metric"):
+        for column in (words.name, "metric", "unit"):
             table.add_column(column)
         for column in ("difference", "95 % interval", "p (Holm)", "episodes"):
             table.add_column(column, justify="right")
@@ -102,8 +103,9 @@ class Compare(WithModules):
             table.add_row(
                 attribute if attribute != previous else "",
                 f"{metric.name} ({'↑' if metric.better == 'higher' else '↓'})",
-                f"{comparison.difference:+.3f}",
-                f"{comparison.ci_low:+.3f} to {comparison.ci_high:+.3f}" if math.isfinite(comparison.ci_low) else "–",
+                "points" if metric.unit == "fraction" else unit_sign(metric.unit),
+                number_text(comparison.difference, metric.unit, signed=True),
+                interval_text(comparison.ci_low, comparison.ci_high, metric.unit, signed=True) or "–",
                 f"{p_holm:.4f}",
                 str(comparison.n),
                 style="bold" if clear else "",

@@ -24,6 +24,7 @@ from benchmarks.commands.arguments import (
 )
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.report.numbers import counted
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.packages import needs_data
@@ -108,7 +109,7 @@ class Generate(WithModules):
         made = {"episodes": len(data.seeds), "frames": len(data), "bytes": data.files.du(data.root)}
         seconds = time.perf_counter() - began
         size = f"{made['frames']} frames, {made['bytes'] / 2**30:.2f} GiB"
-        said = f"{self.out}: {made['episodes']} episodes, {size}, {seconds:.0f} s"
+        said = f"{self.out}: {counted(made['episodes'], 'episode')}, {size}, {seconds:.0f} s"
         print(json.dumps({"out": self.out} | made | {"seconds": seconds}) if self.json else said)
         return 0
 

@@ -14,6 +14,7 @@ from benchmarks.papers.repeat import repeat
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import check_renderer
+from sim.choices import check_choice
 
 _EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C", "D")
 
@@ -22,8 +23,8 @@ _EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C", "D")
 class Paper:
     """Repeat a paper's experiment over many episodes; show its table beside ours, with pictures at the paper's frames.
 
-    The methods have the parameters of the paper; in `frameout bench` they have tuned ones. B1 and B2 measure a camera
-    and run no method.
+    The methods have the parameters of the paper, as under their own names in `frameout bench`, where NAME_tuned has the
+    tuned ones. B1 and B2 measure a camera and run no method.
 
     Attributes:
         experiment: A2: a car is tracked by the shape of the road, the helicopter's motion is measured; A3: by pixel
@@ -49,8 +50,7 @@ class Paper:
     def run(self) -> int:
         """Run it; return the exit status."""
         name = self.experiment.upper()
-        if name not in _EXPERIMENTS:
-            raise ValueError(f"experiment: expected one of {', '.join(_EXPERIMENTS)}; got {self.experiment!r}")
+        check_choice("experiment", name, _EXPERIMENTS)
         renderer = check_renderer(self.renderer)
         experiment = importlib.import_module(f"benchmarks.papers.{name.lower()}").EXPERIMENT
         out = self.out or Path("results") / f"paper-{name.lower()}"

@@ -10,6 +10,7 @@ import tyro
 from benchmarks.commands.arguments import COUNT
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.report.numbers import counted
 from benchmarks.run.packages import needs_data
 from sim.checks import check
 
@@ -42,7 +43,7 @@ class Verify(WithModules):
         for problem in found:
             print(problem)
         if not found:
-            print(f"{self.directory}: {len(data.seeds)} episodes, {len(data)} frames, all whole")
+            print(f"{self.directory}: {counted(len(data.seeds), 'episode')}, {len(data)} frames, all whole")
             return 0
         seeds = [problem.seed for problem in found]
         if self.discard:

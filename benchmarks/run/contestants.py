@@ -13,6 +13,7 @@ from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
 from benchmarks.suites.registry import DEFAULT, Scene, Suite, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
+from sim.choices import check_choice
 from sim.render.compilation import forget_stale_kernels
 from trackers import registry
 from trackers.follow_one import FollowOne
@@ -77,8 +78,7 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
     if values:
         return _from_registry(registry.entry(name), **values)
     known = entrants()
-    if name not in known:
-        raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}")
+    check_choice("tracker", name, known)
     return known[name]
 
 

@@ -25,6 +25,7 @@ from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.scenario import RendererName
 from sim.checks import check
+from sim.choices import check_choice
 from trackers import registry
 from trackers.controllers import catalogue
 
@@ -241,8 +242,7 @@ def check_names(experiment: Experiment) -> None:
     }
     for parameter, (given, expected) in known.items():
         for name in given:
-            if name not in expected:
-                raise ValueError(f"{parameter}: expected one of {', '.join(expected)}; got {name!r}")
+            check_choice(parameter, name, expected)
     _check_trackers(experiment)
     check_renderer(experiment.renderer)
     first, end = experiment.seeds.start, experiment.seeds.stop
@@ -275,9 +275,8 @@ def _check_trackers(experiment: Experiment) -> None:
     judged = suite(experiment.suite)
     known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
     for name in (experiment.settings.get(label, (label,))[0] for label in experiment.trackers):
-        if name not in expected:
-            whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
-            raise ValueError(f"trackers: expected one of {', '.join(expected)}; got {name!r}{whose}")
+        whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
+        check_choice("trackers", name, expected, why=whose)
         entry = registry.entries().get(name)
         many = not judged.follows_many or entry is None or entry.follows_many
         check("trackers", many, "ones of many targets, with a method start", repr(name))

@@ -10,6 +10,7 @@ from benchmarks.run.contestants import entrants_of
 from benchmarks.run.steering import default_controllers
 from benchmarks.suites.registry import Scene, Suite
 from scenarios import catalog
+from sim.choices import check_choice
 from trackers.controllers.catalogue import controller_entry
 
 
@@ -78,7 +79,7 @@ def _scenes(suite: Suite, scenarios: Sequence[str], presets: Sequence[str]) -> d
     latest = [catalog.scenario(scene.scenario).id for scene in suite.scenes]
     for name in given:
         if not suite.is_about(name):
-            raise ValueError(f"scenario: expected one of {', '.join(latest)}; got {name!r}")
+            check_choice("scenario", name, latest)
     chosen = [replace(suite.scene(name), scenario=name) for name in given or latest]
     if not presets:
         return {scene: (scene.preset or suite.preset,) for scene in chosen}

@@ -21,6 +21,7 @@ from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
 from sim.checks import check
+from sim.choices import check_choice
 
 if TYPE_CHECKING:
     from benchmarks.report.facts import Facts
@@ -204,8 +205,7 @@ class Suite:
     def metric(self, name: str) -> Metric:
         """Return one metric by name. Raises ValueError for an unknown name."""
         known = {metric.name: metric for metric in self.metrics}
-        if name not in known:
-            raise ValueError(f"metric: expected one of {', '.join(known)}; got {name!r}")
+        check_choice("metric", name, known)
         return known[name]
 
 
@@ -255,8 +255,7 @@ def suite(name: str) -> Suite:
         ValueError: for an unknown name; lists the known ones.
     """
     known = suites()
-    if name not in known:
-        raise ValueError(f"suite: expected one of {', '.join(known)}; got {name!r}")
+    check_choice("suite", name, known)
     return known[name]
 
 
