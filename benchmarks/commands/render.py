@@ -12,9 +12,11 @@ import tyro
 from benchmarks.commands.arguments import COUNT, FILE, ONE_NAME
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.run.contestants import entrants, entrants_of
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.jobs import Job
 from benchmarks.run.steering import link_in, suite_shown, suite_watching
+from benchmarks.suites.registry import suite
 from benchmarks.video.episode_video import render_episode
 from scenarios import catalog
 from sim.checks import check
@@ -65,6 +67,7 @@ class Render(WithModules):
         with progress_bar(f"{scenario.id} {self.preset}, frames") as progress:
             failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
         print(out)
+        self._say_if_not_scored(job)
         for failure in failures:
             print(f"error: {failure}", file=sys.stderr)
         return 1 if failures else 0
@@ -80,3 +83,12 @@ class Render(WithModules):
         link = None if self.controller is None else link_in(shown, self.link or "prompt")
         episode = (shown, scenario, self.preset, check_renderer(self.renderer), self.seed)
         return Job(*episode, self.controller, trackers, link=link, repeats=1)
+
+    def _say_if_not_scored(self, job: Job) -> None:
+        """Print a note where the tracker was made for another scene: it is drawn, but no suite scores it here."""
+        judged, known = suite(job.suite), entrants()
+        scored = entrants_of(judged, judged.scene(job.scenario))
+        for name in job.trackers:
+            if judged.is_about(job.scenario) and name in known and name not in scored:
+                of = f"of suite {', '.join(known[name].suites)}"
+                print(f"note: {name} is {of}; `frameout bench` does not score it on {job.scenario}", file=sys.stderr)

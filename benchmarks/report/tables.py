@@ -13,6 +13,8 @@ Entry = dict[str, Any]
 
 UNRANKED_ROLES = ("blind", "oracle")
 """References, not competitors: never the best."""
+NO_NUMBER = "–"
+"""Text of a cell without a value."""
 _RANKED_BY = 3
 """Number of columns that decide the order: the first one, on ties the next …"""
 _WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
@@ -139,7 +141,7 @@ def column_of(metric: Metric) -> Column:
 
 def _cell(metric: Metric, entry: Entry | None, top: float, entries: Sequence[Entry]) -> Cell:
     if entry is None or entry["mean"] is None:
-        return Cell("–")
+        return Cell(NO_NUMBER)
     text = number_text(entry["mean"], metric.unit)
     low, high = entry["ci_low"], entry["ci_high"]
     rivals = [e for e in entries if e["metric"] == metric.name and e["role"] not in UNRANKED_ROLES]
@@ -168,7 +170,7 @@ def _rank(metric: Metric, entry: Entry | None) -> float:
 
 def _difference(metric: Metric, entry: Entry | None) -> Cell:
     if entry is None or entry["difference"] is None:
-        return Cell("–")
+        return Cell(NO_NUMBER)
     low, high = entry["ci_low"], entry["ci_high"]
     clear = low is not None and high is not None and (low > 0 or high < 0) and entry["p_holm"] < 0.05
     ahead = (entry["difference"] > 0) == (metric.better == "higher")

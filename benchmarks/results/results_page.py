@@ -28,7 +28,7 @@ from jinja2 import Environment, StrictUndefined, TemplateError
 
 from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
 from benchmarks.report.numbers import interval_text, number_text, unit_sign
-from benchmarks.report.tables import leaderboard
+from benchmarks.report.tables import NO_NUMBER, leaderboard
 from benchmarks.results import ledger
 from benchmarks.results.table_files import TableFile, label, read_rows_of, read_table
 from benchmarks.run.records import Row
@@ -89,7 +89,9 @@ class _Page:
         several, lines = len(shown) > 1, []
         for each, board in zip(shown, boards, strict=True):
             preset = [f"`{each['summary'][0]['preset']}`"] if several else []
-            lines += [[*preset, *names_and_cells(line)] for line in board.lines]
+            # Nor has a contestant a line that has no number here, such as one of another protocol.
+            told = (line for line in board.lines if any(cell.text != NO_NUMBER for cell in line.cells))
+            lines += [[*preset, *names_and_cells(line)] for line in told]
         texts = [*(["preset"] if several else []), *scores.contestants, "role"]
         heads = [*texts, *map(head, boards[0].columns)]
         return f"{markdown_table(heads, lines, words=len(texts))}\n\n{_origin(shown)}"

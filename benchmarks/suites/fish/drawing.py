@@ -31,6 +31,10 @@ def colour_of(identity: int) -> marks.Rgb:
     return int(255 * red), int(255 * green), int(255 * blue)
 
 
+def _draw_true_line(image: marks.Image, x: int, y: int) -> None:
+    marks.draw_lines(image, [[(x, y - 3.0), (x + 7, y - 7.0), (x + 13, y - 3.0), (x + 20, y - 7.0)]], marks.TRUTH, 1)
+
+
 def _draw_trail(image: marks.Image, x: int, y: int) -> None:
     for k in range(3):
         marks.draw_lines(image, [[(x, y - 10.0 + 5 * k), (x + 20, y - 10.0 + 5 * k)]], colour_of(k), 1)
@@ -45,7 +49,7 @@ class FishDrawing:
 
     uses_larger_view = False
     signs: tuple[Sign, ...] = (
-        legend.TRUTH,
+        Sign("true centre line", _draw_true_line),
         legend.shaded("a fish hides another", _CROSSING),
         Sign("tracks, a colour for each identity", _draw_trail, of_tracker=True),
         Sign("predicted, with its 95 % region", _draw_bridged, of_tracker=True),

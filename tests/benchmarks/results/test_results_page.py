@@ -105,6 +105,14 @@ def test_a_metric_without_rows_has_no_column(published: dict[str, Any]) -> None:
         rendered("{{ table('first', 'second') }}")
 
 
+def test_a_contestant_without_a_number_has_no_line(published: dict[str, Any]) -> None:
+    others = [each for each in published["summary"] if each["tracker"] != "hold"]
+    nothing = {**entry(published, "hold", "recovery_rate"), "mean": None, "ci_low": None, "ci_high": None}
+    keep("first", published, summary=[*others, nothing])
+    shown = rendered(f"{{{{ table('first', {COLUMNS}) }}}}")
+    assert {each["tracker"] for each in others} == set(re.findall(r"^\| `(\w+)`", shown, re.MULTILINE))
+
+
 def test_numbers_in_prose_come_from_the_tables(published: dict[str, Any]) -> None:
     text = rendered(
         "{{ value('first', 'sharp', 'recovery_rate') }} {{ value('first', 'sharp', 'offscreen_error_30_m') }}"
