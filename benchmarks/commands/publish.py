@@ -7,6 +7,7 @@ import math
 import sys
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
@@ -27,6 +28,7 @@ from benchmarks.results.table_files import read_table, table_file, write_table
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
+from benchmarks.run.records import FILE_NAME
 from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from sim.checks import check
 from trackers.atomic_file import write_atomic
@@ -116,7 +118,8 @@ class Publish:
             table, folder = run.table, self.out / run.table.name
             why = f"table {table.name}" if table.seeds.stop > ledger.TEST_SPLIT.start else ""
             title = f"{table.name}, {number} of {len(runs)} tables"
-            with ledger.recorded(run.command, table.seeds, why), progress_bar(title) as progress:
+            ran = partial(_differs, _bytes_of(folder / FILE_NAME), folder / FILE_NAME)
+            with ledger.recorded(run.command, table.seeds, why, ran), progress_bar(title) as progress:
                 run.run(folder, cores(self.workers), progress)
             now = ledger.commit()
             check("publish", now == commit, f"the commit {commit} of the start until the end", now)
@@ -173,6 +176,14 @@ def _claim(folder: Path, commit: str) -> None:
         for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME):
             (folder / name).unlink(missing_ok=True)
     write_atomic(mark, json.dumps({"commit": commit}) + "\n")
+
+
+def _bytes_of(file: Path) -> bytes:
+    return file.read_bytes() if file.is_file() else b""
+
+
+def _differs(before: bytes, file: Path) -> bool:
+    return _bytes_of(file) != before
 
 
 def _render() -> int:

@@ -7,7 +7,7 @@ import json
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -27,10 +27,11 @@ _WITHOUT_EFFECT = {"publish", "out", "workers", "backend", "json", "csv", "metri
 
 
 @contextmanager
-def recorded(command: str, seeds: range, why: str) -> Iterator[None]:
+def recorded(command: str, seeds: range, why: str, ran: Callable[[], bool] = lambda: True) -> Iterator[None]:
     """Record a run on the test split in the ledger after its end, if ``why`` gives a reason to publish it.
 
-    Without ``why`` a note on stderr follows. A run is one command at one commit: repeating it adds no line.
+    Without ``why`` a note on stderr follows. A run is one command at one commit: repeating it adds no line. Nor does a
+    command that is in the ledger and for which nothing ``ran`` this time, asked at the end.
 
     Raises:
         ValueError: before a run to be published, for other seeds or without a clean checkout.
@@ -41,7 +42,8 @@ def recorded(command: str, seeds: range, why: str) -> Iterator[None]:
     entry = {"command": command, "commit": commit(), "split": "test", "seeds": text, "why": why} if why else None
     yield
     if entry is not None:
-        if not any(_same(entry, known) for known in _entries()):
+        known = any(_same(entry, each) for each in _entries())
+        if not known and (ran() or command not in published_runs()):
             with LEDGER.open("a") as file:
                 file.write(json.dumps(entry) + "\n")
     elif on_test_split:

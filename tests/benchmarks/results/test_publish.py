@@ -168,6 +168,11 @@ def test_runs_on_the_test_split_are_in_the_ledger(
     ((command, runs),) = ledger.published_runs().items()
     assert command.endswith("--seeds 2:3")
     assert [run["why"] for run in runs] == ["table smoke"]
+    commit_all(checkout, "second")
+    assert publish(tmp_path / "test") == 0
+    assert ledger.published_runs()[command] == runs
+    assert publish(tmp_path / "anew") == 0
+    assert len(ledger.published_runs()[command]) == 2
 
 
 def test_the_plan_names_tables_seeds_and_hours(
