@@ -1,9 +1,12 @@
-"""Progress with an estimate of the time left, on stderr."""
+"""Progress with an estimate of the time left, on stderr: a bar on a terminal, lines in a log file."""
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 
 from rich.console import Console
 from rich.progress import (
@@ -17,13 +20,23 @@ from rich.progress import (
 
 from benchmarks.run.experiment import Progress as Report
 
+_LINE_EVERY_S = 30.0
+"""Least time between two lines of a log, but for the last one."""
+
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Report]:
-    """Show a progress bar until the context ends.
+    """Show progress until the context ends.
 
     Yields a function to be called with (done, of); its first call shows the bar.
     """
+    console = Console(stderr=True)
+    with _bar(title, console) if console.is_terminal or console.is_jupyter else _lines(title) as report:
+        yield report
+
+
+@contextmanager
+def _bar(title: str, console: Console) -> Iterator[Report]:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -32,7 +45,7 @@ def progress_bar(title: str) -> Iterator[Report]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    progress = Progress(*columns, console=Console(stderr=True))
+    progress = Progress(*columns, console=console)
     task = progress.add_task(title, total=None, start=False)
 
     def report(done: int, of: int) -> None:
@@ -45,3 +58,33 @@ def progress_bar(title: str) -> Iterator[Report]:
     finally:
         if progress.live.is_started:
             progress.stop()
+
+
+@contextmanager
+def _lines(title: str) -> Iterator[Report]:
+    began_s = said_s = time.monotonic()
+    first: int | None = None
+    said, now = None, None
+
+    def report(done: int, of: int) -> None:
+        nonlocal first, said_s, said, now
+        first, now = done if first is None else first, (done, of)
+        if time.monotonic() - said_s >= _LINE_EVERY_S:
+            said_s, said = time.monotonic(), now
+            say(done, of)
+
+    def say(done: int, of: int) -> None:
+        passed_s = time.monotonic() - began_s
+        made = done - (first or 0)
+        left = f", about {_clock(passed_s * (of - done) / made)} left" if made and done < of else ""
+        print(f"{title}: {done} of {of}, {_clock(passed_s)} passed{left}", file=sys.stderr, flush=True)
+
+    try:
+        yield report
+    finally:
+        if now is not None and now != said:
+            say(*now)
+
+
+def _clock(seconds: float) -> str:
+    return str(timedelta(seconds=round(seconds)))
