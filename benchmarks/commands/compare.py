@@ -16,7 +16,7 @@ from benchmarks.commands.arguments import ONE_NAME
 from benchmarks.commands.console import console_of
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.with_modules import WithModules
-from benchmarks.report.numbers import interval_text, number_text, unit_sign
+from benchmarks.report.numbers import NO_NUMBER, interval_text, number_text, unit_sign
 from benchmarks.run.records import REAL, Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison
@@ -105,7 +105,7 @@ class Compare(WithModules):
                 f"{metric.name} ({'↑' if metric.better == 'higher' else '↓'})",
                 "points" if metric.unit == "fraction" else unit_sign(metric.unit),
                 number_text(comparison.difference, metric.unit, signed=True),
-                interval_text(comparison.ci_low, comparison.ci_high, metric.unit, signed=True) or "–",
+                interval_text(comparison.ci_low, comparison.ci_high, metric.unit, signed=True) or NO_NUMBER,
                 f"{p_holm:.4f}",
                 str(comparison.n),
                 style="bold" if clear else "",

@@ -50,7 +50,8 @@ class Paper:
     def run(self) -> int:
         """Run it; return the exit status."""
         name = self.experiment.upper()
-        check_choice("experiment", name, _EXPERIMENTS)
+        if name not in _EXPERIMENTS:
+            check_choice("experiment", self.experiment, _EXPERIMENTS)
         renderer = check_renderer(self.renderer)
         experiment = importlib.import_module(f"benchmarks.papers.{name.lower()}").EXPERIMENT
         out = self.out or Path("results") / f"paper-{name.lower()}"

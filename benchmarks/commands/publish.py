@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import sys
@@ -29,7 +30,7 @@ from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
 from benchmarks.run.records import FILE_NAME
-from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
+from benchmarks.scores.summary import SUMMARY_FILE_NAME
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -44,8 +45,8 @@ class Publish:
 
     A run that was stopped continues with the same command. It starts with an estimate of its time. It needs a checkout
     without changes to the code, and all that the tables' trackers need. Rows of an earlier commit stay where, by their
-    hashes, the same code, parameters and packages would make them. Each table on the test split is recorded in
-    benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker failed.
+    hashes, the same code, parameters and packages would make them. Each run on the test split that made rows is
+    recorded in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker failed.
 
     Attributes:
         tables: names of tables (default: all; with --check, all published ones that have rows).
@@ -118,7 +119,7 @@ class Publish:
             table, folder = run.table, self.out / run.table.name
             why = f"table {table.name}" if table.seeds.stop > ledger.TEST_SPLIT.start else ""
             title = f"{table.name}, {number} of {len(runs)} tables"
-            ran = partial(_differs, _bytes_of(folder / FILE_NAME), folder / FILE_NAME)
+            ran = partial(_has_other_rows, folder, _digest(folder))
             with ledger.recorded(run.command, table.seeds, why, ran), progress_bar(title) as progress:
                 run.run(folder, cores(self.workers), progress)
             now = ledger.commit()
@@ -173,17 +174,17 @@ def _claim(folder: Path, commit: str) -> None:
         others = sorted(each.name for each in folder.iterdir())
         check("out", not others, "folders of tables that this command made", f"{str(folder)!r} with {others[:1]}")
     elif json.loads(mark.read_text())["commit"] != commit:
-        for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME):
-            (folder / name).unlink(missing_ok=True)
+        (folder / SUMMARY_FILE_NAME).unlink(missing_ok=True)
     write_atomic(mark, json.dumps({"commit": commit}) + "\n")
 
 
-def _bytes_of(file: Path) -> bytes:
-    return file.read_bytes() if file.is_file() else b""
+def _digest(folder: Path) -> str:
+    """Return a hash of all rows of a table, also of a paper's with other settings."""
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(folder.rglob(FILE_NAME)))).hexdigest()
 
 
-def _differs(before: bytes, file: Path) -> bool:
-    return _bytes_of(file) != before
+def _has_other_rows(folder: Path, digest: str) -> bool:
+    return _digest(folder) != digest
 
 
 def _render() -> int:

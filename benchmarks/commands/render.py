@@ -16,7 +16,7 @@ from benchmarks.run.contestants import entrants, entrants_of
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.jobs import Job
 from benchmarks.run.steering import link_in, suite_shown, suite_watching
-from benchmarks.suites.registry import suite
+from benchmarks.suites.registry import suites
 from benchmarks.video.episode_video import render_episode
 from scenarios import catalog
 from sim.checks import check
@@ -86,9 +86,9 @@ class Render(WithModules):
 
     def _say_if_not_scored(self, job: Job) -> None:
         """Print a note where the tracker was made for another scene: it is drawn, but no suite scores it here."""
-        judged, known = suite(job.suite), entrants()
-        scored = entrants_of(judged, judged.scene(job.scenario))
+        known, about = entrants(), [each for each in suites().values() if each.is_about(job.scenario)]
+        scored = {name for each in about for name in entrants_of(each, each.scene(job.scenario))}
         for name in job.trackers:
-            if judged.is_about(job.scenario) and name in known and name not in scored:
+            if about and name in known and name not in scored:
                 of = f"of suite {', '.join(known[name].suites)}"
                 print(f"note: {name} is {of}; `frameout bench` does not score it on {job.scenario}", file=sys.stderr)

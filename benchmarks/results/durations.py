@@ -44,7 +44,8 @@ def duration_of(run: TableRun, out: Path, folder: Path, progress: Progress) -> D
         out: folder of all tables, which keeps what was measured. folder: of this table.
         progress: of the measurement.
     """
-    blocks = read_blocks(folder) if (folder / FILE_NAME).is_file() else {}
+    found = read_blocks(folder) if (folder / FILE_NAME).is_file() else {}
+    blocks = {key: rows for key, rows in found.items() if run.is_current(key, rows)}
     contestants = len({(key.tracker, key.controller) for key in blocks})
     missing = len(run.table.seeds) - len(blocks) / max(contestants, 1)
     if missing <= 0:

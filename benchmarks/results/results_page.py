@@ -3,9 +3,9 @@
 The template, ``RESULTS.template.md``, is prose with calls in double braces (Jinja's):
 
 ================================================  ======================================================================
-``table(NAME, …, columns=[…], roles=[…])``       a line for each contestant, the best in the first column first;
-                                                 several tables stand below each other; by default the suite's headline
-                                                 metrics, and all roles
+``table(NAME, …, columns=[…], roles=[…])``       a line for each contestant with a number in the columns, the best in
+                                                 the first column first; several tables stand below each other; by
+                                                 default the suite's headline metrics, and all roles
 ``paper(NAME)``                                  a paper's claims beside our figures
 ``figures(NAME)``                                all metrics of a speed, a line for each
 ``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
@@ -27,8 +27,8 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined, TemplateError
 
 from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
-from benchmarks.report.numbers import interval_text, number_text, unit_sign
-from benchmarks.report.tables import NO_NUMBER, leaderboard
+from benchmarks.report.numbers import NO_NUMBER, interval_text, number_text, unit_sign
+from benchmarks.report.tables import leaderboard
 from benchmarks.results import ledger
 from benchmarks.results.table_files import TableFile, label, read_rows_of, read_table
 from benchmarks.run.records import Row
@@ -83,13 +83,16 @@ class _Page:
             leaderboard(ranked, each["summary"], roles or sorted({entry["role"] for entry in each["summary"]}))
             for each in shown
         ]
-        # A metric that no row has, such as one of steered runs alone, has no column.
+        # A headline metric that no row has, such as one of steered runs alone, has no column.
+        for name in columns:
+            found = all(name in [column.name for column in board.columns] for board in boards)
+            check("columns", found, f"metrics that {', '.join(names)} have", repr(name))
         kinds = sorted({" | ".join(map(head, board.columns)) for board in boards})
         check("table", len(kinds) == 1, f"the same columns in {', '.join(names)}", "; ".join(kinds))
         several, lines = len(shown) > 1, []
         for each, board in zip(shown, boards, strict=True):
             preset = [f"`{each['summary'][0]['preset']}`"] if several else []
-            # Nor has a contestant a line that has no number here, such as one of another protocol.
+            # A contestant without any number here, such as one of another protocol, has no line.
             told = (line for line in board.lines if any(cell.text != NO_NUMBER for cell in line.cells))
             lines += [[*preset, *names_and_cells(line)] for line in told]
         texts = [*(["preset"] if several else []), *scores.contestants, "role"]

@@ -5,7 +5,7 @@
 ===============  =======================================================================================================
 ``table``        its name
 ``command``      makes the same rows, without the ledger
-``commit``       of the checkout that made them
+``commit``       of the checkout that published them; rows may be of an earlier one, see ``BenchRun.is_current``
 ``seeds``        ``A:B``
 ``trackers``     of a bench, in the order of the command; empty for other tables
 ``versions``     ``shared``: packages, and hashes of the code of scene, judge and loop; ``contestants``: label ->

@@ -23,8 +23,9 @@ from benchmarks.results.ledger import command_of
 from benchmarks.results.published import PublishedTable
 from benchmarks.results.tuning_budgets import budgets_of
 from benchmarks.run.contestants import entrant
-from benchmarks.run.experiment import Experiment, Progress, check_names, jobs_of, run
-from benchmarks.run.records import Row, rounded
+from benchmarks.run.current_blocks import MadeNow
+from benchmarks.run.experiment import Experiment, Progress, check_names, jobs_of, made_now_of, run
+from benchmarks.run.records import FILE_NAME, BlockKey, Row, read_blocks, rounded, tidy
 from benchmarks.run.selection import parties
 from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from benchmarks.suites.registry import suite
@@ -54,6 +55,10 @@ class TableRun(ABC):
     def trackers(self) -> tuple[str, ...]:
         """Those of a bench; of others the table's data say which."""
         return ()
+
+    def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
+        """Return whether rows are the table's, as its present code, parameters and packages make them."""
+        return True
 
     def check_installed(self) -> None:
         """Raise ValueError if one of ``trackers`` needs what is not installed; it says how to install it."""
@@ -139,8 +144,20 @@ class BenchRun(TableRun):
         )
         return command_of("bench", options, "suites")
 
+    @cached_property
+    def _made_now(self) -> MadeNow:
+        return made_now_of(self.experiment)
+
+    def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
+        """See ``TableRun``. Judged by hashes, which cover neither the registries nor what these alone import, such as
+        ``FollowOne`` and ``Blindfolded``, nor SciPy: whoever changes those deletes the table's folder.
+        """
+        return self._made_now(key) == rows[0].get("versions")
+
     def run(self, out: Path, workers: int, progress: Progress) -> None:
-        """See ``TableRun``."""
+        """See ``TableRun``. Rows of contestants that the table no longer has are moved to another file."""
+        if (out / FILE_NAME).is_file():
+            tidy(out, {key for key, rows in read_blocks(out).items() if not self.is_current(key, rows)})
         run(replace(self.experiment, workers=workers), out, progress)
 
     def seconds_of_seed(self, report: Progress) -> float:

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 from benchmarks.run.contestants import entrant, entrants, entrants_of
-from benchmarks.run.current_blocks import ESTIMATES, current_blocks, with_estimates
+from benchmarks.run.current_blocks import ESTIMATES, MadeNow, current_blocks, with_estimates
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
@@ -118,8 +118,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
-    versions = _versions(experiment)
-    made_now = partial(_made_now, experiment, versions)
+    versions, made_now = _versions(experiment), made_now_of(experiment)
     have, moved = current_blocks(out, experiment.seeds, made_now)
     if experiment.keep_estimates:
         have = with_estimates(out, have, made_now)
@@ -141,6 +140,11 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     outcome.moved += filter(None, [tidy(out)])
     outcome.summary = write_summary(out)
     return outcome
+
+
+def made_now_of(experiment: Experiment) -> MadeNow:
+    """Return what tells the current ``versions`` of the blocks of an experiment."""
+    return partial(_made_now, experiment, _versions(experiment))
 
 
 def jobs_of(experiment: Experiment) -> list[Job]:
@@ -223,10 +227,8 @@ def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
 
 def check_renderer(name: str) -> RendererName:
     """Return a renderer's name. Raises ValueError for an unknown one."""
-    for known in get_args(RendererName):
-        if name == known:
-            return known
-    raise ValueError(f"renderer: expected one of {', '.join(get_args(RendererName))}; got {name!r}")
+    check_choice("renderer", name, get_args(RendererName))
+    return cast(RendererName, name)
 
 
 def check_names(experiment: Experiment) -> None:

@@ -49,7 +49,7 @@ class HarbourDrawing:
         legend.shaded("intruders in view", _THERE),
         _box_sign("track on an intruder", marks.ESTIMATE),
         _box_sign("false alarm, by cause", _ALARM),
-        _box_sign("at an intruder that is mostly hidden", _NEITHER),
+        _box_sign("at an intruder, but not counted", _NEITHER),
     )
 
     def __init__(self, episode: Episode) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import lzma
 import sys
@@ -19,11 +18,10 @@ from benchmarks.papers import b1
 from benchmarks.results import episode_time, ledger, table_files
 from benchmarks.results.published import PublishedTable
 from benchmarks.results.table_runs import BenchRun
-from benchmarks.run.records import FILE_NAME, read_blocks
+from benchmarks.run.records import FILE_NAME
 from scenarios.scenario import RendererName
 from tests.benchmarks.results.conftest import SMOKE, commit_all, contents, git, publish
 from tests.plain_scene import belt
-from trackers import registry
 from trackers.baselines.csrt_pipe import MAKE_IT, PYTHON_VARIABLE
 
 pytestmark = pytest.mark.usefixtures("smoke", "unmeasured")
@@ -87,31 +85,6 @@ def test_only_code_as_committed_is_published(
     assert publish(tmp_path / "out") == 2
     assert "got changes in benchmarks/new.json" in capsys.readouterr().err
     assert publish(tmp_path / "out", "--dry-run") == 0
-
-
-def test_rows_of_an_earlier_commit_stay_where_the_same_code_made_them(
-    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out = tmp_path / "out"
-    first = git(checkout, "rev-parse", "--short=10", "HEAD")
-    assert publish(out) == 0
-    # What publishing wrote does not count as a change.
-    assert publish(out) == 0
-    assert contents()["commit"] == first
-    before = read_blocks(out / "smoke")
-    second = commit_all(checkout, "second")
-    assert publish(out) == 0
-    assert contents()["commit"] == second
-    assert read_blocks(out / "smoke") == before
-    # One contestant's parameters are others now: its rows alone are made anew.
-    changed = dataclasses.replace(registry.entry("constant_velocity"), overrides={"acceleration_px": 2.5})
-    monkeypatch.setitem(registry._ENTRIES, "constant_velocity", changed)
-    commit_all(checkout, "third")
-    assert publish(out) == 0
-    after = read_blocks(out / "smoke")
-    assert after.keys() == before.keys()
-    for key, rows in after.items():
-        assert (rows == before[key]) == (key.tracker != "constant_velocity")
 
 
 def test_a_folder_that_publishing_did_not_make_is_refused(

@@ -103,6 +103,8 @@ def test_a_metric_without_rows_has_no_column(published: dict[str, Any]) -> None:
     keep("second", published, summary=[*published["summary"], *steered])
     with pytest.raises(ValueError, match=r"table: expected the same columns in first, second, got .*time seen"):
         rendered("{{ table('first', 'second') }}")
+    with pytest.raises(ValueError, match=r"columns: expected metrics that first have, got 'time_seen'"):
+        rendered("{{ table('first', columns=['recovery_rate', 'time_seen']) }}")
 
 
 def test_a_contestant_without_a_number_has_no_line(published: dict[str, Any]) -> None:

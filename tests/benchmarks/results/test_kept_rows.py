@@ -1,0 +1,72 @@
+"""Published tables keep rows of an earlier commit where the same code would make them, and no others."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from benchmarks.results.durations import duration_of
+from benchmarks.results.table_runs import run_of
+from benchmarks.run.records import read_blocks
+from tests.benchmarks.results.conftest import SMOKE, commit_all, contents, git, publish
+from trackers import registry
+
+pytestmark = pytest.mark.usefixtures("smoke", "unmeasured")
+
+
+def change_parameters(tracker: str, monkeypatch: pytest.MonkeyPatch, **values: float) -> None:
+    changed = dataclasses.replace(registry.entry(tracker), overrides=values)
+    monkeypatch.setitem(registry._ENTRIES, tracker, changed)
+
+
+def test_rows_of_an_earlier_commit_stay_where_the_same_code_made_them(
+    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    first = git(checkout, "rev-parse", "--short=10", "HEAD")
+    assert publish(out) == 0
+    # What publishing wrote does not count as a change.
+    assert publish(out) == 0
+    assert contents()["commit"] == first
+    before = read_blocks(out / "smoke")
+    second = commit_all(checkout, "second")
+    assert publish(out) == 0
+    assert contents()["commit"] == second
+    assert read_blocks(out / "smoke") == before
+    # One contestant's parameters are others now: its rows alone are made anew.
+    change_parameters("constant_velocity", monkeypatch, acceleration_px=2.5)
+    commit_all(checkout, "third")
+    assert publish(out) == 0
+    after = read_blocks(out / "smoke")
+    assert after.keys() == before.keys()
+    for key, rows in after.items():
+        assert (rows == before[key]) == (key.tracker != "constant_velocity")
+
+
+def test_the_plan_counts_rows_of_other_code_as_missing(
+    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    assert publish(out) == 0
+
+    def missing() -> float:
+        return duration_of(run_of(SMOKE), out, out / SMOKE.name, lambda done, of: None).missing
+
+    assert missing() == 0.0
+    change_parameters("constant_velocity", monkeypatch, acceleration_px=2.5)
+    assert missing() > 0.0
+
+
+def test_rows_of_a_contestant_that_a_table_lost_go(checkout: Path, tmp_path: Path, listed: Callable[..., None]) -> None:
+    out = tmp_path / "out"
+    assert publish(out) == 0
+    listed(replace(SMOKE, trackers=("hold",)))
+    commit_all(checkout, "second")
+    assert publish(out) == 0
+    assert {key.tracker for key in read_blocks(out / "smoke")} == {"hold"}
+    assert {entry["tracker"] for entry in contents()["summary"]} == {"hold"}
+    assert list((out / "smoke").glob("records.outdated-*"))
