@@ -46,8 +46,7 @@ def duration_of(run: TableRun, out: Path, folder: Path, progress: Progress) -> D
     """
     found = read_blocks(folder) if (folder / FILE_NAME).is_file() else {}
     blocks = {key: rows for key, rows in found.items() if run.is_current(key, rows)}
-    contestants = len({(key.tracker, key.controller) for key in blocks})
-    missing = len(run.table.seeds) - len(blocks) / max(contestants, 1)
+    missing = len(run.table.seeds) - len(blocks) / max(run.contestants(found), 1)
     if missing <= 0:
         return Duration(0.0, 0.0, _ROWS)
     seconds = seconds_by_contestant(blocks)

@@ -6,6 +6,7 @@ import importlib
 import json
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -59,6 +60,10 @@ class TableRun(ABC):
     def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
         """Return whether rows are the table's, as its present code, parameters and packages make them."""
         return True
+
+    def contestants(self, found: Iterable[BlockKey]) -> int:
+        """Return how many blocks a seed has, by those that were found if the table's data do not say."""
+        return len({(key.tracker, key.controller) for key in found})
 
     def check_installed(self) -> None:
         """Raise ValueError if one of ``trackers`` needs what is not installed; it says how to install it."""
@@ -143,6 +148,10 @@ class BenchRun(TableRun):
             renderer=made.renderer,
         )
         return command_of("bench", options, "suites")
+
+    def contestants(self, found: Iterable[BlockKey]) -> int:
+        """See ``TableRun``."""
+        return len(self.trackers) * max(len(self.experiment.controllers or ()), 1)
 
     @cached_property
     def _made_now(self) -> MadeNow:

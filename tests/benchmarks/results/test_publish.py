@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import lzma
 import sys
@@ -18,7 +19,7 @@ from benchmarks.papers import b1
 from benchmarks.results import episode_time, ledger, table_files
 from benchmarks.results.published import PublishedTable
 from benchmarks.results.table_runs import BenchRun
-from benchmarks.run.records import FILE_NAME
+from benchmarks.run.records import FILE_NAME, read_blocks
 from scenarios.scenario import RendererName
 from tests.benchmarks.results.conftest import SMOKE, commit_all, contents, git, publish
 from tests.plain_scene import belt
