@@ -62,7 +62,12 @@ PAPERS = {
             venue="85th National Convention of the Information Processing Society of Japan, 5ZG-07, p. 4-527",
             date="2023",
         ),
-        Paper("D", "intruders before a thermal camera, by eigenspaces and sets of particles"),
+        # The address was found by the abstract; what we have of that page names neither authors nor title.
+        Paper(
+            "D",
+            "intruders before a thermal camera, by eigenspaces and sets of particles",
+            venue="Vol. 49, https://ypir.lib.yamaguchi-u.ac.jp/on/journals/on000001/v/49/item/557",
+        ),
     )
 }
 """Letter -> paper."""
