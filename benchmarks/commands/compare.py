@@ -16,7 +16,8 @@ from benchmarks.commands.arguments import ONE_NAME
 from benchmarks.commands.console import console_of
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.with_modules import WithModules
-from benchmarks.report.numbers import NO_NUMBER, interval_text, number_text, unit_sign
+from benchmarks.report.numbers import interval_text, number_text, unit_sign
+from benchmarks.report.tables import NO_NUMBER
 from benchmarks.run.records import REAL, Row, read_rows
 from benchmarks.scores.attributes import by_attribute
 from benchmarks.scores.statistics import Comparison

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from benchmarks.report.numbers import NO_NUMBER, interval_text, number_text
+from benchmarks.report.numbers import interval_text, number_text
 from benchmarks.report.tables import Cell, Line, Table, column_of
 from benchmarks.run.records import Row
 from benchmarks.scores import pooling
@@ -44,7 +44,7 @@ def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
     for words, suffix in facts.lines.items():
         cells = tuple(_cell(rows, metric, suffix) for metric in facts.columns)
         if any(cell is not None for cell in cells):
-            lines.append(Line((words,), "", tuple(cell or Cell(NO_NUMBER) for cell in cells)))
+            lines.append(Line((words,), "", tuple(cell or Cell("–") for cell in cells)))
             for other, values in facts.beside.items():
                 there = tuple(_beside(values, metric, suffix) for metric in facts.columns)
                 lines.append(Line((f"{words}, {other}",), "", there))
@@ -54,7 +54,7 @@ def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
 def _beside(values: Mapping[str, float], metric: Metric, suffix: str) -> Cell:
     (name,) = metric.rows
     value = values.get(f"{name}_{suffix}")
-    return Cell(number_text(value, metric.unit))
+    return Cell("–" if value is None else number_text(value, metric.unit))
 
 
 def _cell(rows: Sequence[Row], metric: Metric, suffix: str) -> Cell | None:

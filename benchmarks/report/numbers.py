@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-NO_NUMBER = "–"
-"""Stands where there is no number."""
 _SIGNS = {"fraction": "%", "1": "", "1/s": "/s", "1/min": "/min", "1/h": "/h"}
 _MINUS = "\u2212"
 
@@ -16,15 +14,12 @@ def unit_sign(unit: str) -> str:
 
 
 def number_text(value: float | None, unit: str, *, signed: bool = False) -> str:
-    """Return a number in the table's unit (fractions in per cent); an en dash for None.
-
-    Small differences, ``signed``, have a digit more than numbers of their size.
-    """
+    """Return a number in the table's unit (fractions in per cent); an en dash for None."""
     if value is None:
-        return NO_NUMBER
+        return "–"
     shown = 100.0 * value if unit == "fraction" else value
     size = abs(shown)
-    digits = 1 if unit == "fraction" or 10 <= size < 100 else 0 if size >= 100 else 3 if signed and size < 1 else 2
+    digits = 1 if unit == "fraction" or 10 <= size < 100 else 0 if size >= 100 else 2
     text = f"{shown:+.{digits}f}" if signed else f"{shown:.{digits}f}"
     if float(text) == 0:
         text = text.lstrip("+-")

@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.report.numbers import NO_NUMBER, interval_text, number_text, unit_sign
+from benchmarks.report.numbers import interval_text, number_text, unit_sign
 from benchmarks.suites.registry import Metric, Suite
 
 Entry = dict[str, Any]
 
 UNRANKED_ROLES = ("blind", "oracle")
 """References, not competitors: never the best."""
+NO_NUMBER = "–"
+"""Text of a cell without a value."""
 _RANKED_BY = 3
 """Number of columns that decide the order: the first one, on ties the next …"""
 _WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {

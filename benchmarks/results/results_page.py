@@ -27,8 +27,8 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined, TemplateError
 
 from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
-from benchmarks.report.numbers import NO_NUMBER, interval_text, number_text, unit_sign
-from benchmarks.report.tables import leaderboard
+from benchmarks.report.numbers import interval_text, number_text, unit_sign
+from benchmarks.report.tables import NO_NUMBER, leaderboard
 from benchmarks.results import ledger
 from benchmarks.results.table_files import TableFile, label, read_rows_of, read_table
 from benchmarks.run.records import Row

@@ -27,8 +27,7 @@ def test_numbers_keep_their_value(value: float, signed: bool) -> None:
 def test_numbers_in_words() -> None:
     assert numbers.number_text(0.934, "fraction") == "93.4"
     assert numbers.number_text(None, "m") == "–"
-    assert numbers.number_text(-0.0001, "m", signed=True) == "0.000"
-    assert numbers.number_text(0.004, "m", signed=True) == "+0.004"
+    assert numbers.number_text(-0.0001, "m", signed=True) == "0.00"
     assert numbers.ranges_text([3, 1, 2, 9, 10_000, 10_001]) == "1–3, 9, 10,000–10,001"
 
 
