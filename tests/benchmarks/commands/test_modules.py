@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 from benchmarks import cli
 from benchmarks.cli import main
@@ -56,6 +57,8 @@ WITH_MODULES = FOR_ALL_EPISODES | {"train", "tune", "verify"}
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """A file beside a folder with the name of one of our packages; registered here for one test alone."""
+    # Worker processes that an earlier test has left would look for the file in the folder of that test.
+    get_reusable_executor().shutdown(wait=True)
     monkeypatch.setattr(registry, "_ENTRIES", dict(registry.entries()))
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.delitem(sys.modules, "my_waiting", raising=False)
