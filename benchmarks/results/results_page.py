@@ -83,10 +83,10 @@ class _Page:
             leaderboard(ranked, each["summary"], roles or sorted({entry["role"] for entry in each["summary"]}))
             for each in shown
         ]
-        # A headline metric that no row has, such as one of steered runs alone, has no column.
         for name in columns:
             found = all(name in [column.name for column in board.columns] for board in boards)
             check("columns", found, f"metrics that {', '.join(names)} have", repr(name))
+        # A headline metric that no row has, such as one of steered runs alone, has no column.
         kinds = sorted({" | ".join(map(head, board.columns)) for board in boards})
         check("table", len(kinds) == 1, f"the same columns in {', '.join(names)}", "; ".join(kinds))
         several, lines = len(shown) > 1, []

@@ -165,8 +165,10 @@ class BenchRun(TableRun):
 
     def run(self, out: Path, workers: int, progress: Progress) -> None:
         """See ``TableRun``. Rows of contestants that the table no longer has are moved to another file."""
-        if (out / FILE_NAME).is_file():
-            tidy(out, {key for key, rows in read_blocks(out).items() if not self.is_current(key, rows)})
+        found = read_blocks(out) if (out / FILE_NAME).is_file() else {}
+        strangers = {key for key in found if self._made_now(key) is None}
+        if strangers:
+            tidy(out, strangers)
         run(replace(self.experiment, workers=workers), out, progress)
 
     def seconds_of_seed(self, report: Progress) -> float:
