@@ -126,7 +126,10 @@ def drive_by_sight(
 
 
 def _too_near_m(pursuit: Pursuit, plan: FloorPlan) -> float:
-    """Return by how much the target comes too near, infinite if it is not seen at first (edition 2)."""
+    """Return by how much the target comes too near, infinite if it is not seen at first (edition 2).
+
+    It is infinite too where the path begins too near a wall, in a corner that it cuts: the robot could not move there.
+    """
     first = slice(0, SEEN_AT_FIRST_FRAMES)
     is_seen = seen_frames(
         pursuit.robot_m[first],
@@ -135,7 +138,8 @@ def _too_near_m(pursuit: Pursuit, plan: FloorPlan) -> float:
         np.empty((0, SEEN_AT_FIRST_FRAMES, 2)),
         plan.openings_m,
     )
-    return NEAREST_M - pursuit.nearest_m if is_seen.all() else np.inf
+    can_move = plan.is_free(pursuit.robot_m[0])
+    return NEAREST_M - pursuit.nearest_m if can_move and is_seen.all() else np.inf
 
 
 def _driven(

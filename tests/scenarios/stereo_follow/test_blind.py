@@ -20,8 +20,8 @@ CONSTANTS_M = np.column_stack([AHEAD_M.ravel(), LEFT_M.ravel()])
 
 
 def test_the_drive_of_edition_2_does_not_tell_where_a_hidden_target_is() -> None:
-    rows = absences(PRESETS["standard"], range(160))
-    is_development = rows.episode < 100
+    rows = absences(PRESETS["standard"], range(320))
+    is_development = rows.episode < 200
     share, low, high = gain(rows.of(is_development), rows.of(~is_development), np.random.default_rng(0))
     assert share < 0.05
     assert high < 0.10
