@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,6 +10,11 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+
+# Before NumPy is imported: workers of the suite would wait for each other's threads, as `benchmarks.cli` says.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Tests start many processes; each imports the project a second faster from bytecode.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import sim
 import trackers

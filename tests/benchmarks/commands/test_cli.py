@@ -10,6 +10,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+import threadpoolctl
 
 from benchmarks.cli import main
 from benchmarks.results import ledger
@@ -251,3 +252,23 @@ print(sorted({"matplotlib", "pandas", "scipy.signal", "scipy.stats", "statsmodel
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+@pytest.mark.parametrize(("asked", "used"), [(None, {1}), ("2", {2})])
+def test_commands_use_one_thread_for_matrices_unless_told_otherwise(asked: str | None, used: set[int]) -> None:
+    script = """
+from benchmarks.cli import main
+main(["--version"])
+import numpy, threadpoolctl
+print({pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["internal_api"] == "openblas"})
+"""
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    if asked is not None:
+        environment["OPENBLAS_NUM_THREADS"] = asked
+    done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == str(used)
+
+
+def test_this_suite_uses_one_thread_for_matrices() -> None:
+    pools = [pool for pool in threadpoolctl.threadpool_info() if pool["internal_api"] == "openblas"]
+    assert {pool["num_threads"] for pool in pools} == {int(os.environ["OPENBLAS_NUM_THREADS"])}
