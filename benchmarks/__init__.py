@@ -8,6 +8,7 @@ from typing import Any
 
 _HOMES = {
     "bench": "benchmarks.run.bench",
+    "DataSet": "benchmarks.data_sets.data_set",
     "Results": "benchmarks.report.results",
     "Metric": "benchmarks.suites.metric",
     "RowMeaning": "benchmarks.suites.metric",
@@ -33,6 +34,8 @@ __all__ = tuple(_HOMES)
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name == "DataSet":
+        importlib.import_module("benchmarks.run.packages").needs_data()
     home = importlib.import_module(_HOMES[name])
     return getattr(home, name, home)
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+import benchmarks
+from benchmarks.run import packages
 
 ROOT = Path(__file__).parents[1]
 FACES = ("scenarios", "trackers", "benchmarks")
@@ -74,3 +78,9 @@ def test_an_id_that_names_the_module_is_made(before: str) -> None:
         f"{before}import gymnasium as gym; env = gym.make('scenarios:frameout/RoadTownFollow-v1', tracker='hold'); "
     )
     assert run(script + "print(env.spec.id)") == "frameout/RoadTownFollow-v1"
+
+
+def test_data_sets_say_what_to_install_where_their_packages_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(packages, "_DATA", ("no_such_package",))
+    with pytest.raises(ValueError, match=re.escape("no_such_package to be installed (pip install 'frameout[data]')")):
+        benchmarks.DataSet  # noqa: B018
