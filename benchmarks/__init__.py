@@ -35,9 +35,16 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if name == "DataSet":
-        importlib.import_module("benchmarks.run.packages").needs_data()
+        _needs_data()
     home = importlib.import_module(_HOMES[name])
     return getattr(home, name, home)
+
+
+def _needs_data() -> None:
+    try:
+        importlib.import_module("benchmarks.run.packages").needs_data()
+    except ValueError as error:
+        raise ImportError(str(error)) from None
 
 
 def __dir__() -> list[str]:

@@ -68,15 +68,19 @@ _USAGE_ERROR = 2
 _STOPPED = 130
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """A full disk, a full quota, a file at the size limit."""
-_BLAS_THREADS = "OPENBLAS_NUM_THREADS"
-"""Read when NumPy is imported. Matrices are small here, and threads that wait for each other do harm where cores are
-shared: beside two busy processes `harbour_watch` took 146 s for the first minutes of a morning, and 22 s with one."""
+_BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+"""OpenBLAS reads them when NumPy is imported, the first before the second.
+
+Matrices are small here, and threads wait for each other where cores are shared: on two cores, beside two busy
+processes, `harbour_watch` took 146 s for the first minutes of a morning with two threads, and 22 s with one.
+"""
 _ABOUT_AN_ARGUMENT = re.compile(r"[\w./:@ -]+: expected .*", re.DOTALL)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status: 0, 1 after a failure, 2 for wrong arguments."""
-    os.environ.setdefault(_BLAS_THREADS, "1")
+    if arguments is None and os.environ.keys().isdisjoint(_BLAS_THREADS):
+        os.environ[_BLAS_THREADS[0]] = "1"
     words = list(sys.argv[1:] if arguments is None else arguments)
     for package, place in foreign_packages().items():
         told = f"{package}: expected Frameout's package in {ROOT}, got {place}, which Python finds first"

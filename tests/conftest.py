@@ -13,8 +13,6 @@ from hypothesis import settings
 
 # Before NumPy is imported: workers of the suite would wait for each other's threads, as `benchmarks.cli` says.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-# Tests start many processes; each imports the project a second faster from bytecode.
-os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import sim
 import trackers

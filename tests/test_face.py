@@ -82,5 +82,5 @@ def test_an_id_that_names_the_module_is_made(before: str) -> None:
 
 def test_data_sets_say_what_to_install_where_their_packages_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(packages, "_DATA", ("no_such_package",))
-    with pytest.raises(ValueError, match=re.escape("no_such_package to be installed (pip install 'frameout[data]')")):
+    with pytest.raises(ImportError, match=re.escape("no_such_package to be installed (pip install 'frameout[data]')")):
         benchmarks.DataSet  # noqa: B018

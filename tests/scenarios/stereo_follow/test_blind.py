@@ -19,7 +19,8 @@ AHEAD_M, LEFT_M = np.meshgrid(np.arange(1.0, 6.0, 0.2), np.arange(-1.0, 1.1, 0.2
 CONSTANTS_M = np.column_stack([AHEAD_M.ravel(), LEFT_M.ravel()])
 
 
-def test_the_drive_of_edition_2_does_not_tell_where_a_hidden_target_is() -> None:
+def test_the_drive_of_edition_2_tells_next_to_nothing_about_a_hidden_target() -> None:
+    # On 1,600 drives it is worth 2.2 % (0.1 to 4.2). On 160 one choice of the penalty decides the bound.
     rows = absences(PRESETS["standard"], range(320))
     is_development = rows.episode < 200
     share, low, high = gain(rows.of(is_development), rows.of(~is_development), np.random.default_rng(0))
@@ -27,7 +28,7 @@ def test_the_drive_of_edition_2_does_not_tell_where_a_hidden_target_is() -> None
     assert high < 0.10
     # Targets walk on while they are hidden, and the test is not decided by chance.
     assert np.linalg.norm(rows.moved_m, axis=1).mean() > 1.0
-    assert high - low < 0.25
+    assert high - low < 0.18
 
 
 def test_the_drive_of_edition_1_tells_it() -> None:
