@@ -32,16 +32,18 @@ class TrueTarget:
         """See ``scenarios.loop.Contestant``.
 
         The distance along the axis is answered too, as some carriers steer by it: that of the point whose pixel
-        ``position_px`` is. There is none of a target behind the camera or outside the world.
+        ``position_px`` is. There is none of a target behind the camera or outside the world, and no box of one that
+        is partly behind the camera.
         """
         truth = frame.truth
         target = truth.index_of(self._target)
         pose, position_px = truth.T_world_object[target], truth.position_px[target].copy()
+        box_xyxy = truth.box_xyxy[target].copy()
         middle_m = pose[:3, 3] + 0.5 * truth.size_m[target, 2] * pose[:3, 2]
         depth_m = float((middle_m - truth.T_world_camera[:3, 3]) @ truth.T_world_camera[:3, 2])
         return Estimate(
             position_px,
-            truth.box_xyxy[target].copy(),
+            box_xyxy if np.isfinite(box_xyxy).all() else None,
             in_view_probability=float(truth.state[target] in ("in", "partial")),
             covariance_px=_CERTAIN_PX**2 * np.eye(2),
             depth_m=depth_m if np.isfinite(position_px).all() else None,

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from benchmarks.run.jobs import Job, heading_of
-from benchmarks.suites.follow.references import ORACLE
+from benchmarks.suites.follow.references import ORACLE, TrueTarget
 from scenarios import catalog
 from scenarios.fish_tank.tank import VOLUME_M
 from scenarios.loop import Loop
 from scenarios.scenario import Frame
 from sim.optics import PinholeCamera
+from trackers.estimate_check import check_estimate
 from trackers.types import Estimate
 
 
@@ -74,6 +76,17 @@ def test_the_distance_of_a_fish_is_that_of_the_middle_of_its_body() -> None:
     assert answer.depth_m == pytest.approx(
         (place_m - truth.T_world_camera[:3, 3]) @ truth.T_world_camera[:3, 2], abs=1e-4
     )
+
+
+def test_a_car_that_is_partly_behind_the_camera_is_answered_without_a_box() -> None:
+    """As where the camera never moves: the box of truth is NaN, its centre is not."""
+    frame, _ = second_frame("road-town", "quick")
+    box_xyxy = frame.truth.box_xyxy.copy()
+    box_xyxy[frame.truth.index_of("target")] = np.nan
+    answer = TrueTarget("target").update(replace(frame, truth=replace(frame.truth, box_xyxy=box_xyxy)))
+    check_estimate(answer)
+    assert answer.box_xyxy is None
+    assert answer.depth_m is not None
 
 
 @pytest.mark.parametrize(("tracker_role", "role"), [("oracle", "oracle"), ("blind", "blind"), ("ours", "baseline")])
