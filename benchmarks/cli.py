@@ -72,7 +72,7 @@ _BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 """OpenBLAS reads them when NumPy is imported, the first before the second.
 
 Matrices are small here, and threads wait for each other where cores are shared: on two cores, beside two busy
-processes, `harbour_watch` took 146 s for the first minutes of a morning with two threads, and 22 s with one.
+processes, a tracker with a low-rank background took 146 s with two threads, and 22 s with one.
 """
 _ABOUT_AN_ARGUMENT = re.compile(r"[\w./:@ -]+: expected .*", re.DOTALL)
 
