@@ -52,7 +52,7 @@ class Generate(WithModules):
         pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
         size: width and height of the pictures in pixels (default: the preset's).
         rate_hz: frames a second (default: the preset's).
-        frames: frames of an episode (default: the preset's).
+        frame_count: frames of an episode (default: the preset's).
         renderer: raster or pybullet.
         workers: processes; 0 = run in this process. On a cluster: episodes under way at once.
         backend: loky for processes of this machine; dask or ray for a cluster (`frameout[dask]`, `frameout[ray]`).
@@ -70,7 +70,7 @@ class Generate(WithModules):
     pictures: str = "blosc2"
     size: Annotated[tuple[int, int] | None, SIZE] = None
     rate_hz: Annotated[float | None, RATE] = None
-    frames: Annotated[int | None, COUNT] = None
+    frame_count: Annotated[int | None, COUNT] = None
     renderer: str = "raster"
     workers: Annotated[int | None, WORKERS] = None
     backend: str = "loky"
@@ -95,7 +95,7 @@ class Generate(WithModules):
             check_renderer(self.renderer),
             self.size,
             self.rate_hz,
-            self.frames,
+            self.frame_count,
             scene_version(scenario.id, self.preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )

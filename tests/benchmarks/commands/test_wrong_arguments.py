@@ -106,6 +106,10 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (["speed", "--resets", "--stored"], "resets: expected one of --stored, --resets, got both"),
         (["speed", "paper-sheet", "--resets", "--preset", "paper-b1"], "resets: expected scenarios with an env, got"),
         (["speed", "--soak", "7"], "soak: expected a whole number >= 1000, got 7"),
+        (
+            ["generate", "road-town", "--seeds", "0:1", "--out", "set", "--frame-count", "0"],
+            "frame_count: expected at least 107 for 2 or more frame-outs, got 0",
+        ),
         (["compare", "a", "b", "--directory", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
     ],
 )
