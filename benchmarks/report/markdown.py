@@ -8,9 +8,13 @@ from benchmarks.report.tables import Cell, Column, Line
 
 
 def markdown_table(heads: Sequence[str], lines: Iterable[Sequence[str]], words: int) -> str:
-    """Return a table; the first ``words`` columns are text, the others numbers, which stand at the right."""
+    """Return a table; the first ``words`` columns are text, the others numbers, which stand at the right.
+
+    A bar in a cell is written so that it ends none.
+    """
     ruler = ["---"] * words + ["---:"] * (len(heads) - words)
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in (heads, ruler, *lines))
+    rows = ([cell.replace("|", r"\|") for cell in cells] for cells in (heads, ruler, *lines))
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in rows)
 
 
 def names_and_cells(line: Line) -> list[str]:

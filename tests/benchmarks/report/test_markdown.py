@@ -1,0 +1,18 @@
+"""Tables as Markdown."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from benchmarks.report.markdown import markdown_table
+
+
+def test_a_reader_of_markdown_finds_the_cells_that_were_given() -> None:
+    markdown_it = pytest.importorskip("markdown_it", reason="the docs extra is not installed")
+    heads, lines = ["counted", "here"], [["|ΔR| + |ΔB|", "1.00"], ["a lamp", "0.60"]]
+    page = markdown_it.MarkdownIt("commonmark").enable("table").render(markdown_table(heads, lines, words=1))
+    rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in page.split("</tr>")[:-1]]
+    assert rows == [heads, *lines]
+    assert page.count("text-align:right") == len(rows)
