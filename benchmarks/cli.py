@@ -66,6 +66,7 @@ _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}
 _FAILED = 1
 _USAGE_ERROR = 2
 _STOPPED = 130
+_UNREAD = 141
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """A full disk, a full quota, a file at the size limit."""
 _BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
@@ -79,6 +80,18 @@ _ABOUT_AN_ARGUMENT = re.compile(r"[\w./:@ -]+: expected .*", re.DOTALL)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status: 0, 1 after a failure, 2 for wrong arguments."""
+    try:
+        try:
+            return _run(arguments)
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        # Whoever reads has seen enough, as ``head`` does. What is still to be written at the exit goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _UNREAD
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     if arguments is None and os.environ.keys().isdisjoint(_BLAS_THREADS):
         os.environ[_BLAS_THREADS[0]] = "1"
     words = list(sys.argv[1:] if arguments is None else arguments)

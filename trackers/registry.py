@@ -187,6 +187,9 @@ def register(
 
     def add(tracker: _T) -> _T:
         check_registered(tracker, role, get_args(Role))
+        if not tracker.__module__.startswith(f"{__package__}."):
+            # Ours come first: a user's that takes the name of one is refused, not the one of that name.
+            entries()
         as_written = role == "as-written"
         new = TrackerEntry(name, role, summary, tracker, {}, name, not as_written, reproducible, suites, missing)
         _add(new)
@@ -207,7 +210,7 @@ def check_registered(registered: type, role: str, roles: tuple[str, ...]) -> Non
 
 def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> None:
     """Register an ablation of a tracker: the same code, tuned values and suites, with ``overrides``."""
-    base = _ENTRIES[of]
+    base = _ENTRIES[of] if of in _ENTRIES else entry(of)
     _add(dataclasses.replace(base, name=name, role="variant", summary=summary, overrides=overrides))
 
 
@@ -253,5 +256,5 @@ def tuned_values(name: str, module: str) -> dict[str, Any]:
 
 def _add(new: TrackerEntry) -> None:
     if new.name in _ENTRIES and _ENTRIES[new.name].tracker is not new.tracker:
-        raise ValueError(f"tracker: the name {new.name!r} is taken")
+        raise ValueError(f"name: expected one that no tracker has, got {new.name!r}")
     _ENTRIES[new.name] = new

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections import Counter
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -34,7 +34,7 @@ from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.bench import bench
 from benchmarks.run.contestants import Entrant
-from benchmarks.run.experiment import Outcome, make_folder
+from benchmarks.run.experiment import ContestantWarning, Outcome, make_folder
 from benchmarks.run.packages import needs_data
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
@@ -184,13 +184,15 @@ class Bench(WithModules):
             out, outcome = self._run_on_files(wanted)
         else:
             out, outcome = self._run_episodes(wanted)
+        shows = not self.json and self.csv != _STDOUT
+        if shows:
+            print_leaderboard(outcome.summary, names(self.metric))
         print("making the report …", file=sys.stderr)
         report = write_report(out, names(self.metric), self.plot)
         if self.json:
             failures = [asdict(failure) for failure in outcome.failures]
             print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
-        elif self.csv != _STDOUT:
-            print_leaderboard(outcome.summary, names(self.metric))
+        elif shows:
             for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
                 print(line)
             for line in sequences_in_words(read_rows(out)) if pictures else ():
@@ -203,25 +205,28 @@ class Bench(WithModules):
         return out, 1 if outcome.failures else 0
 
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
-        results = bench(
-            wanted,
-            seeds=self._seeds,
-            scenario=names(self.scenario),
-            preset=names(self.preset),
-            trackers=names(self.trackers),
-            controllers=names(self.controllers),
-            link=self.link,
-            renderer=self.renderer,
-            quick=self.quick,
-            out=self.out,
-            workers=self.workers,
-            limit_s=self.limit_s,
-            modules=self.modules,
-            backend=self.backend,
-            data=self.data,
-            keep_estimates=self.keep_estimates,
-            progress=progress_bar,
-        )
+        with warnings.catch_warnings():
+            # Told after the leaderboard.
+            warnings.simplefilter("ignore", ContestantWarning)
+            results = bench(
+                wanted,
+                seeds=self._seeds,
+                scenario=names(self.scenario),
+                preset=names(self.preset),
+                trackers=names(self.trackers),
+                controllers=names(self.controllers),
+                link=self.link,
+                renderer=self.renderer,
+                quick=self.quick,
+                out=self.out,
+                workers=self.workers,
+                limit_s=self.limit_s,
+                modules=self.modules,
+                backend=self.backend,
+                data=self.data,
+                keep_estimates=self.keep_estimates,
+                progress=progress_bar,
+            )
         return results.directory, results.outcome
 
     def _check_real(self) -> None:
@@ -279,12 +284,7 @@ def _seeds_of(data: str) -> range:
 def _report_problems(outcome: Outcome, silence: str) -> None:
     """Report on stderr which rows were moved and, once for each tracker, that it failed or gave no answer."""
     lines = [f"note: {moved}" for moved in outcome.moved]
-    first = {failure.tracker: failure for failure in reversed(outcome.failures)}
-    episodes = Counter(failure.tracker for failure in outcome.failures)
-    for tracker, count in episodes.items():
-        more = f" (and failed in {count - 1} more)" if count > 1 else ""
-        lines.append(f"error: {first[tracker]}{more}")
-    for tracker, frames in outcome.silent.items():
-        lines.append(f"note: {tracker} gave no answer (NaN) on {frames} frames; each counts as {silence}")
+    lines += [f"error: {failed}" for failed in outcome.failures_in_words()]
+    lines += [f"note: {silent}" for silent in outcome.silence_in_words(silence)]
     for line in lines:
         print(line, file=sys.stderr)

@@ -68,6 +68,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
             varied=varied,
             pictures=read_pictures(out),
             seeds=ranges_text(seeds),
+            one_seed=len(seeds) == 1,
             command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}{again}",
         )
     )

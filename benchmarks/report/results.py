@@ -34,6 +34,10 @@ class Results:
         there = (self.directory / FILE_NAME).is_file()
         check("directory", there, f"one that holds {FILE_NAME}", repr(str(directory)))
 
+    def __repr__(self) -> str:
+        failed = len(self.outcome.failures)
+        return f"Results({str(self.directory)!r}{f', {failed} failures' if failed else ''})"
+
     def rows(self) -> pd.DataFrame:
         """Return all numbers, a line for each condition, seed, tracker, event and metric, see ``long_table``."""
         return long_table.numbers_table(read_rows(self.directory))

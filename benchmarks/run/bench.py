@@ -11,16 +11,26 @@ In a notebook or a script::
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from benchmarks.report.numbers import counted
 from benchmarks.report.results import Results
 from benchmarks.run.contestants import entrants
 from benchmarks.run.cores import cores
-from benchmarks.run.experiment import Experiment, Outcome, Progress, check_names, check_renderer, run
+from benchmarks.run.experiment import (
+    ContestantWarning,
+    Experiment,
+    Outcome,
+    Progress,
+    check_names,
+    check_renderer,
+    run,
+)
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
 from benchmarks.run.selection import Party, parties
@@ -33,6 +43,11 @@ if TYPE_CHECKING:
 
 ShowProgress = Callable[[str], AbstractContextManager[Progress | None]]
 """Takes a title and opens what shows progress, e.g. ``benchmarks.commands.progress.progress_bar``."""
+
+
+def no_progress(title: str) -> AbstractContextManager[None]:
+    """See ``ShowProgress``: shows nothing."""
+    return nullcontext()
 
 
 def bench(
@@ -53,7 +68,7 @@ def bench(
     backend: str = "loky",
     data: str | None = None,
     keep_estimates: bool = False,
-    progress: ShowProgress = lambda title: nullcontext(),
+    progress: ShowProgress = no_progress,
 ) -> Results:
     """Run trackers in the episodes of a suite and return the results; what exists already is not run again.
 
@@ -75,6 +90,9 @@ def bench(
 
     Raises:
         ValueError: for unknown names and values out of range, before any run; names the argument.
+
+    A tracker that fails or gives no answer is scored as such, and told by a ``ContestantWarning``; ``outcome.failures``
+    of the results has every failure.
     """
     check("seeds", isinstance(seeds, range), "range(A, B)", repr(seeds))
     load_modules(_several(modules))
@@ -114,6 +132,8 @@ def bench(
     for experiment in experiments:
         with progress(_title(wanted, experiment)) as report:
             outcome = outcome.followed_by(run(experiment, folder, report))
+    for line in (*outcome.failures_in_words(), *outcome.silence_in_words(wanted.silence)):
+        warnings.warn(line, ContestantWarning, stacklevel=2)
     return Results(folder, outcome)
 
 
@@ -155,5 +175,5 @@ def _check_importable(trackers: Sequence[str]) -> None:
 
 
 def _title(wanted: Suite, experiment: Experiment) -> str:
-    steering = f" × {len(experiment.controllers or ())} controllers" if wanted.judges_controllers else ""
-    return f"{wanted.name}, {len(experiment.trackers)} trackers{steering}"
+    steering = f" × {counted(len(experiment.controllers or ()), 'controller')}" if wanted.judges_controllers else ""
+    return f"{wanted.name}, {counted(len(experiment.trackers), 'tracker')}{steering}"

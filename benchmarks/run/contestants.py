@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
@@ -82,13 +82,29 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
     return known[name]
 
 
+class _Unmade:
+    """Stands for a tracker whose constructor raised, so that it fails like one that raises on the first picture."""
+
+    def __init__(self, error: Exception) -> None:
+        self._error = error
+
+    def _fail(self, *given: object) -> NoReturn:
+        raise self._error
+
+    initialise = start = update = _fail
+
+
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
     # The simulator drops its own stale kernels; those of trackers, which do not import it, are dropped here.
     forget_stale_kernels(Path(registry.__file__).parent)
     parameters = entry.parameters(**changes)
 
     def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
-        tracker = entry.tracker(parameters, rng)
+        try:
+            tracker = entry.tracker(parameters, rng)
+        except Exception as error:
+            unmade = _Unmade(error)
+            return ManyFromPictures(unmade) if entry.follows_many and many else FromPictures(unmade)
         if entry.follows_many and many:
             return ManyBlindfolded(tracker) if entry.role == "blind" else ManyFromPictures(tracker)
         if entry.follows_many:

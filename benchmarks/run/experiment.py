@@ -13,7 +13,8 @@ from typing import Any, cast, get_args
 from benchmarks.run.contestants import entrant, entrants, entrants_of
 from benchmarks.run.current_blocks import ESTIMATES, MadeNow, current_blocks, with_estimates
 from benchmarks.run.failures import Failure
-from benchmarks.run.jobs import Job
+from benchmarks.run.jobs import Job, JobResult
+from benchmarks.run.known_failures import read_failures, write_failures
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import results
 from benchmarks.run.records import BlockKey, append_block, tidy
@@ -31,6 +32,10 @@ from trackers.controllers import catalogue
 
 SET_PATH = "set-path"
 _NOTES = ".running"
+
+
+class ContestantWarning(UserWarning):
+    """A contestant failed, or gave no answer on some frames."""
 
 
 @dataclass(frozen=True)
@@ -82,13 +87,13 @@ class Outcome:
 
     Attributes:
         summary: the list of ``summary.json``.
-        failures: trackers that failed.
-        silent: tracker → number of frames without an answer.
+        failures: of trackers and controllers, also in episodes that existed already.
+        silent: tracker → number of frames without an answer, in the episodes that were run.
         episodes: number of (tracker, episode) pairs that were run; ``resumed``: those that existed already.
         moved: messages about rows that were moved to another file.
     """
 
-    summary: list[dict[str, Any]] = field(default_factory=list)
+    summary: list[dict[str, Any]] = field(default_factory=list, repr=False)
     failures: list[Failure] = field(default_factory=list)
     silent: Counter[str] = field(default_factory=Counter)
     episodes: int = 0
@@ -100,6 +105,18 @@ class Outcome:
         failures, moved = [*self.failures, *later.failures], [*self.moved, *later.moved]
         episodes, resumed = self.episodes + later.episodes, self.resumed + later.resumed
         return Outcome(later.summary, failures, self.silent + later.silent, episodes, resumed, moved)
+
+    def failures_in_words(self) -> Iterator[str]:
+        """Yield a line for each tracker or controller that failed: the first time, and in how many more episodes."""
+        first = {failure.tracker: failure for failure in reversed(self.failures)}
+        for name, count in Counter(failure.tracker for failure in self.failures).items():
+            yield f"{first[name]}{f' (and failed in {count - 1} more)' if count > 1 else ''}"
+
+    def silence_in_words(self, silence: str) -> Iterator[str]:
+        """Yield a line for each tracker without an answer on some frames; ``silence``: what such a frame counts as."""
+        for name, frames in self.silent.items():
+            if frames:
+                yield f"{name} gave no answer (NaN) on {frames} frames; each counts as {silence}"
 
 
 Progress = Callable[[int, int], None]
@@ -124,6 +141,9 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
         have = with_estimates(out, have, made_now)
     jobs = (_remaining(job, have) for job in _jobs(experiment, versions, out))
     outcome = Outcome(resumed=len(have), moved=moved)
+    failures = {key: each for key, each in read_failures(out).items() if key in have or made_now(key) is None}
+    write_failures(out, failures)
+    outcome.failures += (failure for key in sorted(have & failures.keys()) for failure in failures[key])
     total = len(experiment.seeds) * sum(map(len, versions.values()))
     report = progress or (lambda done, of: None)
     report(len(have), total)
@@ -132,6 +152,8 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
             append_block(out, block)
         outcome.episodes += len(result.blocks)
         outcome.failures += result.failures
+        if result.failures:
+            write_failures(out, failures := failures | _failures_by_block(result))
         outcome.silent += result.silent
         report(len(have) + outcome.episodes, total)
     with contextlib.suppress(OSError):
@@ -244,13 +266,15 @@ def check_names(experiment: Experiment) -> None:
     }
     for parameter, (given, expected) in known.items():
         for name in given:
-            check_choice(parameter, name, expected)
+            others = catalogue.carriers_of(name) if parameter == "controllers" else ()
+            check_choice(parameter, name, expected, why=f", which steers a {' or a '.join(others)}" if others else "")
     _check_trackers(experiment)
     check_renderer(experiment.renderer)
     first, end = experiment.seeds.start, experiment.seeds.stop
     check("seeds", 0 <= first < end, "A:B with 0 <= A < B", f"{first}:{end}")
     check("workers", experiment.workers >= 0, "a whole number >= 0", experiment.workers)
-    check("limit_s", experiment.limit_s > 0, "a number of seconds > 0", f"{experiment.limit_s:g}")
+    good = isinstance(experiment.limit_s, int | float) and experiment.limit_s > 0
+    check("limit_s", good, "a number of seconds > 0", repr(experiment.limit_s))
 
 
 def controllers_of(suite_name: str, scenario: str) -> tuple[str, ...]:
@@ -294,6 +318,16 @@ def _made_now(experiment: Experiment, versions: _Versions, key: BlockKey) -> dic
     if (key.suite, key.scenario, key.renderer, key.link) != (experiment.suite, scenario, experiment.renderer, link):
         return None
     return versions.get((key.preset, key.controller or None), {}).get(key.tracker)
+
+
+def _failures_by_block(result: JobResult) -> dict[BlockKey, list[Failure]]:
+    """Return a job's failures by block; that of a controller stands with the one tracker that it steered by."""
+    found: dict[BlockKey, list[Failure]] = {}
+    for failure in result.failures:
+        steered = failure.tracker == result.job.controller
+        key = _key(result.job, result.job.trackers[0] if steered else failure.tracker)
+        found.setdefault(key, []).append(failure)
+    return found
 
 
 def _remaining(job: Job, have: set[BlockKey]) -> Job:

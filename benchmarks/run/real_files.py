@@ -16,7 +16,7 @@ from benchmarks.run.records import LAST_METRIC, REAL, Row, append_block, tidy
 from benchmarks.run.versions import versions_on_files
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.judging import Ending, Recording, Score
-from benchmarks.suites.registry import Suite
+from benchmarks.suites.registry import Suite, suites
 from scenarios.loop import tracker_stream
 from sim.checks import check
 from trackers import registry
@@ -41,7 +41,8 @@ def run_on_files(
         ValueError: for a suite that judges no recordings, files that cannot be read, or no tracker that bridges gaps.
     """
     if suite.recordings is None:
-        raise ValueError(f"real: expected a suite that judges recordings, got {suite.name}")
+        able = (name for name, each in suites().items() if each.recordings or each.on_sequences)
+        raise ValueError(f"real: expected a suite that judges recordings ({', '.join(able)}), got {suite.name}")
     makers = {name: registry.entry(name) for name in trackers}
     live = {name: maker.create(tracker_stream(0, name)) for name, maker in makers.items()}
     bridging = {name: each for name, each in live.items() if isinstance(each, BridgingTracker)}

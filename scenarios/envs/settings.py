@@ -20,6 +20,13 @@ from trackers import registry
 ObservationMode = Literal["track", "pixels", "both"]
 ActionMode = Literal["command", "correction", "parameters"]
 _NOT_CHANGED = ("summary", "closed_loop", "edition")
+_OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
+    "controller": ("correction", "parameters"),
+    "controller_values": ("correction", "parameters"),
+    "correction_share": ("correction",),
+    "corrects": ("correction",),
+}
+"""Settings that some kinds of actions alone use."""
 EPISODE_OPTIONS = ("preset", "changes", "randomise", "difficulty", "link")
 """Settings that ``reset(options=...)`` may change for one episode."""
 RESET_OPTIONS = ("episode_seed", "world_seed", *EPISODE_OPTIONS)
@@ -32,7 +39,7 @@ class FollowSettings:
     Attributes:
         scenario: catalogue id.
         tracker: name in the registry, or an object with ``initialise`` and ``update``; None for a policy that sees the
-            picture alone: ``observation`` is then ``pixels`` and ``action`` ``command``.
+            picture alone, with ``observation="pixels"`` and ``action="command"``.
         preset: name of one of the scenario's presets; None: the env's own (``standard``, or as ``frameout list`` says),
             unless ``difficulty`` is given.
         changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
@@ -92,6 +99,10 @@ class FollowSettings:
             "None, the name of a tracker, or one with initialise and update",
             repr(self.tracker),
         )
+        for name, actions in _OF_ACTIONS.items():
+            unused = self.action not in actions and getattr(self, name) != _DEFAULTS[name]
+            wanted = f"{_DEFAULTS[name]!r} with action={self.action!r}, which does not use it"
+            check(name, not unused, wanted, repr(getattr(self, name)))
         if self.tracker is None:
             check("observation", self.observation == "pixels", "'pixels' with tracker=None", repr(self.observation))
             wanted = "'command' with tracker=None, as a controller steers by a tracker's estimates"
@@ -175,6 +186,12 @@ class FollowSettings:
                 check(group, name in known, fields, repr(name))
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **{**self.changes, **values})
+
+
+_DEFAULTS = {
+    each.name: each.default_factory() if callable(each.default_factory) else each.default
+    for each in dataclasses.fields(FollowSettings)
+}
 
 
 def changeable(preset: Any) -> tuple[str, ...]:

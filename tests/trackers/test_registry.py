@@ -90,7 +90,7 @@ def test_tuned_values_replace_the_defaults_of_others(monkeypatch: pytest.MonkeyP
 
 
 def test_what_cannot_be_registered_is_refused_by_name() -> None:
-    with pytest.raises(ValueError, match="tracker: the name 'hold' is taken"):
+    with pytest.raises(ValueError, match="name: expected one that no tracker has, got 'hold'"):
         register("hold", role="ours", summary="")(_Many)
     with pytest.raises(ValueError, match=r"role: expected one of .*; got 'best'"):
         register("many", role="best", summary="")(_Many)  # type: ignore[arg-type]

@@ -96,9 +96,12 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
 
     def add(controller: _T) -> _T:
         check_registered(controller, role, get_args(ControllerRole))
+        if not controller.__module__.startswith(f"{__package__}."):
+            # See ``trackers.registry.register``.
+            controllers(carrier)
         old = _ENTRIES.get((carrier, name))
         if old is not None and old.controller is not controller:
-            raise ValueError(f"controller: the name {name!r} is taken")
+            raise ValueError(f"name: expected one that no controller of a {carrier} has, got {name!r}")
         kernel = getattr(controller, "KERNEL", None)
         _ENTRIES[carrier, name] = ControllerEntry(name, carrier, role, summary, controller, kernel=kernel)
         return controller
@@ -111,6 +114,11 @@ def controllers(carrier: str) -> dict[str, ControllerEntry]:
     for module in _MODULES:
         importlib.import_module(module)
     return {name: entry for (steered, name), entry in _ENTRIES.items() if steered == carrier}
+
+
+def carriers_of(name: str) -> list[str]:
+    """Return the carriers that a controller of this name steers."""
+    return sorted(carrier for carrier, named in _ENTRIES if named == name)
 
 
 def our_controller(carrier: str) -> str:
@@ -132,7 +140,9 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
         return _policy_entry(policy, name.removeprefix(POLICY))
     known = controllers(carrier)
     if name not in known:
-        raise ValueError(f"controller: expected one of {', '.join(known)}, or {POLICY}FILE; got {name!r}")
+        others = carriers_of(name)
+        of = f", which steers a {' or a '.join(others)}" if others else ""
+        raise ValueError(f"controller: expected one of {', '.join(known)}, or {POLICY}FILE; got {name!r}{of}")
     return known[name]
 
 

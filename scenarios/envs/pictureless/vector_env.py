@@ -60,7 +60,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         Args:
             max_episode_steps: longer episodes are truncated; None: at their last frame.
             starts: ``episodes``: on frame 0, as in the rendered env; ``frame-outs``: shortly before a likely loss.
-            seeds: episodes of the bank. cache: folder that stores planned episodes.
+            seeds: episodes of the bank; those that are not stored yet are planned first, about a second each. cache:
+                folder that stores planned episodes.
             bank: replaces ``seeds``; its configuration must be that of the settings.
             model: replaces the tracker's own error model.
             settings: those of ``FollowSettings`` that need no picture.

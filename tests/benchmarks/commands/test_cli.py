@@ -238,6 +238,12 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out)["scenarios"][0]["scenario"] == "road-town-v1"
 
 
+def test_a_reader_who_leaves_early_sees_no_traceback() -> None:
+    listing = f"{sys.executable} -m benchmarks.cli list --metrics | head -1; echo ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", listing], capture_output=True, text=True, check=True)
+    assert (done.stdout.splitlines()[-1], done.stderr) == ("141", "")
+
+
 def test_commands_and_workers_start_without_packages_that_only_some_need() -> None:
     """They take longer to import than all the rest, in every process."""
     script = """

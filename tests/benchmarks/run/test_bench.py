@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks import bench
+from benchmarks import ContestantWarning, bench
 from benchmarks.run.bench import bench as same
 from benchmarks.run.experiment import Progress
 from benchmarks.suites.frame_out.suite import FRAME_OUT
@@ -27,14 +27,24 @@ TINY: dict[str, Any] = {"seeds": range(1), "workers": 0, "trackers": ["fake_know
 
 def test_results_and_what_failed_come_back(tmp_path: Path) -> None:
     assert bench is same
-    results = bench(SUITE, out=tmp_path, **TINY)
+    told = "fake_raises failed in fake-town-v1 tiny, seed 0, frame 20: RuntimeError: a bug"
+    with pytest.warns(ContestantWarning, match=told):
+        results = bench(SUITE, out=tmp_path, **TINY)
     rows = results.rows()
     assert set(rows["tracker"]) == {"fake_knowing", "fake_raises"}
     assert set(rows["seed"]) == {0}
     assert [failure.tracker for failure in results.outcome.failures] == ["fake_raises"]
     assert results.outcome.episodes == 2
-    again = bench(SUITE, out=str(tmp_path), **TINY)
+    with pytest.warns(ContestantWarning, match=told):
+        again = bench(SUITE, out=str(tmp_path), **TINY)
     assert (again.outcome.episodes, again.outcome.resumed) == (0, 2)
+    assert again.outcome.failures == results.outcome.failures
+    assert repr(again) == f"Results({str(tmp_path)!r}, 1 failures)"
+
+
+def test_frames_without_an_answer_are_told(tmp_path: Path) -> None:
+    with pytest.warns(ContestantWarning, match=r"fake_silent gave no answer \(NaN\) on 220 frames; each counts as"):
+        bench(SUITE, out=tmp_path, **{**TINY, "trackers": "fake_silent"})
 
 
 def test_quick_runs_once_what_no_seed_makes_reproducible(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -59,12 +69,14 @@ def test_progress_is_shown_under_a_title(tmp_path: Path) -> None:
         yield lambda done, of: shown.append((done, of))
 
     bench(SUITE, out=tmp_path, progress=show, **{**TINY, "trackers": "fake_still"})
-    assert shown == ["frame-out, 1 trackers", (0, 1), (1, 1)]
+    assert shown == ["frame-out, 1 tracker", (0, 1), (1, 1)]
 
 
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
+        ({"workers": "two"}, "workers: expected a whole number >= 0, got 'two'"),
+        ({"limit_s": "x"}, "limit_s: expected a number of seconds > 0, got 'x'"),
         ({"seeds": "0:2"}, r"seeds: expected range\(A, B\), got '0:2'"),
         ({"trackers": "nobody"}, "trackers: expected one of .*; got 'nobody'"),
         ({"preset": "huge"}, "presets: expected one of .*; got 'huge'"),
