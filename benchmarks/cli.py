@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import difflib
 import errno
 import importlib
 import importlib.metadata
@@ -158,11 +160,12 @@ def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
     except SystemExit as stop:
         if not stop.code:
             raise
-        raise ValueError(_in_one_line(complaint.getvalue(), name)) from None
+        options = [f"--{field.name.replace('_', '-')}" for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
+        raise ValueError(_in_one_line(complaint.getvalue(), name, options)) from None
 
 
-def _in_one_line(complaint: str, name: str) -> str:
-    """Return tyro's boxed complaint as ``parameter: expected …, got …``."""
+def _in_one_line(complaint: str, name: str, options: Sequence[str]) -> str:
+    """Return tyro's boxed complaint as ``parameter: expected …, got …``; ``options``: of the command."""
     lines = [re.sub(r"[│╭╮╰╯─]|^-+$", "", line.strip()).strip() for line in complaint.splitlines()]
     text = " ".join(line for line in lines if line)
     unparsed = re.search(r"Error parsing (--)?([\w-]+).*: .*?(['\"].*['\"])", text)
@@ -175,7 +178,10 @@ def _in_one_line(complaint: str, name: str) -> str:
         return f"{missing[2].lower()}: expected a value, got none"
     unknown = re.search(r"Unrecognized options: (\S+)", text)
     if unknown:
-        return f"arguments: expected options of `frameout {name} --help`, got {unknown[1].rstrip(',')!r}"
+        given = unknown[1].rstrip(",")
+        near = difflib.get_close_matches(given, options, 1)
+        suggestion = f" (did you mean {near[0]}?)" if near else ""
+        return f"arguments: expected options of `frameout {name} --help`, got {given!r}{suggestion}"
     return f"arguments: expected those of `frameout {name} --help`, got: {text}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -302,6 +303,8 @@ def _check_trackers(experiment: Experiment) -> None:
     known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
     for name in (experiment.settings.get(label, (label,))[0] for label in experiment.trackers):
         whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
+        if not whose and not experiment.modules and not difflib.get_close_matches(name, expected, 1):
+            whose = "; one of yours needs its module too (modules)"
         check_choice("trackers", name, expected, why=whose)
         entry = registry.entries().get(name)
         many = not judged.follows_many or entry is None or entry.follows_many

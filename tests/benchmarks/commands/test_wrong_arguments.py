@@ -101,6 +101,10 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
             "starts: expected episodes with pictures, which begin on frame 0, got 'frame-outs'",
         ),
         (["tune", "--controllers", "centre_as_written"], "controllers: expected one that is used as tuned, got .*"),
+        (
+            ["bench", "--tracker", "hold"],
+            r"arguments: expected options of `frameout bench --help`, got '--tracker' \(did you mean --trackers\?\)",
+        ),
         (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
         (["speed", "--quick", "--seeds", "0:2"], "seeds: expected none with --quick, which has its own, got '0:2'"),
         (["speed", "--resets", "--stored"], "resets: expected one of --stored, --resets, got both"),
