@@ -8,7 +8,7 @@ from typing import Any
 
 _HOMES = {
     "bench": "benchmarks.run.bench",
-    "ContestantWarning": "benchmarks.run.experiment",
+    "ContestantWarning": "benchmarks.run.outcome",
     "DataSet": "benchmarks.data_sets.data_set",
     "Results": "benchmarks.report.results",
     "Metric": "benchmarks.suites.metric",

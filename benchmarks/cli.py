@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import difflib
 import errno
 import importlib
@@ -13,7 +12,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, get_args, get_type_hints
 
 import tyro
 
@@ -81,16 +80,24 @@ _ABOUT_AN_ARGUMENT = re.compile(r"[\w./:@ -]+: expected .*", re.DOTALL)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; return the exit status: 0, 1 after a failure, 2 for wrong arguments."""
+    """Run the command line; return the exit status.
+
+    It is 0, 1 after a failure, 2 for wrong arguments, 130 after Ctrl-C, and 141 if the reader of stdout has left.
+    """
     try:
         try:
             return _run(arguments)
         finally:
             sys.stdout.flush()
     except BrokenPipeError:
-        # Whoever reads has seen enough, as ``head`` does. What is still to be written at the exit goes nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _UNREAD
+        try:
+            # Stdout is at fault only if it still refuses what is left.
+            sys.stdout.flush()
+        except BrokenPipeError:
+            # Whoever reads has seen enough, as ``head`` does. What is still to be written at the exit goes nowhere.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return _UNREAD
+        raise
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -160,8 +167,14 @@ def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
     except SystemExit as stop:
         if not stop.code:
             raise
-        options = [f"--{field.name.replace('_', '-')}" for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
-        raise ValueError(_in_one_line(complaint.getvalue(), name, options)) from None
+        raise ValueError(_in_one_line(complaint.getvalue(), name, _options(kind))) from None
+
+
+def _options(kind: type[Command]) -> list[str]:
+    """Return the options of a command; what stands without a name is none."""
+    hints = get_type_hints(kind, include_extras=True)
+    named = (name for name in hints if tyro.conf.Positional not in get_args(hints[name]))
+    return [f"--{name.replace('_', '-')}" for name in named]
 
 
 def _in_one_line(complaint: str, name: str, options: Sequence[str]) -> str:

@@ -209,7 +209,11 @@ def check_registered(registered: type, role: str, roles: tuple[str, ...]) -> Non
 
 
 def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> None:
-    """Register an ablation of a tracker: the same code, tuned values and suites, with ``overrides``."""
+    """Register an ablation of a tracker: the same code, tuned values and suites, with ``overrides``.
+
+    Raises:
+        ValueError: for a name that is taken, or an unknown tracker ``of``.
+    """
     base = _ENTRIES[of] if of in _ENTRIES else entry(of)
     _add(dataclasses.replace(base, name=name, role="variant", summary=summary, overrides=overrides))
 
@@ -255,6 +259,6 @@ def tuned_values(name: str, module: str) -> dict[str, Any]:
 
 
 def _add(new: TrackerEntry) -> None:
-    if new.name in _ENTRIES and _ENTRIES[new.name].tracker is not new.tracker:
+    if new != _ENTRIES.get(new.name, new):
         raise ValueError(f"name: expected one that no tracker has, got {new.name!r}")
     _ENTRIES[new.name] = new

@@ -34,7 +34,8 @@ from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.bench import bench
 from benchmarks.run.contestants import Entrant
-from benchmarks.run.experiment import ContestantWarning, Outcome, make_folder
+from benchmarks.run.experiment import make_folder
+from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.packages import needs_data
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.report import long_table
-from benchmarks.run.experiment import Outcome
+from benchmarks.report.numbers import counted
+from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import FILE_NAME, read_rows
 from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME, write_summary
 from sim.checks import check
@@ -35,8 +36,8 @@ class Results:
         check("directory", there, f"one that holds {FILE_NAME}", repr(str(directory)))
 
     def __repr__(self) -> str:
-        failed = len(self.outcome.failures)
-        return f"Results({str(self.directory)!r}{f', {failed} failures' if failed else ''})"
+        failed = f", {counted(len(self.outcome.failures), 'failure')}" if self.outcome.failures else ""
+        return f"Results({str(self.directory)!r}{failed})"
 
     def rows(self) -> pd.DataFrame:
         """Return all numbers, a line for each condition, seed, tracker, event and metric, see ``long_table``."""

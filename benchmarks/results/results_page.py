@@ -111,6 +111,8 @@ class _Page:
             expected = f"{found['expected']}{verdicts[found['agrees']]}"
             lines.append([method + minus, found["counted"], found["paper"], _number(found, sign=True), expected])
         heads = ["method", "counted", "the paper", "here", "expected"]
+        if not any(method for method, *_ in lines):
+            heads, lines = heads[1:], [line[1:] for line in lines]
         return f"{markdown_table(heads, lines, words=len(heads))}\n\n{_varied(shown)}{_origin([shown])}"
 
     def figures(self, name: str) -> str:

@@ -22,15 +22,8 @@ from benchmarks.report.numbers import counted
 from benchmarks.report.results import Results
 from benchmarks.run.contestants import entrants
 from benchmarks.run.cores import cores
-from benchmarks.run.experiment import (
-    ContestantWarning,
-    Experiment,
-    Outcome,
-    Progress,
-    check_names,
-    check_renderer,
-    run,
-)
+from benchmarks.run.experiment import Experiment, Progress, check_names, check_renderer, run
+from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
 from benchmarks.run.selection import Party, parties
@@ -91,8 +84,8 @@ def bench(
     Raises:
         ValueError: for unknown names and values out of range, before any run; names the argument.
 
-    A tracker that fails or gives no answer is scored as such, and told by a ``ContestantWarning``; ``outcome.failures``
-    of the results has every failure.
+    A tracker that fails, or gave no answer on frames of this run, is scored as such and told by a
+    ``ContestantWarning``; ``outcome.failures`` of the results has every failure.
     """
     check("seeds", isinstance(seeds, range), "range(A, B)", repr(seeds))
     load_modules(_several(modules))

@@ -82,6 +82,15 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
     return known[name]
 
 
+def contestant_of_one(name: str, rng: np.random.Generator) -> Contestant:
+    """Return a fresh contestant of one target that needs pictures alone."""
+    try:
+        tracker = registry.entry(name).create_for_one(rng)
+    except Exception as error:
+        tracker = _Unmade(error)
+    return FromPictures(tracker)
+
+
 class _Unmade:
     """Stands for a tracker whose constructor raised, so that it fails like one that raises on the first picture."""
 

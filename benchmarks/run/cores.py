@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import warnings
 
+import numpy as np
+
 from sim.checks import check
 
 # joblib replaces a worker that has grown by 300 MB, for which a kept town is enough, and tells it like a fault.
@@ -12,7 +14,11 @@ warnings.filterwarnings("ignore", "A worker stopped while some jobs were given",
 
 
 def cores(workers: int | None) -> int:
-    """Return the number of workers, by default one for each core of this process. Raises ValueError for no number."""
-    good = workers is None or (isinstance(workers, int) and workers >= 0)
-    check("workers", good, "a whole number >= 0", repr(workers))
+    """Return the number of workers, by default one for each core of this process.
+
+    Raises:
+        ValueError: unless it is a whole number >= 0.
+    """
+    whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
+    check("workers", workers is None or (whole and workers >= 0), "a whole number >= 0", repr(workers))
     return len(os.sched_getaffinity(0)) if workers is None else workers

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import difflib
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -13,9 +12,9 @@ from typing import Any, cast, get_args
 
 from benchmarks.run.contestants import entrant, entrants, entrants_of
 from benchmarks.run.current_blocks import ESTIMATES, MadeNow, current_blocks, with_estimates
-from benchmarks.run.failures import Failure
-from benchmarks.run.jobs import Job, JobResult
-from benchmarks.run.known_failures import read_failures, write_failures
+from benchmarks.run.jobs import Job
+from benchmarks.run.known_failures import earlier, read_failures, write_failures
+from benchmarks.run.outcome import Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import results
 from benchmarks.run.records import BlockKey, append_block, tidy
@@ -33,10 +32,6 @@ from trackers.controllers import catalogue
 
 SET_PATH = "set-path"
 _NOTES = ".running"
-
-
-class ContestantWarning(UserWarning):
-    """A contestant failed, or gave no answer on some frames."""
 
 
 @dataclass(frozen=True)
@@ -82,44 +77,6 @@ class Experiment:
     keep_estimates: bool = False
 
 
-@dataclass
-class Outcome:
-    """The result of a run.
-
-    Attributes:
-        summary: the list of ``summary.json``.
-        failures: of trackers and controllers, also in episodes that existed already.
-        silent: tracker → number of frames without an answer, in the episodes that were run.
-        episodes: number of (tracker, episode) pairs that were run; ``resumed``: those that existed already.
-        moved: messages about rows that were moved to another file.
-    """
-
-    summary: list[dict[str, Any]] = field(default_factory=list, repr=False)
-    failures: list[Failure] = field(default_factory=list)
-    silent: Counter[str] = field(default_factory=Counter)
-    episodes: int = 0
-    resumed: int = 0
-    moved: list[str] = field(default_factory=list)
-
-    def followed_by(self, later: Outcome) -> Outcome:
-        """Return this result joined with that of a later run into the same folder."""
-        failures, moved = [*self.failures, *later.failures], [*self.moved, *later.moved]
-        episodes, resumed = self.episodes + later.episodes, self.resumed + later.resumed
-        return Outcome(later.summary, failures, self.silent + later.silent, episodes, resumed, moved)
-
-    def failures_in_words(self) -> Iterator[str]:
-        """Yield a line for each tracker or controller that failed: the first time, and in how many more episodes."""
-        first = {failure.tracker: failure for failure in reversed(self.failures)}
-        for name, count in Counter(failure.tracker for failure in self.failures).items():
-            yield f"{first[name]}{f' (and failed in {count - 1} more)' if count > 1 else ''}"
-
-    def silence_in_words(self, silence: str) -> Iterator[str]:
-        """Yield a line for each tracker without an answer on some frames; ``silence``: what such a frame counts as."""
-        for name, frames in self.silent.items():
-            if frames:
-                yield f"{name} gave no answer (NaN) on {frames} frames; each counts as {silence}"
-
-
 Progress = Callable[[int, int], None]
 """Called with the number of (tracker, episode) pairs done, and of all."""
 
@@ -144,17 +101,21 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     outcome = Outcome(resumed=len(have), moved=moved)
     failures = {key: each for key, each in read_failures(out).items() if key in have or made_now(key) is None}
     write_failures(out, failures)
-    outcome.failures += (failure for key in sorted(have & failures.keys()) for failure in failures[key])
+    outcome.failures += (earlier(each) for key in sorted(have & failures.keys()) for each in failures[key])
     total = len(experiment.seeds) * sum(map(len, versions.values()))
     report = progress or (lambda done, of: None)
     report(len(have), total)
     for result in results((job for job in jobs if job.trackers), experiment.workers, experiment.backend):
+        # Before the rows: failures without rows are dropped, rows without their failures would be taken for good ones.
+        if result.failures:
+            for failure in result.failures:
+                name = result.job.trackers[0] if result.job.controller else failure.tracker
+                failures.setdefault(_key(result.job, name), []).append(failure)
+            write_failures(out, failures)
         for block in result.blocks:
             append_block(out, block)
         outcome.episodes += len(result.blocks)
         outcome.failures += result.failures
-        if result.failures:
-            write_failures(out, failures := failures | _failures_by_block(result))
         outcome.silent += result.silent
         report(len(have) + outcome.episodes, total)
     with contextlib.suppress(OSError):
@@ -267,8 +228,8 @@ def check_names(experiment: Experiment) -> None:
     }
     for parameter, (given, expected) in known.items():
         for name in given:
-            others = catalogue.carriers_of(name) if parameter == "controllers" else ()
-            check_choice(parameter, name, expected, why=f", which steers a {' or a '.join(others)}" if others else "")
+            why = catalogue.steers_instead(name) if parameter == "controllers" else ""
+            check_choice(parameter, name, expected, why=why)
     _check_trackers(experiment)
     check_renderer(experiment.renderer)
     first, end = experiment.seeds.start, experiment.seeds.stop
@@ -304,7 +265,7 @@ def _check_trackers(experiment: Experiment) -> None:
     for name in (experiment.settings.get(label, (label,))[0] for label in experiment.trackers):
         whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
         if not whose and not experiment.modules and not difflib.get_close_matches(name, expected, 1):
-            whose = "; one of yours needs its module too (modules)"
+            whose = "; name the module of a tracker of yours (modules)"
         check_choice("trackers", name, expected, why=whose)
         entry = registry.entries().get(name)
         many = not judged.follows_many or entry is None or entry.follows_many
@@ -321,16 +282,6 @@ def _made_now(experiment: Experiment, versions: _Versions, key: BlockKey) -> dic
     if (key.suite, key.scenario, key.renderer, key.link) != (experiment.suite, scenario, experiment.renderer, link):
         return None
     return versions.get((key.preset, key.controller or None), {}).get(key.tracker)
-
-
-def _failures_by_block(result: JobResult) -> dict[BlockKey, list[Failure]]:
-    """Return a job's failures by block; that of a controller stands with the one tracker that it steered by."""
-    found: dict[BlockKey, list[Failure]] = {}
-    for failure in result.failures:
-        steered = failure.tracker == result.job.controller
-        key = _key(result.job, result.job.trackers[0] if steered else failure.tracker)
-        found.setdefault(key, []).append(failure)
-    return found
 
 
 def _remaining(job: Job, have: set[BlockKey]) -> Job:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from benchmarks.run.failures import Failure
@@ -14,23 +14,28 @@ from trackers.atomic_file import write_atomic
 FILE_NAME = "failures.jsonl"
 """A line for each failure: its attributes and, under ``block``, the key of the rows that it is about."""
 
-Failures = Mapping[BlockKey, Sequence[Failure]]
-
 
 def read_failures(directory: Path) -> dict[BlockKey, list[Failure]]:
     """Return the failures that a folder keeps, by block. Lines that cannot be read are left out."""
     file = directory / FILE_NAME
     found: dict[BlockKey, list[Failure]] = {}
-    for line in file.read_text().splitlines() if file.is_file() else ():
+    for line in file.read_bytes().splitlines() if file.is_file() else ():
         try:
             told = json.loads(line)
-            found.setdefault(BlockKey(**told.pop("block")), []).append(Failure(**told))
+            key, failure = BlockKey(**told.pop("block")), Failure(**told)
         except (ValueError, TypeError, KeyError, AttributeError):
             continue
+        if isinstance(key.seed, int):
+            found.setdefault(key, []).append(failure)
     return found
 
 
-def write_failures(directory: Path, failures: Failures) -> None:
+def earlier(failure: Failure) -> Failure:
+    """Return a failure of an earlier run, which says so: its cause may be gone, and its rows are kept all the same."""
+    return replace(failure, reason=f"{failure.reason} (in an earlier run, whose rows are kept)")
+
+
+def write_failures(directory: Path, failures: Mapping[BlockKey, Sequence[Failure]]) -> None:
     """Write all failures of a folder; without any there is no file."""
     lines = [json.dumps({**asdict(each), "block": asdict(key)}) for key in sorted(failures) for each in failures[key]]
     if lines:

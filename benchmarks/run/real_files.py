@@ -9,9 +9,10 @@ from pathlib import Path
 
 from benchmarks.run.blocks import as_row
 from benchmarks.run.contestants import entrant
-from benchmarks.run.experiment import Outcome, Progress, make_folder
+from benchmarks.run.experiment import Progress, make_folder
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedGapMethod
+from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import LAST_METRIC, REAL, Row, append_block, tidy
 from benchmarks.run.versions import versions_on_files
 from benchmarks.scores.summary import write_summary

@@ -12,20 +12,20 @@ import cv2
 import numba
 
 from benchmarks.run.blocks import as_block
-from benchmarks.run.contestants import Entrant, entrants
-from benchmarks.run.experiment import Outcome, Progress, make_folder
+from benchmarks.run.contestants import Entrant, contestant_of_one, entrants
+from benchmarks.run.experiment import Progress, make_folder
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import GuardedContestant, guarded
 from benchmarks.run.jobs import take_in
+from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import FILE_NAME, REAL, BlockKey, Row, append_block, read_blocks, tidy
 from benchmarks.run.versions import versions_on_sequences
 from benchmarks.scores.summary import write_summary
 from benchmarks.sequences.episode import USUAL_FOCAL, SequenceEpisode
 from benchmarks.sequences.sequence import BoxedSequence, Collection
 from benchmarks.suites.registry import Suite
-from scenarios.loop import FromPictures, Loop, tracker_stream
+from scenarios.loop import Loop, tracker_stream
 from sim.checks import check
-from trackers import registry
 
 _NEED_TRUTH = ("blind", "oracle")
 """Roles whose contestants are given the true state in metres."""
@@ -169,8 +169,8 @@ def _blocks(
 
 def _watchers(run: _Run, number: int, name: str) -> Iterator[_Watcher]:
     for repeat in range(1 if run.trackers[name].reproducible else run.repeats):
-        tracker = registry.entry(name).create_for_one(tracker_stream(number, name, repeat))
-        yield _Watcher(name, repeat, guarded(FromPictures(tracker), run.limit_s))
+        contestant = contestant_of_one(name, tracker_stream(number, name, repeat))
+        yield _Watcher(name, repeat, guarded(contestant, run.limit_s))
 
 
 def _heading(run: _Run, collection: Collection, number: int, sequence: BoxedSequence, tracker: str) -> Row:

@@ -51,9 +51,8 @@ class FollowEnv(gym.Env, EzPickle):
     def __init__(self, scenario: str, render_mode: str | None = None, **settings: Any) -> None:
         EzPickle.__init__(self, scenario, render_mode, **settings)
         known = FollowSettings.__dataclass_fields__
-        made_otherwise = "pictures" in settings
-        wanted = "gym.make_vec(…, pictures=False) without a vectorization_mode for envs without pictures"
-        check("pictures", not made_otherwise, wanted, settings.get("pictures"))
+        wanted = "no such keyword here, as gym.make_vec(…, pictures=False) alone makes envs without pictures"
+        check("pictures", "pictures" not in settings, wanted, settings.get("pictures"))
         for name in settings:
             check("keywords", name in known, f"some of {', '.join(known)}", repr(name))
         modes = self.metadata["render_modes"]

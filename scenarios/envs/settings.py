@@ -53,8 +53,8 @@ class FollowSettings:
             one of a pair), or ``both``.
         action: the ``command`` itself, a ``correction`` that is added to the controller's command, or the controller's
             ``parameters``.
-        correction_share: the largest correction, as a share of the command's limit.
-        corrects: when corrections are added: ``always``, or while the target is ``unseen``.
+        correction_share: the largest correction, as a share of the command's limit; of the action ``correction``.
+        corrects: when corrections are added: ``always``, or while the target is ``unseen``; of the same action.
         reward: weights of the reward's terms.
         lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
         renderer: ``raster`` or ``pybullet``.
@@ -101,7 +101,7 @@ class FollowSettings:
         )
         for name, actions in _OF_ACTIONS.items():
             unused = self.action not in actions and getattr(self, name) != _DEFAULTS[name]
-            wanted = f"{_DEFAULTS[name]!r} with action={self.action!r}, which does not use it"
+            wanted = f"none with action={self.action!r}, as it is of {' and '.join(actions)}"
             check(name, not unused, wanted, repr(getattr(self, name)))
         if self.tracker is None:
             check("observation", self.observation == "pixels", "'pixels' with tracker=None", repr(self.observation))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,6 +99,33 @@ def test_what_cannot_be_registered_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="Parameters: expected a dataclass of this name in class object, got none"):
         register("many", role="ours", summary="")(object)
     assert "many" not in registry.entries()
+
+
+def test_a_variant_takes_no_name_of_ours() -> None:
+    for name in ("hold", "mosaic_graph_pf"):
+        with pytest.raises(ValueError, match=f"name: expected one that no tracker has, got {name!r}"):
+            register_variant(name, "mosaic_graph_pf", summary="mine", use_roads=False)
+    with pytest.raises(ValueError, match=r"tracker: expected one of .*; got 'nobody'"):
+        register_variant("mine", "nobody", summary="mine")
+
+
+def test_a_user_s_module_that_comes_first_takes_no_name_of_ours(tmp_path: Path) -> None:
+    (tmp_path / "first.py").write_text(
+        "from trackers.registry import NoParameters, register\n"
+        "from trackers.controllers.catalogue import register_controller\n"
+        "class Mine:\n"
+        "    Parameters = NoParameters\n"
+        "for add, taken in ((register, {}), (register_controller, {'carrier': 'robot'})):\n"
+        "    try:\n"
+        "        add('hold', role='baseline', summary='', **taken)(Mine)\n"
+        "    except ValueError as error:\n"
+        "        print(error)\n"
+    )
+    done = subprocess.run([sys.executable, tmp_path / "first.py"], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == [
+        "name: expected one that no tracker has, got 'hold'",
+        "name: expected one that no controller of a robot has, got 'hold'",
+    ]
 
 
 def test_values_of_a_user_s_tracker_lie_beside_its_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -98,7 +98,7 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
         check_registered(controller, role, get_args(ControllerRole))
         if not controller.__module__.startswith(f"{__package__}."):
             # See ``trackers.registry.register``.
-            controllers(carrier)
+            _all()
         old = _ENTRIES.get((carrier, name))
         if old is not None and old.controller is not controller:
             raise ValueError(f"name: expected one that no controller of a {carrier} has, got {name!r}")
@@ -111,14 +111,19 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
 
 def controllers(carrier: str) -> dict[str, ControllerEntry]:
     """Return all controllers of a carrier by name, in order of registration; policies are files."""
+    return {name: entry for (steered, name), entry in _all().items() if steered == carrier}
+
+
+def _all() -> dict[tuple[str, str], ControllerEntry]:
     for module in _MODULES:
         importlib.import_module(module)
-    return {name: entry for (steered, name), entry in _ENTRIES.items() if steered == carrier}
+    return _ENTRIES
 
 
-def carriers_of(name: str) -> list[str]:
-    """Return the carriers that a controller of this name steers."""
-    return sorted(carrier for carrier, named in _ENTRIES if named == name)
+def steers_instead(name: str) -> str:
+    """Return which carriers a controller of this name steers, as a clause of an error; empty for an unknown one."""
+    carriers = sorted(carrier for carrier, named in _all() if named == name)
+    return f", which steers a {' or a '.join(carriers)}" if carriers else ""
 
 
 def our_controller(carrier: str) -> str:
@@ -140,9 +145,8 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
         return _policy_entry(policy, name.removeprefix(POLICY))
     known = controllers(carrier)
     if name not in known:
-        others = carriers_of(name)
-        of = f", which steers a {' or a '.join(others)}" if others else ""
-        raise ValueError(f"controller: expected one of {', '.join(known)}, or {POLICY}FILE; got {name!r}{of}")
+        expected = f"one of {', '.join(known)}, or {POLICY}FILE"
+        raise ValueError(f"controller: expected {expected}; got {name!r}{steers_instead(name)}")
     return known[name]
 
 

@@ -105,6 +105,7 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
             ["bench", "--tracker", "hold"],
             r"arguments: expected options of `frameout bench --help`, got '--tracker' \(did you mean --trackers\?\)",
         ),
+        (["bench", "--suite", "fish"], "arguments: expected options of `frameout bench --help`, got '--suite'"),
         (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
         (["speed", "--quick", "--seeds", "0:2"], "seeds: expected none with --quick, which has its own, got '0:2'"),
         (["speed", "--resets", "--stored"], "resets: expected one of --stored, --resets, got both"),

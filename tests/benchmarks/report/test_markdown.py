@@ -9,6 +9,10 @@ import pytest
 from benchmarks.report.markdown import markdown_table
 
 
+def test_a_bar_in_a_cell_is_escaped() -> None:
+    assert markdown_table(["a|b"], [["|c|"]], words=1) == "| a\\|b |\n| --- |\n| \\|c\\| |"
+
+
 def test_a_reader_of_markdown_finds_the_cells_that_were_given() -> None:
     markdown_it = pytest.importorskip("markdown_it", reason="the docs extra is not installed")
     heads, lines = ["counted", "here"], [["|ΔR| + |ΔB|", "1.00"], ["a lamp", "0.60"]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import lzma
 import re
@@ -271,6 +272,12 @@ def test_the_committed_page_is_what_the_template_gives() -> None:
     script = "from benchmarks.results.results_page import results_page; print(results_page(), end='')"
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout == (ROOT / "RESULTS.md").read_text(), "make it anew: frameout publish --render"
+
+
+def test_tables_of_the_committed_page_end_before_its_prose() -> None:
+    lines = (ROOT / "RESULTS.md").read_text().splitlines()
+    swallowed = [after for row, after in itertools.pairwise(lines) if row.startswith("|") and after[:1] not in "|"]
+    assert swallowed == []
 
 
 def test_the_committed_rows_are_those_of_their_hashes() -> None:

@@ -10,8 +10,9 @@ import pytest
 
 from benchmarks.run import experiment, jobs
 from benchmarks.run.contestants import entrant
-from benchmarks.run.experiment import SET_PATH, Experiment, Outcome, run
+from benchmarks.run.experiment import SET_PATH, Experiment, run
 from benchmarks.run.jobs import Job, run_job
+from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import read_blocks, read_rows
 from benchmarks.suites.frame_out.metrics.offscreen import WORST_ERROR_M
 from tests import fakes_scenario

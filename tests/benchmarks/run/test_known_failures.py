@@ -8,12 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import run
 from benchmarks.run.failures import Failure
 from benchmarks.run.known_failures import FILE_NAME, read_failures, write_failures
 from benchmarks.run.records import BlockKey
+from scenarios.loop import ManyContestant
+from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.run.test_experiment import TINY, mean_of
-from tests.fakes_trackers import Still
+from tests.fakes_scenario import FAKE_TOWN
+from tests.fakes_trackers import Raises, Still
 from trackers import registry
 from trackers.registry import NoParameters
 
@@ -25,7 +29,11 @@ def test_they_are_read_as_they_were_written_and_broken_lines_are_left_out(tmp_pa
     failures = {KEY: [FAILURE, replace(FAILURE, tracker="fake_controller")], replace(KEY, seed=4): [FAILURE]}
     write_failures(tmp_path, failures)
     file = tmp_path / FILE_NAME
-    file.write_text(file.read_text() + '3\n{"tracker": "x"}\n{"block": {}, "tr')
+    whole = file.read_text()
+    stranger = whole.splitlines()[-1].replace('"seed": 4', '"seed": "4"')
+    unknown = whole.splitlines()[0].replace('"since"', '"until"')
+    broken = ["3", '{"tracker": "x"}', stranger, unknown, '{"block": {}, "tr']
+    file.write_bytes("\n".join([*broken, whole]).encode() + b"\xff\n")
     assert read_failures(tmp_path) == failures
     write_failures(tmp_path, {})
     assert not file.exists()
@@ -37,14 +45,22 @@ def test_a_run_tells_what_failed_in_an_earlier_one(tmp_path: Path) -> None:
     first = run(raising, tmp_path)
     assert [(each.tracker, each.seed) for each in first.failures] == [("fake_raises", 0), ("fake_raises", 1)]
     again = run(raising, tmp_path)
-    assert (again.episodes, again.failures) == (0, first.failures)
+    assert again.episodes == 0
+    assert [replace(each, reason=first.failures[0].reason) for each in again.failures] == first.failures
+    assert all(each.reason.endswith(" (in an earlier run, whose rows are kept)") for each in again.failures)
     # Others in the same folder have none, and leave them there.
     assert run(replace(TINY, trackers=("fake_knowing",)), tmp_path).failures == []
-    # Rows that are gone take theirs along.
-    (tmp_path / "records.jsonl").write_text("")
-    assert run(replace(raising, trackers=("fake_still",)), tmp_path).failures == []
-    assert run(raising, tmp_path).failures == first.failures
     assert len(read_failures(tmp_path)) == 2
+
+
+def test_rows_that_are_gone_take_their_failures_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    raising = replace(TINY, trackers=("fake_raises",), seeds=range(1))
+    run(raising, tmp_path)
+    (tmp_path / "records.jsonl").write_text("")
+    monkeypatch.setattr(Raises, "misbehave", Still.misbehave)
+    assert run(raising, tmp_path).failures == []
+    assert run(raising, tmp_path).failures == []
+    assert not (tmp_path / FILE_NAME).exists()
 
 
 class _Unmade(Still):
@@ -56,6 +72,18 @@ class _Unmade(Still):
         raise OSError("weights.pt not found")
 
 
+def test_a_tracker_that_cannot_be_made_fails_on_the_first_frame(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+    registry.register("unmade", role="external", summary="", suites=("frame-out",))(_Unmade)
+    outcome = run(replace(TINY, trackers=("unmade", "fake_knowing"), seeds=range(1)), tmp_path)
+    (failure,) = outcome.failures
+    assert (failure.tracker, failure.frame, failure.reason) == ("unmade", 0, "OSError: weights.pt not found")
+    assert failure.place.startswith("test_known_failures.py, line ")
+    assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
+
+
 class _UnmadeOfMany(_Unmade):
     """Cannot be made, and would follow many."""
 
@@ -63,14 +91,11 @@ class _UnmadeOfMany(_Unmade):
         """Never called."""
 
 
-@pytest.mark.parametrize("kind", [_Unmade, _UnmadeOfMany])
-def test_a_tracker_that_cannot_be_made_fails_on_the_first_frame(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: type
-) -> None:
+def test_one_of_many_targets_fails_as_one_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
-    registry.register("unmade", role="external", summary="", suites=("frame-out",))(kind)
-    outcome = run(replace(TINY, trackers=("unmade", "fake_knowing"), seeds=range(1)), tmp_path)
-    (failure,) = outcome.failures
-    assert (failure.tracker, failure.frame, failure.reason) == ("unmade", 0, "OSError: weights.pt not found")
-    assert failure.place.startswith("test_known_failures.py, line ")
-    assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
+    registry.register("unmade", role="external", summary="", suites=("fish",))(_UnmadeOfMany)
+    episode, rng = FakeEpisode(), np.random.default_rng(0)
+    made = entrant("unmade").create(episode, FAKE_TOWN, rng, many=True)
+    assert isinstance(made, ManyContestant)
+    with pytest.raises(OSError, match="not found"):
+        made.initialise(None, episode.start)  # type: ignore[arg-type]

@@ -118,5 +118,9 @@ def test_a_window_without_a_screen_is_refused_when_the_env_is_made(monkeypatch):
 def test_unknown_keywords_and_render_modes_are_refused():
     with pytest.raises(ValueError, match=r"keywords: expected some of scenario, tracker, .*, got 'weather'"):
         make(weather="bad")
+    with pytest.raises(
+        ValueError, match=r"pictures: expected no such keyword here, as gym.make_vec\(…, pictures=False\)"
+    ):
+        make(pictures=False)
     with pytest.raises(ValueError, match="render_mode: expected None or one of rgb_array, human, got 'ansi'"):
         FollowEnv("road-town-v1", render_mode="ansi", **keywords())

@@ -13,7 +13,8 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.report.page import write_report
 from benchmarks.report.palette import line_styles
-from benchmarks.run.experiment import Experiment, Outcome, run
+from benchmarks.run.experiment import Experiment, run
+from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import append_block, read_blocks, read_rows
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites import registry as suites

@@ -13,7 +13,8 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.report.page import write_report
 from benchmarks.report.palette import PLACEHOLDERS
-from benchmarks.run.experiment import Experiment, Outcome, run
+from benchmarks.run.experiment import Experiment, run
+from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import read_blocks, read_rows
 from benchmarks.suites.judging import truth_as
 from benchmarks.suites.registry import Scene, register_suite

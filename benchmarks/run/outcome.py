@@ -1,0 +1,52 @@
+"""What a run leaves beside its rows: what failed, what gave no answer, how much there was."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from benchmarks.run.failures import Failure
+
+
+class ContestantWarning(UserWarning):
+    """A contestant failed, or gave no answer on some frames."""
+
+
+@dataclass
+class Outcome:
+    """The result of a run.
+
+    Attributes:
+        summary: the list of ``summary.json``.
+        failures: of trackers and controllers, also in episodes that existed already.
+        silent: tracker → number of frames without an answer, in the episodes that were run.
+        episodes: number of (tracker, episode) pairs that were run; ``resumed``: those that existed already.
+        moved: messages about rows that were moved to another file.
+    """
+
+    summary: list[dict[str, Any]] = field(default_factory=list, repr=False)
+    failures: list[Failure] = field(default_factory=list)
+    silent: Counter[str] = field(default_factory=Counter)
+    episodes: int = 0
+    resumed: int = 0
+    moved: list[str] = field(default_factory=list)
+
+    def followed_by(self, later: Outcome) -> Outcome:
+        """Return this result joined with that of a later run into the same folder."""
+        failures, moved = [*self.failures, *later.failures], [*self.moved, *later.moved]
+        episodes, resumed = self.episodes + later.episodes, self.resumed + later.resumed
+        return Outcome(later.summary, failures, self.silent + later.silent, episodes, resumed, moved)
+
+    def failures_in_words(self) -> Iterator[str]:
+        """Yield a line for each tracker or controller that failed: its first failure, and how many more there were."""
+        first = {failure.tracker: failure for failure in reversed(self.failures)}
+        for name, count in Counter(failure.tracker for failure in self.failures).items():
+            yield f"{first[name]}{f' (and failed {count - 1} times more)' if count > 1 else ''}"
+
+    def silence_in_words(self, silence: str) -> Iterator[str]:
+        """Yield a line for each tracker without an answer on some frames; ``silence``: what such a frame counts as."""
+        for name, frames in self.silent.items():
+            if frames:
+                yield f"{name} gave no answer (NaN) on {frames} frames; each counts as {silence}"
