@@ -10,6 +10,7 @@ import importlib.metadata
 import io
 import os
 import re
+import select
 import sys
 from collections.abc import Sequence
 from typing import ClassVar, Protocol, get_args, get_type_hints
@@ -90,14 +91,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         finally:
             sys.stdout.flush()
     except BrokenPipeError:
-        try:
-            # Stdout is at fault only if it still refuses what is left.
-            sys.stdout.flush()
-        except BrokenPipeError:
-            # Whoever reads has seen enough, as ``head`` does. What is still to be written at the exit goes nowhere.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return _UNREAD
-        raise
+        if not _reader_has_left():
+            raise
+        # Whoever reads has seen enough, as ``head`` does. What is still to be written at the exit goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _UNREAD
+
+
+def _reader_has_left() -> bool:
+    stdout = select.poll()
+    stdout.register(sys.stdout.fileno(), 0)
+    return any(event & select.POLLERR for _, event in stdout.poll(0))
 
 
 def _run(arguments: Sequence[str] | None) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from benchmarks.report.numbers import counted
 from benchmarks.run.failures import Failure
 
 
@@ -43,7 +44,8 @@ class Outcome:
         """Yield a line for each tracker or controller that failed: its first failure, and how many more there were."""
         first = {failure.tracker: failure for failure in reversed(self.failures)}
         for name, count in Counter(failure.tracker for failure in self.failures).items():
-            yield f"{first[name]}{f' (and failed {count - 1} times more)' if count > 1 else ''}"
+            more = f" (and {counted(count - 1, 'more failure')})" if count > 1 else ""
+            yield f"{first[name]}{more}"
 
     def silence_in_words(self, silence: str) -> Iterator[str]:
         """Yield a line for each tracker without an answer on some frames; ``silence``: what such a frame counts as."""

@@ -65,7 +65,7 @@ def test_a_tracker_that_fails_is_told_in_one_line_and_in_the_status(
     told = [line for line in err.splitlines() if "fake_" in line]
     failed = "error: fake_raises failed in fake-town-v1 tiny, seed 0, frame 20"
     assert told[0].startswith(f"{failed}: RuntimeError: a bug (fakes_trackers.py, line ")
-    assert told[0].endswith("(and failed in 1 more)")
+    assert told[0].endswith("(and 1 more failure)")
     assert "note: fake_silent gave no answer (NaN) on 440 frames" in told[1]
     assert "Traceback" not in out + err
 
