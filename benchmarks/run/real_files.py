@@ -42,7 +42,7 @@ def run_on_files(
         ValueError: for a suite that judges no recordings, files that cannot be read, or no tracker that bridges gaps.
     """
     if suite.recordings is None:
-        able = (name for name, each in suites().items() if each.recordings or each.on_sequences)
+        able = sorted(name for name, each in suites().items() if each.recordings or each.on_sequences)
         raise ValueError(f"real: expected a suite that judges recordings ({', '.join(able)}), got {suite.name}")
     makers = {name: registry.entry(name) for name in trackers}
     live = {name: maker.create(tracker_stream(0, name)) for name, maker in makers.items()}

@@ -224,7 +224,7 @@ def test_ranks_stand_beside_those_of_simulated_rows(ran: Path, capsys: pytest.Ca
         (["frame-out", "--real", "CARS", "--beside", "nowhere"], "directory: expected one that holds records.jsonl"),
         (["frame-out", "--real", "CARS", "--rate-hz", "0"], "rate_hz: expected a number of frames a second > 0, got 0"),
         (["fish", "--real", "CARS", "--layout", "otb"], "layout: expected none but with --real and a suite that"),
-        (["stereo", "--real", "CARS"], "real: expected a suite that judges recordings ("),
+        (["stereo", "--real", "CARS"], "), got stereo"),
     ],
 )
 def test_wrong_arguments_are_named(
