@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
 import errno
 import importlib
 import importlib.metadata
@@ -19,7 +18,7 @@ import tyro
 
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.source_files import ROOT, foreign_packages
-from sim.choices import check_choice
+from sim.choices import check_choice, suggestion
 
 _COMMANDS = {
     "list": ("benchmarks.commands.list_all", "List"),
@@ -196,9 +195,8 @@ def _in_one_line(complaint: str, name: str, options: Sequence[str]) -> str:
     unknown = re.search(r"Unrecognized options: (\S+)", text)
     if unknown:
         given = unknown[1].rstrip(",")
-        near = difflib.get_close_matches(given, options, 1)
-        suggestion = f" (did you mean {near[0]}?)" if near else ""
-        return f"arguments: expected options of `frameout {name} --help`, got {given!r}{suggestion}"
+        wanted = f"options of `frameout {name} --help`"
+        return f"arguments: expected {wanted}, got {given!r}{suggestion(given, options)}"
     return f"arguments: expected those of `frameout {name} --help`, got: {text}"
 
 

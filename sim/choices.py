@@ -14,6 +14,10 @@ def check_choice(parameter: str, given: str, known: Iterable[str], *, why: str =
     names = list(known)
     if given in names:
         return
-    near = difflib.get_close_matches(given, names, 1)
-    suggestion = f" (did you mean {near[0]}?)" if near else ""
-    raise ValueError(f"{parameter}: expected one of {', '.join(names)}; got {given!r}{why or suggestion}")
+    raise ValueError(f"{parameter}: expected one of {', '.join(names)}; got {given!r}{why or suggestion(given, names)}")
+
+
+def suggestion(given: str, known: Iterable[str]) -> str:
+    """Return the known name that is nearest to ``given`` as a question in parentheses; empty if none is near."""
+    near = difflib.get_close_matches(given, list(known), 1)
+    return f" (did you mean {near[0]}?)" if near else ""

@@ -65,7 +65,7 @@ class Bench(WithModules):
     rest of the episode, and the exit status is 1; the results of the others are not affected.
 
     Attributes:
-        suites: names of the suites to run: frame-out, stereo, fish, harbour, follow.
+        suites: names of the suites to run, see `frameout list`.
         scenario: one or more of the suite's scenarios (default: all that have the preset).
         preset: one or more presets of the scenarios (default: standard; with --quick: quick).
         trackers: names of trackers, see `frameout list` (default: all of the suite; with --quick all but variants;

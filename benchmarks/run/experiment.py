@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -26,7 +25,7 @@ from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.scenario import RendererName
 from sim.checks import check
-from sim.choices import check_choice
+from sim.choices import check_choice, suggestion
 from trackers import registry
 from trackers.controllers import catalogue
 
@@ -264,7 +263,7 @@ def _check_trackers(experiment: Experiment) -> None:
     known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
     for name in (experiment.settings.get(label, (label,))[0] for label in experiment.trackers):
         whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
-        if not whose and not experiment.modules and not difflib.get_close_matches(name, expected, 1):
+        if not (whose or experiment.modules or suggestion(name, expected)):
             whose = "; name the module of a tracker of yours (modules)"
         check_choice("trackers", name, expected, why=whose)
         entry = registry.entries().get(name)

@@ -224,7 +224,6 @@ def test_ranks_stand_beside_those_of_simulated_rows(ran: Path, capsys: pytest.Ca
         (["frame-out", "--real", "CARS", "--beside", "nowhere"], "directory: expected one that holds records.jsonl"),
         (["frame-out", "--real", "CARS", "--rate-hz", "0"], "rate_hz: expected a number of frames a second > 0, got 0"),
         (["fish", "--real", "CARS", "--layout", "otb"], "layout: expected none but with --real and a suite that"),
-        (["stereo", "--real", "CARS"], "), got stereo"),
     ],
 )
 def test_wrong_arguments_are_named(
@@ -233,6 +232,14 @@ def test_wrong_arguments_are_named(
     words = [str(ran / "cars") if word == "CARS" else word for word in words]
     assert main(["bench", *words, "--out", str(tmp_path)]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_suite_without_recordings_names_those_that_have_some(
+    ran: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["bench", "stereo", "--real", str(ran / "cars"), "--out", str(tmp_path)]) == 2
+    refused = r"real: expected a suite that judges recordings \(.*\bfish, frame-out\b.*\), got stereo"
+    assert re.search(refused, capsys.readouterr().err)
 
 
 def test_a_broken_picture_ends_the_run_with_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
