@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.report import curves, plots
 from benchmarks.report.dot_plot import draw_share, lay_out_lines, offsets_of
-from benchmarks.report.palette import GROUND, QUIET, LineStyle
+from benchmarks.report.palette import GROUND, QUIET, LineStyle, line_styles
 from benchmarks.run.records import Row
 from benchmarks.scores import pooling
 from benchmarks.scores.statistics import bootstrap_interval
@@ -20,15 +20,11 @@ from benchmarks.suites.registry import Plot
 
 _LINE_HEIGHT = 0.4
 """Height of a controller's trackers together; 1 is the distance of controllers."""
-_MARKS: tuple[dict[str, Any], ...] = (
-    {"marker": "o"},
-    {"marker": "s", "markerfacecolor": GROUND},
-    {"marker": "^", "markerfacecolor": GROUND},
-    {"marker": "D", "markerfacecolor": GROUND},
-)
-"""Marks of trackers, ours first."""
+_MARKERS = ("o", "s", "^", "D", "v")
+"""Shapes of trackers' marks."""
 
 ByTracker = Mapping[str, Mapping[str, Sequence[Row]]]
+Mark = Mapping[str, Any]
 
 
 def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
@@ -36,15 +32,25 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
     by_tracker: dict[str, dict[str, Sequence[Row]]] = {}
     for rows in drawn.values():
         by_tracker.setdefault(rows[0]["tracker"], {})[rows[0]["controller"]] = rows
-    by_tracker = dict(sorted(by_tracker.items(), key=lambda item: _is_ours(item[1]), reverse=True))
-    return [*_time_seen(by_tracker, styles), *_found_again(by_tracker, styles)]
+    roles = {tracker: str(next(iter(mine.values()))[0]["tracker_role"]) for tracker, mine in by_tracker.items()}
+    roles = dict(sorted(roles.items(), key=lambda item: (item[1] != "ours", item[1] != "external")))
+    by_tracker = {tracker: by_tracker[tracker] for tracker in roles}
+    return [*_time_seen(by_tracker, marks(roles), styles), *_found_again(by_tracker, styles)]
 
 
-def _is_ours(rows: Mapping[str, Sequence[Row]]) -> bool:
-    return bool(next(iter(rows.values()))[0]["tracker_role"] == "ours")
+def marks(roles: Mapping[str, str]) -> dict[str, Mark]:
+    """Return the mark of each tracker by its role: the first is full, a user's own has a colour, others are hollow."""
+    made: dict[str, Mark] = {}
+    for (tracker, role), marker in zip(roles.items(), itertools.cycle(_MARKERS), strict=False):
+        if role == "external":
+            own = line_styles([(tracker, role)])[tracker].colour
+            made[tracker] = {"marker": marker, "markerfacecolor": own, "markeredgecolor": own}
+        else:
+            made[tracker] = {"marker": marker, **({"markerfacecolor": GROUND} if made else {})}
+    return made
 
 
-def _time_seen(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> list[Plot]:
+def _time_seen(by_tracker: ByTracker, tracker_marks: Mapping[str, Mark], styles: Mapping[str, LineStyle]) -> list[Plot]:
     shares = {
         tracker: {
             controller: (pool.mean, *bootstrap_interval(pool))
@@ -59,11 +65,14 @@ def _time_seen(by_tracker: ByTracker, styles: Mapping[str, LineStyle]) -> list[P
         "Seen: the target's centre is in the picture, its box at least 12 pixels long, and at least half of it "
         "visible. Marks: all episodes; bars: 95 % bootstrap over seeds."
     )
-    return [Plot("How long is the target seen?", words, plot_shares(shares, styles, "time seen"))]
+    return [Plot("How long is the target seen?", words, plot_shares(shares, tracker_marks, styles, "time seen"))]
 
 
 def plot_shares(
-    shares: Mapping[str, Mapping[str, tuple[float, float, float]]], styles: Mapping[str, LineStyle], x_label: str
+    shares: Mapping[str, Mapping[str, tuple[float, float, float]]],
+    tracker_marks: Mapping[str, Mark],
+    styles: Mapping[str, LineStyle],
+    x_label: str,
 ) -> str:
     """Draw shares (mean, low, high) by tracker and controller: a line for each controller, a mark for each tracker."""
     controllers = [name for name in styles if any(name in mine for mine in shares.values())]
@@ -71,13 +80,14 @@ def plot_shares(
     with plots.drawn_as("shares"):
         figure, axes = plots.new_figure(x_label, "")
         places = dict(zip(controllers, np.arange(len(controllers))[::-1], strict=True))
-        for offset, mark, mine in zip(offsets, itertools.cycle(_MARKS), shares.values(), strict=False):
+        for offset, (tracker, mine) in zip(offsets, shares.items(), strict=True):
             for controller, share in mine.items():
                 colour = styles[controller].colour
-                dot = {"markersize": 5.5, "markeredgecolor": colour, **mark}
+                dot = {"markersize": 5.5, "markeredgecolor": colour, **tracker_marks[tracker]}
                 draw_share(axes, share, places[controller] + offset, colour, dot)
-        for name, mark in zip(shares, itertools.cycle(_MARKS), strict=False):
-            axes.plot([], [], color=QUIET, linestyle="", markeredgecolor=QUIET, label=f"by {name}", **mark)
+        for name in shares:
+            mark = {"markeredgecolor": QUIET, **tracker_marks[name]}
+            axes.plot([], [], color=QUIET, linestyle="", label=f"by {name}", **mark)
         lay_out_lines(axes, np.array(list(places.values())), controllers)
         figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=8)
         return plots.svg(figure)

@@ -18,7 +18,6 @@ from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import append_block, read_blocks, read_rows
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites import registry as suites
-from benchmarks.suites.follow.figures import figures, plot_shares
 from benchmarks.suites.follow.suite import FOLLOW
 from tests.benchmarks.run.fake_steering import FAKE_CONTROLLERS, FAKE_FOLLOW
 from tests.benchmarks.run.test_experiment import without_times
@@ -224,26 +223,6 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
     losses = sum(row["metric"] == "watched_frames" for row in read_rows(outcome[1]))
     assert f"{losses} losses of " in text
     assert write_report(outcome[1]).read_text() == page
-
-
-def test_variants_alone_have_no_figures() -> None:
-    assert figures({}, {}) == []
-
-
-def test_marks_stand_where_their_shares_are() -> None:
-    styles = line_styles([("reentry", "ours"), ("policy:a", "policy"), ("hold", "baseline")])
-    shares = {"one": {"reentry": (0.9, 0.8, 0.95), "hold": (0.2, 0.1, 0.3)}, "two": {"policy:a": (0.5, 0.4, 0.6)}}
-    svg = plot_shares(shares, styles, "time in view")
-    marks = {
-        colour: [float(x) for x in re.findall(rf'<use [^>]*x="([\d.]+)"[^>]*fill: var\(--{colour}\)', svg)]
-        for colour in ("ours", "plain", "ground")
-    }
-    # The first tracker's marks are full, those of others hollow.
-    assert [len(marks[colour]) for colour in ("ours", "plain")] == [1, 1]
-    assert marks["plain"][0] < marks["ground"][0] < marks["ours"][0]
-    ticks = [svg.index(f">{name}<") for name in ("reentry", "policy:a", "hold")]
-    assert len(set(ticks)) == 3
-    assert ">by two<" in svg
 
 
 def test_the_command_line_runs_resumes_prints_and_compares(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
