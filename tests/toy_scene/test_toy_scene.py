@@ -122,12 +122,15 @@ def test_commands_in_another_process_know_the_suite_by_the_modules_alone(results
         assert "suite: expected one of" in done[0].stderr
 
 
-def test_render_draws_all_tracks_on_a_set_path_and_one_in_closed_loop(tmp_path: Path) -> None:
+def test_render_draws_all_tracks_on_a_set_path_and_one_in_closed_loop(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     shown = {"many": (), "steered": ("--controller", "centre")}
     for name, more in shown.items():
         out = tmp_path / f"{name}.mp4"
         words = ["render", "toy-yard", "--preset", "quick", "--tracker", "warm_bodies", "--frames", "4"]
         assert main([*words, "--out", str(out), *more, *MODULES]) == 0
+        assert "toy-yard-v1 quick, frames: 4 of 4" in capsys.readouterr().err
         with av.open(str(out)) as video:
             assert sum(1 for _ in video.decode(video=0)) == 4
 

@@ -65,6 +65,17 @@ def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixtu
     assert "recovery rate" in page.partition("Every metric")[2]
 
 
+@pytest.mark.usefixtures("fake_suite")
+def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["bench", "--workers", "0", "--seeds", "0:3", "--trackers", "fake_still", "--out", str(tmp_path)]
+    assert main([*words, "--metric", "kept_rate", "--plot", "fast"]) == 0
+    heads = capsys.readouterr().out.split("─")[0]
+    assert "kept" in heads
+    assert "recovery" not in heads
+    page = (tmp_path / "report.html").read_text()
+    assert re.findall(r"<figcaption><h3>(.*?)</h3>", page) == ["How fast are the trackers?"]
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -11,10 +11,12 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.commands import list_all
+from benchmarks.suites.registry import suites
 from scenarios import catalog
 from scenarios.road_town.survey import FRAME_OUTS, Held
 from tests import fakes_scenario
 from trackers.controllers.catalogue import ControllerRole
+from trackers.papers import PAPERS
 from trackers.registry import Role
 
 FAKE = "fake-town-v1"
@@ -78,6 +80,28 @@ def test_what_is_kept_with_the_code_is_what_surveys_return() -> None:
         measured = catalog.survey(name)
         assert measured is not None
         assert all(len(measured.cells(held)) == len(measured.columns) for held in kept["holds"].values())
+
+
+def test_metrics_are_defined_as_text_and_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "--metrics", "--json"]) == 0
+    defined = json.loads(capsys.readouterr().out)
+    known = {(name, metric.name) for name, each in suites().items() for metric in each.metrics}
+    assert {(each["suite"], each["name"]) for each in defined} >= known
+    assert main(["list", "--metrics"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if not line.startswith(" ")] == [f"{e['suite']}: {e['name']}" for e in defined]
+    for part in ("formula", "range", "unit", "better", "conditions", "source"):
+        told = [line.split(":", 1)[1].strip() for line in lines if line.startswith(f"    {part}:")]
+        assert told == [each[part] for each in defined]
+        assert all(told)
+
+
+def test_papers_are_told_with_the_methods() -> None:
+    (told,) = (rows for title, rows in list_all._tables() if title.startswith("papers"))
+    assert [(name, reference) for name, _, reference in told] == [
+        (each.name, each.reference()) for each in PAPERS.values()
+    ]
+    assert [name for name, *_ in told] == [f"paper {letter}" for letter in "ABCD"]
 
 
 def test_every_role_is_explained() -> None:

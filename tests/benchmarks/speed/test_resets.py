@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import time
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.cli import main
 from benchmarks.learning.settings import Training
 from benchmarks.speed import resets
 from benchmarks.speed.rendering import UNTIMED_FRAMES
@@ -104,3 +107,21 @@ def test_the_entries_are_those_of_a_summary(monkeypatch):
     )
     assert {(entry["scenario"], entry["tracker"], entry["n"]) for entry in entries} == {("stereo-follow-v2", "env", 2)}
     assert done == [(0, 2), (1, 2), (2, 2)]
+
+
+def test_the_command_measures_each_env_of_the_scenario(monkeypatch, tmp_path, capsys):
+    cycles: list[tuple[str, int, int]] = []
+
+    def cycle(training: Training, seed: int, frames: int) -> CycleSample:
+        cycles.append((training.env, seed, frames))
+        return CycleSample((2.0, 1.0), (0.0, 0.0), ((0.01,), (0.01,)), 305)
+
+    monkeypatch.setattr(resets, "measure_cycle", cycle)
+    words = ["speed", "stereo-follow", "--resets", "--seeds", "3:5", "--frames", "20", "--out", str(tmp_path)]
+    assert main(words) == 0
+    assert cycles == [("frameout/StereoFollow-v2", seed, 20) for seed in (3, 4)]
+    told = re.search(r"training_reset_throughput .*?(\d\.\d\d) ", capsys.readouterr().out)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(3.05 / 4.5, abs=0.005)
+    kept = json.loads((tmp_path / "summary.json").read_text())
+    assert {entry["metric"] for entry in kept} >= {"training_reset_throughput", "training_reset_cpu_s"}
