@@ -37,7 +37,8 @@ class FollowOne:
     Two things end that:
 
     * It is away, or unlikely, for longer than 0.5 s. The target is then the confident track nearest to where it is
-      expected, within a distance that grows with time, of the kind that was said most often.
+      expected, within a distance that grows with time, of the kind that was said most often. That is a guess: if the
+      tracker later says the identity that the target had before, it is believed.
     * It stays where it is, and a track of its kind that began beside it leaves: what stays is what the target left
       behind in the background.
 
@@ -54,6 +55,7 @@ class FollowOne:
         self._kinds: Counter[str] = Counter()
         self._identity: int | None = None
         self._others: set[int] = set()
+        self._before: list[int] = []
         self._beside: dict[int, NDArray[np.float64]] = {}
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
@@ -69,10 +71,14 @@ class FollowOne:
         confident = [track for track in tracks if _is_confident(track)]
         followed = _of(confident, self._identity)
         away_s = observation.time_s - self._known_s
-        if followed is not None:
+        if (again := self._known_again(confident)) is not None:
+            followed = again
+        elif followed is not None:
             followed = self._who_left(followed, confident) or followed
         elif self._identity is None or away_s > _PATIENCE_S:
             followed = self._likeliest(confident, away_s)
+            if followed is not None and self._identity is not None:
+                self._before.append(self._identity)
         if followed is not None:
             self._note(followed, confident, observation.time_s)
         elif self._identity is None:
@@ -88,6 +94,14 @@ class FollowOne:
     @property
     def _side_px(self) -> float:
         return float((self._box_xyxy[2:] - self._box_xyxy[:2]).max())
+
+    def _known_again(self, tracks: Sequence[Track]) -> Track | None:
+        """Return the track of the first identity that the target had, of those for which another one was guessed."""
+        for k, identity in enumerate(self._before):
+            if (track := _of(tracks, identity)) is not None:
+                del self._before[k:]
+                return track
+        return None
 
     def _likeliest(self, tracks: Sequence[Track], away_s: float) -> Track | None:
         """Return the track of the target, which has not been known for ``away_s``."""

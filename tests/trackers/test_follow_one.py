@@ -87,17 +87,26 @@ def test_the_longer_it_is_away_the_farther_it_is_looked_for_but_not_anywhere() -
     assert np.isnan(followed([[seen(1, 15.0)], *([[]] * 100), [seen(2, 80.0)]])[-1]).all()
 
 
-def test_the_first_track_that_is_said_again_is_the_target_again_until_another_took_its_place() -> None:
+def test_the_first_identity_that_is_said_again_is_the_target_again() -> None:
     away: list[list[Track]] = [[]] * 9
     np.testing.assert_array_equal(followed([[seen(1, 15.0)], *away, [seen(1, 60.0)]])[-1], [60.0, 15.0])
-    both = [seen(1, 60.0), seen(2, 16.0)]
-    np.testing.assert_array_equal(followed([[seen(1, 15.0)], *away, [seen(2, 15.0)], both])[-1], [16.0, 15.0])
+    guessed = [[seen(1, 15.0)], *away, [seen(2, 15.0)], *away, [seen(3, 15.0)]]
+    np.testing.assert_array_equal(followed(guessed)[-1], [15.0, 15.0])
+    for said, place in (([1, 2, 3], 61.0), ([2, 3], 62.0), ([3], 63.0)):
+        tracks = [seen(identity, 60.0 + identity) for identity in said]
+        np.testing.assert_array_equal(followed([*guessed, tracks, tracks])[-2:], [[place, 15.0]] * 2)
+    # Believed if it is likely, and whoever was taken for the target meanwhile is someone else.
+    unlikely = [seen(1, 61.0, confidence=0.3), seen(2, 16.0)]
+    np.testing.assert_array_equal(followed([[seen(1, 15.0)], *away, [seen(2, 15.0)], unlikely])[-1], [16.0, 15.0])
+    back = [[seen(1, 15.0)], *away, [seen(2, 15.0)], [seen(1, 15.0), seen(2, 18.0)]]
+    assert np.isnan(followed([*back, *([[seen(2, 16.0)]] * 30)])[-1]).all()
 
 
 def test_what_stays_where_a_new_track_walks_away_is_not_the_target() -> None:
     leaves = [[seen(1, 15.0), seen(2, 18.0 + k)] for k in range(20)]
     places = followed([[seen(1, 15.0)], *leaves, [seen(1, 15.0), seen(2, 40.0)], [seen(1, 15.0)]])
     assert places[5, 0] == 15.0
+    # Though the identity of what was left behind is still said.
     np.testing.assert_array_equal(places[-2], [40.0, 15.0])
     assert np.isnan(places[-1]).all()
 
