@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from dataclasses import dataclass
 
@@ -115,6 +116,14 @@ class Kills(_Fake):
     def misbehave(self, observation: Observation) -> Estimate:
         if self._frame == 20:
             os._exit(3)
+        return Estimate(self._centre)
+
+
+@register("fake_exits", role="baseline", summary="exits on frame 20")
+class Exits(_Fake):
+    def misbehave(self, observation: Observation) -> Estimate:
+        if self._frame == 20:
+            sys.exit("bye")
         return Estimate(self._centre)
 
 

@@ -63,6 +63,8 @@ _MODULES = (
 )
 """Modules that define trackers. Add yours here."""
 
+OWN_NEEDS_MODULE = "; one of your own is known when its module is imported (--modules, in Python modules)"
+"""What errors say of a name that is unknown."""
 _ENTRIES: dict[str, TrackerEntry] = {}
 _T = TypeVar("_T", bound=type)
 
@@ -182,11 +184,14 @@ def register(
     The other arguments are attributes of ``TrackerEntry``.
 
     Raises:
-        ValueError: for a name that is taken, an unknown role, or a class without parameters.
+        ValueError: for a name that is taken, an unknown role, or a class without parameters or methods.
     """
 
     def add(tracker: _T) -> _T:
         check_registered(tracker, role, get_args(Role))
+        for method in ("start" if hasattr(tracker, "start") else "initialise", "update"):
+            if not callable(getattr(tracker, method, None)):
+                raise ValueError(f"{method}: expected a method of this name in class {tracker.__name__}, got none")
         if not tracker.__module__.startswith(f"{__package__}."):
             # Ours come first: a user's that takes the name of one is refused, not the one of that name.
             entries()
@@ -233,7 +238,8 @@ def entry(name: str) -> TrackerEntry:
     """
     known = entries()
     if name not in known:
-        raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}{_near(name, known)}")
+        near = _near(name, known) + OWN_NEEDS_MODULE
+        raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}{near}")
     return known[name]
 
 

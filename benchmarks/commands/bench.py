@@ -189,7 +189,7 @@ class Bench(WithModules):
         if shows:
             print_leaderboard(outcome.summary, names(self.metric))
         print("making the report …", file=sys.stderr)
-        report = write_report(out, names(self.metric), self.plot)
+        report = self._report(out)
         if self.json:
             failures = [asdict(failure) for failure in outcome.failures]
             print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
@@ -204,6 +204,15 @@ class Bench(WithModules):
         sequences = wanted.on_sequences if pictures else None
         _report_problems(outcome, wanted.silence if sequences is None else sequences.silence)
         return out, 1 if outcome.failures else 0
+
+    def _report(self, out: Path) -> Path:
+        """Write the report and return its path; with all plots, as an error, if one that is asked for is unknown."""
+        try:
+            return write_report(out, names(self.metric), self.plot)
+        except ValueError as error:
+            if not self.plot:
+                raise
+            raise ValueError(f"{error}; {write_report(out, names(self.metric))} has all plots") from None
 
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
         with warnings.catch_warnings():

@@ -24,6 +24,7 @@ from benchmarks.scores.statistics import Comparison
 from benchmarks.scores.summary import label_of
 from benchmarks.suites.registry import DEFAULT, EventWords, Metric, suite
 from sim.checks import check
+from sim.choices import suggestion
 from trackers.controllers.catalogue import POLICY
 
 
@@ -81,7 +82,10 @@ class Compare(WithModules):
         rows = read_rows(directory)
         known = sorted({label_of(row) for row in rows})
         if tracker not in known:
-            raise ValueError(f"tracker: expected one of {', '.join(known)} in {str(directory)!r}; got {tracker!r}")
+            near = suggestion(tracker, known)
+            raise ValueError(
+                f"tracker: expected one of {', '.join(known)} in {str(directory)!r}; got {tracker!r}{near}"
+            )
         presets = sorted({row["preset"] for row in rows})
         if self.preset is not None and self.preset not in presets:
             raise ValueError(f"preset: expected one of {', '.join(presets)} in {str(directory)!r}; got {self.preset!r}")

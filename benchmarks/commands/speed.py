@@ -16,6 +16,8 @@ from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.settings import EPISODES
+from benchmarks.report.numbers import counted
+from benchmarks.report.tables import NO_NUMBER
 from benchmarks.run.experiment import make_folder
 from benchmarks.run.packages import needs_data
 from benchmarks.scores.summary import SUMMARY_FILE_NAME
@@ -115,13 +117,13 @@ class Speed(WithModules):
         if self.json:
             print(json.dumps(entries, indent=1))
             return 0
-        table = Table(title=f"speed over {len(seeds)} seeds, 95 % intervals over them", box=box.SIMPLE_HEAD)
+        table = Table(title=f"speed over {counted(len(seeds), 'seed')}, 95 % intervals over them", box=box.SIMPLE_HEAD)
         for column in ("scenario", "preset", "metric", "unit"):
             table.add_column(column)
         for column in ("mean", "95 % interval"):
             table.add_column(column, justify="right")
         for entry in entries:
-            interval = f"{entry['ci_low']:.2f} to {entry['ci_high']:.2f}"
+            interval = f"{entry['ci_low']:.2f} to {entry['ci_high']:.2f}" if len(seeds) > 1 else NO_NUMBER
             row = (entry["scenario"], entry["preset"], entry["metric"], entry["unit"])
             table.add_row(*row, f"{entry['mean']:.2f}", interval)
         console_of().print(table)

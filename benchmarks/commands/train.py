@@ -18,7 +18,7 @@ from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.error_models import make_error_model, save_error_model
 from benchmarks.learning.judging import Judging
 from benchmarks.learning.model_check import as_table, model_check
-from benchmarks.learning.settings import Algorithm, Corrects, Training
+from benchmarks.learning.settings import EPISODES, Algorithm, Corrects, Training
 from benchmarks.learning.training import Standing, train
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import Progress, make_folder
@@ -115,6 +115,11 @@ class Train(WithModules):
             return self._fit_model(settings, out / _RUNS)
         if self.check_model:
             return self._check_model(settings, out / _RUNS)
+        if not training.pictures:
+            print(
+                f"planning {training.episodes} episodes, about a second for each that {EPISODES} lacks …",
+                file=sys.stderr,
+            )
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, _Told(progress))
         judging = Judging(training, path)

@@ -19,6 +19,7 @@ from benchmarks.report.pictures import Picture, read_pictures
 from benchmarks.report.provenance import Provenance, provenance
 from benchmarks.report.templates import page_environment
 from benchmarks.run.blindfold import WHAT_BLIND_MEANS
+from benchmarks.run.known_failures import ended_processes
 from benchmarks.run.records import REAL, Row, read_rows
 from benchmarks.scores.summary import (
     COMPARISONS_FILE_NAME,
@@ -94,12 +95,13 @@ def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[s
         write_summary(directory)
     summary = json.loads((directory / SUMMARY_FILE_NAME).read_text())
     comparisons = json.loads((directory / COMPARISONS_FILE_NAME).read_text())
-    groups = grouped(rows)
+    groups, deadly = grouped(rows), ended_processes(directory)
     for condition, trackers in groups.items():
         if condition[1] == REAL:
             continue
-        shown = _worth_showing(_of(summary, condition), condition)
-        suite(condition[0]).picture(directory, condition, trackers, shown)
+        shown = [name for name in _worth_showing(_of(summary, condition), condition) if name not in deadly]
+        if shown:
+            suite(condition[0]).picture(directory, condition, trackers, shown)
     pictures = read_pictures(directory)
     sections = [
         _section(condition, trackers, _of(summary, condition), _of(comparisons, condition), pictures, metrics)

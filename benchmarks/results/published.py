@@ -88,15 +88,15 @@ def _paper(experiment: str, episodes: int, renderer: Literal["raster", "pybullet
     )
 
 
-def _follow(
-    scenario: str, preset: str, episodes: int, trackers: tuple[str, ...], controllers: tuple[str, ...]
+def _steered(
+    suite: str, scenario: str, preset: str, episodes: int, trackers: tuple[str, ...], controllers: tuple[str, ...]
 ) -> tuple[PublishedTable, ...]:
     """Return the table of controllers with each tracker and the truth, and that of the one that never moves.
 
     It does the same with each tracker, so that it runs with one.
     """
-    name = f"follow-{unversioned(scenario)}"
-    run = ("follow", scenario, preset, episodes)
+    name = f"{suite}-{unversioned(scenario)}"
+    run = (suite, scenario, preset, episodes)
     return (
         _bench(name, *run, *trackers, "oracle_target", controllers=controllers),
         _bench(f"{name}-hold", *run, "oracle_target", controllers=("hold",)),
@@ -192,22 +192,26 @@ TABLES: tuple[PublishedTable, ...] = (
     _bench("harbour-paper-d", "harbour", "harbour-v1", "paper-d", 10),
     _bench("harbour-watch-parts", "harbour", "harbour-v1", "paper-d", 5, parts_of="harbour_watch"),
     _bench("harbour-swarm-parts", "harbour", "harbour-v1", "paper-d", 5, parts_of="eigen_swarm"),
-    *_follow(
+    *_steered(
+        "follow",
         "road-town-v2",
         "standard",
         20,
         ("mosaic_graph_pf", "template_ground", "colour_pf", "blind_turning"),
         ("centre", "search", "reentry"),
     ),
-    *_follow(
+    *_steered(
+        "follow",
         "stereo-follow-v2",
         "standard",
         20,
         ("stereo_people", "stereo_colour_gate", "stereo_wb_shutter_gain", "blind_ahead"),
         ("centre", "search", "reentry"),
     ),
-    *_follow("fish-tank-v1", "standard", 10, ("shoal_chain", "sort", "ca_kalman"), ("centre", "lead")),
-    *_follow("harbour-v1", "patrol", 10, ("harbour_watch", "harbour_mog2", "eigen_swarm"), ("centre", "lead")),
+    *_steered("follow", "fish-tank-v1", "standard", 10, ("shoal_chain", "sort", "ca_kalman"), ("centre", "lead")),
+    *_steered(
+        "follow", "harbour-v1", "patrol", 10, ("harbour_watch", "harbour_mog2", "eigen_swarm"), ("centre", "lead")
+    ),
     *(_speed(scenario) for scenario in ("road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1")),
     PublishedTable(name="speed-stored", kind="speed", scenario="road-town-v2", stored=True, frames=300, seeds=range(2)),
 )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
@@ -85,10 +86,35 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
 def contestant_of_one(name: str, rng: np.random.Generator) -> Contestant:
     """Return a fresh contestant of one target that needs pictures alone."""
     try:
-        tracker = registry.entry(name).create_for_one(rng)
+        with _staying():
+            tracker = registry.entry(name).create_for_one(rng)
     except Exception as error:
         tracker = _Unmade(error)
-    return FromPictures(tracker)
+    return _OfOne(tracker)
+
+
+@contextmanager
+def _staying() -> Iterator[None]:
+    """Make an error of an exit in the context: a tracker that calls ``sys.exit`` fails like one that raises."""
+    try:
+        yield
+    except SystemExit as left:
+        raise RuntimeError(f"SystemExit: {left}").with_traceback(left.__traceback__) from None
+
+
+class _OfOne(FromPictures):
+    """A tracker of one target, whose exit is an error."""
+
+    initialise = _staying()(FromPictures.initialise)
+    update = _staying()(FromPictures.update)
+
+
+class _OfMany(ManyFromPictures):
+    """A tracker of many targets, whose exit is an error."""
+
+    initialise = _staying()(ManyFromPictures.initialise)
+    update = _staying()(ManyFromPictures.update)
+    revised = _staying()(ManyFromPictures.revised)
 
 
 class _Unmade:
@@ -110,15 +136,16 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
 
     def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
         try:
-            tracker = entry.tracker(parameters, rng)
+            with _staying():
+                tracker = entry.tracker(parameters, rng)
         except Exception as error:
             unmade = _Unmade(error)
-            return ManyFromPictures(unmade) if entry.follows_many and many else FromPictures(unmade)
+            return _OfMany(unmade) if entry.follows_many and many else _OfOne(unmade)
         if entry.follows_many and many:
-            return ManyBlindfolded(tracker) if entry.role == "blind" else ManyFromPictures(tracker)
+            return ManyBlindfolded(tracker) if entry.role == "blind" else _OfMany(tracker)
         if entry.follows_many:
-            return FromPictures(FollowOne(tracker, episode.start.background))
-        return Blindfolded(tracker, scenario.target) if entry.role == "blind" else FromPictures(tracker)
+            return _OfOne(FollowOne(tracker, episode.start.background))
+        return Blindfolded(tracker, scenario.target) if entry.role == "blind" else _OfOne(tracker)
 
     return Entrant(
         name=entry.name,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -20,7 +20,7 @@ from benchmarks.run.records import BlockKey, append_block, tidy
 from benchmarks.run.steering import default_controllers, link_in
 from benchmarks.run.versions import versions_of
 from benchmarks.scores.summary import write_summary
-from benchmarks.suites.registry import suite
+from benchmarks.suites.registry import suite, suites
 from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.scenario import RendererName
@@ -262,13 +262,18 @@ def _check_trackers(experiment: Experiment) -> None:
     judged = suite(experiment.suite)
     known, expected = entrants(), entrants_of(judged, judged.scene(experiment.scenario))
     for name in (experiment.settings.get(label, (label,))[0] for label in experiment.trackers):
-        whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
-        if not (whose or experiment.modules or suggestion(name, expected)):
-            whose = "; name the module of a tracker of yours (modules)"
+        whose = f", which is of suite {_suites_in_words(known[name].suites)}" if name in known else ""
+        if not (whose or experiment.modules):
+            whose = suggestion(name, expected) + registry.OWN_NEEDS_MODULE
         check_choice("trackers", name, expected, why=whose)
         entry = registry.entries().get(name)
         many = not judged.follows_many or entry is None or entry.follows_many
         check("trackers", many, "ones of many targets, with a method start", repr(name))
+
+
+def _suites_in_words(wanted: Sequence[str]) -> str:
+    """Return the names of a tracker's suites, which a user may have misspelt."""
+    return ", ".join(name if name in suites() else f"{name} (there is no such suite)" for name in wanted)
 
 
 def _key(job: Job, tracker: str) -> BlockKey:

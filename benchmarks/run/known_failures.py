@@ -11,6 +11,7 @@ from benchmarks.run.failures import Failure
 from benchmarks.run.records import BlockKey
 from trackers.atomic_file import write_atomic
 
+_EARLIER = "(in an earlier run, whose rows are kept; to run it again, choose another folder)"
 FILE_NAME = "failures.jsonl"
 """A line for each failure: its attributes and, under ``block``, the key of the rows that it is about."""
 
@@ -32,7 +33,7 @@ def read_failures(directory: Path) -> dict[BlockKey, list[Failure]]:
 
 def earlier(failure: Failure) -> Failure:
     """Return a failure of an earlier run, which says so: its cause may be gone, and its rows are kept all the same."""
-    return replace(failure, reason=f"{failure.reason} (in an earlier run, whose rows are kept)")
+    return replace(failure, reason=f"{failure.reason} {_EARLIER}")
 
 
 def write_failures(directory: Path, failures: Mapping[BlockKey, Sequence[Failure]]) -> None:
@@ -42,3 +43,9 @@ def write_failures(directory: Path, failures: Mapping[BlockKey, Sequence[Failure
         write_atomic(directory / FILE_NAME, "".join(f"{line}\n" for line in lines))
     else:
         (directory / FILE_NAME).unlink(missing_ok=True)
+
+
+def ended_processes(directory: Path) -> set[str]:
+    """Return the contestants that ended their process: to run one again here would end this one."""
+    failures = (each for block in read_failures(directory).values() for each in block)
+    return {each.tracker for each in failures if each.reason.startswith("ended its process")}

@@ -50,7 +50,7 @@ class FollowEnv(gym.Env, EzPickle):
 
     def __init__(self, scenario: str, render_mode: str | None = None, **settings: Any) -> None:
         EzPickle.__init__(self, scenario, render_mode, **settings)
-        known = FollowSettings.__dataclass_fields__
+        known = [name for name in FollowSettings.__dataclass_fields__ if name != "scenario"]
         wanted = "no such keyword here, as gym.make_vec(…, pictures=False) alone makes envs without pictures"
         check("pictures", "pictures" not in settings, wanted, settings.get("pictures"))
         for name in settings:

@@ -96,7 +96,7 @@ class FollowSettings:
         check(
             "tracker",
             _is_tracker(self.tracker),
-            "None, the name of a tracker, or one with initialise and update",
+            "None, the name of a tracker, or an object with initialise and update",
             repr(self.tracker),
         )
         for name, actions in _OF_ACTIONS.items():
@@ -238,7 +238,9 @@ def keeper_of_worlds(parameter: str, name: str) -> KeepsWorlds:
 def _is_tracker(tracker: Any) -> bool:
     if tracker is None or isinstance(tracker, str):
         return True
-    return all(callable(getattr(tracker, name, None)) for name in ("initialise", "update"))
+    return not isinstance(tracker, type) and all(
+        callable(getattr(tracker, name, None)) for name in ("initialise", "update")
+    )
 
 
 def _like(example: Any, value: float) -> Any:

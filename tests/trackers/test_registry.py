@@ -96,6 +96,10 @@ def test_what_cannot_be_registered_is_refused_by_name() -> None:
         register("hold", role="ours", summary="")(_Many)
     with pytest.raises(ValueError, match=r"role: expected one of .*; got 'best'"):
         register("many", role="best", summary="")(_Many)  # type: ignore[arg-type]
+    for method in ("start", "update"):
+        broken = type("Broken", (_Many,), {method: None})
+        with pytest.raises(ValueError, match=f"{method}: expected a method of this name in class Broken, got none"):
+            register("many", role="baseline", summary="")(broken)
     with pytest.raises(ValueError, match="Parameters: expected a dataclass of this name in class object, got none"):
         register("many", role="ours", summary="")(object)
     assert "many" not in registry.entries()
@@ -115,6 +119,7 @@ def test_a_user_s_module_that_comes_first_takes_no_name_of_ours(tmp_path: Path) 
         "from trackers.controllers.catalogue import register_controller\n"
         "class Mine:\n"
         "    Parameters = NoParameters\n"
+        "    initialise = update = print\n"
         "for add, taken in ((register, {}), (register_controller, {'carrier': 'robot'})):\n"
         "    try:\n"
         "        add('hold', role='baseline', summary='', **taken)(Mine)\n"

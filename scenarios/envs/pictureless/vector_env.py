@@ -28,6 +28,10 @@ from trackers.belief.features import FEATURES, features_of
 from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_beliefs
 
 Starts = Literal["episodes", "frame-outs"]
+_OWN = ("max_episode_steps", "starts", "seeds", "cache", "bank", "model")
+_KEYWORDS = (
+    f"some of {', '.join((*_OWN, *(each for each in FollowSettings.__dataclass_fields__ if each != 'scenario')))}"
+)
 
 
 class PicturelessVectorEnv(gym.vector.VectorEnv):
@@ -70,9 +74,12 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         good = max_episode_steps is None or max_episode_steps >= 1
         check("max_episode_steps", good, "None or a whole number >= 1", max_episode_steps)
         check("starts", starts in get_args(Starts), f"one of {', '.join(get_args(Starts))}", repr(starts))
+        for name in settings:
+            check("keywords", name in FollowSettings.__dataclass_fields__, _KEYWORDS, repr(name))
         self.settings = _checked(FollowSettings(scenario, tracker, **settings))
         self.carrier = catalog.scenario(scenario).carrier
         preset = self.settings.configuration({})
+        check("seeds", isinstance(seeds, Iterable), "whole numbers, e.g. range(256)", repr(seeds))
         if bank is None:
             bank = episode_bank(scenario, preset, seeds, None if cache is None else Path(cache))
         check("bank", bank.preset == preset, f"episodes of the configuration {preset}", bank.preset)

@@ -74,6 +74,10 @@ def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.Captur
     assert "recovery" not in heads
     page = (tmp_path / "report.html").read_text()
     assert re.findall(r"<figcaption><h3>(.*?)</h3>", page) == ["How fast are the trackers?"]
+    # An unknown plot costs neither the rows nor the report.
+    assert main([*words, "--plot", "nix"]) == 2
+    assert re.search(r"plot: expected .*, got 'nix'; \S+report.html has all plots", capsys.readouterr().err)
+    assert len(re.findall("<figcaption>", (tmp_path / "report.html").read_text())) > 1
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,9 @@ def test_results_and_what_failed_come_back(tmp_path: Path) -> None:
         again = bench(SUITE, out=str(tmp_path), **TINY)
     assert (again.outcome.episodes, again.outcome.resumed) == (0, 2)
     (failure,) = again.outcome.failures
-    assert failure.reason == "RuntimeError: a bug (in an earlier run, whose rows are kept)"
+    assert failure.reason == (
+        "RuntimeError: a bug (in an earlier run, whose rows are kept; to run it again, choose another folder)"
+    )
     assert repr(again) == f"Results({str(tmp_path)!r}, 1 failure)"
 
 
@@ -80,7 +82,7 @@ def test_progress_is_shown_under_a_title(tmp_path: Path) -> None:
         ({"limit_s": "x"}, "limit_s: expected a number of seconds > 0, got 'x'"),
         ({"seeds": "0:2"}, r"seeds: expected range\(A, B\), got '0:2'"),
         ({"trackers": "fake_knows"}, r"trackers: expected one of .*; got 'fake_knows' \(did you mean fake_knowing\?\)"),
-        ({"trackers": "mine"}, r"trackers: expected one of .*; got 'mine'; name the module of a tracker of yours"),
+        ({"trackers": "mine"}, r"trackers: expected one of .*; got 'mine'; one of your own is known when its module"),
         ({"preset": "huge"}, "presets: expected one of .*; got 'huge'"),
         ({"link": "noisy"}, "link: expected prompt, since suite frame-out knows no other, got 'noisy'"),
     ],

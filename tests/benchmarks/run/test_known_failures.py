@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.report.page import write_report
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import run
 from benchmarks.run.failures import Failure
-from benchmarks.run.known_failures import FILE_NAME, read_failures, write_failures
+from benchmarks.run.known_failures import FILE_NAME, ended_processes, read_failures, write_failures
 from benchmarks.run.records import BlockKey
+from benchmarks.suites.frame_out import picture
 from scenarios.loop import ManyContestant
 from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.run.test_experiment import TINY, mean_of
@@ -47,7 +49,7 @@ def test_a_run_tells_what_failed_in_an_earlier_one(tmp_path: Path) -> None:
     again = run(raising, tmp_path)
     assert again.episodes == 0
     assert [replace(each, reason=first.failures[0].reason) for each in again.failures] == first.failures
-    assert all(each.reason.endswith(" (in an earlier run, whose rows are kept)") for each in again.failures)
+    assert all(" (in an earlier run, whose rows are kept; to run it" in each.reason for each in again.failures)
     # Others in the same folder have none, and leave them there.
     assert run(replace(TINY, trackers=("fake_knowing",)), tmp_path).failures == []
     assert len(read_failures(tmp_path)) == 2
@@ -61,6 +63,17 @@ def test_rows_that_are_gone_take_their_failures_along(tmp_path: Path, monkeypatc
     assert run(raising, tmp_path).failures == []
     assert run(raising, tmp_path).failures == []
     assert not (tmp_path / FILE_NAME).exists()
+
+
+def test_a_contestant_that_ended_its_process_is_in_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To draw it would end this process too."""
+    drawn: list[str] = []
+    monkeypatch.setattr(picture, "keep_event_picture", lambda *arguments: drawn.extend(arguments[3]))
+    for tracker in ("fake_still", "fake_kills"):
+        run(replace(TINY, trackers=(tracker,), seeds=range(1), workers=2), tmp_path / tracker)
+        assert write_report(tmp_path / tracker).is_file()
+    assert drawn == ["fake_still"]
+    assert ended_processes(tmp_path / "fake_kills") == {"fake_kills"}
 
 
 class _Unmade(Still):

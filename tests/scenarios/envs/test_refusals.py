@@ -116,7 +116,7 @@ def test_a_window_without_a_screen_is_refused_when_the_env_is_made(monkeypatch):
 
 
 def test_unknown_keywords_and_render_modes_are_refused():
-    with pytest.raises(ValueError, match=r"keywords: expected some of scenario, tracker, .*, got 'weather'"):
+    with pytest.raises(ValueError, match=r"keywords: expected some of tracker, preset, .*, got 'weather'"):
         make(weather="bad")
     with pytest.raises(
         ValueError, match=r"pictures: expected no such keyword here, as gym.make_vec\(…, pictures=False\)"

@@ -14,6 +14,7 @@ from scenarios import catalog
 from scenarios.command_link import Link
 from scenarios.envs.settings import RESET_OPTIONS, FollowSettings, between
 from scenarios.road_town.presets import PRESETS
+from trackers.follow_one import FollowOne
 
 STANDARD, HARD = PRESETS["standard"], PRESETS["hard"]
 
@@ -45,7 +46,8 @@ def settings(**changes: Any) -> FollowSettings:
         ("link", {}, "link: expected one of prompt, delayed, noisy or a Link, got {}"),
         ("preset", [], r"preset: expected None or one of .*, got \[\]"),
         ("tracker", "owl", "tracker: expected one of .*; got 'owl'"),
-        ("tracker", 3, "tracker: expected None, the name of a tracker, or one with initialise and update, got 3"),
+        ("tracker", 3, "tracker: expected None, the name of a tracker, or an object with initialise and update, got 3"),
+        ("tracker", FollowOne, "tracker: expected None, .* or an object with initialise and update, got <class"),
         ("worlds", -1, "worlds: expected a whole number >= 0, got -1"),
         ("worlds", True, "worlds: expected a whole number >= 0, got True"),
         ("episodes_per_world", 0, "episodes_per_world: expected a whole number >= 1, got 0"),
