@@ -42,7 +42,7 @@ class FollowOne:
     * It stays where it is, and a track of its kind that began beside it leaves: what stays is what the target left
       behind in the background.
 
-    Who was seen apart from the target is someone else and is not taken for it.
+    Who was seen apart from the target is someone else and is not taken for it, unless the target had that identity.
     """
 
     def __init__(self, tracker: MultiTracker, background: Sequence[Observation] = ()) -> None:

@@ -63,7 +63,7 @@ _MODULES = (
 )
 """Modules that define trackers. Add yours here."""
 
-OWN_NEEDS_MODULE = "; one of your own is known when its module is imported (--modules, in Python modules)"
+OWN_NEEDS_MODULE = "; one of your own is known when its module is imported"
 """What errors say of a name that is unknown."""
 _ENTRIES: dict[str, TrackerEntry] = {}
 _T = TypeVar("_T", bound=type)

@@ -117,7 +117,10 @@ class Speed(WithModules):
         if self.json:
             print(json.dumps(entries, indent=1))
             return 0
-        table = Table(title=f"speed over {counted(len(seeds), 'seed')}, 95 % intervals over them", box=box.SIMPLE_HEAD)
+        table = Table(
+            title=f"speed over {counted(len(seeds), 'seed')}{', 95 % intervals over them' if len(seeds) > 1 else ''}",
+            box=box.SIMPLE_HEAD,
+        )
         for column in ("scenario", "preset", "metric", "unit"):
             table.add_column(column)
         for column in ("mean", "95 % interval"):

@@ -15,7 +15,7 @@ from benchmarks.report.facts import facts_table
 from benchmarks.report.figures import ReportFigure
 from benchmarks.report.metric_definitions import MetricDefinition, metric_definitions
 from benchmarks.report.palette import LineStyle, line_styles
-from benchmarks.report.pictures import Picture, read_pictures
+from benchmarks.report.pictures import Picture, read_pictures, remove_picture
 from benchmarks.report.provenance import Provenance, provenance
 from benchmarks.report.templates import page_environment
 from benchmarks.run.blindfold import WHAT_BLIND_MEANS
@@ -99,9 +99,11 @@ def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[s
     for condition, trackers in groups.items():
         if condition[1] == REAL:
             continue
-        shown = [name for name in _worth_showing(_of(summary, condition), condition) if name not in deadly]
-        if shown:
-            suite(condition[0]).picture(directory, condition, trackers, shown)
+        alive = [entry for entry in _of(summary, condition) if entry["tracker"] not in deadly]
+        if alive:
+            suite(condition[0]).picture(directory, condition, trackers, _worth_showing(alive, condition))
+        else:
+            remove_picture(directory, "-".join(filter(None, condition)))
     pictures = read_pictures(directory)
     sections = [
         _section(condition, trackers, _of(summary, condition), _of(comparisons, condition), pictures, metrics)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
-from typing import Any, NoReturn, Protocol
+from typing import Any, NoReturn, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from sim.choices import check_choice
 from sim.render.compilation import forget_stale_kernels
 from trackers import registry
 from trackers.follow_one import FollowOne
+
+_Given = ParamSpec("_Given")
+_Made = TypeVar("_Made")
 
 
 class Creation(Protocol):
@@ -86,35 +89,38 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
 def contestant_of_one(name: str, rng: np.random.Generator) -> Contestant:
     """Return a fresh contestant of one target that needs pictures alone."""
     try:
-        with _staying():
-            tracker = registry.entry(name).create_for_one(rng)
+        tracker = _staying(registry.entry(name).create_for_one)(rng)
     except Exception as error:
         tracker = _Unmade(error)
     return _OfOne(tracker)
 
 
-@contextmanager
-def _staying() -> Iterator[None]:
-    """Make an error of an exit in the context: a tracker that calls ``sys.exit`` fails like one that raises."""
-    try:
-        yield
-    except SystemExit as left:
-        raise RuntimeError(f"SystemExit: {left}").with_traceback(left.__traceback__) from None
+def _staying(function: Callable[_Given, _Made]) -> Callable[_Given, _Made]:
+    """Make an error of an exit in a function: a tracker that calls ``sys.exit`` fails like one that raises."""
+
+    @wraps(function)
+    def called(*given: _Given.args, **named: _Given.kwargs) -> _Made:
+        try:
+            return function(*given, **named)
+        except SystemExit as left:
+            raise RuntimeError(f"SystemExit: {left}").with_traceback(left.__traceback__) from None
+
+    return called
 
 
 class _OfOne(FromPictures):
     """A tracker of one target, whose exit is an error."""
 
-    initialise = _staying()(FromPictures.initialise)
-    update = _staying()(FromPictures.update)
+    initialise = _staying(FromPictures.initialise)
+    update = _staying(FromPictures.update)
 
 
 class _OfMany(ManyFromPictures):
     """A tracker of many targets, whose exit is an error."""
 
-    initialise = _staying()(ManyFromPictures.initialise)
-    update = _staying()(ManyFromPictures.update)
-    revised = _staying()(ManyFromPictures.revised)
+    initialise = _staying(ManyFromPictures.initialise)
+    update = _staying(ManyFromPictures.update)
+    revised = _staying(ManyFromPictures.revised)
 
 
 class _Unmade:
@@ -136,8 +142,7 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
 
     def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
         try:
-            with _staying():
-                tracker = entry.tracker(parameters, rng)
+            tracker = _staying(entry.tracker)(parameters, rng)
         except Exception as error:
             unmade = _Unmade(error)
             return _OfMany(unmade) if entry.follows_many and many else _OfOne(unmade)

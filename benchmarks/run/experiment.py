@@ -264,7 +264,7 @@ def _check_trackers(experiment: Experiment) -> None:
     for name in (experiment.settings.get(label, (label,))[0] for label in experiment.trackers):
         whose = f", which is of suite {_suites_in_words(known[name].suites)}" if name in known else ""
         if not (whose or experiment.modules):
-            whose = suggestion(name, expected) + registry.OWN_NEEDS_MODULE
+            whose = suggestion(name, expected) + f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
         check_choice("trackers", name, expected, why=whose)
         entry = registry.entries().get(name)
         many = not judged.follows_many or entry is None or entry.follows_many

@@ -79,8 +79,9 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self.settings = _checked(FollowSettings(scenario, tracker, **settings))
         self.carrier = catalog.scenario(scenario).carrier
         preset = self.settings.configuration({})
-        check("seeds", isinstance(seeds, Iterable), "whole numbers, e.g. range(256)", repr(seeds))
         if bank is None:
+            good = isinstance(seeds, Iterable) and not isinstance(seeds, str)
+            check("seeds", good, "whole numbers, e.g. range(256)", repr(seeds))
             bank = episode_bank(scenario, preset, seeds, None if cache is None else Path(cache))
         check("bank", bank.preset == preset, f"episodes of the configuration {preset}", bank.preset)
         self.bank, self.num_envs = bank, num_envs
