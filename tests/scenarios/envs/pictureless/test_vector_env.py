@@ -107,7 +107,7 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
     [
         ({"starts": "anywhere"}, "starts: expected one of"),
         ({"foo": 1}, "keywords: expected some of max_episode_steps, .*preset.*, got 'foo'"),
-        ({"seeds": 5}, r"seeds: expected whole numbers, e\.g\. range\(256\), got 5"),
+        ({"seeds": 5, "bank": None}, r"seeds: expected whole numbers, e\.g\. range\(256\), got 5"),
         ({"observation": "pixels"}, "observation: expected 'track'"),
         ({"action": "parameters", "controller": "centre"}, "action: expected one of"),
         ({"preset": "hard"}, "bank: expected episodes of"),
