@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.run import experiment, jobs
 from benchmarks.run.contestants import entrant
-from benchmarks.run.experiment import SET_PATH, Experiment, run
+from benchmarks.run.experiment import SET_PATH, Experiment, _suites_in_words, run
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import read_blocks, read_rows
@@ -263,3 +263,7 @@ def test_settings_that_are_tried_draw_the_numbers_of_their_tracker() -> None:
     assert errors[0] == errors[1]
     with pytest.raises(ValueError, match="fake_knowing: expected no parameter, got 'nix'"):
         entrant("fake_knowing", {"nix": 1})
+
+
+def test_a_suite_that_does_not_exist_is_said_beside_the_name() -> None:
+    assert _suites_in_words(("frame-out", "framout")) == "frame-out, framout (there is no such suite)"
