@@ -189,9 +189,9 @@ class Bench(WithModules):
         if shows:
             print_leaderboard(outcome.summary, names(self.metric))
         print("making the report …", file=sys.stderr)
-        report = self._report(out)
+        report, status = self._report(out)
         if self.json:
-            failures = [asdict(failure) for failure in outcome.failures]
+            failures = list(map(asdict, outcome.failures))
             print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
         elif shows:
             for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
@@ -203,16 +203,16 @@ class Bench(WithModules):
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
         sequences = wanted.on_sequences if pictures else None
         _report_problems(outcome, wanted.silence if sequences is None else sequences.silence)
-        return out, 1 if outcome.failures else 0
+        return out, max(status, 1 if outcome.failures else 0)
 
-    def _report(self, out: Path) -> Path:
-        """Write the report and return its path; with all plots, as an error, if one that is asked for is unknown."""
+    def _report(self, out: Path) -> tuple[Path, int]:
+        """Write the report, with all plots if one that is asked for is unknown; return its path and the exit status."""
         try:
-            return write_report(out, names(self.metric), self.plot)
+            return write_report(out, names(self.metric), self.plot), 0
         except ValueError as error:
-            if not self.plot:
-                raise
-            raise ValueError(f"{error}; {write_report(out, names(self.metric))} has all plots") from None
+            report = write_report(out, names(self.metric))
+            print(f"error: {error}; {report} has all plots", file=sys.stderr)
+            return report, 2
 
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
         with warnings.catch_warnings():

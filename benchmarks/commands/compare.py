@@ -12,7 +12,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import ONE_NAME
+from benchmarks.commands.arguments import NAMES, ONE_NAME, names
 from benchmarks.commands.console import console_of
 from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.with_modules import WithModules
@@ -24,7 +24,7 @@ from benchmarks.scores.statistics import Comparison
 from benchmarks.scores.summary import label_of
 from benchmarks.suites.registry import DEFAULT, EventWords, Metric, suite
 from sim.checks import check
-from sim.choices import suggestion
+from sim.choices import check_choice, suggestion
 from trackers.controllers.catalogue import POLICY
 
 
@@ -41,6 +41,7 @@ class Compare(WithModules):
         first, second: names; differences are first minus second.
         directory: result folder of names without one.
         preset: use rows of this preset only.
+        metric: show these alone; p-values stay corrected for all.
         json: print JSON instead of a table.
     """
 
@@ -48,6 +49,7 @@ class Compare(WithModules):
     second: Annotated[str, tyro.conf.Positional]
     directory: Path = Path("results") / DEFAULT
     preset: Annotated[str | None, ONE_NAME] = None
+    metric: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False
     resumes = False
 
@@ -61,6 +63,10 @@ class Compare(WithModules):
         self._check_alike(first, second)
         found = by_attribute(first, second)
         check("second", bool(found), f"a tracker with episodes that {self.first} ran on", repr(self.second))
+        compared = list(dict.fromkeys(metric.name for _, metric, _, _ in found))
+        for name in names(self.metric):
+            check_choice("metric", name, compared)
+        found = [each for each in found if not self.metric or each[1].name in names(self.metric)]
         words = suite(suites[0]).events
         if self.json:
             print(json.dumps([_as_data(words, *each) for each in found], indent=1))

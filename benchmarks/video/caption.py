@@ -38,7 +38,9 @@ class Caption:
         marks.draw_text(strip, (16, 28), f"frame {truth.frame}", _INK, size=19, weight=600)
         marks.draw_text(strip, (130, 28), f"{truth.time_s:.1f} s", _QUIET, size=16)
         end = marks.draw_text(strip, (200, 28), self._drawing.describe(instant), _INK, size=16)
-        if probability is not None:
+        if estimate is not None and np.isnan(estimate.position_px).any():
+            marks.draw_text(strip, (end + 28, 28), "tracker: no answer", marks.ESTIMATE, size=16)
+        elif probability is not None:
             marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE, size=16)
         width = marks.text_width_px(self._title, size=14)
         marks.draw_text(strip, (self._width - 16 - width, 27), self._title, _QUIET, size=14)

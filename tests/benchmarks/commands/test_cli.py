@@ -221,8 +221,14 @@ def test_compare_shows_differences_by_attribute(tmp_path: Path, capsys: pytest.C
     there = f"{tmp_path}:fake_knowing"
     assert main(["compare", there, there, "--json"]) == 0
     assert all(entry["difference"] == 0.0 for entry in json.loads(capsys.readouterr().out))
-    assert main(["compare", "fake_knowing", "fake_still", "--directory", str(tmp_path)]) == 0
+    words = ["compare", "fake_knowing", "fake_still", "--directory", str(tmp_path)]
+    assert main(words) == 0
     assert "fake_knowing minus fake_still" in capsys.readouterr().out
+    assert main([*words, "--metric", "recovered", "--json"]) == 0
+    # Chosen ones keep their p-values, which are corrected for all.
+    assert json.loads(capsys.readouterr().out) == [entry for entry in found if entry["metric"] == "recovered"]
+    assert main([*words, "--metric", "recoverd"]) == 2
+    assert "got 'recoverd' (did you mean recovered?)" in capsys.readouterr().err
 
 
 def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:

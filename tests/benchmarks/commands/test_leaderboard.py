@@ -78,6 +78,9 @@ def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.Captur
     assert main([*words, "--plot", "nix"]) == 2
     assert re.search(r"plot: expected .*, got 'nix'; \S+report.html has all plots", capsys.readouterr().err)
     assert len(re.findall("<figcaption>", (tmp_path / "report.html").read_text())) > 1
+    # Nor what comes after it.
+    assert main([*words, "--plot", "nix", "--csv", str(tmp_path / "rows.csv")]) == 2
+    assert (tmp_path / "rows.csv").exists()
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from benchmarks.run.replay import replay
 from benchmarks.video import marks
+from benchmarks.video.caption import Caption
 from benchmarks.video.drawing import InLargerView
 from benchmarks.video.episode_video import write_video
 from benchmarks.video.instant import Instant, describe_state, draw_instant
@@ -46,6 +47,15 @@ def test_a_video_shows_every_frame_and_its_caption(tmp_path: Path) -> None:
     assert len(pictures) == 12
     assert pictures[0].shape[1] >= 960
     assert list(out.parent.iterdir()) == [out]
+
+
+def test_a_caption_says_that_there_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(marks, "draw_text", lambda image, place, text, *rest, **style: told.append(text) or 0)
+    for place, probability in ((np.full(2, np.nan), None), (np.full(2, np.nan), 0.0), (np.array([9.0, 9.0]), 0.25)):
+        caption = Caption(InLargerView(), "fake", 3, 960)
+        caption.draw(instant_at(1, Estimate(position_px=place, in_view_probability=probability)))
+    assert [text for text in told if "tracker:" in text] == ["tracker: no answer"] * 2 + ["tracker: 25% in view"]
 
 
 def test_the_same_pictures_make_the_same_bytes(tmp_path: Path) -> None:
