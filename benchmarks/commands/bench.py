@@ -32,7 +32,7 @@ from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
-from benchmarks.run.bench import bench
+from benchmarks.run.bench import bench, check_contestants
 from benchmarks.run.contestants import Entrant
 from benchmarks.run.experiment import make_folder
 from benchmarks.run.outcome import ContestantWarning, Outcome
@@ -147,6 +147,9 @@ class Bench(WithModules):
             make_folder(Path(self.csv).parent, "csv")
             check("csv", not Path(self.csv).is_dir(), "a file", f"the folder {self.csv!r}")
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
+            if len(self.suites) > 1 and not self.real and self.data is None:
+                asked = (names(each) for each in (self.scenario, self.preset, self.trackers, self.controllers))
+                check_contestants(map(suite, self.suites), *asked, quick=self.quick)
             made = [self._run_suite(name) for name in self.suites]
         if self.csv:
             self._write_table([out for out, _ in made])
@@ -187,8 +190,8 @@ class Bench(WithModules):
             out, outcome = self._run_episodes(wanted)
         shows = not self.json and self.csv != _STDOUT
         if shows:
-            print_leaderboard(outcome.summary, names(self.metric))
-        print("making the report …", file=sys.stderr)
+            print_leaderboard([each for each in outcome.summary if each["suite"] == name], names(self.metric))
+        print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
         report, status = self._report(out)
         if self.json:
             failures = list(map(asdict, outcome.failures))
@@ -202,7 +205,8 @@ class Bench(WithModules):
                 print(line)
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
         sequences = wanted.on_sequences if pictures else None
-        _report_problems(outcome, wanted.silence if sequences is None else sequences.silence)
+        for line in outcome.problems_in_words(wanted.silence if sequences is None else sequences.silence):
+            print(line, file=sys.stderr)
         return out, max(status, 1 if outcome.failures else 0)
 
     def _report(self, out: Path) -> tuple[Path, int]:
@@ -289,12 +293,3 @@ def _seeds_of(data: str) -> range:
     from benchmarks.data_sets.benchmark import benchmark_of
 
     return range(*benchmark_of(data).seeds)
-
-
-def _report_problems(outcome: Outcome, silence: str) -> None:
-    """Report on stderr which rows were moved and, once for each tracker, that it failed or gave no answer."""
-    lines = [f"note: {moved}" for moved in outcome.moved]
-    lines += [f"error: {failed}" for failed in outcome.failures_in_words()]
-    lines += [f"note: {silent}" for silent in outcome.silence_in_words(silence)]
-    for line in lines:
-        print(line, file=sys.stderr)

@@ -40,14 +40,16 @@ class Compare(WithModules):
     Attributes:
         first, second: names; differences are first minus second.
         directory: result folder of names without one.
+        suite: use rows of this suite only, where both have rows of several.
         preset: use rows of this preset only.
-        metric: show these alone; p-values stay corrected for all.
+        metric: of those that the table shows, show these alone; p-values stay corrected for all.
         json: print JSON instead of a table.
     """
 
     first: Annotated[str, tyro.conf.Positional]
     second: Annotated[str, tyro.conf.Positional]
     directory: Path = Path("results") / DEFAULT
+    suite: Annotated[str | None, ONE_NAME] = None
     preset: Annotated[str | None, ONE_NAME] = None
     metric: Annotated[tuple[str, ...], NAMES] = ()
     json: bool = False
@@ -58,8 +60,8 @@ class Compare(WithModules):
         for directory in dict.fromkeys(self._place_of(name)[0] for name in (self.first, self.second)):
             report_ignored_rows(directory)
         first, second = (self._rows(name) for name in (self.first, self.second))
-        suites = sorted({row["suite"] for row in (*first, *second)})
-        check("second", len(suites) == 1, "a tracker with rows of one suite with the first", suites)
+        judged = self._suite_of_both(first, second)
+        first, second = ([row for row in rows if row["suite"] == judged] for rows in (first, second))
         self._check_alike(first, second)
         found = by_attribute(first, second)
         check("second", bool(found), f"a tracker with episodes that {self.first} ran on", repr(self.second))
@@ -67,12 +69,22 @@ class Compare(WithModules):
         for name in names(self.metric):
             check_choice("metric", name, compared)
         found = [each for each in found if not self.metric or each[1].name in names(self.metric)]
-        words = suite(suites[0]).events
+        words = suite(judged).events
         if self.json:
             print(json.dumps([_as_data(words, *each) for each in found], indent=1))
             return 0
         console_of().print(self._table(words, found))
         return 0
+
+    def _suite_of_both(self, first: list[Row], second: list[Row]) -> str:
+        """Return the suite to compare in. Raises ValueError for none in common, and for several with none named."""
+        suites = sorted({row["suite"] for row in first} & {row["suite"] for row in second})
+        check("second", bool(suites), f"a tracker of a suite that {self.first} has rows of", repr(self.second))
+        if self.suite is not None:
+            check_choice("suite", self.suite, suites)
+            return self.suite
+        check("suite", len(suites) == 1, f"one of {', '.join(suites)}, as both have rows of them", "none")
+        return suites[0]
 
     def _check_alike(self, first: list[Row], second: list[Row]) -> None:
         """Raise ValueError for controllers' rows of several scenarios or links, and for simulated beside real ones."""

@@ -39,11 +39,7 @@ class Export(WithModules):
         from benchmarks.data_sets.data_set import DataSet
         from benchmarks.export.registry import export
 
-        try:
-            data = DataSet(self.directory)
-        except ValueError as error:
-            message = f"directory: expected a data set that can be read, got {self.directory!r} ({error})"
-            raise ValueError(message) from None
+        data = DataSet(self.directory)
         try:
             export(data, self.format, self.out)
         except ValueError as error:

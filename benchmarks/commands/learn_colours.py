@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+import tyro
+
 from benchmarks.commands.arguments import SEEDS, development_seeds, names
 from benchmarks.papers.ground_colours import learn_colours, write_model
 from sim.checks import check
@@ -22,7 +24,7 @@ class LearnColours:
         every: use one frame in this number.
     """
 
-    preset: tuple[str, ...] = ("quick",)
+    preset: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME …")] = ("quick",)
     seeds: Annotated[str, SEEDS] = "0:16"
     every: int = 60
     resumes = False

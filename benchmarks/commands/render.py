@@ -34,7 +34,7 @@ class Render(WithModules):
 
     Attributes:
         scenario: catalogue id, see `frameout list`; without a version the latest.
-        preset: one of the scenario's.
+        preset: one of the scenario's (default: standard, or its first).
         seed: of the episode, a whole number >= 0.
         tracker: name of the tracker to draw (default: truth only).
         controller: name of the controller that steers by the tracker's estimate (default: a set path).
@@ -47,7 +47,7 @@ class Render(WithModules):
     """
 
     scenario: Annotated[str, tyro.conf.Positional] = catalog.DEFAULT
-    preset: str = "standard"
+    preset: Annotated[str | None, ONE_NAME] = None
     seed: int = 0
     tracker: Annotated[str | None, ONE_NAME] = None
     controller: Annotated[str | None, ONE_NAME] = None
@@ -62,9 +62,10 @@ class Render(WithModules):
         """Write it; return the exit status."""
         scenario = catalog.scenario(self.scenario)
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
-        out = self.out or Path("results") / f"{scenario.id}-{self.preset}-{self.seed}.mp4"
-        job = self._job(scenario.id)
-        with progress_bar(f"{scenario.id} {self.preset}, frames") as progress:
+        preset = self.preset or ("standard" if "standard" in scenario.presets else next(iter(scenario.presets)))
+        out = self.out or Path("results") / f"{scenario.id}-{preset}-{self.seed}.mp4"
+        job = self._job(scenario.id, preset)
+        with progress_bar(f"{scenario.id} {preset}, frames") as progress:
             failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
         print(out)
         self._say_if_not_scored(job)
@@ -72,16 +73,16 @@ class Render(WithModules):
             print(f"error: {failure}", file=sys.stderr)
         return 1 if failures else 0
 
-    def _job(self, scenario: str) -> Job:
+    def _job(self, scenario: str, preset: str) -> Job:
         if self.link is not None and self.controller is None:
             raise ValueError(f"controller: expected a name, whose commands take the link {self.link!r}; got none")
         trackers = () if self.tracker is None else (self.tracker,)
         if self.controller is None:
             shown = suite_watching(scenario, self.tracker)
         else:
-            shown = suite_shown(scenario, self.preset, self.link)
+            shown = suite_shown(scenario, preset, self.link)
         link = None if self.controller is None else link_in(shown, self.link or "prompt")
-        episode = (shown, scenario, self.preset, check_renderer(self.renderer), self.seed)
+        episode = (shown, scenario, preset, check_renderer(self.renderer), self.seed)
         return Job(*episode, self.controller, trackers, link=link, repeats=1)
 
     def _say_if_not_scored(self, job: Job) -> None:

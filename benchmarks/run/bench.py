@@ -12,7 +12,7 @@ In a notebook or a script::
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -87,6 +87,7 @@ def bench(
     A tracker that fails, or gave no answer on frames of this run, is scored as such and told by a
     ``ContestantWarning``; ``outcome.failures`` of the results has every failure.
     """
+    check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
     check("seeds", isinstance(seeds, range), "range(A, B)", repr(seeds))
     load_modules(_several(modules))
     wanted = registry.suite(suite) if isinstance(suite, str) else suite
@@ -94,7 +95,7 @@ def bench(
     check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(link))
     if keep_estimates:
         needs_data()
-    scenarios, presets = _several(scenario), _several(preset) or ((wanted.quick_preset,) if quick else ())
+    scenarios, presets = _several(scenario), _several(preset)
     if data is not None:
         check("data", not wanted.judges_controllers, "none, as stored pictures cannot be steered", data)
         given = {"scenario": scenario, "preset": preset, "controllers": controllers}
@@ -117,10 +118,7 @@ def bench(
         data=data,
         keep_estimates=keep_estimates,
     )
-    experiments = [_of_party(common, party) for party in parties(wanted, *asked, variants=not quick)]
-    for experiment in experiments:
-        check_names(experiment)
-        _check_importable(experiment.trackers)
+    experiments = _experiments(common, wanted, asked, quick=quick)
     folder, outcome = Path(out or Path("results") / ("quick" if quick else wanted.name)), Outcome()
     for experiment in experiments:
         with progress(_title(wanted, experiment)) as report:
@@ -128,6 +126,30 @@ def bench(
     for line in (*outcome.failures_in_words(), *outcome.silence_in_words(wanted.silence)):
         warnings.warn(line, ContestantWarning, stacklevel=2)
     return Results(folder, outcome)
+
+
+def check_contestants(suites: Iterable[Suite], *asked: Sequence[str], quick: bool) -> None:
+    """Raise ValueError for names of which one of several suites knows none, before the first suite runs for hours.
+
+    Args:
+        suites: those that are to run one after the other.
+        asked: names of scenarios, presets, trackers and controllers, see ``bench``. quick: see there.
+    """
+    for wanted in suites:
+        common = Experiment(suite=wanted.name, scenario="", presets=(), trackers=(), seeds=range(1))
+        _experiments(common, wanted, asked, quick=quick)
+
+
+def _experiments(common: Experiment, wanted: Suite, asked: Sequence[Sequence[str]], *, quick: bool) -> list[Experiment]:
+    """Return an experiment for each scenario. Raises ValueError for unknown names."""
+    scenarios, presets, trackers, controllers = asked
+    shown = presets or ((wanted.quick_preset,) if quick else ())
+    found = parties(wanted, scenarios, shown, trackers, controllers, variants=not quick)
+    experiments = [_of_party(common, party) for party in found]
+    for experiment in experiments:
+        check_names(experiment)
+        _check_importable(experiment.trackers)
+    return experiments
 
 
 def _of_party(common: Experiment, party: Party) -> Experiment:

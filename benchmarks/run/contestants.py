@@ -103,7 +103,7 @@ def _staying(function: Callable[_Given, _Made]) -> Callable[_Given, _Made]:
         try:
             return function(*given, **named)
         except SystemExit as left:
-            raise RuntimeError(f"SystemExit: {left}").with_traceback(left.__traceback__) from None
+            raise RuntimeError(f"it called sys.exit({left.code!r})").with_traceback(left.__traceback__) from None
 
     return called
 

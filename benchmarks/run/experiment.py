@@ -221,7 +221,7 @@ def check_names(experiment: Experiment) -> None:
         check("scenario", bool(scenario.carrier.axes), "one with a camera that can be steered", repr(scenario.id))
     presets = [experiment.changes.get(name, (name, {}))[0] for name in experiment.presets]
     known = {
-        "presets": (presets, tuple(scenario.presets)),
+        "preset": (presets, tuple(scenario.presets)),
         "controllers": (_registered(experiment), controllers_of(experiment.suite, experiment.scenario)),
         "link": ((experiment.link,), tuple(LINKS)),
     }

@@ -40,6 +40,12 @@ class Outcome:
         episodes, resumed = self.episodes + later.episodes, self.resumed + later.resumed
         return Outcome(later.summary, failures, self.silent + later.silent, episodes, resumed, moved)
 
+    def problems_in_words(self, silence: str) -> Iterator[str]:
+        """Yield a line for moved rows and, once for each tracker, for failures and frames without an answer."""
+        yield from (f"note: {moved}" for moved in self.moved)
+        yield from (f"error: {failed}" for failed in self.failures_in_words())
+        yield from (f"note: {silent}" for silent in self.silence_in_words(silence))
+
     def failures_in_words(self) -> Iterator[str]:
         """Yield a line for each tracker or controller that failed: its first failure, and how many more there were."""
         first = {failure.tracker: failure for failure in reversed(self.failures)}

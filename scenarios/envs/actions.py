@@ -47,7 +47,7 @@ class Corrections:
 
     def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
         """See ``Steering``."""
-        own = self._controller.command(observation, estimate)
+        own = _commanded(self._controller, observation, estimate)
         # Without a correction, keep the controller's command to the last bit: no division by a limit and back.
         if not action.any() or (self._only_unseen and is_seen(estimate)):
             return own
@@ -65,7 +65,7 @@ class Parameters:
         shares = zip(self._fields.items(), action, strict=True)
         values = {name: _placed(field, float(share)) for (name, field), share in shares}
         self._controller.parameters = dataclasses.replace(self._controller.parameters, **values)  # type: ignore[attr-defined]
-        return self._controller.command(observation, estimate)
+        return _commanded(self._controller, observation, estimate)
 
 
 def action_count(settings: FollowSettings, carrier: Carrier) -> int:
@@ -78,11 +78,12 @@ def action_count(settings: FollowSettings, carrier: Carrier) -> int:
         return len(carrier.axes)
     if settings.action == "correction":
         if isinstance(settings.controller, str):
-            controller_entry(settings.controller, carrier.name).parameters(**settings.controller_values)
+            _created(settings, carrier)
         return len(carrier.axes)
     entry = _named_entry(settings, carrier)
     count = len(entry.tunables())
     check("controller", count > 0, "one with parameters to set, for the action 'parameters'", repr(entry.name))
+    _created(settings, carrier)
     return count
 
 
@@ -91,10 +92,9 @@ def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
     if settings.action == "command":
         return Commands(carrier)
     if settings.action == "parameters":
-        entry = _named_entry(settings, carrier)
-        return Parameters(entry, entry.create(**settings.controller_values))
+        return Parameters(_named_entry(settings, carrier), _created(settings, carrier))
     if isinstance(settings.controller, str):
-        controller = controller_entry(settings.controller, carrier.name).create(**settings.controller_values)
+        controller = _created(settings, carrier)
     else:
         # A copy, so that no state carries over from one episode to the next.
         controller = copy.deepcopy(settings.controller)
@@ -115,6 +115,22 @@ def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.f
     # ``actions`` is formatted only on refusal: formatting takes longer than many a step.
     check("action", good, f"numbers of shape {shape} from -1 to 1", actions)
     return given
+
+
+def _commanded(controller: Controller, observation: Observation, estimate: Estimate) -> CameraCommand:
+    """Return a controller's command. Raises ValueError if it is none."""
+    command = controller.command(observation, estimate)
+    check("command", isinstance(command, CameraCommand), "a CameraCommand", type(command).__name__)
+    return command
+
+
+def _created(settings: FollowSettings, carrier: Carrier) -> Controller:
+    """Return a new named controller. Raises ValueError for unknown names and for values that it rejects."""
+    entry = controller_entry(settings.controller, carrier.name)
+    try:
+        return entry.create(**settings.controller_values)
+    except ValueError as error:
+        raise ValueError(f"controller_values: {error}") from None
 
 
 def _named_entry(settings: FollowSettings, carrier: Carrier) -> ControllerEntry:

@@ -22,6 +22,7 @@ from scenarios.envs.world_bank import DEVELOPMENT_SEEDS, WorldBank
 from scenarios.kept_world import KeepsWorlds, KeptWorld
 from scenarios.loop import Loop
 from sim.checks import check
+from sim.choices import suggestion
 from trackers.belief.command_shares import shares_of
 from trackers.belief.feature_filter import FeatureFilter
 from trackers.belief.features import FEATURES
@@ -54,7 +55,7 @@ class FollowEnv(gym.Env, EzPickle):
         wanted = "no such keyword here, as gym.make_vec(…, pictures=False) alone makes envs without pictures"
         check("pictures", "pictures" not in settings, wanted, settings.get("pictures"))
         for name in settings:
-            check("keywords", name in known, f"some of {', '.join(known)}", repr(name))
+            check("keywords", name in known, f"some of {', '.join(known)}", f"{name!r}{suggestion(name, known)}")
         modes = self.metadata["render_modes"]
         check("render_mode", render_mode in (None, *modes), f"None or one of {', '.join(modes)}", repr(render_mode))
         self.settings = FollowSettings(scenario, **settings)
@@ -106,7 +107,7 @@ class FollowEnv(gym.Env, EzPickle):
         """
         run = self._run
         if run is None or run.ended:
-            raise gym.error.ResetNeeded("step: expected reset() before it, got an episode not begun or over")
+            raise gym.error.ResetNeeded("step: expected an episode that runs, got none: reset() begins one")
         checked = checked_actions(action, self.action_space.shape)
         # Stays True if this step raises: after an error only a reset continues.
         run.ended = True

@@ -48,12 +48,14 @@ class FollowSettings:
             in place of ``preset``, never beside it.
         link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``), or a ``Link``.
         controller: name, or an object with ``command``; used by the actions ``correction`` and ``parameters`` alone.
-        controller_values: parameters of a named controller that replace its tuned values.
+        controller_values: parameters of a named controller that replace its tuned values; the ranges that are given
+            for them are searched by tuning and set by the action ``parameters``, and limit no value here.
         observation: ``track`` (the tracker's belief and the carrier's measurements), ``pixels`` (the picture, the left
             one of a pair), or ``both``.
         action: the ``command`` itself, a ``correction`` that is added to the controller's command, or the controller's
             ``parameters``.
-        correction_share: the largest correction, as a share of the command's limit; of the action ``correction``.
+        correction_share: the largest correction, as a share of the command's limit, above 0 and at most 2; of the
+            action ``correction``.
         corrects: when corrections are added: ``always``, or while the target is ``unseen``; of the same action.
         reward: weights of the reward's terms.
         lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
@@ -210,11 +212,12 @@ def between(easy: Any, hard: Any, difficulty: float) -> Any:
 
 def _between(easy: Any, hard: Any, difficulty: float) -> Any:
     if isinstance(easy, tuple) and isinstance(hard, tuple) and len(easy) == len(hard):
-        return tuple(_between(a, b, difficulty) for a, b in zip(easy, hard, strict=True))
+        values = [_between(a, b, difficulty) for a, b in zip(easy, hard, strict=True)]
+        return type(easy)(*values) if hasattr(easy, "_fields") else tuple(values)
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (easy, hard))
     if not numbers:
         return hard if difficulty >= 0.5 else easy
-    return _like(easy, easy + difficulty * (hard - easy))
+    return _like(easy, (1.0 - difficulty) * easy + difficulty * hard)
 
 
 def is_number(value: Any) -> bool:

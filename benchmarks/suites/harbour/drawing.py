@@ -40,6 +40,15 @@ def _box_sign(words: str, colour: marks.Rgb) -> Sign:
     return Sign(words, draw, of_tracker=True)
 
 
+_STEERED = (
+    legend.TRUTH,
+    legend.shaded("intruders in view", _THERE),
+    legend.outlined("what the steered camera sees of the ground", marks.OBSERVED),
+    legend.ESTIMATE,
+)
+"""Legend where a tracker follows one target for a steered camera."""
+
+
 class HarbourDrawing:
     """See ``benchmarks.video.drawing.Drawing``. Instants come in order, as alarms are raised by four of them."""
 
@@ -73,6 +82,8 @@ class HarbourDrawing:
             self._draw_box(image, instant, corners @ T[:3, :3].T + T[:3, 3], T[:3, 2] * truth.size_m[k, 2], marks.TRUTH)
             marks.draw_lines(plan, [self._plan.at(corners @ T[:3, :3].T + T[:3, 3])], marks.TRUTH, 1)
         draw_steered(image, instant.frame, self._zoom)
+        if instant.frame.steered is not None:
+            self.signs = _STEERED
         if isinstance(instant.answer, Estimate):
             self._draw_one(image, instant.answer)
         elif instant.answer is not None:

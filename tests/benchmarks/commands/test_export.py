@@ -31,7 +31,10 @@ def test_it_writes_the_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]
             "out: expected an empty folder or one that does not exist",
         ),
         (["{set}", "--format", "yolo", "--out", "{out}"], "data: expected at least 2 episodes"),
-        (["{set}/nix", "--format", "otb", "--out", "{out}"], "directory: expected a data set that can be read, got '"),
+        (
+            ["{set}/nix", "--format", "otb", "--out", "{out}"],
+            "directory: expected a data set with a file dataset.json, got none in ",
+        ),
     ],
 )
 def test_wrong_arguments_are_named(

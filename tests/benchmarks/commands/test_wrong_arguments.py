@@ -42,7 +42,7 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (["bench", "--seeds", "5:"], "seeds: expected A:B with 0 <= A < B, or one seed, got '5:'"),
         (["bench", "--seeds=-5:5"], "seeds: expected A:B with 0 <= A < B, or one seed, got '-5:5'"),
         (["bench", "--seeds", "5:5"], "seeds: expected A:B with 0 <= A < B, or one seed, got '5:5'"),
-        (["bench", "--preset", "nix"], "presets: expected one of tiny, tiny-loop.*; got 'nix'"),
+        (["bench", "--preset", "nix"], "preset: expected one of tiny, tiny-loop.*; got 'nix'"),
         (["bench", "--trackers", "nix"], "trackers: expected one of .*colour_pf.*; got 'nix'"),
         (["bench", "--controllers", "nix"], "controllers: expected one of set-path, .*; got 'nix'"),
         (["bench", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from benchmarks import ContestantWarning, bench
+from benchmarks.cli import main
 from benchmarks.run.bench import bench as same
 from benchmarks.run.experiment import Progress
 from benchmarks.suites.frame_out.suite import FRAME_OUT
@@ -80,10 +81,14 @@ def test_progress_is_shown_under_a_title(tmp_path: Path) -> None:
     [
         ({"workers": "two"}, "workers: expected a whole number >= 0, got 'two'"),
         ({"limit_s": "x"}, "limit_s: expected a number of seconds > 0, got 'x'"),
+        (
+            {"suite": ["frame-out"]},
+            r"suite: expected a name or a Suite; .*, got \['frame-out'\]",
+        ),
         ({"seeds": "0:2"}, r"seeds: expected range\(A, B\), got '0:2'"),
         ({"trackers": "fake_knows"}, r"trackers: expected one of .*; got 'fake_knows' \(did you mean fake_knowing\?\)"),
         ({"trackers": "mine"}, r"trackers: expected one of .*; got 'mine'; one of your own is known when its module"),
-        ({"preset": "huge"}, "presets: expected one of .*; got 'huge'"),
+        ({"preset": "huge"}, "preset: expected one of .*; got 'huge'"),
         ({"link": "noisy"}, "link: expected prompt, since suite frame-out knows no other, got 'noisy'"),
     ],
 )
@@ -91,7 +96,16 @@ def test_wrong_arguments_are_named_before_anything_is_written(
     tmp_path: Path, wrong: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
-        bench(SUITE, out=tmp_path / "out", **{**TINY, **wrong})
+        bench(**{"suite": SUITE, "out": tmp_path / "out", **TINY, **wrong})
+    assert not (tmp_path / "out").exists()
+
+
+def test_names_are_checked_for_all_suites_before_the_first_one_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["bench", "frame-out", "stereo", "--trackers", "hold", "--seeds", "0:1", "--out", str(tmp_path / "out")]
+    assert main(words) == 2
+    assert "got 'hold', which is of suite frame-out" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

@@ -150,7 +150,7 @@ def test_a_note_follows_no_link_and_lies_in_no_shared_folder(tmp_path: Path) -> 
     ("tracker", "reason"),
     [
         ("fake_raises", "RuntimeError: a bug"),
-        ("fake_exits", "RuntimeError: SystemExit: bye"),
+        ("fake_exits", "RuntimeError: it called sys.exit('bye')"),
         ("fake_spoils", "ValueError: assignment destination is read-only"),
         ("fake_half_nan", "position_px: expected finite numbers, got [nan, 3.0]"),
         ("fake_wrong_shape", "position_px: expected the shape (2,), got (3,)"),
@@ -232,7 +232,7 @@ def test_an_empty_folder_is_left_where_nothing_can_be_written(tmp_path: Path) ->
     [
         ({"suite": "nix"}, r"suite: expected one of .*fish, follow, frame-out, harbour, stereo.*; got 'nix'"),
         ({"scenario": "nix"}, "scenario: expected one of .*; got 'nix'"),
-        ({"presets": ("nix",)}, "presets: expected one of tiny, tiny-loop.*; got 'nix'"),
+        ({"presets": ("nix",)}, "preset: expected one of tiny, tiny-loop.*; got 'nix'"),
         ({"trackers": ("nix",)}, "trackers: expected one of .*fake_knowing.*; got 'nix'"),
         ({"controllers": ("nix",)}, "controllers: expected one of set-path, .*centre.*; got 'nix'"),
         ({"renderer": "nix"}, "renderer: expected one of raster, pybullet; got 'nix'"),
@@ -251,7 +251,8 @@ def test_what_does_not_exist_is_named(tmp_path: Path, change: dict[str, Any], me
 
 def test_seeds_are_not_mixed_in_one_folder(tmp_path: Path) -> None:
     run(replace(TINY, trackers=("fake_still",)), tmp_path)
-    with pytest.raises(ValueError, match=r"out: expected a folder with no seeds but 10000:10001, got .* seed 0"):
+    told = "out: expected a folder with no seeds but 10000:10001, as an empty one, got .* seed 0"
+    with pytest.raises(ValueError, match=told):
         run(replace(TINY, seeds=range(10_000, 10_001)), tmp_path)
 
 

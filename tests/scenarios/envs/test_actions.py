@@ -114,12 +114,22 @@ def test_parameters_span_their_ranges() -> None:
     assert mode._controller.parameters.gain_per_s == pytest.approx((gain["low"] * gain["high"]) ** 0.5)  # type: ignore[attr-defined]
 
 
+def test_what_is_no_command_is_named() -> None:
+    class Pair:
+        def command(self, observation: Observation, estimate: Estimate) -> Any:
+            return 1.0, 2.0
+
+    mode = steering(settings(action="correction", controller=Pair()), HELICOPTER)
+    with pytest.raises(ValueError, match="command: expected a CameraCommand, got tuple"):
+        mode.command(np.ones(4), *latest())
+
+
 def test_modes_that_need_a_controller_with_parameters_say_so() -> None:
     with pytest.raises(ValueError, match="controller: expected one with parameters to set"):
         action_count(settings(action="parameters", controller="hold"), HELICOPTER)
     with pytest.raises(ValueError, match="controller: expected the name of a controller"):
         action_count(settings(action="parameters", controller=Constant()), HELICOPTER)
-    with pytest.raises(ValueError, match=r"centre: expected parameters among .*, got 'wheels'"):
+    with pytest.raises(ValueError, match=r"controller_values: centre: expected parameters among .*, got 'wheels'"):
         action_count(settings(action="correction", controller="centre", controller_values={"wheels": 3}), HELICOPTER)
     with pytest.raises(ValueError, match="got 'chase'"):
         action_count(settings(action="correction", controller="chase"), HELICOPTER)

@@ -184,7 +184,7 @@ def test_without_a_reset_and_after_the_end_there_are_no_steps():
     env.reset(seed=0)
     for _ in range(FRAMES - 1):
         env.step(np.zeros(4))
-    with pytest.raises(gym.error.ResetNeeded, match="step: expected reset"):
+    with pytest.raises(gym.error.ResetNeeded, match="step: expected an episode that runs"):
         env.step(np.zeros(4))
     env.reset()
     env.close()

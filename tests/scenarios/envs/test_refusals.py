@@ -92,7 +92,7 @@ def test_after_a_first_reset_that_was_refused_a_good_one_is_needed_and_enough():
     env = gym.make(IDS[0], **keywords())
     with pytest.raises(ValueError, match="episode_seed: expected a whole number >= 0, got -1"):
         env.reset(options={"episode_seed": -1})
-    with pytest.raises(gym.error.ResetNeeded, match=r"step: expected reset\(\) before it"):
+    with pytest.raises(gym.error.ResetNeeded, match=r"step: expected an episode that runs, got none: reset\(\) begins one"):
         env.step(np.zeros(4))
     env.reset(seed=0)
     assert env.step(np.zeros(4, np.float32))[-1]["frame"] == 1
@@ -118,6 +118,8 @@ def test_a_window_without_a_screen_is_refused_when_the_env_is_made(monkeypatch):
 def test_unknown_keywords_and_render_modes_are_refused():
     with pytest.raises(ValueError, match=r"keywords: expected some of tracker, preset, .*, got 'weather'"):
         make(weather="bad")
+    with pytest.raises(ValueError, match=r"got 'observations' \(did you mean observation\?\)"):
+        make(observations="pixels")
     with pytest.raises(
         ValueError, match=r"pictures: expected no such keyword here, as gym.make_vec\(…, pictures=False\)"
     ):

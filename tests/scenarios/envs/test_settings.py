@@ -167,6 +167,15 @@ def test_a_drawn_value_holds_where_the_field_is_changed_too() -> None:
     assert both.configuration({"traffic_cars": 7.0}).traffic_cars == 7
 
 
+@pytest.mark.parametrize("entry", [each for each in catalog.entries() if each.env_id], ids=lambda each: each.id)
+def test_every_env_has_difficulties(entry: catalog.Entry) -> None:
+    presets = catalog.scenario(entry.id).presets
+    for difficulty in (0.0, 0.5, 1.0):
+        made = FollowSettings(entry.id, entry.tracker, difficulty=difficulty).configuration({})
+        if difficulty != 0.5:
+            assert made == presets["hard" if difficulty else "standard"]
+
+
 def test_difficulty_ends_at_the_presets() -> None:
     assert between(STANDARD, HARD, 0.0) == STANDARD
     assert between(STANDARD, HARD, 1.0) == HARD

@@ -263,7 +263,7 @@ def test_results_over_two_links_are_not_compared(tmp_path: Path, capsys: pytest.
         (["--trackers", "stereo_people"], "trackers: expected one of .*; got 'stereo_people'"),
         (["--link", "nix"], "link: expected one of prompt, delayed, noisy; got 'nix'"),
         (["--scenario", "stereo-follow"], "scenario: expected one of fake-town-v1; got 'stereo-follow-v2'"),
-        (["--preset", "nix"], "presets: expected one of tiny, tiny-loop.*; got 'nix'"),
+        (["--preset", "nix"], "preset: expected one of tiny, tiny-loop.*; got 'nix'"),
     ],
 )
 def test_what_is_wrong_is_reported_in_one_line(

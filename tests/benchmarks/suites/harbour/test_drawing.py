@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from benchmarks.video import marks
 from benchmarks.video.instant import Instant
 from scenarios.harbour.truth import HarbourMap
 from tests.benchmarks.suites.harbour.hand_made import CLUTTER, frame_of, standing, track, truth_of
-from trackers.types import Estimate, Track
+from trackers.types import Estimate, SteeredCamera, Track
 
 SITE = HarbourMap(
     volume_m=np.array([90.0, 33.0, 6.0]),
@@ -89,6 +89,19 @@ def test_a_plan_looks_along_the_line_of_sight() -> None:
     assert ground.shape[0] == 720
     sea, land = (ground[int(y), int(x)] for x, y in (plan.at((-40.0, 8.0)), plan.at((20.0, 8.0))))
     assert (sea != land).any()
+
+
+def test_the_legend_is_of_the_steered_camera_where_there_is_one() -> None:
+    episode: Any = Drawn()
+    drawing = HarbourDrawing(episode)
+    one = Estimate(np.array([120.0, 90.0]))
+    for steered in (False, True):
+        frame = frame_of(truth_of([standing("person", (10.0, 3.0), range(1))], 0))
+        if steered:
+            view = SteeredCamera(frame.observation.camera)
+            frame = replace(frame, observation=replace(frame.observation, steered=view), steered=frame.truth)
+        drawing.picture(Instant(frame, (0,), one, frame.observation.image_rgb))
+        assert any("steered camera" in sign.words for sign in drawing.signs) == steered
 
 
 def test_a_follower_of_one_is_drawn_too() -> None:
