@@ -26,8 +26,8 @@ class Play(WithModules):
 
     Keys: w and s move ahead and back; a and d move left and right (a robot turns); q and e turn; r and f climb, sink.
     Every episode played to its end, with a key pressed on the way, is scored and written as rows of suite `follow` with
-    the controller `human`; the report of the folder shows it beside the others. Needs a screen, and pygame
-    (pip install 'frameout[play]').
+    the controller `human`; the report of the folder shows it beside the others. Needs a screen and
+    pygame (pip install 'frameout[play]').
 
     Attributes:
         env: env id, see `frameout list`.

@@ -55,7 +55,7 @@ class Publish:
             ones; exit status 1 if one differs.
         episodes: with --check, make only this number of each table's first seeds.
         render: make RESULTS.md from benchmarks/results/RESULTS.template.md and the published tables instead.
-        out: folder for the rows.
+        out: folder for the rows (default: results/published).
         workers: number of worker processes; 0 = run in this process.
     """
 

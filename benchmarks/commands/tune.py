@@ -73,7 +73,7 @@ class Tune(WithModules):
             those of controllers are with pictures.
         workers: number of worker processes.
         out: folder for the values (default: the one above, the only one that they are loaded from).
-        studies: folder that keeps all trials, with plots.
+        studies: folder that keeps all trials, with plots (default: results/tune).
     """
 
     trackers: Annotated[tuple[str, ...], tyro.conf.Positional, POSITIONAL_NAMES] = ()

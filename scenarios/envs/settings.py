@@ -15,6 +15,7 @@ from scenarios.envs.reward import Reward
 from scenarios.kept_world import KeepsWorlds
 from scenarios.scenario import RendererName
 from sim.checks import check
+from sim.choices import suggestion
 from trackers import registry
 
 ObservationMode = Literal["track", "pixels", "both"]
@@ -88,8 +89,8 @@ class FollowSettings:
     def __post_init__(self) -> None:
         scenario = catalog.scenario(self.scenario)
         for name, kind in (("observation", ObservationMode), ("action", ActionMode), ("renderer", RendererName)):
-            known = get_args(kind)
-            check(name, getattr(self, name) in known, f"one of {', '.join(known)}", repr(getattr(self, name)))
+            allowed, value = get_args(kind), getattr(self, name)
+            check(name, value in allowed, f"one of {', '.join(allowed)}", _with_nearest(value, allowed))
         check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
         check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
         check("reward", isinstance(self.reward, Reward), "a Reward", repr(self.reward))
@@ -117,7 +118,8 @@ class FollowSettings:
         good = isinstance(self.link, Link) or (isinstance(self.link, str) and self.link in LINKS)
         check("link", good, known_links, repr(self.link))
         good = self.preset is None or (isinstance(self.preset, str) and self.preset in scenario.presets)
-        check("preset", good, f"None or one of {', '.join(scenario.presets)}", repr(self.preset))
+        named = _with_nearest(self.preset, tuple(scenario.presets))
+        check("preset", good, f"None or one of {', '.join(scenario.presets)}", named)
         alone = self.preset is None or self.difficulty is None
         wanted = "no preset beside it, as it lies between standard and hard"
         check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
@@ -185,7 +187,7 @@ class FollowSettings:
         fields = f"fields of {type(preset).__name__}: {', '.join(sorted(known))}"
         for group in ("changes", "randomise"):
             for name in getattr(self, group):
-                check(group, name in known, fields, repr(name))
+                check(group, name in known, fields, _with_nearest(name, known))
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **{**self.changes, **values})
 
@@ -223,6 +225,11 @@ def _between(easy: Any, hard: Any, difficulty: float) -> Any:
 def is_number(value: Any) -> bool:
     """Return whether a value is a number, which ``True`` is not."""
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _with_nearest(given: Any, known: Sequence[str]) -> str:
+    """Return what was given, with the nearest known name as a question."""
+    return f"{given!r}{suggestion(given, known) if isinstance(given, str) else ''}"
 
 
 def _is_whole(value: Any) -> bool:

@@ -92,7 +92,7 @@ def test_after_a_first_reset_that_was_refused_a_good_one_is_needed_and_enough():
     env = gym.make(IDS[0], **keywords())
     with pytest.raises(ValueError, match="episode_seed: expected a whole number >= 0, got -1"):
         env.reset(options={"episode_seed": -1})
-    with pytest.raises(gym.error.ResetNeeded, match=r"step: expected an episode that runs, got none: reset\(\) begins one"):
+    with pytest.raises(gym.error.ResetNeeded, match="step: expected an episode that runs, got none"):
         env.step(np.zeros(4))
     env.reset(seed=0)
     assert env.step(np.zeros(4, np.float32))[-1]["frame"] == 1

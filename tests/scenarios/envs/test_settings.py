@@ -28,6 +28,9 @@ def settings(**changes: Any) -> FollowSettings:
     [
         ("preset", "easy", "preset: expected None or one of"),
         ("observation", "sound", "observation: expected one of track, pixels, both, got 'sound'"),
+        ("observation", "pixel", r"got 'pixel' \(did you mean pixels\?\)"),
+        ("preset", "quik", r"preset: .*got 'quik' \(did you mean quick\?\)"),
+        ("changes", {"widht_px": 84}, r"changes: .*got 'widht_px' \(did you mean width_px\?\)"),
         ("action", "thought", "action: expected one of command, correction, parameters"),
         ("renderer", "paint", "renderer: expected one of raster, pybullet"),
         ("corrects", "never", "corrects: expected one of always, unseen"),
