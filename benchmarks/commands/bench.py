@@ -84,9 +84,9 @@ class Bench(WithModules):
             (`frameout[data]`); `frameout report --from-estimates` judges them again.
         real: what is real in place of episodes. For the suite fish files of tracks, of TRex (npz, csv),
             idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are cut out of the tracks and bridged, and
-            pieces of tracks linked; intervals are over blocks of time. For the suite frame-out folders of pictures with the
-            boxes of one target, see --layout: each folder, of one sequence or many, gets a leaderboard, in pixels
-            alone; intervals are over its sequences.
+            pieces of tracks linked; intervals are over blocks of time. For the suite frame-out folders of pictures
+            with the boxes of one target, see --layout: each folder, of one sequence or many, gets a leaderboard, in
+            pixels alone; intervals are over its sequences.
         layout: of the folders of --real, which is recognised unless you choose it. otb: NAME/img/0001.jpg … and
             NAME/groundtruth_rect.txt, as `frameout export --format otb` writes it; uav123: data_seq/UAV123/NAME/ and
             anno/UAV123/NAME.txt, or one of either; uavdt: NAME/img000001.jpg … and anno/NAME_gt.txt, or
