@@ -32,7 +32,7 @@ from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
-from benchmarks.run.bench import bench, check_contestants
+from benchmarks.run.bench import bench, check_suites
 from benchmarks.run.contestants import Entrant
 from benchmarks.run.experiment import make_folder
 from benchmarks.run.outcome import ContestantWarning, Outcome
@@ -147,13 +147,15 @@ class Bench(WithModules):
             make_folder(Path(self.csv).parent, "csv")
             check("csv", not Path(self.csv).is_dir(), "a file", f"the folder {self.csv!r}")
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
-            if len(self.suites) > 1 and not self.real and self.data is None:
+            if len(self.suites) > 1 and not self.real:
                 asked = (names(each) for each in (self.scenario, self.preset, self.trackers, self.controllers))
-                check_contestants(map(suite, self.suites), *asked, quick=self.quick)
+                check_suites(map(suite, self.suites), *asked, link=self.link, data=self.data, quick=self.quick)
             made = [self._run_suite(name) for name in self.suites]
         if self.csv:
-            self._write_table([out for out, _ in made])
-        return max(status for _, status in made)
+            self._write_table([out for out, _, _ in made])
+        if all(unknown_plot for _, _, unknown_plot in made):
+            raise ValueError(made[0][2])
+        return 1 if any(failed for _, failed, _ in made) else 0
 
     def _write_table(self, folders: Sequence[Path]) -> None:
         from benchmarks.report.long_table import numbers_table
@@ -174,8 +176,8 @@ class Bench(WithModules):
         quick_seeds = self.quick and self.seeds == type(self).seeds
         return seed_range(_QUICK_SEEDS if quick_seeds else self.seeds)
 
-    def _run_suite(self, name: str) -> tuple[Path, int]:
-        """Return the folder and the exit status."""
+    def _run_suite(self, name: str) -> tuple[Path, bool, str]:
+        """Return the folder, whether a contestant failed, and which plot is unknown, in words."""
         wanted = suite(name)
         pictures = bool(self.real) and wanted.on_sequences is not None
         for argument in () if pictures else _OF_SEQUENCES:
@@ -188,35 +190,38 @@ class Bench(WithModules):
             out, outcome = self._run_on_files(wanted)
         else:
             out, outcome = self._run_episodes(wanted)
+        # The folder may hold rows of other suites.
+        summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
         shows = not self.json and self.csv != _STDOUT
         if shows:
-            print_leaderboard([each for each in outcome.summary if each["suite"] == name], names(self.metric))
+            print_leaderboard(summary, names(self.metric))
         print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
-        report, status = self._report(out)
+        report, unknown_plot = self._report(out)
         if self.json:
             failures = list(map(asdict, outcome.failures))
-            print(json.dumps({"summary": outcome.summary, "failures": failures, "report": str(report)}, indent=1))
+            print(json.dumps({"summary": summary, "failures": failures, "report": str(report)}, indent=1))
         elif shows:
             for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
                 print(line)
             for line in sequences_in_words(read_rows(out)) if pictures else ():
                 print(line)
-            for line in rank_agreement(wanted, outcome.summary, simulated) if self.beside is not None else ():
+            for line in rank_agreement(wanted, summary, simulated) if self.beside is not None else ():
                 print(line)
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
         sequences = wanted.on_sequences if pictures else None
         for line in outcome.problems_in_words(wanted.silence if sequences is None else sequences.silence):
             print(line, file=sys.stderr)
-        return out, max(status, 1 if outcome.failures else 0)
+        return out, bool(outcome.failures), unknown_plot
 
-    def _report(self, out: Path) -> tuple[Path, int]:
-        """Write the report, with all plots if one that is asked for is unknown; return its path and the exit status."""
+    def _report(self, out: Path) -> tuple[Path, str]:
+        """Write the report; return its path. It has all plots if one that is asked for is unknown, then told second."""
         try:
-            return write_report(out, names(self.metric), self.plot), 0
+            return write_report(out, names(self.metric), self.plot), ""
         except ValueError as error:
+            if not self.plot:
+                raise
             report = write_report(out, names(self.metric))
-            print(f"error: {error}; {report} has all plots", file=sys.stderr)
-            return report, 2
+            return report, f"{error}; {report} has all plots"
 
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
         with warnings.catch_warnings():

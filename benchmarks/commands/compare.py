@@ -40,7 +40,7 @@ class Compare(WithModules):
     Attributes:
         first, second: names; differences are first minus second.
         directory: result folder of names without one.
-        suite: use rows of this suite only, where both have rows of several.
+        suite: use rows of this suite only; needed where both have rows of several.
         preset: use rows of this preset only.
         metric: of those that the table shows, show these alone; p-values stay corrected for all.
         json: print JSON instead of a table.

@@ -91,13 +91,11 @@ def bench(
     check("seeds", isinstance(seeds, range), "range(A, B)", repr(seeds))
     load_modules(_several(modules))
     wanted = registry.suite(suite) if isinstance(suite, str) else suite
-    linked = link == "prompt" or wanted.judges_controllers
-    check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(link))
+    _check_steering(wanted, link, data)
     if keep_estimates:
         needs_data()
     scenarios, presets = _several(scenario), _several(preset)
     if data is not None:
-        check("data", not wanted.judges_controllers, "none, as stored pictures cannot be steered", data)
         given = {"scenario": scenario, "preset": preset, "controllers": controllers}
         stored = _stored(data, seeds, renderer, {name: _several(each) for name, each in given.items()})
         scenarios, presets, renderer = (stored.scenario,), (stored.preset,), stored.renderer
@@ -128,16 +126,26 @@ def bench(
     return Results(folder, outcome)
 
 
-def check_contestants(suites: Iterable[Suite], *asked: Sequence[str], quick: bool) -> None:
-    """Raise ValueError for names of which one of several suites knows none, before the first suite runs for hours.
+def check_suites(suites: Iterable[Suite], *asked: Sequence[str], link: str, data: str | None, quick: bool) -> None:
+    """Raise ValueError for what one of several suites would refuse, before the first one runs for hours.
 
     Args:
         suites: those that are to run one after the other.
-        asked: names of scenarios, presets, trackers and controllers, see ``bench``. quick: see there.
+        asked: names of scenarios, presets, trackers and controllers; stored ones are checked where they are read.
+        link, data, quick: see ``bench``.
     """
     for wanted in suites:
-        common = Experiment(suite=wanted.name, scenario="", presets=(), trackers=(), seeds=range(1))
-        _experiments(common, wanted, asked, quick=quick)
+        _check_steering(wanted, link, data)
+        if data is None:
+            common = Experiment(suite=wanted.name, scenario="", presets=(), trackers=(), seeds=range(1))
+            _experiments(common, wanted, asked, quick=quick)
+
+
+def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
+    linked = link == "prompt" or wanted.judges_controllers
+    check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(link))
+    stored = data is not None and wanted.judges_controllers
+    check("data", not stored, f"none with suite {wanted.name}, as stored pictures cannot be steered", data)
 
 
 def _experiments(common: Experiment, wanted: Suite, asked: Sequence[Sequence[str]], *, quick: bool) -> list[Experiment]:

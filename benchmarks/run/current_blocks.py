@@ -27,7 +27,7 @@ def current_blocks(out: Path, seeds: range, made_now: MadeNow) -> tuple[set[Bloc
     blocks = read_blocks(out)
     # A person may have played other episodes.
     strangers = [key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds]
-    wanted = f"a folder with no seeds but {seeds.start}:{seeds.stop}, as an empty one"
+    wanted = f"a folder with no seeds but {seeds.start}:{seeds.stop}, e.g. an empty one"
     check("out", not strangers, wanted, f"{str(out)!r}, which holds seed {min(strangers, default=None)}")
     mine = {key: made for key in blocks if (made := made_now(key)) is not None}
     outdated = {key for key, made in mine.items() if blocks[key][0].get("versions") != made}

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.envs.settings import FollowSettings
+from scenarios.envs.settings import FollowSettings, check_known, is_number
 from sim.checks import check
 from trackers.belief.command_shares import command_of, is_seen, shares_of
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
@@ -125,12 +125,15 @@ def _commanded(controller: Controller, observation: Observation, estimate: Estim
 
 
 def _created(settings: FollowSettings, carrier: Carrier) -> Controller:
-    """Return a new named controller. Raises ValueError for unknown names and for values that it rejects."""
+    """Return a new named controller. Raises ValueError for an unknown one, and for values that are not of its own."""
     entry = controller_entry(settings.controller, carrier.name)
-    try:
-        return entry.create(**settings.controller_values)
-    except ValueError as error:
-        raise ValueError(f"controller_values: {error}") from None
+    own = entry.parameters()
+    for name, value in settings.controller_values.items():
+        known = [field.name for field in dataclasses.fields(own)]
+        check_known("controller_values", name, known, f"parameters of {entry.name}: {', '.join(known)}")
+        good = is_number(value) or not is_number(getattr(own, name))
+        check(f"controller_values.{name}", good, "a number", repr(value))
+    return entry.create(**settings.controller_values)
 
 
 def _named_entry(settings: FollowSettings, carrier: Carrier) -> ControllerEntry:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scenarios import catalog
 from scenarios.envs.actions import Steering, action_count, checked_actions, steering
 from scenarios.envs.reward import Rewarder
-from scenarios.envs.settings import FollowSettings
+from scenarios.envs.settings import FollowSettings, check_known
 from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
 from scenarios.envs.view import Window, draw_view
 from scenarios.envs.watched_episode import watched_episode
@@ -22,7 +22,6 @@ from scenarios.envs.world_bank import DEVELOPMENT_SEEDS, WorldBank
 from scenarios.kept_world import KeepsWorlds, KeptWorld
 from scenarios.loop import Loop
 from sim.checks import check
-from sim.choices import suggestion
 from trackers.belief.command_shares import shares_of
 from trackers.belief.feature_filter import FeatureFilter
 from trackers.belief.features import FEATURES
@@ -55,7 +54,7 @@ class FollowEnv(gym.Env, EzPickle):
         wanted = "no such keyword here, as gym.make_vec(…, pictures=False) alone makes envs without pictures"
         check("pictures", "pictures" not in settings, wanted, settings.get("pictures"))
         for name in settings:
-            check("keywords", name in known, f"some of {', '.join(known)}", f"{name!r}{suggestion(name, known)}")
+            check_known("keywords", name, known, f"some of {', '.join(known)}")
         modes = self.metadata["render_modes"]
         check("render_mode", render_mode in (None, *modes), f"None or one of {', '.join(modes)}", repr(render_mode))
         self.settings = FollowSettings(scenario, **settings)

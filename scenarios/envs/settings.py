@@ -49,8 +49,8 @@ class FollowSettings:
             in place of ``preset``, never beside it.
         link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``), or a ``Link``.
         controller: name, or an object with ``command``; used by the actions ``correction`` and ``parameters`` alone.
-        controller_values: parameters of a named controller that replace its tuned values; the ranges that are given
-            for them are searched by tuning and set by the action ``parameters``, and limit no value here.
+        controller_values: parameters of a named controller that replace its tuned values; they are not limited to the
+            ranges that tuning searches and that the action ``parameters`` spans.
         observation: ``track`` (the tracker's belief and the carrier's measurements), ``pixels`` (the picture, the left
             one of a pair), or ``both``.
         action: the ``command`` itself, a ``correction`` that is added to the controller's command, or the controller's
@@ -90,7 +90,7 @@ class FollowSettings:
         scenario = catalog.scenario(self.scenario)
         for name, kind in (("observation", ObservationMode), ("action", ActionMode), ("renderer", RendererName)):
             allowed, value = get_args(kind), getattr(self, name)
-            check(name, value in allowed, f"one of {', '.join(allowed)}", _with_nearest(value, allowed))
+            check_known(name, value, allowed, f"one of {', '.join(allowed)}")
         check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
         check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
         check("reward", isinstance(self.reward, Reward), "a Reward", repr(self.reward))
@@ -117,9 +117,8 @@ class FollowSettings:
         known_links = f"one of {', '.join(LINKS)} or a Link"
         good = isinstance(self.link, Link) or (isinstance(self.link, str) and self.link in LINKS)
         check("link", good, known_links, repr(self.link))
-        good = self.preset is None or (isinstance(self.preset, str) and self.preset in scenario.presets)
-        named = _with_nearest(self.preset, tuple(scenario.presets))
-        check("preset", good, f"None or one of {', '.join(scenario.presets)}", named)
+        presets = tuple(scenario.presets)
+        check_known("preset", self.preset, (None, *presets), f"None or one of {', '.join(presets)}")
         alone = self.preset is None or self.difficulty is None
         wanted = "no preset beside it, as it lies between standard and hard"
         check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
@@ -187,7 +186,7 @@ class FollowSettings:
         fields = f"fields of {type(preset).__name__}: {', '.join(sorted(known))}"
         for group in ("changes", "randomise"):
             for name in getattr(self, group):
-                check(group, name in known, fields, _with_nearest(name, known))
+                check_known(group, name, known, fields)
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **{**self.changes, **values})
 
@@ -219,7 +218,8 @@ def _between(easy: Any, hard: Any, difficulty: float) -> Any:
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (easy, hard))
     if not numbers:
         return hard if difficulty >= 0.5 else easy
-    return _like(easy, (1.0 - difficulty) * easy + difficulty * hard)
+    # The end is exact, and so is what both presets share.
+    return hard if difficulty == 1.0 else _like(easy, easy + difficulty * (hard - easy))
 
 
 def is_number(value: Any) -> bool:
@@ -227,9 +227,11 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _with_nearest(given: Any, known: Sequence[str]) -> str:
-    """Return what was given, with the nearest known name as a question."""
-    return f"{given!r}{suggestion(given, known) if isinstance(given, str) else ''}"
+def check_known(parameter: str, given: Any, known: Sequence[str | None], expected: str) -> None:
+    """Raise ValueError for what is not known; the message suggests the nearest name."""
+    if given not in known:
+        near = suggestion(given, filter(None, known)) if isinstance(given, str) else ""
+        raise ValueError(f"{parameter}: expected {expected}, got {given!r}{near}")
 
 
 def _is_whole(value: Any) -> bool:

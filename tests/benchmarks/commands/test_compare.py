@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,7 +27,7 @@ def compare(tmp_path: Path, capsys: pytest.CaptureFixture[str]):  # type: ignore
     """Return a call of the command in a folder where ``sharp`` and ``blunt`` have rows of a second suite too."""
     write_rows(tmp_path)
     for name in ("sharp", "blunt"):
-        append_block(tmp_path, [{**row, "suite": "stereo"} for row in rows_of(name, 10_000)])
+        append_block(tmp_path, [{**row, "suite": "stereo"} for row in rows_of(name, 10_008)])
 
     def call(*words: str) -> Told:
         status = main(["compare", *words, "--directory", str(tmp_path)])
@@ -37,12 +38,14 @@ def compare(tmp_path: Path, capsys: pytest.CaptureFixture[str]):  # type: ignore
 
 def test_the_suite_is_asked_for_where_both_have_rows_of_several(compare) -> None:  # type: ignore[no-untyped-def]
     told = compare("sharp", "blunt")
-    assert told.status == 2
+    assert (told.status, told.out) == (2, "")
     assert told.error == "error: suite: expected one of frame-out, stereo, as both have rows of them, got none\n"
-    assert compare("sharp", "blunt", "--suite", "fish").status == 2
-    told = compare("sharp", "blunt", "--suite", "frame-out", "--metric", "recovered")
+    told = compare("sharp", "blunt", "--suite", "fish")
+    assert (told.status, told.error) == (2, "error: suite: expected one of frame-out, stereo; got 'fish'\n")
+    told = compare("sharp", "blunt", "--suite", "frame-out", "--metric", "recovered", "--json")
     assert (told.status, told.error) == (0, "")
-    assert "left by the left" in told.out
+    # The other suite's rows are of one more episode.
+    assert {entry["n"] for entry in json.loads(told.out) if entry["frame_outs"] == "all"} == {8}
 
 
 def test_one_suite_in_common_is_the_one(compare) -> None:  # type: ignore[no-untyped-def]

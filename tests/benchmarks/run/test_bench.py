@@ -103,10 +103,14 @@ def test_wrong_arguments_are_named_before_anything_is_written(
 def test_names_are_checked_for_all_suites_before_the_first_one_runs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["bench", "frame-out", "stereo", "--trackers", "hold", "--seeds", "0:1", "--out", str(tmp_path / "out")]
-    assert main(words) == 2
-    assert "got 'hold', which is of suite frame-out" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    for wrong, told in (
+        (["frame-out", "stereo", "--trackers", "hold"], "got 'hold', which is of suite frame-out"),
+        (["follow", "frame-out", "--link", "noisy"], "link: expected prompt, since suite frame-out knows no other"),
+        (["frame-out", "follow", "--data", "x"], "data: expected none with suite follow, as stored pictures"),
+    ):
+        assert main(["bench", *wrong, "--seeds", "0:1", "--out", str(tmp_path / "out")]) == 2
+        assert told in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
 
 
 def test_a_tracker_of_a_cell_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

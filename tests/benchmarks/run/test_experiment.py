@@ -251,7 +251,7 @@ def test_what_does_not_exist_is_named(tmp_path: Path, change: dict[str, Any], me
 
 def test_seeds_are_not_mixed_in_one_folder(tmp_path: Path) -> None:
     run(replace(TINY, trackers=("fake_still",)), tmp_path)
-    told = "out: expected a folder with no seeds but 10000:10001, as an empty one, got .* seed 0"
+    told = "out: expected a folder with no seeds but 10000:10001, e.g. an empty one, got .* seed 0"
     with pytest.raises(ValueError, match=told):
         run(replace(TINY, seeds=range(10_000, 10_001)), tmp_path)
 

@@ -129,8 +129,13 @@ def test_modes_that_need_a_controller_with_parameters_say_so() -> None:
         action_count(settings(action="parameters", controller="hold"), HELICOPTER)
     with pytest.raises(ValueError, match="controller: expected the name of a controller"):
         action_count(settings(action="parameters", controller=Constant()), HELICOPTER)
-    with pytest.raises(ValueError, match=r"controller_values: centre: expected parameters among .*, got 'wheels'"):
-        action_count(settings(action="correction", controller="centre", controller_values={"wheels": 3}), HELICOPTER)
+    for values, told in (
+        ({"wheels": 3}, "controller_values: expected parameters of centre: .*, got 'wheels'"),
+        ({"gain_per_s": "x"}, "controller_values.gain_per_s: expected a number, got 'x'"),
+    ):
+        for action in ("correction", "parameters"):
+            with pytest.raises(ValueError, match=told):
+                action_count(settings(action=action, controller="centre", controller_values=values), HELICOPTER)
     with pytest.raises(ValueError, match="got 'chase'"):
         action_count(settings(action="correction", controller="chase"), HELICOPTER)
     with pytest.raises(ValueError, match="got 'chase'"):

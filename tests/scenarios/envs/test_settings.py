@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import gymnasium as gym
@@ -173,10 +174,14 @@ def test_a_drawn_value_holds_where_the_field_is_changed_too() -> None:
 @pytest.mark.parametrize("entry", [each for each in catalog.entries() if each.env_id], ids=lambda each: each.id)
 def test_every_env_has_difficulties(entry: catalog.Entry) -> None:
     presets = catalog.scenario(entry.id).presets
-    for difficulty in (0.0, 0.5, 1.0):
+    easy, hard = presets["standard"], presets["hard"]
+    for difficulty in (0.0, 0.03, 0.21, 0.5, 0.97, 1.0):
         made = FollowSettings(entry.id, entry.tracker, difficulty=difficulty).configuration({})
-        if difficulty != 0.5:
-            assert made == presets["hard" if difficulty else "standard"]
+        for name in (field.name for field in dataclasses.fields(easy)):
+            low, high, value = (getattr(preset, name) for preset in (easy, hard, made))
+            assert type(value) is type(low)
+            if difficulty in (0.0, 1.0) or low == high:
+                assert value == (high if difficulty == 1.0 else low), name
 
 
 def test_difficulty_ends_at_the_presets() -> None:
