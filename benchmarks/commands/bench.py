@@ -29,6 +29,7 @@ from benchmarks.commands.arguments import (
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.report.numbers import counted
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
@@ -103,7 +104,7 @@ class Bench(WithModules):
         limit_s: time limit in seconds for one frame of a tracker.
         backend: joblib backend; the default starts processes on this machine.
         metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
-        plot: words of the titles of the plots in the report, e.g. calibrated (default: all).
+        plot: words of the titles of the plots in the report, e.g. found again (default: all).
         json: print the summary as JSON instead of tables.
         csv: also write all numbers of the rows as a table, a line for each condition, seed, tracker, event and metric,
             to this file; `-` prints the table instead of everything else. Lists, e.g. the error on each frame, stay in
@@ -154,7 +155,7 @@ class Bench(WithModules):
         if self.csv:
             self._write_table([out for out, _, _ in made])
         if all(unknown_plot for _, _, unknown_plot in made):
-            raise ValueError(made[0][2])
+            raise ValueError(made[-1][2])
         return 1 if any(failed for _, failed, _ in made) else 0
 
     def _write_table(self, folders: Sequence[Path]) -> None:
@@ -198,8 +199,8 @@ class Bench(WithModules):
         print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
         report, unknown_plot = self._report(out)
         if self.json:
-            failures = list(map(asdict, outcome.failures))
-            print(json.dumps({"summary": summary, "failures": failures, "report": str(report)}, indent=1))
+            told = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
+            print(json.dumps(told, indent=1))
         elif shows:
             for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
                 print(line)
@@ -208,8 +209,8 @@ class Bench(WithModules):
             for line in rank_agreement(wanted, summary, simulated) if self.beside is not None else ():
                 print(line)
             print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
-        sequences = wanted.on_sequences if pictures else None
-        for line in outcome.problems_in_words(wanted.silence if sequences is None else sequences.silence):
+        judged = wanted.on_sequences if pictures and wanted.on_sequences is not None else wanted
+        for line in outcome.problems_in_words(judged.silence):
             print(line, file=sys.stderr)
         return out, bool(outcome.failures), unknown_plot
 
@@ -225,8 +226,7 @@ class Bench(WithModules):
 
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
         with warnings.catch_warnings():
-            # Told after the leaderboard.
-            warnings.simplefilter("ignore", ContestantWarning)
+            warnings.simplefilter("ignore", ContestantWarning)  # Told after the leaderboard.
             results = bench(
                 wanted,
                 seeds=self._seeds,
@@ -271,7 +271,7 @@ class Bench(WithModules):
         default = self._installed(trackers_on_pictures(wanted))
         trackers = names(self.trackers) or default
         out, repeats = self.out or Path("results") / f"{wanted.name}-real", 1 if self.quick else 3
-        with progress_bar(f"{wanted.name}, real sequences, {len(trackers)} trackers") as progress:
+        with progress_bar(f"{wanted.name}, real sequences, {counted(len(trackers), 'tracker')}") as progress:
             how = (repeats, self.limit_s, progress, self._origin)
             return out, run_on_sequences(wanted, collections, trackers, out, *how)
 

@@ -23,6 +23,7 @@ from benchmarks.run.versions import hash_of_survey
 from benchmarks.suites.registry import suites
 from scenarios import catalog
 from scenarios.scenario import Survey
+from sim.checks import check
 from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controllers
 from trackers.papers import PAPERS
@@ -58,6 +59,10 @@ class List(WithModules):
 
     def run(self) -> int:
         """Print it; return the exit status."""
+        pages = [name for name in ("reference", "envs", "metrics", "measure") if getattr(self, name)]
+        check("list", len(pages) <= 1, "one of --reference, --envs, --metrics, --measure", ", ".join(pages))
+        markdown = self.reference or self.envs
+        check("json", not (self.json and markdown), f"none with --{''.join(pages)}, which is Markdown", self.json)
         if self.reference:
             print(reference_page(), end="")
             return 0

@@ -81,7 +81,8 @@ class Publish:
         runs = [run_of(table) for table in tables_named(names(self.tables))]
         for run in runs:
             _ = run.command  # Unknown names are refused before anything runs.
-            run.check_installed()
+            if not self.dry_run:
+                run.check_installed()
         commit = "" if self.dry_run else ledger.commit()
         make_folder(self.out)
         for run in () if self.dry_run else runs:
@@ -96,12 +97,16 @@ class Publish:
             shown.add_column(head, justify="right" if head in ("left to make", "hours left") else "left")
         durations = []
         for run in runs:
+            seeds = f"{run.table.seeds.start}:{run.table.seeds.stop}"
+            if run.missing():
+                durations.append(Duration(math.nan, len(run.table.seeds), ""))
+                shown.add_row(run.table.name, seeds, "?", "?", f"not installed: {', '.join(run.missing())}")
+                continue
             with progress_bar(f"measuring {run.table.name}") as progress:
                 duration = duration_of(run, self.out, self.out / run.table.name, progress)
             durations.append(duration)
-            seeds, left = run.table.seeds, f"{duration.missing:.0f}"
             hours_left = _hours(duration.hours(self._cores))
-            shown.add_row(run.table.name, f"{seeds.start}:{seeds.stop}", left, hours_left, duration.source)
+            shown.add_row(run.table.name, seeds, f"{duration.missing:.0f}", hours_left, duration.source)
         console_of().print(shown)
         unknown = " and those not known (?)" if any(math.isnan(each.seed_s) for each in durations) else ""
         in_all = _hours(_sum_of_hours(durations, self._cores))

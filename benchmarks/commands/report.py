@@ -38,7 +38,7 @@ class Report(WithModules):
         markdown: also print the leaderboard as a Markdown table.
         metric: names of the metrics on the leaderboard, see `frameout list --metrics`; the first one ranks (default:
             the suite's own).
-        plot: words of the titles of the plots to draw, e.g. calibrated (default: all).
+        plot: words of the titles of the plots to draw, e.g. found again (default: all).
     """
 
     directory: Annotated[Path, tyro.conf.Positional]
@@ -69,6 +69,7 @@ class Report(WithModules):
 
         with progress_bar("estimates, judged again") as progress:
             done = rejudge(self.directory, self.data, cores(self.workers), self.modules, progress)
-        print(f"note: the rows of {done.same} episodes came out as they were, of {done.new} anew", file=sys.stderr)
+        told = f"the rows of {done.same} episodes are as they were, those of {done.new} are new"
+        print(f"note: judged again: {told}", file=sys.stderr)
         if done.moved is not None:
             print(f"note: {done.moved}", file=sys.stderr)

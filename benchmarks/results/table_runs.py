@@ -65,11 +65,14 @@ class TableRun(ABC):
         """Return how many blocks a seed has, by those that were found if the table's data do not say."""
         return len({(key.tracker, key.controller) for key in found})
 
+    def missing(self) -> dict[str, str]:
+        """Return those of ``trackers`` that need what is not installed; each with how to install it."""
+        return {name: missing for name in self.trackers if (missing := entrant(name).missing())}
+
     def check_installed(self) -> None:
-        """Raise ValueError if one of ``trackers`` needs what is not installed; it says how to install it."""
-        for name in self.trackers:
-            missing = entrant(name).missing()
-            check("trackers", not missing, f"{name} of table {self.table.name} with all it needs", missing)
+        """Raise ValueError if one of ``trackers`` needs what is not installed."""
+        missing = [f"{name}: {why}" for name, why in self.missing().items()]
+        check("tables", not missing, "ones whose trackers are installed", f"{self.table.name}: {'; '.join(missing)}")
 
     @abstractmethod
     def run(self, out: Path, workers: int, progress: Progress) -> None:
@@ -284,8 +287,7 @@ def run_of(table: PublishedTable) -> TableRun:
 
 
 def _seconds_of(experiment: Experiment, report: Progress) -> float:
-    jobs = jobs_of(replace(experiment, seeds=_TRIAL_SEEDS))
-    seconds = 0.0
+    jobs, seconds = jobs_of(replace(experiment, seeds=_TRIAL_SEEDS)), 0.0
     for done, job in enumerate(jobs):
         report(done, len(jobs))
         seconds += seconds_of_episode(job)

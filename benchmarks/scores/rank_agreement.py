@@ -33,7 +33,7 @@ def rank_agreement(
             for where, first in _by_condition(ours, metric).items():
                 for elsewhere, second in _by_condition(others, metric).items():
                     lines += _lines(metric, (where, first), (elsewhere, second))
-    return lines or ["no three trackers have run on both, or none is ahead: no ranks to compare"]
+    return lines or ["no ranks to compare: they need three trackers that have run on both, and figures that differ"]
 
 
 def _lines(

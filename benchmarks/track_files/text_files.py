@@ -29,6 +29,8 @@ from trackers.atomic_file import write_atomic
 
 _WIDE = re.compile(r"(?:x|X)(\d+)$")
 _TIMES = ("time", "seconds")
+_KNOWN_HEADS = "columns frame, pos_x, pos_y, id, or frame, individual, x, y, or x1, y1, x2, y2 …"
+"""Of Tracktor, of idtracker.ai, and of idtracker.ai or idTracker."""
 Table = Mapping[str, Sequence[str]]
 """Columns of a text file, by name."""
 ATTRIBUTES = {"trajectories_tidy.csv": "attributes_tidy.json"}
@@ -44,7 +46,7 @@ def read_text(path: Path) -> TrackTable:
     if {"frame", "individual", "x", "y"} <= heads:
         return _rows(path, table, "individual", ("x", "y"), _rate_beside(path))
     animals = [match[1] for head in table if (match := _WIDE.match(head))]
-    check(path.name, bool(animals), "the head of a known program (see the documentation)", ", ".join(table)[:80])
+    check(path.name, bool(animals), _KNOWN_HEADS, ", ".join(table)[:80])
     return _wide(path, table, animals)
 
 

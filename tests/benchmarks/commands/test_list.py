@@ -82,6 +82,13 @@ def test_what_is_kept_with_the_code_is_what_surveys_return() -> None:
         assert all(len(measured.cells(held)) == len(measured.columns) for held in kept["holds"].values())
 
 
+def test_what_does_not_go_together_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "--reference", "--envs"]) == 2
+    assert "list: expected one of --reference, --envs, --metrics, --measure, got" in capsys.readouterr().err
+    assert main(["list", "--envs", "--json"]) == 2
+    assert "json: expected none with --envs, which is Markdown" in capsys.readouterr().err
+
+
 def test_metrics_are_defined_as_text_and_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "--metrics", "--json"]) == 0
     defined = json.loads(capsys.readouterr().out)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import lzma
+import re
 import sys
 from collections.abc import Callable
 from contextlib import closing
@@ -191,9 +192,12 @@ def test_a_tracker_that_is_not_installed_is_named_before_anything_runs(
     listed(SMOKE, table)
     assert publish(tmp_path / "out") == 2
     error = capsys.readouterr().err
-    assert "opencv_csrt of table town with all it needs" in error
+    assert "tables: expected ones whose trackers are installed, got town: opencv_csrt: " in error
     assert MAKE_IT in error
     assert not (tmp_path / "out").exists()
+    # A plan shows it beside the others.
+    assert publish(tmp_path / "out", "--dry-run") == 0
+    assert re.search(r"town .*not installed: opencv_csrt", capsys.readouterr().out)
     monkeypatch.setenv(PYTHON_VARIABLE, sys.executable)
     assert BenchRun(table).command == without
 

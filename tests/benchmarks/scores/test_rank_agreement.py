@@ -38,7 +38,7 @@ def test_tau_is_the_surplus_of_pairs_in_the_same_order(metric: str, first: str) 
 @pytest.mark.parametrize("means", [{"a": 0.1, "b": 0.2}, {"a": 0.1, "b": 0.1, "c": 0.1}])
 def test_two_trackers_and_equal_ones_have_no_ranks(means: dict[str, float]) -> None:
     lines = rank_agreement(FRAME_OUT, entries("real", means), entries("town", {"a": 1.0, "b": 2.0, "c": 3.0}))
-    assert lines == ["no three trackers have run on both, or none is ahead: no ranks to compare"]
+    assert lines == ["no ranks to compare: they need three trackers that have run on both, and figures that differ"]
 
 
 def test_speed_and_rows_of_the_same_kind_are_left_out() -> None:
