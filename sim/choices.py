@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable
 
 
-def check_choice(parameter: str, given: str, known: Iterable[str], *, why: str = "") -> None:
+def check_choice(parameter: str, given: object, known: Iterable[str], *, why: str = "") -> None:
     """Raise ValueError unless ``given`` is a known name; the message lists these, and suggests the nearest one.
 
     ``why``: it is none of them, in words after the name, in place of a suggestion.
@@ -17,7 +17,7 @@ def check_choice(parameter: str, given: str, known: Iterable[str], *, why: str =
     raise ValueError(f"{parameter}: expected one of {', '.join(names)}; got {given!r}{why or suggestion(given, names)}")
 
 
-def suggestion(given: str, known: Iterable[str]) -> str:
+def suggestion(given: object, known: Iterable[str]) -> str:
     """Return the known name that is nearest to ``given`` as a question in parentheses; empty if none is near."""
-    near = difflib.get_close_matches(given, list(known), 1)
+    near = difflib.get_close_matches(given, list(known), 1) if isinstance(given, str) else []
     return f" (did you mean {near[0]}?)" if near else ""

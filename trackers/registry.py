@@ -94,12 +94,14 @@ class MethodEntry:
         return {field.name: field for field in dataclasses.fields(self.parameters_class) if "low" in field.metadata}
 
     def _with(self, values: Mapping[str, Any]) -> Any:
-        """Return the parameters with ``values`` set; ValueError for an unknown name."""
-        known = {field.name for field in dataclasses.fields(self.parameters_class)}
-        for name in values:
+        """Return the parameters with ``values`` set; ValueError for an unknown name, or text in place of a number."""
+        known = {field.name: field for field in dataclasses.fields(self.parameters_class)}
+        for name, value in values.items():
             if name not in known:
                 wanted = f"parameters among {', '.join(sorted(known))}" if known else "no parameter"
-                raise ValueError(f"{self.name}: expected {wanted}, got {name!r}")
+                raise ValueError(f"{self.name}: expected {wanted}, got {name!r}{_near(name, known)}")
+            if isinstance(value, str) and isinstance(known[name].default, int | float):
+                raise ValueError(f"{self.name}: expected a number for {name}, got {value!r}")
         return self.parameters_class(**values)
 
 

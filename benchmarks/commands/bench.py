@@ -148,7 +148,7 @@ class Bench(WithModules):
             make_folder(Path(self.csv).parent, "csv")
             check("csv", not Path(self.csv).is_dir(), "a file", f"the folder {self.csv!r}")
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
-            if len(self.suites) > 1 and not self.real:
+            if not self.real:
                 asked = (names(each) for each in (self.scenario, self.preset, self.trackers, self.controllers))
                 check_suites(map(suite, self.suites), *asked, link=self.link, data=self.data, quick=self.quick)
             made = [self._run_suite(name) for name in self.suites]

@@ -98,9 +98,9 @@ class Publish:
         durations = []
         for run in runs:
             seeds = f"{run.table.seeds.start}:{run.table.seeds.stop}"
-            if run.missing():
+            if missing := run.missing():
                 durations.append(Duration(math.nan, len(run.table.seeds), ""))
-                shown.add_row(run.table.name, seeds, "?", "?", f"not installed: {', '.join(run.missing())}")
+                shown.add_row(run.table.name, seeds, "?", "?", f"not installed: {', '.join(missing)}")
                 continue
             with progress_bar(f"measuring {run.table.name}") as progress:
                 duration = duration_of(run, self.out, self.out / run.table.name, progress)

@@ -73,7 +73,7 @@ class Section:
     ours: str | None
     plots: tuple[Plot, ...]
     legend: tuple[tuple[str, str, LineStyle], ...]
-    pictures: tuple[Picture, ...]
+    pictures: tuple[Picture, ...] = ()
 
 
 def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[str] = ()) -> Path:
@@ -95,7 +95,30 @@ def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[s
         write_summary(directory)
     summary = json.loads((directory / SUMMARY_FILE_NAME).read_text())
     comparisons = json.loads((directory / COMPARISONS_FILE_NAME).read_text())
-    groups, deadly = grouped(rows), ended_processes(directory)
+    groups = grouped(rows)
+    sections = [
+        _section(condition, trackers, _of(summary, condition), _of(comparisons, condition), metrics)
+        for condition, trackers in groups.items()
+    ]
+    if plots:
+        chosen = _chosen(sections, plots)
+        sections = [replace(section, plots=each) for section, each in zip(sections, chosen, strict=True)]
+    # After the check of the plots, since they run a tracker again.
+    pictures = _pictures(directory, groups, summary)
+    sections = [
+        replace(section, pictures=tuple(picture for picture in pictures if picture.condition == condition))
+        for section, condition in zip(sections, groups, strict=True)
+    ]
+    path = directory / REPORT_FILE_NAME
+    write_atomic(path, _render(sections))
+    return path
+
+
+def _pictures(
+    directory: Path, groups: Mapping[Condition, Mapping[str, list[Row]]], summary: list[dict[str, Any]]
+) -> list[Picture]:
+    """Draw the pictures of simulated episodes; return all that the folder has."""
+    deadly = ended_processes(directory)
     for condition, trackers in groups.items():
         if condition[1] == REAL:
             continue
@@ -104,17 +127,7 @@ def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[s
             suite(condition[0]).picture(directory, condition, trackers, _worth_showing(alive, condition))
         else:
             remove_picture(directory, "-".join(filter(None, condition)))
-    pictures = read_pictures(directory)
-    sections = [
-        _section(condition, trackers, _of(summary, condition), _of(comparisons, condition), pictures, metrics)
-        for condition, trackers in groups.items()
-    ]
-    if plots:
-        chosen = _chosen(sections, plots)
-        sections = [replace(section, plots=each) for section, each in zip(sections, chosen, strict=True)]
-    path = directory / REPORT_FILE_NAME
-    write_atomic(path, _render(sections))
-    return path
+    return read_pictures(directory)
 
 
 def _chosen(sections: Sequence[Section], plots: Sequence[str]) -> list[tuple[Plot, ...]]:
@@ -171,7 +184,6 @@ def _section(
     contestants: Mapping[str, list[Row]],
     summary: list[dict[str, Any]],
     comparisons: list[dict[str, Any]],
-    pictures: list[Picture],
     metrics: Sequence[str],
 ) -> Section:
     suite_name, scenario, preset, renderer, _ = condition
@@ -201,7 +213,6 @@ def _section(
         ours=next((name for name, role in ranked if role == "ours"), None),
         plots=_plots(scores, contestants, summary, styles),
         legend=tuple((name, role, styles[name]) for name, role in ranked if role in _DRAWN_ROLES),
-        pictures=tuple(picture for picture in pictures if picture.condition == condition),
     )
 
 

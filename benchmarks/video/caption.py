@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from benchmarks.video import marks
 from benchmarks.video.drawing import Drawing
 from benchmarks.video.instant import Instant
-from benchmarks.video.legend import draw_legend
+from benchmarks.video.legend import draw_legend, outlined
 
 HEIGHT_PX = 116
 _GROUND = (24, 26, 31)
 _INK = (236, 238, 242)
 _QUIET = (150, 156, 166)
 _TRACK_TOP, _TRACK_BOTTOM = 78, 106
+_STEERED = outlined("2nd camera", marks.OBSERVED)
 
 
 class Caption:
@@ -44,7 +45,8 @@ class Caption:
             marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE, size=16)
         width = marks.text_width_px(self._title, size=14)
         marks.draw_text(strip, (self._width - 16 - width, 27), self._title, _QUIET, size=14)
-        draw_legend(strip, (16, 58), self._drawing.signs, with_tracker=instant.answer is not None)
+        signs = self._drawing.signs if instant.frame.steered is None else (*self._drawing.signs, _STEERED)
+        draw_legend(strip, (16, 58), signs, with_tracker=instant.answer is not None)
         self._draw_time_line(strip)
         return strip
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.envs.settings import FollowSettings, check_known, is_number
+from scenarios.envs.settings import FollowSettings
 from sim.checks import check
 from trackers.belief.command_shares import command_of, is_seen, shares_of
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
@@ -78,12 +79,12 @@ def action_count(settings: FollowSettings, carrier: Carrier) -> int:
         return len(carrier.axes)
     if settings.action == "correction":
         if isinstance(settings.controller, str):
-            _created(settings, carrier)
+            _check_values(controller_entry(settings.controller, carrier.name), settings.controller_values)
         return len(carrier.axes)
     entry = _named_entry(settings, carrier)
     count = len(entry.tunables())
     check("controller", count > 0, "one with parameters to set, for the action 'parameters'", repr(entry.name))
-    _created(settings, carrier)
+    _check_values(entry, settings.controller_values)
     return count
 
 
@@ -92,9 +93,10 @@ def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
     if settings.action == "command":
         return Commands(carrier)
     if settings.action == "parameters":
-        return Parameters(_named_entry(settings, carrier), _created(settings, carrier))
+        entry = _named_entry(settings, carrier)
+        return Parameters(entry, entry.create(**settings.controller_values))
     if isinstance(settings.controller, str):
-        controller = _created(settings, carrier)
+        controller = controller_entry(settings.controller, carrier.name).create(**settings.controller_values)
     else:
         # A copy, so that no state carries over from one episode to the next.
         controller = copy.deepcopy(settings.controller)
@@ -124,16 +126,12 @@ def _commanded(controller: Controller, observation: Observation, estimate: Estim
     return command
 
 
-def _created(settings: FollowSettings, carrier: Carrier) -> Controller:
-    """Return a new named controller. Raises ValueError for an unknown one, and for values that are not of its own."""
-    entry = controller_entry(settings.controller, carrier.name)
-    own = entry.parameters()
-    for name, value in settings.controller_values.items():
-        known = [field.name for field in dataclasses.fields(own)]
-        check_known("controller_values", name, known, f"parameters of {entry.name}: {', '.join(known)}")
-        good = is_number(value) or not is_number(getattr(own, name))
-        check(f"controller_values.{name}", good, "a number", repr(value))
-    return entry.create(**settings.controller_values)
+def _check_values(entry: ControllerEntry, values: Mapping[str, Any]) -> None:
+    """Raise ValueError for values that are not of a controller."""
+    try:
+        entry.parameters(**values)
+    except ValueError as error:
+        raise ValueError(f"controller_values: {error}") from None
 
 
 def _named_entry(settings: FollowSettings, carrier: Carrier) -> ControllerEntry:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scenarios import catalog
 from scenarios.envs.actions import Steering, action_count, checked_actions, steering
 from scenarios.envs.reward import Rewarder
-from scenarios.envs.settings import FollowSettings, check_known
+from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
 from scenarios.envs.view import Window, draw_view
 from scenarios.envs.watched_episode import watched_episode
@@ -22,6 +22,7 @@ from scenarios.envs.world_bank import DEVELOPMENT_SEEDS, WorldBank
 from scenarios.kept_world import KeepsWorlds, KeptWorld
 from scenarios.loop import Loop
 from sim.checks import check
+from sim.choices import check_choice
 from trackers.belief.command_shares import shares_of
 from trackers.belief.feature_filter import FeatureFilter
 from trackers.belief.features import FEATURES
@@ -50,11 +51,10 @@ class FollowEnv(gym.Env, EzPickle):
 
     def __init__(self, scenario: str, render_mode: str | None = None, **settings: Any) -> None:
         EzPickle.__init__(self, scenario, render_mode, **settings)
-        known = [name for name in FollowSettings.__dataclass_fields__ if name != "scenario"]
         wanted = "no such keyword here, as gym.make_vec(…, pictures=False) alone makes envs without pictures"
         check("pictures", "pictures" not in settings, wanted, settings.get("pictures"))
         for name in settings:
-            check_known("keywords", name, known, f"some of {', '.join(known)}")
+            check_choice("keywords", name, KEYWORDS)
         modes = self.metadata["render_modes"]
         check("render_mode", render_mode in (None, *modes), f"None or one of {', '.join(modes)}", repr(render_mode))
         self.settings = FollowSettings(scenario, **settings)

@@ -15,7 +15,7 @@ from scenarios.envs.reward import Reward
 from scenarios.kept_world import KeepsWorlds
 from scenarios.scenario import RendererName
 from sim.checks import check
-from sim.choices import suggestion
+from sim.choices import check_choice
 from trackers import registry
 
 ObservationMode = Literal["track", "pixels", "both"]
@@ -89,8 +89,7 @@ class FollowSettings:
     def __post_init__(self) -> None:
         scenario = catalog.scenario(self.scenario)
         for name, kind in (("observation", ObservationMode), ("action", ActionMode), ("renderer", RendererName)):
-            allowed, value = get_args(kind), getattr(self, name)
-            check_known(name, value, allowed, f"one of {', '.join(allowed)}")
+            check_choice(name, getattr(self, name), get_args(kind))
         check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
         check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
         check("reward", isinstance(self.reward, Reward), "a Reward", repr(self.reward))
@@ -117,8 +116,8 @@ class FollowSettings:
         known_links = f"one of {', '.join(LINKS)} or a Link"
         good = isinstance(self.link, Link) or (isinstance(self.link, str) and self.link in LINKS)
         check("link", good, known_links, repr(self.link))
-        presets = tuple(scenario.presets)
-        check_known("preset", self.preset, (None, *presets), f"None or one of {', '.join(presets)}")
+        if self.preset is not None:
+            check_choice("preset", self.preset, scenario.presets)
         alone = self.preset is None or self.difficulty is None
         wanted = "no preset beside it, as it lies between standard and hard"
         check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
@@ -183,14 +182,15 @@ class FollowSettings:
             check("difficulty", good, wanted, repr(self.difficulty))
             preset = between(scenario.presets["standard"], scenario.presets["hard"], self.difficulty)
         known = changeable(preset)
-        fields = f"fields of {type(preset).__name__}: {', '.join(sorted(known))}"
         for group in ("changes", "randomise"):
             for name in getattr(self, group):
-                check_known(group, name, known, fields)
+                check_choice(group, name, sorted(known))
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **{**self.changes, **values})
 
 
+KEYWORDS = tuple(each.name for each in dataclasses.fields(FollowSettings) if each.name != "scenario")
+"""Settings that users give; the env's id has the scenario."""
 _DEFAULTS = {
     each.name: each.default_factory() if callable(each.default_factory) else each.default
     for each in dataclasses.fields(FollowSettings)
@@ -225,13 +225,6 @@ def _between(easy: Any, hard: Any, difficulty: float) -> Any:
 def is_number(value: Any) -> bool:
     """Return whether a value is a number, which ``True`` is not."""
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def check_known(parameter: str, given: Any, known: Sequence[str | None], expected: str) -> None:
-    """Raise ValueError for what is not known; the message suggests the nearest name."""
-    if given not in known:
-        near = suggestion(given, filter(None, known)) if isinstance(given, str) else ""
-        raise ValueError(f"{parameter}: expected {expected}, got {given!r}{near}")
 
 
 def _is_whole(value: Any) -> bool:

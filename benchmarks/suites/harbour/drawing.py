@@ -40,13 +40,7 @@ def _box_sign(words: str, colour: marks.Rgb) -> Sign:
     return Sign(words, draw, of_tracker=True)
 
 
-_STEERED = (
-    legend.TRUTH,
-    legend.shaded("intruders in view", _THERE),
-    legend.outlined("what the steered camera sees of the ground", marks.OBSERVED),
-    legend.ESTIMATE,
-)
-"""Legend where a tracker follows one target for a steered camera."""
+_INTRUDERS = legend.shaded("intruders in view", _THERE)
 
 
 class HarbourDrawing:
@@ -55,7 +49,7 @@ class HarbourDrawing:
     uses_larger_view = False
     signs: tuple[Sign, ...] = (
         legend.TRUTH,
-        legend.shaded("intruders in view", _THERE),
+        _INTRUDERS,
         _box_sign("track on an intruder", marks.ESTIMATE),
         _box_sign("false alarm, by cause", _ALARM),
         _box_sign("at an intruder, but not counted", _NEITHER),
@@ -82,8 +76,6 @@ class HarbourDrawing:
             self._draw_box(image, instant, corners @ T[:3, :3].T + T[:3, 3], T[:3, 2] * truth.size_m[k, 2], marks.TRUTH)
             marks.draw_lines(plan, [self._plan.at(corners @ T[:3, :3].T + T[:3, 3])], marks.TRUTH, 1)
         draw_steered(image, instant.frame, self._zoom)
-        if instant.frame.steered is not None:
-            self.signs = _STEERED
         if isinstance(instant.answer, Estimate):
             self._draw_one(image, instant.answer)
         elif instant.answer is not None:
@@ -97,6 +89,7 @@ class HarbourDrawing:
 
     def _draw_one(self, image: marks.Image, estimate: Estimate) -> None:
         """Draw the answer of a tracker that follows one target."""
+        self.signs = (legend.TRUTH, _INTRUDERS, legend.ESTIMATE)
         if estimate.box_xyxy is not None:
             marks.draw_corners(image, estimate.box_xyxy * self._zoom, marks.ESTIMATE)
         if np.isfinite(estimate.position_px).all():

@@ -20,18 +20,16 @@ from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
 from scenarios.envs.pictureless.vector_controllers import VectorController, vector_controller
 from scenarios.envs.reward import TERMS
-from scenarios.envs.settings import FollowSettings
+from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import COMMANDS
 from scenarios.scenario import World
 from sim.checks import check
+from sim.choices import check_choice
 from trackers.belief.features import FEATURES, features_of
 from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_beliefs
 
 Starts = Literal["episodes", "frame-outs"]
 _OWN = ("max_episode_steps", "starts", "seeds", "cache", "bank", "model")
-_KEYWORDS = (
-    f"some of {', '.join((*_OWN, *(each for each in FollowSettings.__dataclass_fields__ if each != 'scenario')))}"
-)
 
 
 class PicturelessVectorEnv(gym.vector.VectorEnv):
@@ -75,7 +73,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         check("max_episode_steps", good, "None or a whole number >= 1", max_episode_steps)
         check("starts", starts in get_args(Starts), f"one of {', '.join(get_args(Starts))}", repr(starts))
         for name in settings:
-            check("keywords", name in FollowSettings.__dataclass_fields__, _KEYWORDS, repr(name))
+            check_choice("keywords", name, (*_OWN, *KEYWORDS))
         self.settings = _checked(FollowSettings(scenario, tracker, **settings))
         self.carrier = catalog.scenario(scenario).carrier
         preset = self.settings.configuration({})

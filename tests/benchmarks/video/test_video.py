@@ -49,13 +49,28 @@ def test_a_video_shows_every_frame_and_its_caption(tmp_path: Path) -> None:
     assert list(out.parent.iterdir()) == [out]
 
 
-def test_a_caption_says_that_there_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def words_of(monkeypatch: pytest.MonkeyPatch, *instants: Instant) -> list[str]:
+    """Return all words of the captions of instants."""
     told: list[str] = []
     monkeypatch.setattr(marks, "draw_text", lambda image, place, text, *rest, **style: told.append(text) or 0)
-    for place, probability in ((np.full(2, np.nan), None), (np.full(2, np.nan), 0.0), (np.array([9.0, 9.0]), 0.25)):
-        caption = Caption(InLargerView(), "fake", 3, 960)
-        caption.draw(instant_at(1, Estimate(position_px=place, in_view_probability=probability)))
+    for instant in instants:
+        Caption(InLargerView(), "fake", 3, 960).draw(instant)
+    return told
+
+
+def test_a_caption_says_that_there_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = ((np.full(2, np.nan), None), (np.full(2, np.nan), 0.0), (np.array([9.0, 9.0]), 0.25))
+    instants = (instant_at(1, Estimate(position_px=place, in_view_probability=share)) for place, share in answers)
+    told = words_of(monkeypatch, *instants)
     assert [text for text in told if "tracker:" in text] == ["tracker: no answer"] * 2 + ["tracker: 25% in view"]
+
+
+def test_a_legend_has_the_view_of_a_steered_camera_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    instant = instant_at(1)
+    frame = instant.frame
+    steered = replace(frame, steered=frame.truth)
+    for each, told in ((frame, 0), (steered, 1)):
+        assert words_of(monkeypatch, replace(instant, frame=each)).count("2nd camera") == told
 
 
 def test_the_same_pictures_make_the_same_bytes(tmp_path: Path) -> None:

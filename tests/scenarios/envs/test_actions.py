@@ -130,8 +130,8 @@ def test_modes_that_need_a_controller_with_parameters_say_so() -> None:
     with pytest.raises(ValueError, match="controller: expected the name of a controller"):
         action_count(settings(action="parameters", controller=Constant()), HELICOPTER)
     for values, told in (
-        ({"wheels": 3}, "controller_values: expected parameters of centre: .*, got 'wheels'"),
-        ({"gain_per_s": "x"}, "controller_values.gain_per_s: expected a number, got 'x'"),
+        ({"wheels": 3}, "controller_values: centre: expected parameters among .*, got 'wheels'"),
+        ({"gain_per_s": "x"}, "controller_values: centre: expected a number for gain_per_s, got 'x'"),
     ):
         for action in ("correction", "parameters"):
             with pytest.raises(ValueError, match=told):

@@ -75,7 +75,7 @@ def test_every_world_is_freed_before_the_next(monkeypatch):
         ({"weather": 1}, "options: expected keys among episode_seed, world_seed, preset, .*, got 'weather'"),
         ({"episode_seed": -1}, "episode_seed: expected a whole number >= 0, got -1"),
         ({"episode_seed": 1.5}, "episode_seed: expected a whole number >= 0, got 1.5"),
-        ({"changes": {"wheels": 3}}, "changes: expected fields of FakeTown: .*, got 'wheels'"),
+        ({"changes": {"wheels": 3}}, "changes: expected one of frame_count, .*; got 'wheels'"),
         ({"changes": {"width_px": 200}}, r"options: expected pictures of the size \(120, 160, 3\), .*, got"),
     ],
 )
@@ -116,7 +116,7 @@ def test_a_window_without_a_screen_is_refused_when_the_env_is_made(monkeypatch):
 
 
 def test_unknown_keywords_and_render_modes_are_refused():
-    with pytest.raises(ValueError, match=r"keywords: expected some of tracker, preset, .*, got 'weather'"):
+    with pytest.raises(ValueError, match=r"keywords: expected one of tracker, preset, .*; got 'weather'"):
         make(weather="bad")
     with pytest.raises(ValueError, match=r"got 'observations' \(did you mean observation\?\)"):
         make(observations="pixels")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,11 @@ import pytest
 
 from benchmarks.suites.harbour.drawing import _ALARM, _NEITHER, HarbourDrawing
 from benchmarks.suites.harbour.plan_view import PlanView
-from benchmarks.video import marks
+from benchmarks.video import legend, marks
 from benchmarks.video.instant import Instant
 from scenarios.harbour.truth import HarbourMap
 from tests.benchmarks.suites.harbour.hand_made import CLUTTER, frame_of, standing, track, truth_of
-from trackers.types import Estimate, SteeredCamera, Track
+from trackers.types import Estimate, Track
 
 SITE = HarbourMap(
     volume_m=np.array([90.0, 33.0, 6.0]),
@@ -91,17 +91,14 @@ def test_a_plan_looks_along_the_line_of_sight() -> None:
     assert (sea != land).any()
 
 
-def test_the_legend_is_of_the_steered_camera_where_there_is_one() -> None:
+def test_the_legend_is_of_what_is_drawn() -> None:
     episode: Any = Drawn()
     drawing = HarbourDrawing(episode)
-    one = Estimate(np.array([120.0, 90.0]))
-    for steered in (False, True):
-        frame = frame_of(truth_of([standing("person", (10.0, 3.0), range(1))], 0))
-        if steered:
-            view = SteeredCamera(frame.observation.camera)
-            frame = replace(frame, observation=replace(frame.observation, steered=view), steered=frame.truth)
-        drawing.picture(Instant(frame, (0,), one, frame.observation.image_rgb))
-        assert any("steered camera" in sign.words for sign in drawing.signs) == steered
+    frame = frame_of(truth_of([standing("person", (10.0, 3.0), range(1))], 0))
+    for answer, told in (([track(1, (12.5, 3.0))], True), (Estimate(np.array([120.0, 90.0])), False)):
+        drawing.picture(Instant(frame, (0,), answer, frame.observation.image_rgb))
+        assert any("track" in sign.words for sign in drawing.signs) == told
+        assert (legend.ESTIMATE in drawing.signs) != told
 
 
 def test_a_follower_of_one_is_drawn_too() -> None:

@@ -106,7 +106,7 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
     ("changes", "message"),
     [
         ({"starts": "anywhere"}, "starts: expected one of"),
-        ({"foo": 1}, "keywords: expected some of max_episode_steps, .*preset.*, got 'foo'"),
+        ({"foo": 1}, "keywords: expected one of max_episode_steps, .*preset.*; got 'foo'"),
         ({"seeds": 5, "bank": None}, r"seeds: expected whole numbers, e\.g\. range\(256\), got 5"),
         ({"observation": "pixels"}, "observation: expected 'track'"),
         ({"action": "parameters", "controller": "centre"}, "action: expected one of"),
