@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import lzma
 import math
 import sys
 import time
@@ -23,9 +24,9 @@ from benchmarks.commands.progress import progress_bar
 from benchmarks.results import ledger
 from benchmarks.results.checking import differences, other_versions, runs_to_check
 from benchmarks.results.durations import Duration, duration_of
-from benchmarks.results.published import tables_named
+from benchmarks.results.published import PublishedTable, tables_named
 from benchmarks.results.results_page import results_page
-from benchmarks.results.table_files import read_table, table_file, write_table
+from benchmarks.results.table_files import read_table, rows_file, table_file, write_table
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
@@ -43,10 +44,11 @@ class Publish:
     """Make the published tables: run what benchmarks/results/published.py lists, and write the files that RESULTS.md is
     made from to benchmarks/results/tables.
 
-    A run that was stopped continues with the same command. It starts with an estimate of its time. It needs a checkout
-    without changes to the code, and all that the tables' trackers need. Rows of an earlier commit stay where, by their
-    hashes, the same code, parameters and packages would make them. Each run on the test split that made rows is
-    recorded in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a tracker failed.
+    A run that was stopped continues with the same command. It starts with an estimate of its time. It needs a
+    checkout without changes to the code, and all that the tables' trackers need. Rows of an earlier commit, also the
+    committed ones, stay where, by their hashes, the same code, parameters and packages would make them. Each run on
+    the test split that made rows is recorded in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a
+    tracker failed.
 
     Attributes:
         tables: names of tables (default: all; with --check, all published ones that have rows).
@@ -86,7 +88,7 @@ class Publish:
         commit = "" if self.dry_run else ledger.commit()
         make_folder(self.out)
         for run in () if self.dry_run else runs:
-            _claim(self.out / run.table.name, commit)
+            _claim(self.out / run.table.name, run.table, commit)
         durations = self._plan(runs)
         return 0 if self.dry_run else self._publish(runs, durations, commit)
 
@@ -164,11 +166,12 @@ class Publish:
         return int(bool(lines))
 
 
-def _claim(folder: Path, commit: str) -> None:
+def _claim(folder: Path, table: PublishedTable, commit: str) -> None:
     """Mark a table's folder as made at ``commit``.
 
     Of another commit only rows stay: a run keeps those that the same code, parameters and packages made, and makes the
-    others anew. What has no rows, a speed, is measured anew.
+    others anew. A new folder begins with the committed rows, if they are of the table's seeds. What has no rows, a
+    speed, is measured anew.
 
     Raises:
         ValueError: if this command did not make the folder.
@@ -178,6 +181,9 @@ def _claim(folder: Path, commit: str) -> None:
     if not mark.is_file():
         others = sorted(each.name for each in folder.iterdir())
         check("out", not others, "folders of tables that this command made", f"{str(folder)!r} with {others[:1]}")
+        committed = rows_file(table.name)
+        if committed.is_file() and set(read_table(table.name).seeds) <= set(table.seeds):
+            write_atomic(folder / FILE_NAME, lzma.decompress(committed.read_bytes()))
     elif json.loads(mark.read_text())["commit"] != commit:
         (folder / SUMMARY_FILE_NAME).unlink(missing_ok=True)
     write_atomic(mark, json.dumps({"commit": commit}) + "\n")

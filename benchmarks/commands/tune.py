@@ -71,6 +71,8 @@ class Tune(WithModules):
         seeds: episodes A to B - 1, or A alone, below 10,000 (default: as the suite says).
         fresh: number of episodes after them on which the best setting must be better too (default: as the suite says);
             those of controllers are with pictures.
+        fresh_preset: one or more presets of those episodes, for trackers (default: those of --preset, or as the suite
+            says).
         workers: number of worker processes.
         out: folder for the values (default: the one above, the only one that they are loaded from).
         studies: folder that keeps all trials, with plots (default: results/tune).
@@ -84,6 +86,7 @@ class Tune(WithModules):
     preset: Annotated[tuple[str, ...], NAMES] = ()
     seeds: Annotated[str, USUAL_SEEDS] = ""
     fresh: Annotated[int | None, NUMBER] = None
+    fresh_preset: Annotated[tuple[str, ...], NAMES] = ()
     workers: Annotated[int | None, WORKERS] = None
     out: Annotated[Path | None, FOLDER] = None
     studies: Annotated[Path, FOLDER] = Path("results/tune")
@@ -124,14 +127,26 @@ class Tune(WithModules):
             check(parameter, bool(self.controllers) or not value, "none without --controllers", repr(value))
         tunables(name)
         its_suite = suite(entrant(name).suites[0])
-        presets, seeds, fresh = self._episodes(its_suite.scenes[0])
-        return Budget(its_suite.name, presets, seeds, fresh, self.trials, cores(self.workers), self.modules)
+        scene = its_suite.scenes[0]
+        presets, seeds, fresh = self._episodes(scene)
+        checked = names(self.fresh_preset) or names(self.preset) or scene.tuned_on.fresh_presets or presets
+        return Budget(
+            suite=its_suite.name,
+            presets=presets,
+            seeds=seeds,
+            fresh_presets=checked,
+            fresh=fresh,
+            trials=self.trials,
+            workers=cores(self.workers),
+            modules=self.modules,
+        )
 
     def _controller_budget(self, name: str, scenario: str) -> ControllerBudget:
         scene, known = controllers_suite().scene(scenario), catalog.scenario(scenario)
         tunable_controller(name, known.carrier.name)
         presets, seeds, fresh = self._episodes(scene)
         check("preset", len(presets) == 1, "one for controllers", " ".join(presets))
+        check("fresh_preset", not self.fresh_preset, "none for controllers", " ".join(self.fresh_preset))
         return ControllerBudget(
             scenario=known.id,
             preset=presets[0],
@@ -147,7 +162,7 @@ class Tune(WithModules):
     def _tune_tracker(self, name: str, budget: Budget) -> None:
         with progress_bar(f"{name}, {self.trials} trials") as progress:
             tuned = tune(name, budget, progress, self.studies)
-        command = self._command(name, budget.presets, budget.seeds, budget.fresh)
+        command = self._command(name, budget.presets, budget.seeds, budget.fresh, budget.fresh_presets)
         folder = self._tracker_folder(name)
         _report(name, tuned, write_tuned(name, tuned, budget.suite, budget.presets, budget.seeds, command, folder))
 
@@ -156,7 +171,7 @@ class Tune(WithModules):
         with progress_bar(f"{name} of the {carrier}, {self.trials} trials") as progress:
             tuned = tune_controller(name, budget, progress, self.studies)
         of = f"--controllers {name} --scenario {catalog.unversioned(budget.scenario)} --tracker {budget.tracker}"
-        command = self._command(of, presets, budget.seeds, budget.fresh)
+        command = self._command(of, presets, budget.seeds, budget.fresh, presets)
         folder = self._controller_folder(name, budget)
         _report(name, tuned, write_tuned(name, tuned, controllers_suite().name, presets, budget.seeds, command, folder))
 
@@ -177,14 +192,17 @@ class Tune(WithModules):
         check("seeds", seeds.stop + fresh <= TEST_SPLIT.start, wanted, repr(self.seeds))
         return names(self.preset) or (scene.tuned_on.preset,), seeds, range(seeds.stop, seeds.stop + fresh)
 
-    def _command(self, tuned: str, presets: tuple[str, ...], seeds: range, fresh: range) -> str:
+    def _command(
+        self, tuned: str, presets: tuple[str, ...], seeds: range, fresh: range, fresh_presets: tuple[str, ...]
+    ) -> str:
         episodes = f"--preset {' '.join(presets)} --seeds {seeds.start}:{seeds.stop} --fresh {len(fresh)}"
+        episodes += f" --fresh-preset {' '.join(fresh_presets)}" if fresh_presets != presets else ""
         modules = f" --modules {shlex.join(self.modules)}" if self.modules else ""
         return f"frameout tune {tuned} --trials {self.trials} {episodes}{modules}"
 
 
 def _report(name: str, tuned: Tuned, path: Path) -> None:
     print(
-        f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}; on fresh seeds "
+        f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}; on fresh episodes "
         f"{tuned.fresh_score:.3f} and {tuned.fresh_default_score:.3f}: {path}"
     )

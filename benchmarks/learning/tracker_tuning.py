@@ -34,7 +34,7 @@ class Budget:
 
     Attributes:
         suite, presets, seeds: of the episodes that score a setting.
-        fresh: seeds of the episodes that check the best.
+        fresh_presets, fresh: presets and seeds of the episodes that check the best.
         trials: number of settings; the first one is the defaults.
         workers: processes. modules: users' own modules, imported first in each.
     """
@@ -42,6 +42,7 @@ class Budget:
     suite: str
     presets: tuple[str, ...]
     seeds: range
+    fresh_presets: tuple[str, ...]
     fresh: range
     trials: int
     workers: int
@@ -53,9 +54,9 @@ class Tuned:
     """The result of a search.
 
     Attributes:
-        parameters: the best setting; empty (= defaults) if it is not better on fresh seeds too.
+        parameters: the best setting; empty (= defaults) if it is not better on fresh episodes too.
         score, default_score: of the best setting and of the defaults on the search's seeds, see ``score_of``.
-        fresh_score, fresh_default_score: of both on fresh seeds.
+        fresh_score, fresh_default_score: of both on fresh episodes.
         trials: number of settings tried.
     """
 
@@ -99,7 +100,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
     """Search the tunable parameters of one tracker; deterministic except for time limits and stops.
 
     Settings are tried in batches on the same pictures. The best of many settings on a few seeds is partly
-    luck: it replaces the defaults only if it is better on fresh seeds too.
+    luck: it replaces the defaults only if it is better on fresh episodes too.
 
     Args:
         studies: see ``benchmarks.learning.search``.
@@ -117,18 +118,18 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         progress,
         studies,
         (
-            dataclasses.replace(budget, trials=0, workers=0, fresh=range(0), modules=()),
+            dataclasses.replace(budget, trials=0, workers=0, fresh_presets=(), fresh=range(0), modules=()),
             versions_of_modules(entrant(name).module, *modules_of(budget.suite, _scenario(budget).id)),
             suite(budget.suite).tuned_for,
         ),
     )
-    on_fresh_seeds = dataclasses.replace(budget, seeds=budget.fresh)
-    fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_seeds)
+    on_fresh_episodes = dataclasses.replace(budget, presets=budget.fresh_presets, seeds=budget.fresh)
+    fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_episodes)
     return chosen(found, fresh["best"], fresh["defaults"])
 
 
 def chosen(found: Found, fresh_score: float, fresh_default_score: float) -> Tuned:
-    """Return the best setting of a search, or the defaults if they are as good on fresh seeds."""
+    """Return the best setting of a search, or the defaults if they are as good on fresh episodes."""
     return Tuned(
         parameters=found.best if fresh_score > fresh_default_score else {},
         score=found.score,

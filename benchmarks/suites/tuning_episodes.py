@@ -11,12 +11,15 @@ class TuningEpisodes:
 
     Attributes:
         preset: of the scenario. seeds: of the episodes that score a setting.
-        fresh: number of the episodes after them that check the best setting.
+        fresh: number of the episodes after them that check the best setting, in each preset of ``fresh_presets``.
+        fresh_presets: those whose tables are published, where they may not bear what was found on ``preset`` alone:
+            longer episodes, more targets; () = ``preset``.
     """
 
     preset: str = "standard"
     seeds: range = range(300, 304)
     fresh: int = 4
+    fresh_presets: tuple[str, ...] = ()
 
 
 DEFAULT_EPISODES = TuningEpisodes()

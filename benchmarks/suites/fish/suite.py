@@ -104,7 +104,13 @@ FISH = Suite(
     name="fish",
     summary="fish in a tank from above: are lost pieces of track bridged, and does every fish keep its name?",
     heading="Does every fish keep its name?",
-    scenes=(Scene("fish-tank", drawing=FishDrawing, tuned_on=TuningEpisodes(seeds=range(300, 302))),),
+    scenes=(
+        Scene(
+            "fish-tank",
+            drawing=FishDrawing,
+            tuned_on=TuningEpisodes(seeds=range(300, 302), fresh_presets=("standard", "hard")),
+        ),
+    ),
     preset="standard",
     quick_preset="quick",
     judge=FishJudge,

@@ -99,7 +99,9 @@ HARBOUR = Suite(
     name="harbour",
     summary="a harbour through a thermal camera: which intruders are found, and how often is it a false alarm?",
     heading="Who comes into the harbour?",
-    scenes=(Scene("harbour", drawing=HarbourDrawing, tuned_on=TuningEpisodes("ten-minutes")),),
+    scenes=(
+        Scene("harbour", drawing=HarbourDrawing, tuned_on=TuningEpisodes("ten-minutes", fresh_presets=("standard",))),
+    ),
     preset="standard",
     quick_preset="quick",
     judge=HarbourJudge,

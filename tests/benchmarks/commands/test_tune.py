@@ -53,7 +53,9 @@ def test_all_of_a_suite_have_the_same_episodes_and_the_check_has_others(
 ) -> None:
     trackers, controllers = _asked(monkeypatch, Tune(out=tmp_path))
     for its_suite in suites().values():
-        episodes = {(b.presets, b.seeds, b.fresh) for b in trackers.values() if b.suite == its_suite.name}
+        episodes = {
+            (b.presets, b.seeds, b.fresh_presets, b.fresh) for b in trackers.values() if b.suite == its_suite.name
+        }
         assert len(episodes) <= 1
     for budget in (*trackers.values(), *controllers.values()):
         assert budget.seeds.stop == budget.fresh.start
@@ -66,20 +68,34 @@ def test_names_presets_and_seeds_that_are_given_count(monkeypatch: pytest.Monkey
     assert not controllers
     assert list(trackers) == ["hold"]
     budget = trackers["hold"]
-    assert (budget.presets, budget.seeds, budget.fresh, budget.trials) == (
-        ("quick", "hard"),
-        range(5, 7),
-        range(7, 8),
-        3,
-    )
+    assert (budget.presets, budget.fresh_presets) == (("quick", "hard"), ("quick", "hard"))
+    assert (budget.seeds, budget.fresh, budget.trials) == (range(5, 7), range(7, 8), 3)
     written = (tmp_path / "hold.json").read_text()
     assert '"frameout tune hold --trials 3 --preset quick hard --seeds 5:7 --fresh 1"' in written
 
 
-def test_every_scene_names_a_preset_of_its_scenario() -> None:
+def test_the_check_is_on_the_presets_whose_tables_are_published(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    trackers, _ = _asked(monkeypatch, Tune(("sort", "harbour_knn", "hold"), out=tmp_path))
+    assert {name: each.fresh_presets for name, each in trackers.items()} == {
+        "sort": ("standard", "hard"),
+        "harbour_knn": ("standard",),
+        "hold": ("standard",),
+    }
+    assert trackers["harbour_knn"].presets == ("ten-minutes",)
+    assert (
+        " --preset ten-minutes --seeds 300:304 --fresh 4 --fresh-preset standard"
+        in (tmp_path / "harbour_knn.json").read_text()
+    )
+    trackers, _ = _asked(monkeypatch, Tune(("sort",), fresh_preset=("quick",), out=tmp_path))
+    assert (trackers["sort"].presets, trackers["sort"].fresh_presets) == (("standard",), ("quick",))
+
+
+def test_every_scene_names_presets_of_its_scenario() -> None:
     for its_suite in suites().values():
         for scene in its_suite.scenes if its_suite is controllers_suite() else its_suite.scenes[:1]:
-            assert scene.tuned_on.preset in catalog.scenario(scene.scenario).presets
+            assert {scene.tuned_on.preset, *scene.tuned_on.fresh_presets} <= {*catalog.scenario(scene.scenario).presets}
 
 
 def test_nothing_is_tuned_until_all_is_checked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -87,6 +103,8 @@ def test_nothing_is_tuned_until_all_is_checked(monkeypatch: pytest.MonkeyPatch, 
     monkeypatch.setattr(command, "tune", lambda name, *_: searched.append(name))
     with pytest.raises(ValueError, match="preset: expected one for controllers, got"):
         Tune(preset=("quick", "hard"), out=tmp_path).run()
+    with pytest.raises(ValueError, match="fresh_preset: expected none for controllers, got hard"):
+        Tune(fresh_preset=("hard",), out=tmp_path).run()
     with pytest.raises(ValueError, match="tracker: expected none without --controllers, got 'colour_pf'"):
         Tune(tracker="colour_pf", out=tmp_path).run()
     with pytest.raises(ValueError, match="tracker: expected one with values of its own, got 'mosaic_graph_pf_no_ego'"):

@@ -49,7 +49,7 @@ def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "suite", lambda name: fake)
 
 
-BUDGET = Budget("frame-out", ("tiny",), range(1), range(1, 3), trials=20, workers=1)
+BUDGET = Budget("frame-out", ("tiny",), range(1), ("tiny",), range(1, 3), trials=20, workers=1)
 
 
 def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> None:
@@ -97,6 +97,18 @@ def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch:
     tuned = tune("fake_shaky", BUDGET, lambda done, of: None)
     assert tuned.parameters == {}
     assert tuned.score == -tuned.fresh_score > tuned.default_score == -tuned.fresh_default_score == 20.0
+
+
+def test_the_check_of_the_best_setting_is_on_other_presets_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+        """The higher ``off_m`` the better but on the preset of the check."""
+        sign = -1.0 if budget.presets == ("hard",) else 1.0
+        return {label: sign * values["off_m"] for label, values in settings.items()}
+
+    monkeypatch.setattr(tuning, "_scores", scores)
+    assert tune("fake_shaky", BUDGET, lambda done, of: None).parameters["off_m"] > 20.0
+    budget = replace(BUDGET, fresh_presets=("hard",))
+    assert tune("fake_shaky", budget, lambda done, of: None).parameters == {}
 
 
 def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:

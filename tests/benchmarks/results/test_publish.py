@@ -75,6 +75,18 @@ def test_a_stopped_run_keeps_what_was_made_and_goes_on(
     assert {key: after[key][0]["seconds"] for key in before} == before
 
 
+def test_a_new_folder_goes_on_from_the_committed_rows(checkout: Path, tmp_path: Path) -> None:
+    assert publish(tmp_path / "out") == 0
+    commit_all(checkout, "published")
+    runs = ledger.LEDGER.read_text()
+    assert publish(tmp_path / "another") == 0
+    first, second = (read_blocks(tmp_path / name / "smoke") for name in ("out", "another"))
+    assert {key: rows[0]["seconds"] for key, rows in first.items()} == {
+        key: rows[0]["seconds"] for key, rows in second.items()
+    }
+    assert ledger.LEDGER.read_text() == runs
+
+
 def test_only_code_as_committed_is_published(
     checkout: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -146,6 +158,7 @@ def test_runs_on_the_test_split_are_in_the_ledger(
     commit_all(checkout, "second")
     assert publish(tmp_path / "test") == 0
     assert ledger.published_runs()[command] == runs
+    (ledger.TABLES_FOLDER / "smoke.jsonl.xz").unlink()
     assert publish(tmp_path / "anew") == 0
     assert len(ledger.published_runs()[command]) == 2
 
