@@ -12,6 +12,7 @@ import re
 import select
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import ClassVar, Protocol, get_args, get_type_hints
 
 import tyro
@@ -163,6 +164,7 @@ class Command(Protocol):
 
 def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
     """Return the command's dataclass, filled from the words. Raises ValueError for words that do not fit."""
+    _check_lists(kind, words)
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
@@ -171,6 +173,15 @@ def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
         if not stop.code:
             raise
         raise ValueError(_in_one_line(complaint.getvalue(), name, _options(kind))) from None
+
+
+def _check_lists(kind: type[Command], words: Sequence[str]) -> None:
+    """Raise ValueError for an option of several values that has none, which would mean all of them."""
+    hints = get_type_hints(kind)
+    lists = {f"--{name.replace('_', '-')}" for name, hint in hints.items() if Ellipsis in get_args(hint)}
+    for word, following in pairwise([*words, "--"]):
+        if word in lists and following.startswith("--"):
+            raise ValueError(f"{word.removeprefix('--')}: expected one value or more, got none")
 
 
 def _options(kind: type[Command]) -> list[str]:
@@ -184,11 +195,15 @@ def _in_one_line(complaint: str, name: str, options: Sequence[str]) -> str:
     """Return tyro's boxed complaint as ``parameter: expected …, got …``; ``options``: of the command."""
     lines = [re.sub(r"[│╭╮╰╯─]|^-+$", "", line.strip()).strip() for line in complaint.splitlines()]
     text = " ".join(line for line in lines if line)
-    unparsed = re.search(r"Error parsing (--)?([\w-]+).*: .*?(['\"].*['\"])", text)
+    unparsed = re.search(r"Error parsing (--)?([\w.-]+).*: .*?(['\"].*['\"])", text)
     if unparsed:
         kind = re.search(r"Argument helptext: \S+ (\S+)", text)
         expected = _KINDS.get(kind[1], kind[1]) if kind else "another value"
         return f"{unparsed[2]}: expected {expected}, got {unparsed[3].split(' ')[0]}"
+    chosen = re.search(r"invalid choice '(\S*)' for argument '(?:--)?([\w.-]+)'. Expected one of \((.*?)\)", text)
+    if chosen:
+        known = re.findall(r"'(\S+?)'", chosen[3])
+        return f"{chosen[2]}: expected one of {', '.join(known)}; got {chosen[1]!r}{suggestion(chosen[1], known)}"
     missing = re.search(rf"Missing from frameout {name}: (--)?(\S+)", text)
     if missing:
         return f"{missing[2].lower()}: expected a value, got none"

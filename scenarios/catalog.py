@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from sim.choices import check_choice
@@ -27,6 +28,7 @@ class Entry:
         tracker, preset: defaults of that env.
         episode_steps: default ``max_episode_steps`` of that env; 300 frames have 299 steps.
         survey: ``module:name`` of its ``Survey``, '' if there is none.
+        largest: values of preset fields beyond which its world has no room, which its env refuses.
     """
 
     id: str
@@ -36,6 +38,7 @@ class Entry:
     preset: str = "standard"
     episode_steps: int = 299
     survey: str = ""
+    largest: Mapping[str, float] = field(default_factory=dict)
 
 
 _ENTRIES: tuple[Entry, ...] = (
@@ -45,6 +48,7 @@ _ENTRIES: tuple[Entry, ...] = (
         "frameout/RoadTownFollow-v1",
         "mosaic_graph_pf",
         survey="scenarios.road_town.survey:FRAME_OUTS_V1",
+        largest={"traffic_cars": 60},
     ),
     Entry(
         "road-town-v2",
@@ -52,6 +56,7 @@ _ENTRIES: tuple[Entry, ...] = (
         "frameout/RoadTownFollow-v2",
         "mosaic_graph_pf",
         survey="scenarios.road_town.survey:FRAME_OUTS",
+        largest={"traffic_cars": 60},
     ),
     Entry(
         "stereo-follow-v1",
@@ -109,6 +114,11 @@ def envs() -> dict[str, tuple[str, str]]:
 def env_preset(name: str) -> str:
     """Return the default preset of a scenario's env. Raises ValueError for an unknown name."""
     return _entry(name).preset
+
+
+def largest(name: str) -> Mapping[str, float]:
+    """Return the largest values that a scenario's env takes. Raises ValueError for an unknown name."""
+    return _entry(name).largest
 
 
 def scenario(name: str) -> Scenario:

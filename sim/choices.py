@@ -18,6 +18,10 @@ def check_choice(parameter: str, given: object, known: Iterable[str], *, why: st
 
 
 def suggestion(given: object, known: Iterable[str]) -> str:
-    """Return the known name that is nearest to ``given`` as a question in parentheses; empty if none is near."""
-    near = difflib.get_close_matches(given, list(known), 1) if isinstance(given, str) else []
+    """Return the known name that ``given`` begins, or the nearest one, as a question in parentheses; else nothing."""
+    if not isinstance(given, str):
+        return ""
+    names = list(known)
+    begun = [name for name in names if given and name.startswith(given)]
+    near = begun[:1] or difflib.get_close_matches(given, names, 1)
     return f" (did you mean {near[0]}?)" if near else ""

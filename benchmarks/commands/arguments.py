@@ -30,8 +30,8 @@ FOLDER = tyro.conf.arg(metavar="FOLDER", help_behavior_hint="")
 
 
 def names(given: Sequence[str]) -> tuple[str, ...]:
-    """Return names given as separate words or with commas between them."""
-    return tuple(name for word in given for name in word.split(",") if name)
+    """Return names given as separate words or with commas between them, each once."""
+    return tuple(dict.fromkeys(name for word in given for name in word.split(",") if name))
 
 
 def seed_range(text: str, parameter: str = "seeds") -> range:

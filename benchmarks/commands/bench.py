@@ -35,7 +35,7 @@ from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.bench import bench, check_suites
 from benchmarks.run.contestants import Entrant
-from benchmarks.run.experiment import make_folder
+from benchmarks.run.experiment import check_file
 from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.packages import needs_data
 from benchmarks.run.real_files import run_on_files
@@ -75,8 +75,8 @@ class Bench(WithModules):
             `policy:FILE` is a trained policy; `set-path` moves the camera on a fixed path, so that all trackers get
             the same pictures (default: given by the preset; in the suite follow all controllers of `frameout list`).
         link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
-        seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split;
-            with --quick 0:3 by default.
+        seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split,
+            later ones belong to neither; with --quick 0:3 by default.
         renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
         data: folder or URL of a data set of `frameout generate` (`frameout[data]`): its stored episodes take the place
             of rendered ones and give the same scores; it also sets scenario, preset, renderer and, unless you name
@@ -145,8 +145,7 @@ class Bench(WithModules):
         check_metrics(names(self.metric), self.suites)
         check("csv", not (self.json and self.csv == _STDOUT), "a file beside --json, which prints too", repr(self.csv))
         if self.csv not in ("", _STDOUT):
-            make_folder(Path(self.csv).parent, "csv")
-            check("csv", not Path(self.csv).is_dir(), "a file", f"the folder {self.csv!r}")
+            check_file(Path(self.csv), "csv")
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
             if not self.real:
                 asked = (names(each) for each in (self.scenario, self.preset, self.trackers, self.controllers))

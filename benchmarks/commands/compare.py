@@ -117,7 +117,7 @@ class Compare(WithModules):
     def _table(self, words: EventWords, found: list[tuple[str, Metric, Comparison, float]]) -> Table:
         table = Table(title=f"{self.first} minus {self.second}, paired over episodes", box=box.SIMPLE_HEAD)
         for column in (words.name, "metric", "unit"):
-            table.add_column(column)
+            table.add_column(column, overflow="fold")
         for column in ("difference", "95 % interval", "p (Holm)", "episodes"):
             table.add_column(column, justify="right")
         previous = None

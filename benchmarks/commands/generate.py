@@ -50,7 +50,8 @@ class Generate(WithModules):
         episodes: number of episodes from seed 0 on, in place of `--seeds`.
         channels: names of the pictures and maps to store (default: all that the scenario has).
         pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
-        size: width and height of the pictures in pixels (default: the preset's).
+        size: width and height of the pictures in pixels (default: the preset's). With another size, rate or number of
+            frames the set is no longer that of the preset, and `frameout bench --data` refuses it.
         rate_hz: frames a second (default: the preset's).
         frame_count: frames of an episode (default: the preset's).
         renderer: raster or pybullet.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -81,7 +81,8 @@ class List(WithModules):
             return 0
         console = console_of()
         for name in catalog.names():
-            console.print(_scenario_table(name, contents))
+            for table in _scenario_tables(name, contents):
+                console.print(table)
         for title, rows in _tables():
             console.print(_table(title, rows))
         return 0
@@ -118,26 +119,31 @@ def _kept() -> dict[str, Any]:
     return json.loads(_CONTENTS.read_text()) if _CONTENTS.is_file() else {}
 
 
-def _scenario_table(name: str, contents: dict[str, Any]) -> Table:
+def _scenario_tables(name: str, contents: dict[str, Any]) -> Iterator[Table]:
+    """Yield the presets of a scenario, and a second table with what was measured of them: side by side, the names would
+    be cut in a narrow terminal.
+    """
     scenario, survey, kept = catalog.scenario(name), catalog.survey(name), contents.get(name, {})
-    captions = [] if survey is None else [_measured(kept, survey)]
     table = Table(
         title=f"{scenario.id}: {scenario.summary}",
-        caption="\n".join([*captions, f"trackers are given: {scenario.start}"]),
+        caption=f"trackers are given: {scenario.start}",
         box=box.SIMPLE_HEAD,
     )
     for column in ("preset", "", "camera"):
         table.add_column(column, no_wrap=column != "")
-    for column in () if survey is None else survey.columns:
-        table.add_column(column, justify="right", no_wrap=True)
     for preset, configuration in scenario.presets.items():
-        flown = "closed loop" if configuration.closed_loop else "set path"
-        cells: tuple[str, ...] = ()
-        if survey is not None:
-            held = kept.get("holds", {}).get(preset)
-            cells = ("?",) * len(survey.columns) if held is None else survey.cells(held)
-        table.add_row(preset, configuration.summary, flown, *cells)
-    return table
+        table.add_row(preset, configuration.summary, "steered" if configuration.closed_loop else "not steered")
+    yield table
+    if survey is None:
+        return
+    measured = Table(caption=_measured(kept, survey), box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
+    measured.add_column("preset", no_wrap=True)
+    for column in survey.columns:
+        measured.add_column(column, justify="right", no_wrap=True)
+    for preset in scenario.presets:
+        held = kept.get("holds", {}).get(preset)
+        measured.add_row(preset, *(("?",) * len(survey.columns) if held is None else survey.cells(held)))
+    yield measured
 
 
 def _measured(kept: dict[str, Any], survey: Survey) -> str:

@@ -14,6 +14,7 @@ from benchmarks.commands.ignored_rows import report_ignored_rows
 from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.report.numbers import counted
 from benchmarks.report.page import write_report
 from benchmarks.run.cores import cores
 from benchmarks.run.packages import needs_data
@@ -69,7 +70,7 @@ class Report(WithModules):
 
         with progress_bar("estimates, judged again") as progress:
             done = rejudge(self.directory, self.data, cores(self.workers), self.modules, progress)
-        told = f"the rows of {done.same} episodes are as they were, those of {done.new} are new"
+        told = f"{counted(done.same, 'episode')} with the same rows, {counted(done.new, 'episode')} with new ones"
         print(f"note: judged again: {told}", file=sys.stderr)
         if done.moved is not None:
             print(f"note: {done.moved}", file=sys.stderr)

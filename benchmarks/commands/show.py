@@ -10,6 +10,7 @@ import tyro
 
 from benchmarks.commands.arguments import FILE
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.run.experiment import check_file
 from benchmarks.run.packages import needs_data
 from trackers.atomic_file import write_atomic
 
@@ -35,6 +36,8 @@ class Show(WithModules):
         from benchmarks.data_sets.page.page import PAGE, render_page
         from benchmarks.data_sets.places import put
 
+        if self.out is not None:
+            check_file(self.out, "out")
         data = DataSet(self.directory)
         page = render_page(data)
         data.close()
@@ -42,7 +45,6 @@ class Show(WithModules):
             put(data.files, f"{data.root}/{PAGE}", page.encode())
             print(f"{self.directory.rstrip('/')}/{PAGE}")
         else:
-            self.out.parent.mkdir(parents=True, exist_ok=True)
             write_atomic(self.out, page)
             print(self.out)
         return 0

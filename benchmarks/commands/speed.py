@@ -29,6 +29,7 @@ from benchmarks.speed.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
 from sim.checks import check
+from sim.choices import check_choice
 from trackers.atomic_file import write_atomic
 
 _SOAKED_ENVS = 4
@@ -49,14 +50,14 @@ class Speed(WithModules):
     Attributes:
         scenarios: catalogue ids (default: the latest version of all that have the preset).
         preset: one of the scenarios'; it sets the size of the picture and the scene.
-        seeds: towns A to B - 1, or A alone.
-        frames: number of timed frames in each town.
+        seeds: episodes A to B - 1, or A alone.
+        frames: number of timed frames in each episode.
         stored: instead make and write data sets with all channels, and print their CPU time a frame against a bare call
             with shadows, and time and size of each channel (pip install 'frameout[data]').
         resets: instead measure the throughput of the env with resets and without, as `frameout train --pictures`
             trains, and their ratio; for every seed as many episodes as there are between two new worlds, and of each
             the given number of frames.
-        quick: time 16 frames in town 0 alone: a rough figure within a minute or two.
+        quick: time 16 frames of episode 0 alone: a rough figure within a minute or two.
         soak: instead make this number of steps in four envs side by side, and print the memory in use.
         out: folder for summary.json.
         json: print JSON instead of a table.
@@ -86,15 +87,17 @@ class Speed(WithModules):
         if self.soak is not None:
             return self._soak(self.soak)
         check("resets", not (self.resets and self.stored), "one of --stored, --resets", "both")
-        make_folder(self.out)
+        if self.stored:
+            needs_data()
         seeds = seed_range(self.seeds)
         latest = dict.fromkeys(map(catalog.unversioned, catalog.names()))
         known = [catalog.scenario(name) for name in names(self.scenarios) or latest]
         chosen = [scenario for scenario in known if self.preset in scenario.presets] or known
+        for scenario in chosen:
+            check_choice("preset", self.preset, scenario.presets)
+        make_folder(self.out)
         entries = []
         for scenario in chosen:
-            if self.preset not in scenario.presets:
-                raise ValueError(f"preset: expected one of {', '.join(scenario.presets)}; got {self.preset!r}")
             if self.stored:
                 entries += self._stored(scenario.id, seeds)
                 continue
@@ -134,8 +137,7 @@ class Speed(WithModules):
 
     def _stored(self, scenario: str, seeds: range) -> list[dict[str, Any]]:
         """Measure data sets of a scenario."""
-        needs_data()
-        # After the check, since it imports these packages.
+        # After the check that they are installed, since it imports these packages.
         from benchmarks.speed.storing import measure_storing
 
         return measure_storing(scenario, self.preset, seeds, self.frames)

@@ -19,14 +19,17 @@ from benchmarks.learning.error_models import make_error_model, save_error_model
 from benchmarks.learning.judging import Judging
 from benchmarks.learning.model_check import as_table, model_check
 from benchmarks.learning.settings import EPISODES, Algorithm, Corrects, Training
-from benchmarks.learning.training import Standing, train
+from benchmarks.learning.training import Standing, needs_stable_baselines, train
+from benchmarks.report.numbers import counted
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import Progress, make_folder
 from scenarios import catalog
+from scenarios.envs.pictureless.bank import is_playable
 from scenarios.envs.pictureless.error_model import error_model
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from scenarios.envs.settings import FollowSettings
+from sim.checks import check
 from trackers.controllers.catalogue import controllers
 
 _RUNS = "runs"
@@ -45,9 +48,9 @@ class Train(WithModules):
     Attributes:
         env: env id, see `frameout list`.
         algorithm: ppo, or sac (off-policy).
-        steps: number of steps of all envs together.
+        steps: number of steps of all envs together (default: 4,000,000).
         tracker: name of the tracker (default: the env's); without pictures one with a model of its errors, see
-            fit_model.
+            --fit-model.
         preset: one of the scenario's (default: the env's).
         controller: name of the controller that the policy corrects (default: ours for the carrier); none: the policy
             steers alone.
@@ -58,10 +61,10 @@ class Train(WithModules):
         pictures: train with pictures.
         worlds: number of worlds (towns, buildings) that each env with pictures keeps and uses again, about 210 MB a
             town and 80 MB a building (default: 2 where the scenario can keep worlds, otherwise none).
-        episodes_per_world: number of episodes after which a new world takes the place of the oldest one.
+        episodes_per_world: number of episodes after which a new world takes the place of the oldest one (default: 20).
         envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
         episodes: number of episodes planned for training without pictures, about a second each; they are stored in
-            results/episodes.
+            results/episodes (default: 256).
         starts: first frame of episodes without pictures: episodes (frame 0), or frame-outs (shortly before the target
             is likely to be lost).
         episode_steps: maximum number of steps of an episode.
@@ -106,8 +109,13 @@ class Train(WithModules):
         if self.fit_model and self.check_model:
             raise ValueError(f"fit_model: expected it without check_model, got {self.fit_model!r} with it")
         training = self.training
+        preset = catalog.scenario(training.scenario).presets.get(training.preset_name)
+        can = preset is None or is_playable(training.scenario, preset) or training.pictures or bool(self.fit_model)
+        check("pictures", can, f"--pictures, since {training.scenario} has no env without them", "none")
         if not (training.pictures or self.fit_model):
             error_model(training.scenario, training.tracker_name)
+        if not (self.fit_model or self.check_model):
+            needs_stable_baselines()
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
         make_folder(out)
         settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset_name)
@@ -117,7 +125,7 @@ class Train(WithModules):
             return self._check_model(settings, out / _RUNS)
         if not training.pictures:
             print(
-                f"planning {training.episodes} episodes, about a second for each that {EPISODES} lacks …",
+                f"planning {counted(training.episodes, 'episode')}, about a second for each that {EPISODES} lacks …",
                 file=sys.stderr,
             )
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:

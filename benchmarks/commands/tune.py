@@ -28,6 +28,7 @@ from benchmarks.learning.controller_tuning import (
     tunable_controller,
     tune_controller,
 )
+from benchmarks.learning.search import needs_optuna
 from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_tuning import (
     Budget,
@@ -97,6 +98,7 @@ class Tune(WithModules):
         for parameter, value in (("trials", self.trials), ("fresh", self.fresh)):
             check(parameter, value is None or value >= 1, "a whole number >= 1", value)
         # All is checked before the first search: they take hours.
+        needs_optuna()
         trackers = [(name, self._tracker_budget(name)) for name in self._trackers()]
         controllers = [(name, self._controller_budget(name, scenario)) for scenario, name in self._controllers()]
         for name, _ in trackers:
@@ -202,7 +204,10 @@ class Tune(WithModules):
 
 
 def _report(name: str, tuned: Tuned, path: Path) -> None:
+    scores = (tuned.score, tuned.default_score, tuned.fresh_score, tuned.fresh_default_score)
+    score, default, fresh, fresh_default = (f"{value:.3f}".replace("-", "\u2212") for value in scores)
+    kept = "" if tuned.parameters else ", so that the defaults stay"
     print(
-        f"{name}: score {tuned.score:.3f}, with the defaults {tuned.default_score:.3f}; on fresh episodes "
-        f"{tuned.fresh_score:.3f} and {tuned.fresh_default_score:.3f}: {path}"
+        f"{name}: score of the best trial {score}, with the defaults {default}; on fresh episodes {fresh}, with the "
+        f"defaults {fresh_default}{kept}: {path}"
     )

@@ -21,7 +21,7 @@ class Verify(WithModules):
 
     Attributes:
         directory: folder or URL of the data set.
-        every: decode one frame in this number and compare it with its truth.
+        every: decode one frame in this number and compare it with its truth (default: 1, all frames).
         discard: remove damaged episodes, so that the command that made the data set makes them again.
     """
 

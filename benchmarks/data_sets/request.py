@@ -103,10 +103,10 @@ def channels_wanted(request: Request, chosen: tuple[str, ...]) -> tuple[str, ...
     Raises:
         ValueError: for a channel that the scenario does not have.
     """
-    known = channels_of(catalog.scenario(request.scenario))
+    existing = existing_channels(request)
     for channel in chosen:
-        check("channels", channel in known, f"some of {', '.join(known)}", repr(channel))
-    return tuple(channel for channel in known if channel in chosen) if chosen else existing_channels(request)
+        check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))
+    return tuple(channel for channel in existing if not chosen or channel in chosen)
 
 
 def existing_channels(request: Request) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ def search(
     Raises:
         ValueError: without Optuna.
     """
-    optuna = _optuna()
+    optuna = needs_optuna()
     study = _study(optuna, name, studies, f"{budget!r}/{sorted(fields)}/{dict(defaults)!r}")
     tried = len(_complete(optuna, study))
     if _default_score(optuna, study, defaults) is None:
@@ -136,7 +136,8 @@ def _draw(complete: list[Any], defaults: dict[str, Any], path: Path) -> None:
         figure.savefig(file, format="svg", metadata={"Date": None})
 
 
-def _optuna() -> Any:
+def needs_optuna() -> Any:
+    """Return Optuna. Raises ValueError if it is not installed."""
     try:
         import optuna
     except ImportError:

@@ -78,6 +78,8 @@ class Training:
         whole = self.starts == "episodes" or not self.pictures
         check("starts", whole, "episodes with pictures, which begin on frame 0", repr(self.starts))
         check("worlds", self.pictures or not self.worlds, "0 without pictures, where there are none", self.worlds)
+        alone = self.controller != "none" or not self.controller_values
+        check("controller_values", alone, "none with controller none", repr(self.controller_values))
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
 
     @property

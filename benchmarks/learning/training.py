@@ -68,7 +68,7 @@ def train(training: Training, out: Path, report: Report) -> Path:
         KeyboardInterrupt: upon SIGINT or SIGTERM.
         ValueError: if stable-baselines3 is missing, or ``out`` holds another training's checkpoint.
     """
-    _check_installed()
+    needs_stable_baselines()
     import torch
 
     # For a small network threads cost more than they gain.
@@ -260,6 +260,7 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
     return Keep()
 
 
-def _check_installed() -> None:
+def needs_stable_baselines() -> None:
+    """Raise ValueError if it is not installed, or TensorBoard is not."""
     installed = all(map(find_spec, ("stable_baselines3", "tensorboard")))
     check("train", installed, f"stable-baselines3 to be installed ({_INSTALL})", "none")

@@ -70,8 +70,8 @@ def truth_fields(kind: type[Truth]) -> Iterator[TruthField]:
         shape = " × ".join(map(str, meaning.shape)) or "scalar"
         # Shape and dtype have columns of their own.
         text = re.sub(r"^\([^)]*\)( \w+\d+)?,? ?", "", words[name])
-        coding = "" if meaning.coding in text else meaning.coding
-        told = "; ".join(filter(None, (text, coding))) or " ".join(name.split("_")[:-1])
+        codings = (part for part in meaning.coding.split("; ") if part not in text)
+        told = "; ".join(filter(None, (text, *codings))) or " ".join(name.split("_")[:-1])
         yield TruthField(name, _dtype(kind, name, meaning.unit), shape, meaning.unit, told, name in in_info)
 
 

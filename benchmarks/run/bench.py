@@ -186,7 +186,9 @@ def _stored(data: str, seeds: range, renderer: str, given: Mapping[str, Sequence
 
 
 def _several(names: str | Sequence[str]) -> tuple[str, ...]:
-    return (names,) if isinstance(names, str) else tuple(names)
+    """Return each name once. Raises ValueError for a list without any: in place of names, () stands for all."""
+    check("names", names == () or len(names) > 0, "a name or several, or () for all", repr(names))
+    return (names,) if isinstance(names, str) else tuple(dict.fromkeys(names))
 
 
 def _check_importable(trackers: Sequence[str]) -> None:

@@ -149,6 +149,12 @@ def make_folder(out: Path, parameter: str = "out") -> None:
         raise ValueError(f"{expected}, got {str(out)!r}: {error.strerror}") from None
 
 
+def check_file(file: Path, parameter: str) -> None:
+    """Make the folder of a file. Raises ValueError, which names the parameter, if the file cannot be written."""
+    make_folder(file.parent, parameter)
+    check(parameter, not file.is_dir(), "a file", f"the folder {str(file)!r}")
+
+
 _Versions = dict[tuple[str, str | None], dict[str, dict[str, str]]]
 """Preset and controller (None on a set path) → tracker → ``versions`` of its rows."""
 

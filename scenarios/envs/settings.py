@@ -186,7 +186,11 @@ class FollowSettings:
             for name in getattr(self, group):
                 check_choice(group, name, sorted(known))
         values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
-        return dataclasses.replace(preset, **{**self.changes, **values})
+        made = dataclasses.replace(preset, **{**self.changes, **values})
+        for name, most in catalog.largest(self.scenario).items():
+            value = getattr(made, name)
+            check(name, value <= most, f"at most {most:g}, for more of which {self.scenario} has no room", value)
+        return made
 
 
 KEYWORDS = tuple(each.name for each in dataclasses.fields(FollowSettings) if each.name != "scenario")

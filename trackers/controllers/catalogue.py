@@ -23,8 +23,9 @@ import numpy as np
 from trackers.controllers.policy_file import Policy, load_policy
 from trackers.protocols import Controller
 from trackers.registry import MethodEntry, check_registered, tuned_values
+from trackers.types import CameraCommand, Estimate, Observation
 
-ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant"]
+ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant", "external"]
 
 POLICY = "policy:"
 """Prefix of a trained policy's name; a file follows."""
@@ -80,11 +81,29 @@ class ControllerEntry(MethodEntry):
 
     def create(self, **changes: Any) -> Controller:
         """Return a new controller for one episode."""
-        return self.controller(self.parameters(**changes))
+        made = self.controller(self.parameters(**changes))
+        return made if self.controller.__module__.startswith(f"{__package__}.") else _UsersController(made)
 
     def create_as_written(self) -> Controller:
         """Return a new controller with its values as written, without tuning."""
         return self.controller(self._with(self.overrides))
+
+
+class _UsersController:
+    """A user's own controller. An exit of it is an error, and so is an answer that is no command."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """See ``Controller``."""
+        try:
+            command = self._controller.command(observation, estimate)
+        except SystemExit as left:
+            raise RuntimeError(f"it called sys.exit({left.code!r})").with_traceback(left.__traceback__) from None
+        if not isinstance(command, CameraCommand):
+            raise TypeError(f"command: expected a CameraCommand, got {type(command).__name__}")
+        return command
 
 
 def register_controller(name: str, *, role: ControllerRole, carrier: str, summary: str) -> Callable[[_T], _T]:

@@ -191,6 +191,8 @@ def _stored_rows(data: DataSet, stored: dict[str, int], frames: int) -> Iterator
 def _text(name: str, value: Any) -> str:
     if value is None:
         return "as in the preset"
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {each}" for key, each in value.items()) or "–"
     if isinstance(value, tuple):
         return (":" if name == "seeds" else ", ").join(map(str, value))
     return str(value) or "–"

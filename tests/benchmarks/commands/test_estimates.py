@@ -36,12 +36,12 @@ def test_summary_and_comparisons_are_made_from_estimates_again(
     assert main(["report", str(tmp_path), "--from-estimates", "--workers", "0", *modules]) == 0
     out, err = capsys.readouterr()
     assert str(tmp_path / "report.html") in out
-    assert "note: judged again: the rows of 0 episodes are as they were, those of 2 are new" in err
+    assert "note: judged again: no episodes with the same rows, 2 episodes with new ones" in err
     assert {name: json.loads((tmp_path / name).read_text()) for name in made} == made
     assert main(["compare", "fake_knowing", "fake_raises", "--directory", str(tmp_path)]) == 0
     assert "fake_raises" in capsys.readouterr().out
     assert main(["report", str(tmp_path), "--from-estimates", "--workers", "0"]) == 0
-    assert "note: judged again: the rows of 2 episodes are as they were, those of 0 are new" in capsys.readouterr().err
+    assert "note: judged again: 2 episodes with the same rows, no episodes with new ones" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

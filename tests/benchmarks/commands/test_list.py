@@ -48,7 +48,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_what_is_measured_is_kept_and_shown(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list"]) == 0
-    assert "contents not measured yet" in capsys.readouterr().out
+    assert "contents not measured yet" in " ".join(capsys.readouterr().out.split())
     kept.write_text(json.dumps({"another-v1": {"holds": {}}}))
     assert main(["list", "--measure", "--seeds", "0:3"]) == 0
     out = capsys.readouterr().out
@@ -64,6 +64,19 @@ def test_what_is_measured_is_kept_and_shown(kept: Path, capsys: pytest.CaptureFi
     kept.write_text(json.dumps({FAKE: {**contents[FAKE], "code": "other"}}))
     assert main(["list"]) == 0
     assert "with another version of the code" in " ".join(capsys.readouterr().out.split())
+
+
+def test_names_are_whole_in_a_narrow_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where nothing but ``COLUMNS`` tells its width."""
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    words = set(" ".join(lines).split())
+    assert {preset for name in catalog.names() for preset in catalog.scenario(name).presets} <= words
+    assert not [line for line in lines if "…" in line]
 
 
 def test_frame_outs_are_told_in_a_cell_each() -> None:

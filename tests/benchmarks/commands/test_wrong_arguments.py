@@ -43,6 +43,8 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (["bench", "--seeds=-5:5"], "seeds: expected A:B with 0 <= A < B, or one seed, got '-5:5'"),
         (["bench", "--seeds", "5:5"], "seeds: expected A:B with 0 <= A < B, or one seed, got '5:5'"),
         (["bench", "--preset", "nix"], "preset: expected one of tiny, tiny-loop.*; got 'nix'"),
+        (["bench", "--trackers", "--quick"], "trackers: expected one value or more, got none"),
+        (["bench", "--preset"], "preset: expected one value or more, got none"),
         (["bench", "--trackers", "nix"], "trackers: expected one of .*colour_pf.*; got 'nix'"),
         (["bench", "--controllers", "nix"], "controllers: expected one of set-path, .*; got 'nix'"),
         (["bench", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
@@ -86,6 +88,13 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (
             ["train", "--fit-model", "9999:10001"],
             "fit_model: expected development seeds, below 10000, got '9999:10001'",
+        ),
+        (["train", "--algorithm", "pp"], r"algorithm: expected one of ppo, sac; got 'pp' \(did you mean ppo\?\)"),
+        (["train", "--reward.in-view", "big"], "reward.in-view: expected a number, got 'big'"),
+        (["train", "frameout/FishTankFollow-v1"], "pictures: expected --pictures, since fish-tank-v1 has no env .*"),
+        (
+            ["train", "--controller", "none", "--controller-values", "a", "1"],
+            "controller_values: expected none with controller none, got .*",
         ),
         (["tune", "--controllers", "centre", "nix"], "controller: expected one of .*; got 'nix'"),
         (
@@ -132,12 +141,26 @@ def test_what_is_wrong_is_reported_in_one_line(
 
 
 def test_without_optuna_tuning_names_the_command_that_installs_it(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """At once: controllers would have their episodes planned first."""
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "optuna", None)
-    assert main(["tune", "colour_pf"]) == 2
-    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
-    assert "pip install 'frameout[tune]'" in line
+    for named in (["colour_pf"], ["--controllers", "centre"]):
+        assert main(["tune", *named]) == 2
+        (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
+        assert "pip install 'frameout[tune]'" in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_stable_baselines_training_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("benchmarks.learning.training.find_spec", lambda name: None)
+    assert main(["train"]) == 2
+    assert "train: expected stable-baselines3 to be installed (pip install" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatch: pytest.MonkeyPatch) -> None:

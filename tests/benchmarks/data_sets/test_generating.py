@@ -16,6 +16,7 @@ import pytest
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.generating import Workers, forecast
+from benchmarks.data_sets.request import channels_wanted
 from tests.benchmarks.data_sets.small import MODULES, made, tiny
 from tests.benchmarks.no_room import no_room
 
@@ -167,6 +168,13 @@ def test_a_full_disk_leaves_whole_episodes_alone(tmp_path):
 def test_wrong_requests_are_named(changes, message):
     with pytest.raises(ValueError, match=message):
         tiny(**changes)
+
+
+def test_a_channel_that_only_other_scenes_have_is_refused():
+    assert channels_wanted(tiny(), ("image_rgb",)) == ("image_rgb",)
+    with pytest.raises(ValueError, match=r"channels: expected some of image_rgb, .*, got 'right_rgb'") as refused:
+        channels_wanted(tiny(), ("right_rgb",))
+    assert "counts" not in str(refused.value)
 
 
 def test_a_preset_in_closed_loop_is_refused():

@@ -88,6 +88,7 @@ def test_progress_is_shown_under_a_title(tmp_path: Path) -> None:
         ({"seeds": "0:2"}, r"seeds: expected range\(A, B\), got '0:2'"),
         ({"trackers": "fake_knows"}, r"trackers: expected one of .*; got 'fake_knows' \(did you mean fake_knowing\?\)"),
         ({"trackers": "mine"}, r"trackers: expected one of .*; got 'mine'; one of your own is known when its module"),
+        ({"trackers": []}, r"names: expected a name or several, or \(\) for all, got \[\]"),
         ({"preset": "huge"}, "preset: expected one of .*; got 'huge'"),
         ({"link": "noisy"}, "link: expected prompt, since suite frame-out knows no other, got 'noisy'"),
     ],
@@ -98,6 +99,12 @@ def test_wrong_arguments_are_named_before_anything_is_written(
     with pytest.raises(ValueError, match=message):
         bench(**{"suite": SUITE, "out": tmp_path / "out", **TINY, **wrong})
     assert not (tmp_path / "out").exists()
+
+
+def test_a_name_that_is_given_twice_runs_once(tmp_path: Path) -> None:
+    results = bench(SUITE, out=tmp_path, **{**TINY, "trackers": ["fake_still", "fake_still"]})
+    assert results.outcome.episodes == len(TINY["seeds"])
+    assert not list(tmp_path.glob("*outdated*"))
 
 
 def test_names_are_checked_for_all_suites_before_the_first_one_runs(

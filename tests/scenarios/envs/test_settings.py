@@ -65,6 +65,12 @@ def settings(**changes: Any) -> FollowSettings:
         ),
         ("link", "slow", "link: expected one of prompt, delayed, noisy or a Link, got 'slow'"),
         ("difficulty", 1.5, "difficulty: expected None or a number from 0 to 1, got 1.5"),
+        (
+            "changes",
+            {"traffic_cars": 61},
+            "traffic_cars: expected at most 60, for more of which road-town-v2 has no room, got 61",
+        ),
+        ("randomise", {"traffic_cars": (3, 400)}, "traffic_cars: expected at most 60, .*, got 400"),
         ("changes", {"wheels": 3}, "changes: expected one of .*, traffic_cars, .*; got 'wheels'"),
         ("changes", {"width_px": 3}, "width_px: expected a whole number from 32 to 4096, got 3"),
         ("changes", {"altitude_m": 60}, r"altitude_m: expected tuple\[float, float\], got 60"),

@@ -2,9 +2,45 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 
-from trackers.controllers.catalogue import controller_entry, steers_instead
+from trackers.controllers.catalogue import controller_entry, register_controller, steers_instead
+from trackers.registry import NoParameters
+from trackers.types import CameraCommand
+
+
+@pytest.mark.parametrize("answer", [(1.0, 2.0), None, CameraCommand])
+def test_an_answer_of_a_user_s_controller_that_is_no_command_is_named(answer: Any) -> None:
+    steer = _made(lambda: answer)
+    with pytest.raises(TypeError, match=rf"command: expected a CameraCommand, got {type(answer).__name__}"):
+        steer.command(None, None)
+
+
+def test_a_user_s_controller_that_exits_fails_like_one_that_raises() -> None:
+    with pytest.raises(RuntimeError, match=r"it called sys.exit\(3\)"):
+        _made(lambda: sys.exit(3)).command(None, None)
+    assert _made(lambda: CameraCommand(1.0)).command(None, None) == CameraCommand(1.0)
+
+
+def _made(answer: Callable[[], Any]) -> Any:
+    """Return a user's controller that answers so."""
+
+    class Own:
+        Parameters = NoParameters
+
+        def __init__(self, parameters: NoParameters) -> None:
+            pass
+
+        def command(self, observation: Any, estimate: Any) -> Any:
+            return answer()
+
+    name = f"test_own_{id(answer)}"
+    register_controller(name, role="external", carrier="test-carrier", summary="a user's")(Own)
+    return controller_entry(name, "test-carrier").create()
 
 
 def test_a_controller_of_another_carrier_is_told_what_it_steers() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.data_sets.data_set import DataSet
-from benchmarks.data_sets.page.page import bytes_text, render_page
+from benchmarks.data_sets.page.page import _text, bytes_text, render_page
 from tests.benchmarks.data_sets.hand_made import write_set
 from tests.benchmarks.report.test_report import WellFormed
 
@@ -65,6 +65,25 @@ def test_the_command_writes_it_beside_the_data_or_where_asked(
     written = [tmp_path / "set" / "page.html", tmp_path / "other" / "a.html"]
     assert capsys.readouterr().out.split() == [str(path) for path in written]
     assert written[0].read_bytes() == written[1].read_bytes()
+
+
+def test_what_was_asked_for_is_told_in_words() -> None:
+    assert _text("packages", {"numpy": "2.4.6", "blosc2": "4.1"}) == "numpy 2.4.6, blosc2 4.1"
+    assert _text("packages", {}) == "–"
+    assert _text("seeds", (0, 3)) == "0:3"
+    assert _text("size_px", None) == "as in the preset"
+
+
+def test_a_page_that_cannot_be_written_is_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_set(tmp_path / "set", ("depth_m",), frames=2)
+    for out, told in (
+        ("/proc/nix/a.html", "out: expected a folder that can be written, got '/proc/nix'"),
+        (str(tmp_path), f"out: expected a file, got the folder {str(tmp_path)!r}"),
+    ):
+        assert main(["show", str(tmp_path / "set"), "--out", out]) == 2
+        assert told in capsys.readouterr().err
 
 
 def test_a_folder_without_a_set_is_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
